@@ -30,8 +30,8 @@ import numpy as np
 from w2w.core.ranking.agreement import spearman_rows
 from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
 from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.inputs import BLOCK_BYTES, ITEM_BYTES, ArrayBlocks, PatchBlocks, SomeWindows
-from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, utility_map
 from w2w.core.results_folder import StudyResults
 

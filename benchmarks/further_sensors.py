@@ -24,7 +24,7 @@ from w2w.core.motion.library import read_library
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.ranking.features import further_features, window_features
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import TooShortError, cut_windows
 from w2w.core.study import StudyConfig, record

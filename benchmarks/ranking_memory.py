@@ -31,8 +31,8 @@ from w2w.core.motion.duplicates import SIZE
 from w2w.core.ranking.features import feature_names
 from w2w.core.ranking.inputs import FeatureFiles
 from w2w.core.ranking.pooling import Pooling
+from w2w.core.selection.constraints import Terms
 from w2w.core.selection.joint import grow
-from w2w.core.selection.terms import Terms
 from w2w.core.study import StudyConfig
 from w2w.headless.runs.cluster import spread_over
 

@@ -52,10 +52,10 @@ from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.answer import product_patches
+from w2w.core.selection.constraints import Terms
 from w2w.core.selection.joint import ByHalves, grow
 from w2w.core.selection.promise import Promises, random_sets
 from w2w.core.selection.set_tests import SetTests
-from w2w.core.selection.terms import Terms
 from w2w.core.study import StudyConfig
 from w2w.studies.paper.promised import greedy_by_half
 from w2w.studies.paper.subsets import greedy_order

@@ -24,8 +24,8 @@ from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.joint_scores import JointScores
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.results_folder import StudyResults
+from w2w.core.selection.constraints import Terms
 from w2w.core.selection.joint import LARGEST_SET, choose_together, grow
-from w2w.core.selection.terms import Terms
 
 BASELINE_CANDIDATES = 4
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 import typer
 from rich.console import Console
 
-from w2w.core.findings.counts import left_out_sentences
+from w2w.core.findings.notes import left_out_sentences
 from w2w.core.motion.source import UnusableMotion
 
 NOTHING_TO_DO = 1

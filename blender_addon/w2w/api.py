@@ -14,8 +14,7 @@ import numpy as np
 from .core.body.body import Body
 from .core.clip_files import ClipWindows
 from .core.clip_ranking import LabelledClip, WindowLabels, copies_among, rank_clips
-from .core.findings.counts import left_out_sentences
-from .core.findings.label_notes import copies_sentence
+from .core.findings.notes import copies_sentence, left_out_sentences
 from .core.imu.presets import DEFAULT_SENSOR
 from .core.imu.recording import ImuRecording
 from .core.imu.sensor import SensorModel

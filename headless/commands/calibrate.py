@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from w2w.core.file_names import shown
 from w2w.core.imu.calibration import Calibration, calibrate
 from w2w.core.imu.calibration_gain import Alike, held_out
 from w2w.core.imu.sensor_file import write_sensor
+from w2w.core.wording import shown
 
 from ..console import NOTHING_TO_DO, USAGE, ending
 from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, argument, chosen_sensor, option, pose_facts

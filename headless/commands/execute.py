@@ -15,11 +15,11 @@ from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK
 from w2w.core.files import json_number, write_json
 from w2w.core.findings.advice_content import patch_content
-from w2w.core.findings.finished_study import Study
 from w2w.core.findings.summary import study_counts, write_failure, write_results
 from w2w.core.motion.library import BLENDER_SUFFIXES
 from w2w.core.ranking.agreement import rank_agreement
 from w2w.core.ranking.folds import check_testable
+from w2w.core.results_folder import Study
 
 from ..blender import NoBlenderError, check_installed
 from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, too_little_memory

@@ -11,9 +11,8 @@ from rich.markup import escape
 
 from w2w.core.exports import arrays, bids, biomechanics, pose_packs
 from w2w.core.exports.study_signals import ALL, StudySignals, placed, worn
-from w2w.core.file_names import shown
 from w2w.core.results_folder import StudyResults
-from w2w.core.wording import capital
+from w2w.core.wording import capital, shown
 
 from ..console import NOTHING_TO_DO, USAGE, ending
 from ..options import argument, chosen_sensor, option, words

@@ -14,7 +14,6 @@ from rich.table import Table
 
 from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_INDEX
-from w2w.core.file_names import shown
 from w2w.core.keypoints.facts import UNITS
 from w2w.core.keypoints.joint_sets import unseen
 from w2w.core.keypoints.pose_files import JointPositions
@@ -25,6 +24,7 @@ from w2w.core.motion.retarget import BY_STRUCTURE
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.ranking.windows import WindowSpec
+from w2w.core.wording import shown
 
 from ..console import NOTHING_TO_DO, USAGE, ending
 from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts

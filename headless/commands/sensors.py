@@ -12,12 +12,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from w2w.core.file_names import shown
 from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.sensor_fields import TRIADS, WHOLE
 from w2w.core.imu.sensor_file import write_sensor
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
+from w2w.core.wording import shown
 
 from ..console import NOTHING_TO_DO, USAGE
 from ..options import argument, chosen_sensor, option

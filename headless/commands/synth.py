@@ -9,13 +9,13 @@ from rich.console import Console
 from rich.markup import escape
 
 from w2w.core.body.body import Body
-from w2w.core.file_names import shown
 from w2w.core.imu.formats import FORMATS, HELD, write_csv, write_recording
 from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.virtual import sensor_at
 from w2w.core.motion.library import Clip
 from w2w.core.study import StudyConfig, place_patches
 from w2w.core.study import record as record_at
+from w2w.core.wording import shown
 
 from .. import options
 from ..console import NOTHING_TO_DO, USAGE, ending

@@ -11,9 +11,13 @@ from rich.markup import escape
 from rich.table import Table
 
 from w2w.core.findings.advice_content import called, next_worn
-from w2w.core.findings.counts import counts_sentence, interval_caution, interval_text
-from w2w.core.findings.finished_study import ClipResult, Study
-from w2w.core.findings.label_notes import copies_sentence, label_notes
+from w2w.core.findings.notes import (
+    copies_sentence,
+    counts_sentence,
+    interval_caution,
+    interval_text,
+    label_notes,
+)
 from w2w.core.findings.sources import shown_in, source_caution
 from w2w.core.findings.summary import best_regions, own_scores, study_counts, window_content
 from w2w.core.garments.caught import caught_sentences
@@ -22,7 +26,7 @@ from w2w.core.motion.library import Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.ranking.windows import WindowSpec
-from w2w.core.results_folder import StudyResults
+from w2w.core.results_folder import ClipResult, Study, StudyResults
 from w2w.core.selection import headline
 from w2w.core.selection.advice import Advice
 from w2w.core.selection.answer import PlaceScore

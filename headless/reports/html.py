@@ -16,14 +16,14 @@ from rich.console import Console
 from w2w.core.body.body import Body
 from w2w.core.colours import colour_table
 from w2w.core.files import write_text
-from w2w.core.findings.counts import (
+from w2w.core.findings.notes import (
     clip_counts,
+    copies_sentence,
     counts_sentence,
     few_clips,
     interval_caution,
     left_out_sentences,
 )
-from w2w.core.findings.label_notes import copies_sentence
 from w2w.core.findings.summary import MOST_REGIONS, best_regions
 from w2w.core.garments.caught import caught_sentences
 from w2w.core.garments.cover import garment_sentence

@@ -13,7 +13,6 @@ import numpy as np
 from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK, copy_file, write_features
 from w2w.core.files import file_sha256
-from w2w.core.findings.finished_study import ClipResult
 from w2w.core.garments.caught import caught_content
 from w2w.core.garments.cover import FITTED, Cover, load_covers
 from w2w.core.garments.on_cloth import ClothSensors
@@ -26,6 +25,7 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import SourceMotion, UnusableMotion, readable_size, reason_of, unreadable
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.windows import TooShortError
+from w2w.core.results_folder import ClipResult
 from w2w.core.study import copies_of, describe, measured, record
 from w2w.core.threads import unthreaded_products
 from w2w.scene.base.output import quiet_output

@@ -12,13 +12,13 @@ from typing import Any
 
 from w2w.core.clip_files import WORK, features_file, motion_file, signals_file
 from w2w.core.files import UNFINISHED, file_sha256, write_json
-from w2w.core.findings.finished_study import ClipResult
 from w2w.core.keypoints.facts import PoseFacts, side_car
 from w2w.core.keypoints.pose_files import NO_FACTS
 from w2w.core.motion.asf_amc import AMC_SUFFIX, skeleton_file
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.library import Clip, is_joint_file
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.results_folder import ClipResult
 from w2w.core.study import StudyConfig
 
 from .guard import LIMIT_S, MEMORY

@@ -16,8 +16,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from w2w.core.findings.finished_study import ClipResult
-from w2w.core.ranking.trial_sums import Spread
+from w2w.core.ranking.f1 import Spread
+from w2w.core.results_folder import ClipResult
 
 from .clip import record_death, work_in_worker
 from .clip_task import ClipTask

@@ -26,8 +26,8 @@ from rich.progress import (
 
 from w2w.core.clip_files import WORK
 from w2w.core.files import write_json
-from w2w.core.findings.finished_study import ClipResult
 from w2w.core.motion.library import Library
+from w2w.core.results_folder import ClipResult
 from w2w.core.wording import capital
 
 # What an event is called, and its facts, is a promise: docs/engineer.md lists them.

@@ -16,8 +16,8 @@ from pathlib import Path, PurePosixPath
 from tempfile import mkdtemp
 
 from w2w.core.clip_files import WORK
-from w2w.core.file_names import shown
 from w2w.core.files import UNFINISHED, file_sha256, write_text
+from w2w.core.wording import shown
 
 LIST = f"{WORK}/written.sha256"
 CLAIMED = "0" * 64

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from w2w.core.body.body import Body
-from w2w.core.file_names import shown
 from w2w.core.imu.calibration import Pair
 from w2w.core.imu.formats import read_recording
 from w2w.core.imu.recording import ImuRecording
@@ -22,6 +21,7 @@ from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import smoothed_root
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.patches import sample_patches
+from w2w.core.wording import shown
 
 from .workers import load_alone
 

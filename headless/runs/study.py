@@ -15,15 +15,14 @@ from w2w.core.body.shapes import bundled_targets
 from w2w.core.clip_files import WORK, ClipWindows, ranking_inputs
 from w2w.core.clip_ranking import LabelledClip, copies_among, rank_clips, same_motions
 from w2w.core.files import write_json
-from w2w.core.findings.finished_study import ClipResult, Study
-from w2w.core.findings.label_notes import copies_sentence
+from w2w.core.findings.notes import copies_sentence
 from w2w.core.findings.summary import config_content
 from w2w.core.garments.cover import FITTED
 from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import StudyResults, advised
+from w2w.core.results_folder import ClipResult, Study, StudyResults, advised
 from w2w.core.study import StudyConfig, place_patches
 
 from .clip_task import ClipTask

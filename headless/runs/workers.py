@@ -22,14 +22,14 @@ from loky import ProcessPoolExecutor
 from loky.backend.context import ctx_loky
 
 from w2w.core.body.body import Body
-from w2w.core.findings.finished_study import ClipResult
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.motion.library import BLENDER_SUFFIXES, Clip
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of, unreadable
-from w2w.core.ranking.trial_sums import Spread
+from w2w.core.ranking.f1 import Spread
+from w2w.core.results_folder import ClipResult
 
 from ..blender import NoBlenderError, inside_blender
 from ..stopping import deaf_children, when_stopped

@@ -10,8 +10,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from w2w.core.file_names import shown
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.wording import shown
 from w2w.headless.console import USAGE
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published

@@ -10,10 +10,10 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from w2w.core.file_names import shown
 from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.utility import CLASSIFIERS, unavailable
+from w2w.core.wording import shown
 from w2w.headless.commands.execute import refused
 from w2w.headless.console import USAGE
 from w2w.headless.options import chosen_sensor

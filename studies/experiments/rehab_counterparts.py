@@ -32,7 +32,7 @@ from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import count_by_clip, f1_scores
 from w2w.core.ranking.features import window_features
 from w2w.core.ranking.folds import ALWAYS_TRAIN
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import WindowSpec, cut_windows

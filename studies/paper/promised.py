@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from w2w.core.selection.constraints import Terms
 from w2w.core.selection.promise import Choose, Promises
 from w2w.core.selection.set_tests import Tests
-from w2w.core.selection.terms import Terms
 
 from .subsets import Subset, exact_order, greedy_order
 

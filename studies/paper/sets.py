@@ -10,8 +10,8 @@ from w2w.core.files import DIGITS
 from w2w.core.findings.advice_content import expected_content, patch_content
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults, prepared_tests
+from w2w.core.selection.constraints import Terms, fewest
 from w2w.core.selection.promise import Promises
-from w2w.core.selection.terms import Terms, fewest
 from w2w.core.study import StudyConfig
 
 from .joint_test import joint_content, sensors_together, together_content

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from w2w.core.selection.constraints import Requirement, Terms
 from w2w.core.selection.promise import Promise
-from w2w.core.selection.terms import Requirement, Terms
 
 from .exact import FacilityLocation
 

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from w2w.core.csv_tables import apart, csv_text
 from w2w.core.files import DIGITS, write_text
-from w2w.core.findings.counts import interval_text
+from w2w.core.findings.notes import interval_text
 from w2w.core.patches.naming import Nearest
 from w2w.core.ranking.f1 import FEWEST_CLIPS
 from w2w.core.ranking.utility import UtilityMap

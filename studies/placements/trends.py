@@ -13,11 +13,11 @@ from scipy.stats import t
 from w2w.core.body.body import Body
 from w2w.core.body.regions import regions_of
 from w2w.core.csv_tables import read_table
-from w2w.core.file_names import shown
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.ranking.weights import mean_over
+from w2w.core.wording import shown
 
 from .score_table import resampled_f1
 

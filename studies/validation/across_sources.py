@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 
 from .library_repeats import agreement

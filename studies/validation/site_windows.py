@@ -11,7 +11,7 @@ import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.features import window_features
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import TooShortError, WindowSpec, cut_windows
 

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.inputs import PatchBlocks, SomeWindows, as_blocks
-from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 
 from .site_windows import SiteWindows

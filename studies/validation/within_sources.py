@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.inputs import PatchBlocks
-from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
 

@@ -11,7 +11,7 @@ from w2w.core.body.shapes import ShapeTargets
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet, sample_patches
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 
 

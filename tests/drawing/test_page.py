@@ -10,7 +10,7 @@ from w2w.core.body.body import Body
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study import StudyConfig
 from w2w.drawing import draw_heatmap, heatmap

@@ -17,15 +17,14 @@ from scipy.spatial.transform import Rotation
 from w2w.core import study
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.clip_ranking import LabelledClip
-from w2w.core.findings.finished_study import ClipResult, Study
 from w2w.core.findings.summary import write_results
 from w2w.core.motion.library import Clip, Library
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
-from w2w.core.results_folder import StudyResults
+from w2w.core.results_folder import ClipResult, Study, StudyResults
 from w2w.core.selection.advice import advise
 from w2w.core.selection.set_tests import SetTests
 from w2w.core.study import StudyConfig

@@ -13,10 +13,10 @@ import numpy as np
 from .clip_files import ClipWindows
 from .motion.library import Clip
 from .ranking.classifiers.ridge import Ridge
+from .ranking.f1 import Spread
+from .ranking.halves import Protocol
 from .ranking.inputs import PatchBlocks
-from .ranking.planned import Protocol
 from .ranking.pooling import Pooling
-from .ranking.trial_sums import Spread
 from .ranking.utility import UtilityMap, utility_map
 from .ranking.weights import counting
 from .selection.set_tests import SetTests

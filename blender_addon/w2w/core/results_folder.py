@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A finished results folder, read back so that its ranking can be used again without baking anything."""
+"""A finished study: its results folder, read back to rank or choose again without baking, and its clips."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ import numpy as np
 
 from .body.body import Body
 from .clip_files import WORK, ClipWindows, motion_file, ranking_inputs
-from .clip_ranking import LabelledClip, WindowLabels, rank_windows, set_tests
+from .clip_ranking import LabelledClip, WindowLabels, copies_among, rank_windows, set_tests
+from .motion.library import Clip, Library
 from .motion.motion import Motion
 from .patches.patches import PatchSet
 from .ranking.inputs import PatchBlocks
@@ -182,3 +183,40 @@ def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = 
     """Choose in a ranked study, as `choose_to_wear`: the step of a run, of `w2w place` and of the panel."""
     tests = prepared_tests(study, config, pooling)
     return choose_to_wear(study.utility, study.patches, study.body(), config, tests)
+
+
+@dataclass(frozen=True)
+class ClipResult:
+    """A clip, used or skipped."""
+
+    clip: Clip
+    reason: str  # why it was skipped; empty where it is used
+    details: dict[str, Any]  # of a used clip: take, frames, rate, duration, windows, skeleton
+    source_sha256: str  # of the clip's file
+
+    @property
+    def used(self) -> bool:
+        """Whether the clip takes part in the ranking."""
+        return not self.reason
+
+
+@dataclass(frozen=True)
+class Study:
+    """A finished study, ready to be written down."""
+
+    library: Library
+    config: StudyConfig
+    body: Body
+    clips: tuple[ClipResult, ...]  # all of them, in the library's order
+    results: StudyResults  # the ranking, as it is read again from its folder
+    advice: Advice  # the choice under the config's constraints
+
+    @property
+    def used(self) -> list[ClipResult]:
+        """Clips that take part."""
+        return [result for result in self.clips if result.used]
+
+    @property
+    def copies(self) -> list[tuple[str, str]]:
+        """Files that show the motion of another, each with the first that shows it."""
+        return copies_among([result.clip for result in self.used], self.results.clips)

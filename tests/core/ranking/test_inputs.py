@@ -13,6 +13,7 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.duplicates import SIZE
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import score_patches
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.inputs import (
     ArrayBlocks,
     FeatureFiles,
@@ -22,7 +23,6 @@ from w2w.core.ranking.inputs import (
     clip_inputs,
     spans,
 )
-from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.windows import WindowSpec, cut_windows
 from w2w.core.study import StudyConfig

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 
 CLIP = np.repeat(np.arange(16), 3)
 ACTIVITY = np.array(["jump", "run", "sit", "wave"])[CLIP % 4]

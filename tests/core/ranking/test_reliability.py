@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.expected import agreement, clips_needed, expect, of_all, of_halves
-from w2w.core.ranking.halves import plan
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol, plan
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 

@@ -9,10 +9,8 @@ import pytest
 
 from w2w.core.ranking.classifiers import ridge
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.f1 import window_f1
-from w2w.core.ranking.halves import Scored, plan
-from w2w.core.ranking.planned import Protocol
-from w2w.core.ranking.trial_sums import TrialSums
+from w2w.core.ranking.f1 import TrialSums, window_f1
+from w2w.core.ranking.halves import Protocol, Scored, plan
 from w2w.core.ranking.utility import utility_map
 
 A = 4

@@ -8,7 +8,7 @@ import pytest
 from sklearn.metrics import f1_score
 
 from w2w.core.colours import LEAST_SPAN
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.selection.advice import best_single
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from w2w.core.clip_ranking import LabelledClip, WindowLabels
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.weights import (
     check_counting,

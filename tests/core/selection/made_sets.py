@@ -3,11 +3,11 @@
 
 import numpy as np
 
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.weights import mean_over
+from w2w.core.selection.constraints import Terms
 from w2w.core.selection.set_tests import SetTests
-from w2w.core.selection.terms import Terms
 
 N, D, CLIPS = 12, 6, 12
 NAMES = ("crawl", "jump", "run", "sit")

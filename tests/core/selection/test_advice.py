@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.patches.patches import sample_patches
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.selection.advice import advise

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from w2w.core.selection import promise as promising
+from w2w.core.selection.constraints import Terms
 from w2w.core.selection.joint import ByHalves
 from w2w.core.selection.promise import Promises, rising
-from w2w.core.selection.terms import Terms
 
 from .made_sets import N, library, prepare, terms
 

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.joint_scores import JointScores
-from w2w.core.ranking.planned import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.selection import set_tests

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.paper.joint_test import joint_content, multi_sensor_check
 from w2w.studies.paper.subsets import greedy_subset

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.motion.library import Clip, Library
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.placements.activity_groups import PAPER_GROUPS, choose_activities
 from w2w.studies.placements.comparison import compare_patches

@@ -6,7 +6,7 @@ import pytest
 from sklearn.metrics import f1_score
 
 from w2w.core.ranking.f1 import score_patches
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.placements.score_table import resampled_f1, score_table
 

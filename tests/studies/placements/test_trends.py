@@ -6,7 +6,7 @@ import pytest
 
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.placements.activity_groups import PAPER_GROUPS
 from w2w.studies.placements.trends import (

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.sweep.sensitivity import compare_maps, resampled_clips
 

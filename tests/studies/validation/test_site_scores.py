@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.validation.site_scores import site_scores
 

@@ -20,7 +20,7 @@ from ..selection.headline import (
     more_clips,
 )
 from ..selection.promise import Promise
-from .counts import interval_caution
+from .notes import interval_caution
 
 
 def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:

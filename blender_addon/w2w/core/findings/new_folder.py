@@ -23,8 +23,7 @@ from ..garments.cover import FITTED, Cover, save_covers
 from ..imu.recording import ImuRecording
 from ..motion.motion import Motion
 from ..patches.patches import PatchSet
-from ..results_folder import StudyResults
-from .finished_study import ClipResult, Study
+from ..results_folder import ClipResult, Study, StudyResults
 from .summary import config_content, write_results
 
 FOLDERS = ("motions", "signals", f"{WORK}/features", f"{WORK}/copies")

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .finished_study import Study
-from .label_notes import NAMED, listed
+from ..results_folder import Study
+from .notes import NAMED, listed
 
 ALONE = 0.8
 """Share of an activity's clips from which on a source shows it practically alone."""

@@ -24,12 +24,10 @@ from ..motion.library import Library
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..ranking.windows import WindowSpec
-from ..results_folder import UTILITY
+from ..results_folder import UTILITY, ClipResult, Study
 from ..wording import plain_words
 from .advice_content import advice_content, patch_content, rounded
-from .counts import clip_counts, few_clips
-from .finished_study import ClipResult, Study
-from .label_notes import label_content
+from .notes import clip_counts, few_clips, label_content
 from .sources import shown_in, source_caution
 
 PLACEMENTS = "placements.csv"

@@ -9,8 +9,8 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
-from ..file_names import shown
 from ..files import write_json
+from ..wording import shown
 from .presets import PRESETS, preset
 from .sensor import SensorModel, Triad
 from .sensor_fields import GIVEN_ELSEWHERE, TRIADS, sensor_with

@@ -10,8 +10,8 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from ..file_names import shown
 from ..motion.source import UnusableMotion
+from ..wording import shown
 from .joint_sets import JOINT_SETS
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from ..body.body import Body
-from ..file_names import shown
 from ..files import array_names, read_arrays, read_npy
 from ..motion.library import POSITION_KEYS
 from ..motion.source import (
@@ -21,6 +20,7 @@ from ..motion.source import (
     size_and_head,
     unreadable,
 )
+from ..wording import shown
 from .facts import SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
 from .fit import KeypointFit, Up, fit_keypoints, guess_up
 from .joint_sets import JOINT_SETS, JointSet

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..file_names import shown
+from ..wording import shown
 from .source import (
     TO_Z_UP,
     SourceMotion,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..file_names import shown
+from ..wording import shown
 from .bvh_text import BvhText, read_bvh_text
 from .repair import repaired
 from .source import TO_Z_UP, SourceMotion, people_in, refuse_pose

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ..file_names import shown
+from ..wording import shown
 from .labels import NO_LABELS, LabelCheck, read_labels
 from .library import (
     MOTION_SUFFIXES,

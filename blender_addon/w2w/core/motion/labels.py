@@ -12,7 +12,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from ..csv_tables import CsvError, read_table
-from ..file_names import shown
+from ..wording import shown
 
 
 class LibraryError(ValueError):

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from itertools import chain, count
 from pathlib import Path, PurePosixPath
 
-from ..file_names import name_bytes, shown
 from ..files import array_names, reserved
+from ..wording import name_bytes, shown
 from .asf_amc import AMC_SUFFIX
 from .import_checks import USD_SUFFIXES, VRM_SUFFIXES
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..body.skeleton import Y_UP_TO_Z_UP
-from ..file_names import shown
+from ..wording import shown
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Trainings and tests on all clips and, apart from each other, on disjoint halves of them."""
+"""The protocol of a ranking: trainings and tests on all clips and on disjoint halves of them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from math import comb
@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .folds import ALWAYS_TRAIN
+from .folds import ALWAYS_TRAIN, deal
+from .weights import weights_of
 
 HALVINGS = 4
 """Ways in which the clips, or many subjects, are halved."""
@@ -228,3 +229,73 @@ def maps_of(values: np.ndarray, plan: Plan) -> Sequence[tuple[np.ndarray, np.nda
     """The maps (A, N) of each pair, from those of all trials (trials, A, N)."""
     of = dict(zip(plan.trials, values, strict=True))
     return [(of[first], of[second]) for first, second in plan.pairs]
+
+
+@dataclass(frozen=True, eq=False)
+class Protocol:
+    """Training and testing of W windows, never on the same clip.
+
+    Clips that are one motion, and augmented copies of a clip, must bear one name
+    (`same_motion.same_motion_groups`). Windows of other activities than `activities` are not used. `seed`
+    decides the folds, the bootstrap's draws and those of a classifier given by name.
+    """
+
+    activity: np.ndarray  # (W,), of str
+    clip: np.ndarray  # (W,)
+    subject: np.ndarray | None  # (W,), of str; where given, one is left out at a time, not a fold of clips
+    is_test: np.ndarray  # (W,), bool: neither overlapping nor augmented; the others are for training only
+    activities: Sequence[str]  # in the order wanted
+    folds: int = 5  # where no subjects are given; fewer when there are fewer clips
+    seed: int = 0
+    counts: Mapping[str, float] | None = None  # weights in the means, 1 by default; 0 is trained against only
+
+    def planned(self, halvings: int = HALVINGS) -> Planned:
+        """Deal the windows to trainings and tests.
+
+        Raises
+        ------
+        ValueError
+            If fewer than two activities can be tested, or none of them counts; the message says why.
+        """
+        activity, clip, is_test = (
+            np.asarray(self.activity),
+            np.asarray(self.clip),
+            np.asarray(self.is_test, bool),
+        )
+        split = deal(activity, clip, self.subject, self.activities, self.folds, self.seed)
+        index = {name: number for number, name in enumerate(split.tested)}
+        used = np.flatnonzero(np.isin(activity, split.tested))
+        labels = np.array([index[name] for name in activity[used].tolist()])
+        fold, tested = split.fold[used], is_test[used]
+        trials = plan(labels, clip[used], fold, tested, self.subject is not None, self.seed, halvings)
+        weights = weights_of(split.tested, self.counts)
+        return Planned(
+            used, labels, fold, tested, trials, split.tested, weights, split.left_out, split.protocol
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Planned:
+    """Windows of testable activities, and the trainings and tests on them."""
+
+    used: np.ndarray  # (U,), int: the windows, of all that were given
+    labels: np.ndarray  # (U,), int: activity of each, of `activities`
+    fold: np.ndarray  # (U,), int
+    is_test: np.ndarray  # (U,), bool
+    plan: Plan
+    activities: tuple[str, ...]
+    weights: np.ndarray  # (A,): what each activity counts
+    left_out: dict[str, str]  # activities not tested, each with the reason
+    protocol: str  # in words
+
+    def among(self, rows: np.ndarray) -> Planned:
+        """The same on some of the windows, by their places in `used`, for choosing sets (`Plan.among`)."""
+        labels = self.labels[rows]
+        return replace(
+            self,
+            used=self.used[rows],
+            labels=labels,
+            fold=self.fold[rows],
+            is_test=self.is_test[rows],
+            plan=self.plan.among(rows, labels),
+        )

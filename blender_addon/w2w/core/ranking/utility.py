@@ -18,13 +18,11 @@ from .classifiers.estimator import extra_trees, own
 from .classifiers.multi3net.classifier import Multi3Net
 from .classifiers.ridge import Ridge
 from .expected import expect
-from .f1 import score_patches
+from .f1 import TASK_PATCHES, Spread, Tried, score_patches, try_patches
 from .folds import SUBJECT_OUT
-from .halves import HALVINGS, maps_of
+from .halves import HALVINGS, Planned, Protocol, maps_of
 from .inputs import PatchBlocks, SomeWindows, as_blocks
-from .planned import Planned, Protocol
 from .pooling import Pooling
-from .trial_sums import TASK_PATCHES, Spread, Tried, try_patches
 from .weights import alike, counted_columns, mean_over
 
 CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": extra_trees, "multi3net": Multi3Net}

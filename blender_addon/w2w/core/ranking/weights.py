@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from ..csv_tables import read_table
-from ..file_names import shown
 from ..motion.labels import by_label, same_label
+from ..wording import shown
 
 BACKGROUND = 0.0
 """Weight of an activity that sensors must not confuse with the others, but need not recognise."""

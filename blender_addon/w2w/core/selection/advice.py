@@ -15,10 +15,9 @@ from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import mean_over
 from .answer import Answer, Scored, answer, product_patches
-from .constraints import Constraints
+from .constraints import Constraints, Terms, open_mask
 from .joint import WORTH, JointSet, choose_together
 from .set_tests import SetTests
-from .terms import Terms, open_mask
 
 
 def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.ndarray:

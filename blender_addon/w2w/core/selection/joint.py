@@ -11,9 +11,9 @@ import numpy as np
 
 from ..ranking.weights import mean_over
 from ..threads import unthreaded_products
+from .constraints import Terms, fewest
 from .promise import Promise, Promises
 from .set_tests import SetTests, Tests
-from .terms import Terms, fewest
 
 LARGEST_SET = 6
 """Sensors up to which sets are grown."""

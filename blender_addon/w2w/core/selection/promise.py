@@ -14,8 +14,8 @@ from scipy.stats import norm
 from ..ranking.expected import UNPROVEN, agreement
 from ..ranking.weights import known_mean, mean_over
 from ..threads import unthreaded_products
+from .constraints import Terms
 from .set_tests import SetTests, Tests
-from .terms import Terms
 
 RANDOM_SETS = 16
 """Sets drawn at random, whose mean F1 is the level above which a chosen set gains."""

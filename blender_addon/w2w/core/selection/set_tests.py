@@ -11,10 +11,9 @@ import numpy as np
 
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.f1 import class_auc, window_f1
-from ..ranking.halves import Plan, Trial
+from ..ranking.halves import Plan, Protocol, Trial
 from ..ranking.inputs import PatchBlocks, SomeWindows, as_blocks, spans
 from ..ranking.joint_scores import JointScores, Training
-from ..ranking.planned import Protocol
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import counted_columns, mean_over

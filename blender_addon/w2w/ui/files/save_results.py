@@ -11,9 +11,9 @@ import bpy
 from bpy.props import StringProperty
 
 from ...core.clip_files import signals_key
-from ...core.findings.finished_study import ClipResult, Study
 from ...core.findings.new_folder import check_new, write_folder
 from ...core.motion.library import Clip, Library, unique_names
+from ...core.results_folder import ClipResult, Study
 from ...scene.base.actions import read_action
 from ...scene.base.body import armature_of
 from ..jobs.jobs import Step, Steps, in_thread, on_body, part, start

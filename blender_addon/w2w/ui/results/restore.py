@@ -14,9 +14,9 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.clip_files import STORED
-from ...core.file_names import shown
 from ...core.results_folder import StudyResults
 from ...core.study import StudyConfig
+from ...core.wording import shown
 from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack

@@ -13,7 +13,7 @@ from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
 from ...core.selection.advice import best_single
 from ...core.selection.answer import Scored, answer
-from ...core.selection.terms import Terms
+from ...core.selection.constraints import Terms
 from ...core.wording import capital
 from ...scene import heatmap
 from ...scene.base.body import body_of

@@ -15,7 +15,7 @@ from bpy.props import EnumProperty
 from ...core.body.body import Body
 from ...core.clip_files import WORK, ClipWindows, ranking_inputs
 from ...core.clip_ranking import LabelledClip, copies_among, rank_clips
-from ...core.findings.label_notes import copies_sentence
+from ...core.findings.notes import copies_sentence
 from ...core.garments.caught import HAS_CAUGHT
 from ...core.imu.recording import ImuRecording
 from ...core.motion.duplicates import motion_signature

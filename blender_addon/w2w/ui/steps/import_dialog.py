@@ -10,7 +10,7 @@ from typing import NamedTuple
 import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
 
-from ...core.findings.label_notes import label_notes
+from ...core.findings.notes import label_notes
 from ...core.motion import import_plan
 from ...core.motion.library import LibraryError
 from ...scene.motion.scene_takes import LeftOut, SceneTake, scene_takes, stands_beside

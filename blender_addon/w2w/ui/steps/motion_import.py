@@ -9,11 +9,10 @@ from typing import NamedTuple
 
 import bpy
 
-from ...core.file_names import shown
 from ...core.files import file_sha256
 from ...core.motion.import_plan import ImportPlan, same_files
 from ...core.motion.source import reason_of
-from ...core.wording import free_name
+from ...core.wording import free_name, shown
 from ...scene.base.actions import write_action
 from ...scene.base.body import armature_of, body_of
 from ...scene.motion.load import Carried, carry, read_motion

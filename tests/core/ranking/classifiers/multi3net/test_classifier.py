@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net, split_windows
-from w2w.core.ranking.planned import Protocol
+from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import utility_map
 
 SMALL = Multi3Net(
