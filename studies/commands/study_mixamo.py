@@ -17,7 +17,6 @@ from w2w.core.files import write_text
 from w2w.core.motion.labels import same_label
 from w2w.core.motion.library import Library, read_library
 from w2w.core.patches.body_parts import PLACEMENTS
-from w2w.core.patches.naming import placement_patches
 from w2w.core.ranking.weights import check_counting
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import place_patches
@@ -28,6 +27,7 @@ from w2w.headless.study_options import StudyOptions, with_study_options
 
 from ..placements.activity_groups import FEWEST_MOTIONS, PAPER_GROUPS, PER_GROUP, choose_activities
 from ..placements.comparison import PatchDifference, compare_patches
+from ..placements.placement_patches import placement_patches
 from ..placements.placement_study import CLAIMS, PAGES, write_placement_study
 from ..placements.score_table import score_table
 from ..placements.score_text import show_scores, write_scores

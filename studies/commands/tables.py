@@ -13,11 +13,11 @@ import typer
 
 from w2w.core.csv_tables import read_table
 from w2w.core.motion.labels import by_label
-from w2w.core.patches.naming import placement_patches
 from w2w.core.results_folder import StudyResults
 from w2w.headless.console import USAGE, show_left_out
 from w2w.headless.runs.own_files import check, claimed, new_file
 
+from ..placements.placement_patches import placement_patches
 from ..placements.score_table import score_table
 from ..placements.score_text import show_placements, show_scores, write_scores
 from .consoles import show_caution, wide_console

@@ -10,11 +10,11 @@ from rich.console import Console
 
 from w2w.core.files import write_text
 from w2w.core.patches.body_parts import PLACEMENTS
-from w2w.core.patches.naming import placement_patches
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import CANNOT_RANK, mean_sentence
 
 from .activity_groups import PAPER_GROUPS
+from .placement_patches import placement_patches
 from .score_table import ScoreRow, score_table
 from .trend_table import show_trends, trend_csv, trend_markdown
 from .trends import Claim, judge

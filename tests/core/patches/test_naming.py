@@ -16,7 +16,7 @@ from w2w.core.body.regions import regions_of
 from w2w.core.body.shapes import shaped
 from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES
 from w2w.core.patches.body_parts import PLACEMENTS
-from w2w.core.patches.naming import place, placement_patches, resolve
+from w2w.core.patches.naming import place, resolve
 from w2w.core.patches.own_placements import patches_at
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.core.patches.spots import Spot, vertex_at
@@ -145,20 +145,6 @@ def test_round_a_limb_the_outside_is_meant_on_every_build(build) -> None:
         "scapula right": "right posterior scapula",
     }.items():
         assert names[codes[place(words, build)]] == region
-
-
-@pytest.mark.parametrize("side", SIDES)
-def test_the_eleven_placements_are_eleven_patches_near_their_places(bundled_body, patches, side) -> None:
-    found = placement_patches(bundled_body, patches, side)
-    assert len({near.patch for near in found.values()}) == len(found) == 11
-    for one in PLACEMENTS:
-        centre = bundled_body.vertices[place(one.on(side), bundled_body)]
-        away = np.linalg.norm(bundled_body.vertices[patches.vertices] - centre, axis=1)
-        patch, away_m = found[one.name]
-        assert away_m == pytest.approx(away[patch])
-        assert away_m < min(0.05, away.min() + 0.01)  # the nearest over the skin, or nearly
-        named = f"{side} {one.name}" if one.sided else one.name
-        assert patch == resolve(named, bundled_body, patches)
 
 
 def test_a_placement_without_side_is_the_left_one(bundled_body) -> None:

@@ -13,7 +13,6 @@ from typer.testing import CliRunner
 
 from w2w.core.body.body import Body
 from w2w.core.files import file_sha256
-from w2w.core.patches.naming import placement_patches
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
@@ -23,6 +22,7 @@ from w2w.core.selection.headline import as_good_as
 from w2w.headless.app import APP
 from w2w.headless.runs.folder import only_run
 from w2w.scene.files.study_file import read_record
+from w2w.studies.placements.placement_patches import placement_patches
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 

@@ -15,11 +15,11 @@ from typer.testing import CliRunner
 
 from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.body_parts import PLACEMENTS
-from w2w.core.patches.naming import placement_patches
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
 from w2w.studies.commands.study_mixamo import show_placements
 from w2w.studies.commands.study_rehab import by_quality, headings, rehab_takes
+from w2w.studies.placements.placement_patches import placement_patches
 from w2w.studies.rehab.background import BACKGROUND
 from w2w.studies.rehab.executions import FAULTS, WELL
 

@@ -85,10 +85,10 @@ def resolve(
     own = {patch.lower(): index for index, patch in enumerate(patches.names)}
     if (words := plain_words(name)) in own:
         return own[words]
-    return _nearest(name, name, body, patches, say, silent_m).patch
+    return nearest(name, name, body, patches, say, silent_m).patch
 
 
-def _nearest(
+def nearest(
     called: str,
     where: str,
     body: Body,
@@ -96,6 +96,7 @@ def _nearest(
     say: Callable[[str], object],
     silent_m: float = NEAR_M,
 ) -> Nearest:
+    """The patch nearest to the place `where`, which a sentence for `say` calls `called`; as `resolve`."""
     vertex = place(where, body)
     patch = int(patches.labels[vertex])
     away = float(np.linalg.norm(body.vertices[patches.vertices[patch]] - body.vertices[vertex]))
@@ -120,24 +121,6 @@ def _region_by_name() -> dict[str, str]:
             f"{side} {name}": region.replace("*", side) for name, region in meant.items() if "*" in region
         }
     return region_of
-
-
-def placement_patches(
-    body: Body, patches: PatchSet, side: str = DEFAULT_SIDE, say: Callable[[str], object] = warnings.warn
-) -> dict[str, Nearest]:
-    """Patch of each of the 11 placements on one side of the body, by its name, where one is near enough.
-
-    `say` is given the reasons why placements are left out; a ValueError where all are.
-    """
-    found = {}
-    for one in PLACEMENTS:
-        try:
-            found[one.name] = _nearest(one.name, one.on(side), body, patches, say)
-        except ValueError as too_far:
-            if one is PLACEMENTS[-1] and not found:
-                raise
-            say(str(too_far))
-    return found
 
 
 def _vertex(body: Body, words: str) -> int:
