@@ -170,14 +170,6 @@ class Ranking:
             raise ValueError("only the classifier 'ridge' chooses sets to wear together")
         return choose_to_wear(self.utility, self.patches, self.body, config, self._set_tests).worn
 
-    def _checked(self, patches: Sequence[int]) -> list[int]:
-        for patch in patches:
-            if not (isinstance(patch, Integral) and 0 <= patch < len(self.patches)):
-                raise ValueError(
-                    f"patches are numbered from 0 to {len(self.patches) - 1}, not {patch!r}; `at` finds them"
-                )
-        return [int(patch) for patch in patches]
-
     @cached_property
     def _set_tests(self) -> SetTests | None:
         """Tests for sets of patches; None for other classifiers than the ridge."""
@@ -186,8 +178,12 @@ class Ranking:
 
     def table(self, patches: Sequence[int] | None = None) -> list[dict[str, Any]]:
         """A row for each patch: number, name, region, expected F1 with its interval, F1 on these clips."""
-        chosen = range(len(self.patches)) if patches is None else self._checked(patches)
-        utility = self.utility
+        chosen, utility = range(len(self.patches)) if patches is None else patches, self.utility
+        for patch in chosen:
+            if not (isinstance(patch, Integral) and 0 <= patch < len(self.patches)):
+                raise ValueError(
+                    f"patches are numbered from 0 to {len(self.patches) - 1}, not {patch!r}; `at` finds them"
+                )
         expected = ("expected_mean", "expected_low", "expected_high")
         after = ("mean", "mean_low", "mean_high")
         names = apart(self.activities, ("patch", "name", "region", *expected, *after))

@@ -13,7 +13,7 @@ import numpy as np
 
 from .files import DAMAGED, load_arrays, write_npz
 from .motion.library import WORK_FOLDER
-from .ranking.inputs import PatchBlocks, clip_inputs
+from .ranking.inputs import FeatureFiles, PatchBlocks, WindowFiles
 from .ranking.utility import inputs_of
 from .ranking.windows import WindowSpec
 
@@ -84,12 +84,12 @@ def ranking_inputs(
     clips: Sequence[tuple[Path, str]], windows: Sequence[ClipWindows], classifier: str, spec: WindowSpec
 ) -> PatchBlocks:
     """A classifier's inputs from clips, given by folder and name, and their copies, read from disk."""
+    if inputs_of(classifier) == "features":
+        return FeatureFiles([features_file(*clip) for clip in clips])
     recordings = [
         path for clip, found in zip(clips, windows, strict=True) for path in recordings_of(*clip, found)
     ]
-    counts = [count for found in windows for count in found.counts]
-    features = [features_file(*clip) for clip in clips]
-    return clip_inputs(inputs_of(classifier), features, recordings, counts, spec)
+    return WindowFiles(recordings, [count for found in windows for count in found.counts], spec)
 
 
 STORED = "run-"

@@ -53,12 +53,9 @@ class WindowLabels:
     def of(cls, clips: Sequence[LabelledClip], windows: Sequence[ClipWindows]) -> WindowLabels:
         """Labels of the windows of ranked clips, one clip after another."""
         counts = [len(found.is_test) for found in windows]
-        return cls(
-            np.repeat([clip.activity for clip in clips], counts),
-            np.repeat([clip.motion_key for clip in clips], counts),
-            np.repeat([clip.subject for clip in clips], counts),
-            np.concatenate([found.is_test for found in windows]),
-        )
+        labels = ([getattr(clip, name) for clip in clips] for name in ("activity", "motion_key", "subject"))
+        is_test = np.concatenate([found.is_test for found in windows])
+        return cls(*(np.repeat(values, counts) for values in labels), is_test)
 
     def some(self, rows: np.ndarray) -> WindowLabels:
         """Of some windows, by their numbers or a mask."""
@@ -116,11 +113,8 @@ def same_motions(
     clips: Sequence[Clip | LabelledClip], windows: Sequence[ClipWindows]
 ) -> tuple[LabelledClip, ...]:
     """The clips, each with the first that shows the same motion."""
-    groups = same_clips(
-        [clip.name for clip in clips],
-        [clip.motion_key for clip in clips],
-        [found.signature for found in windows],
-    )
+    names, keys = [clip.name for clip in clips], [clip.motion_key for clip in clips]
+    groups = same_clips(names, keys, [found.signature for found in windows])
     first = np.unique(groups, return_index=True)[1]
     return tuple(
         LabelledClip(clip.name, clip.activity, clip.subject, clips[int(first[group])].name)

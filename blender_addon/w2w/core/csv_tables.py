@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from .wording import shown
 
-SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
+SEPARATORS = ",;\t|"
 
 BYTE_ORDER_MARKS = (
     (b"\xef\xbb\xbf", "utf-8-sig"),
@@ -50,10 +50,9 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
     """
     text, note = decoded(Path(path))
     lines = io.StringIO(text, newline="")
-    first = 0
-    if re.match(r'"?sep=.', text, re.IGNORECASE):  # Excel's own note on the separator
+    first = int(bool(re.match(r'"?sep=.', text, re.IGNORECASE)))  # Excel's own note on the separator
+    if first:
         lines.readline()
-        first = 1
     start = lines.tell()
     header = lines.readline()
     separator = max(SEPARATORS, key=lambda mark: len(set(required) & set(_columns(header, mark))))
@@ -63,7 +62,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
         raise CsvError(
             f"{shown(path)} needs the columns {wanted} in its first line, and has: "
             f"{', '.join(filter(None, columns)) or 'nothing'} "
-            f"(columns may be separated by {_listed(SEPARATORS.values())})"
+            "(columns may be separated by commas, semicolons, tabs or bars)"
         )
     twice = [name for name in (*required, *optional) if columns.count(name) > 1]
     if twice:
@@ -149,8 +148,3 @@ def decoded(path: Path) -> tuple[str, str]:
 def _columns(header: str, separator: str) -> list[str]:
     cells = next(csv.reader([header], delimiter=separator), [])
     return [cell.strip().lower() for cell in cells]
-
-
-def _listed(words: Iterable[str]) -> str:
-    *others, last = words
-    return f"{', '.join(others)} or {last}"

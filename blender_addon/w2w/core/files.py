@@ -47,7 +47,9 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
         raise FileNotFoundError(ENOENT, "There is no such folder", str(path.parent))
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:40]}.", suffix=UNFINISHED)
     try:
-        Path(temporary).chmod(0o666 & ~_umask())
+        mask = os.umask(0)  # the only way to read it
+        os.umask(mask)
+        Path(temporary).chmod(0o666 & ~mask)
         with os.fdopen(handle, "wb") as stream:
             yield stream
         Path(temporary).replace(path)
@@ -70,8 +72,7 @@ def write_npz(path: str | Path, arrays: Mapping[str, Any], compress: bool = Fals
 
 def write_json(path: str | Path, content: Any) -> None:
     """Write indented UTF-8 JSON atomically; refuses NaN and infinities."""
-    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
-    write_text(path, text + "\n")
+    write_text(path, json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def json_number(value: float) -> float | None:
@@ -97,12 +98,6 @@ def file_sha256(path: str | Path) -> str:
     """SHA-256 of a file's bytes, in hexadecimal."""
     with Path(path).open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
 
 
 DAMAGED = (
@@ -160,7 +155,8 @@ def read_arrays(path: str | Path, names: Collection[str], most_bytes: int) -> di
             arrays = {}
             for name, member in members.items():
                 try:
-                    arrays[name] = _read_member(archive, member)
+                    with archive.open(member) as stream:
+                        arrays[name] = _read_values(stream, archive.getinfo(member).file_size)
                 except ValueError as error:  # numpy's own words quote bytes
                     raise ValueError(f"its '{name}' is damaged or holds neither numbers nor text") from error
             return arrays
@@ -196,11 +192,6 @@ def read_npy(path: str | Path) -> np.ndarray:
         raise ValueError(f"{path} is damaged or no npy file of numbers or text") from error
 
 
-def _read_member(archive: ZipFile, member: str) -> np.ndarray:
-    with archive.open(member) as stream:
-        return _read_values(stream, archive.getinfo(member).file_size)
-
-
 def _read_values(stream: BinaryIO, held: int) -> np.ndarray:
     """The array of an npy stream that holds `held` bytes, whatever its header claims.
 
@@ -216,8 +207,10 @@ def _read_values(stream: BinaryIO, held: int) -> np.ndarray:
         if stream.readinto(piece) != len(piece):
             raise ValueError("it holds less than it claims")
     array = np.ndarray(shape, dtype, data, order="F" if is_fortran else "C")
-    if dtype.kind == "U" and not _is_text(array):
-        raise ValueError("it holds characters that do not exist")
+    if dtype.kind == "U":  # on characters that do not exist Python fails with an internal error
+        letters = data.view(np.dtype(np.uint32).newbyteorder(dtype.byteorder))
+        if (letters > MAX_CHARACTER).any():
+            raise ValueError("it holds characters that do not exist")
     return array
 
 
@@ -230,14 +223,6 @@ def _fault(path: str | Path, error: Exception) -> str:
     if isinstance(error, RuntimeError):
         return "it is locked with a password"
     return "it is damaged" if is_zipfile(path) else "it is no zip archive, which an npz file is"
-
-
-def _is_text(array: np.ndarray) -> bool:
-    """Whether all characters exist: on others Python fails with an internal error."""
-    letters = (
-        np.ascontiguousarray(array).reshape(-1).view(np.dtype(np.uint32).newbyteorder(array.dtype.byteorder))
-    )
-    return bool((letters <= MAX_CHARACTER).all())
 
 
 def read_header(stream: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype]:

@@ -81,10 +81,8 @@ def _declared(record: Any, path: tuple[str, ...]) -> Iterator[tuple[str, Paramet
         if DECLARED in item.metadata:
             declared, where = item.metadata[DECLARED], (*path, item.name)
             named = declared.name or item.name
-            yield (
-                named,
-                replace(declared, name=named, path=where, kind=hints[item.name], default=item.default),
-            )
+            about = {"name": named, "path": where, "kind": hints[item.name], "default": item.default}
+            yield named, replace(declared, **about)
         elif inner:
             yield from _declared(inner[0], (*path, item.name))
 
@@ -134,9 +132,8 @@ def _value(kind: Any, given: Any, readers: Mapping[type, Callable[[Any], Any]], 
             )
     if origin is Literal and given in parts:
         return given
-    if kind is float and isinstance(given, Real) and not isinstance(given, bool):
-        return given
-    if isinstance(kind, type) and type(given) is kind:
+    is_number = kind is float and isinstance(given, Real) and not isinstance(given, bool)
+    if is_number or (isinstance(kind, type) and type(given) is kind):
         return given
     raise ValueError(f"{where} must be {_said(kind)}, not {given!r}")
 

@@ -111,15 +111,11 @@ class StudyResults:
 
 def _clips(used: list[dict[str, Any]]) -> tuple[LabelledClip, ...]:
     name_of = {entry["file"]: entry["clip"] for entry in used}
-    return tuple(
-        LabelledClip(
-            entry["clip"],
-            entry["activity"],
-            entry["subject"],
-            name_of[entry.get("same_motion_as", entry["file"])],
-        )
-        for entry in used
-    )
+    clips = []
+    for entry in used:
+        first = name_of[entry.get("same_motion_as", entry["file"])]
+        clips.append(LabelledClip(entry["clip"], entry["activity"], entry["subject"], first))
+    return tuple(clips)
 
 
 def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
@@ -129,9 +125,8 @@ def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
     Signals stay as they are; with the ridge it takes seconds. ValueError if no activity counts that can be
     tested.
     """
-    wanted = weights_of(
-        study.utility.activities, counting(study.utility.activities, config.background, config.weights)
-    )
+    activities = study.utility.activities
+    wanted = weights_of(activities, counting(activities, config.background, config.weights))
     parameters = {**study.parameters, "background": list(config.background), "weights": plain(config.weights)}
     study = replace(study, parameters=parameters)
     if np.array_equal(wanted, study.utility.weights):

@@ -27,8 +27,7 @@ def for_each(work: Callable[[Part], None], parts: Sequence[Part]) -> None:
                 work(part)
             return
         with ThreadPoolExecutor(n_threads()) as pool:
-            for _ in pool.map(work, parts):
-                pass
+            list(pool.map(work, parts))
 
 
 def unthreaded_products() -> AbstractContextManager[None]:

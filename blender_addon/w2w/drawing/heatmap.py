@@ -184,11 +184,11 @@ def _draw_bar(
     axes.imshow(colour_table(colour_map)[::-1, None], aspect="auto", extent=(0, 1, *span))
     axes.set_axis_on()
     axes.yaxis.tick_right()
-    axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]) if high > low else MaxNLocator(1))
-    if not high > low:
-        axes.set_yticks([low], [f"{low:.2f}"])
-    else:
+    if high > low:
+        axes.yaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
         axes.yaxis.set_major_formatter(ScalarFormatter(useOffset=False))
+    else:
+        axes.set_yticks([low], [f"{low:.2f}"])
     axes.set_xticks([])
     axes.tick_params(length=0, pad=5, labelsize=9.5, labelcolor=page.INK, labelfontfamily=page.FONT)
     for spine in axes.spines.values():

@@ -197,12 +197,12 @@ def draw_list(
         )  # fmt: skip
 
 
-def apart(anchors: np.ndarray, gap: float, rounds: int = 200) -> np.ndarray:
+def apart(anchors: np.ndarray, gap: float) -> np.ndarray:
     """Positions near the anchors, at least `gap` from one another."""
     # a spiral of tiny offsets, so that equal anchors have a direction to part in
     turns = np.arange(len(anchors)) * 2.4
     positions = anchors + 1e-3 * gap * np.stack([np.cos(turns), np.sin(turns)], axis=-1)
-    for _ in range(rounds):
+    for _ in range(200):
         offsets = positions[:, None] - positions[None, :]
         lengths = np.linalg.norm(offsets, axis=-1)
         np.fill_diagonal(lengths, np.inf)

@@ -20,7 +20,6 @@ from w2w.core.ranking.inputs import (
     SomeWindows,
     StoredArray,
     WindowFiles,
-    clip_inputs,
     spans,
 )
 from w2w.core.ranking.utility import UtilityMap, utility_map
@@ -162,15 +161,14 @@ def test_windows_come_from_the_recordings_as_if_cut_whole(tmp_path):
         np.testing.assert_array_equal(windows.patches(first, last), expected[:, first:last])
 
 
-def test_a_classifier_gets_what_it_asks_for(tmp_path):
+def test_features_and_windows_from_files_have_the_shapes_that_classifiers_take(tmp_path):
     paths, kept = recordings(tmp_path)
     windows = [len(cut_windows(recording, WindowSpec()).signals) for recording in kept]
     feature_paths = [tmp_path / f"features{number}.npz" for number in range(len(kept))]
     for path, count in zip(feature_paths, windows, strict=True):
         write_npz(path, {"features": np.zeros((count, 7, 5), dtype=np.float32)})
-    arguments = (feature_paths, paths, windows, WindowSpec())
-    assert clip_inputs("features", *arguments).shape == (sum(windows), 7, 5)
-    assert clip_inputs("windows", *arguments).shape == (sum(windows), 7, 100, 6)
+    assert FeatureFiles(feature_paths).shape == (sum(windows), 7, 5)
+    assert WindowFiles(paths, windows, WindowSpec()).shape == (sum(windows), 7, 100, 6)
 
 
 def test_files_of_other_places_are_said(tmp_path):

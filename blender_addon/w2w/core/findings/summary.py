@@ -100,17 +100,9 @@ def patch_table(utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) ->
     for patch, region in enumerate(patches.regions):
         means = (utility.mean, utility.mean_low, utility.mean_high)
         scores = [*utility.f1[patch], *(values[patch] for values in (*means, *utility.expected))]
-        rows.append(
-            [
-                patch,
-                region,
-                patches.vertices[patch],
-                *(f"{score:.{DIGITS}f}" for score in scores),
-                utility.rank_low[patch],
-                utility.rank_high[patch],
-                clusters[patch],
-            ]
-        )
+        cells = [f"{score:.{DIGITS}f}" for score in scores]
+        ranks = utility.rank_low[patch], utility.rank_high[patch]
+        rows.append([patch, region, patches.vertices[patch], *cells, *ranks, clusters[patch]])
     return csv_text(rows)
 
 
@@ -151,20 +143,16 @@ def config_content(study: Study) -> dict[str, Any]:
 
 def versions() -> dict[str, str]:
     """Version of W2W, of Python, of Blender and of each library that results depend on."""
-    found = {"w2w": _own_version(), "python": platform.python_version()}
+    try:
+        manifest = (PACKAGE.parents[1] / "blender_manifest.toml").read_text(encoding="utf-8")
+        own = tomllib.loads(manifest)["version"]
+    except OSError:
+        own = _installed("where-to-wear")
+    found = {"w2w": own, "python": platform.python_version()}
     found |= {name: version for name in LIBRARIES if (version := _installed(name))}
     if "bpy" not in found and "bpy" in sys.modules:  # the Blender program
         found["bpy"] = sys.modules["bpy"].app.version_string
     return found
-
-
-def _own_version() -> str:
-    """W2W's version, from the manifest of the extension or the tree, else from pip."""
-    try:
-        manifest = (PACKAGE.parents[1] / "blender_manifest.toml").read_text(encoding="utf-8")
-        return tomllib.loads(manifest)["version"]
-    except OSError:
-        return _installed("where-to-wear")
 
 
 def _installed(name: str) -> str:

@@ -78,7 +78,8 @@ def expect(
     freedom = repeat.freedom if plan.disjoint else max(len(plan.whole.splits) - 1, 1)
     reach = t(freedom).ppf((1 + level) / 2) * np.sqrt(repeat.variance)
     as_good = _as_good(mean, repeat.noise_maps, level, seed)
-    chance = _beats_average(mean, repeat.of_lead)
+    lead = float(mean.max() - mean.mean())
+    chance = float(norm.cdf(lead / np.sqrt(repeat.of_lead))) if repeat.of_lead > 0 else float(lead > 0)
     return Expected(
         f1=np.clip(by_activity, 0, 1).T.astype(np.float32),
         mean=np.clip(mean, 0, 1).astype(np.float32),
@@ -127,12 +128,15 @@ def _repeat(f1: np.ndarray, plan: Plan, pooling: Pooling, weights: np.ndarray, s
     halved = _variance(raw_means, pooled_means, slope, noise_ratio, plan.shrink)
     variance = rest.variance_with(halved.of_level + halved.of_patch, raw)
     compared = min(len(raw), len(np.unique(plan.vote[plan.vote >= 0])) - 1)  # halvings of few share people
+    of_level = rest.halved**2 * halved.of_level
     return _Repeat(
         side_share=side_share,
         slope=slope.of_all,
         slope_by_activity=_slope(pooled, raw, plan.disjoint).of_all,
         variance=variance,
-        freedom=_freedom(rest.halved**2 * halved.of_level, compared, variance),
+        # its level rests on few comparisons, the rest on many patches (Satterthwaite 1946,
+        # doi:10.2307/3002019)
+        freedom=compared * (variance / of_level) ** 2 if of_level > 0 else np.inf,
         of_lead=rest.halved**2 * halved.of_lead + float(noise_of_rest.var()),
         noise_maps=(leads[:, 0] - leads[:, 1]) / np.sqrt(plan.shrink) + noise_of_rest,
         reliability=of_all(agreement(raw_means)) if plan.disjoint else np.nan,
@@ -203,18 +207,13 @@ def _variance(raw: Pairs, pooled: Pairs, slope: _Slope, noise_ratio: float, shri
     signal = np.mean([(centred(a) * centred(b)).mean() for a, b in raw])
     pooled_variance = np.mean([np.var(half) for pair in pooled for half in pair])
     explained = float(slope.spearman_brown * slope.of_half**2 * pooled_variance)
-    of_lead = _lead_error(raw, pooled, slope.of_half) * 2 * noise_ratio / shrink
-    return _Variance(float(of_level), float((max(signal - explained, 0.0) + noise) / 2), of_lead)
-
-
-def _lead_error(raw: Pairs, pooled: Pairs, slope: float) -> float:
-    """Mean square by which the leads of one half's best patches miss what the other half shows."""
-    missed = []
+    missed = []  # by how much the leads of one half's best patches miss what the other half shows
     for (raw_a, raw_b), (a, b) in zip(raw, pooled, strict=True):
         for here, there in ((a, raw_b), (b, raw_a)):
             best = np.argsort(-here, kind="stable")[: max(len(here) // LEADERS, 1)]
-            missed.append((centred(there) - slope * centred(here))[best])
-    return float(np.square(missed).mean())
+            missed.append((centred(there) - slope.of_half * centred(here))[best])
+    of_lead = float(np.square(missed).mean()) * 2 * noise_ratio / shrink
+    return _Variance(float(of_level), float((max(signal - explained, 0.0) + noise) / 2), of_lead)
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,12 +254,6 @@ class Unhalved:
         return float(self.halved**2 * variance + (self.shares**2 / self.clips).sum() * apart.mean())
 
 
-def _freedom(of_level: float, compared: int, variance: float) -> float:
-    """Degrees of freedom of a variance whose part `of_level` rests on few comparisons, the rest on many
-    patches (Satterthwaite 1946, doi:10.2307/3002019)."""
-    return compared * (variance / of_level) ** 2 if of_level > 0 else np.inf
-
-
 def _as_good(mean: np.ndarray, noise_maps: np.ndarray, level: float, seed: int) -> np.ndarray:
     """Patches that noise alone would leave as far behind the best more often than 1 - level.
 
@@ -273,12 +266,6 @@ def _as_good(mean: np.ndarray, noise_maps: np.ndarray, level: float, seed: int) 
     noise = draws @ noise_maps / np.sqrt(len(noise_maps))
     furthest = np.quantile(noise.max(axis=1, keepdims=True) - noise, level, axis=0)
     return mean.max() - mean <= furthest + 1e-9
-
-
-def _beats_average(mean: np.ndarray, variance: float) -> float:
-    """Chance that the best patch's lead over the average one is above zero, given its variance."""
-    lead = float(mean.max() - mean.mean())
-    return float(norm.cdf(lead / np.sqrt(variance))) if variance > 0 else float(lead > 0)
 
 
 def agreement(pairs: Pairs) -> float:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -107,19 +107,24 @@ def score_patches(
     """
     units = _Units(truth, clip, n_activities)
     weights = clip_resamples(units.activity, n_resamples, np.random.default_rng(seed))
-    f1, confusion = [], []
     if block is None:
         block = max(1, COUNT_BYTES // (len(units.size) * n_activities * np.dtype(np.float32).itemsize))
-
-    def counted() -> Iterator[ClipCounts]:
-        for first in range(0, predictions.shape[1], block):
-            counts = units.count(predictions[:, first : first + block])
-            f1.append(f1_scores(counts, np.ones((1, len(counts.size))))[0])
-            confusion.append(counts.confusion())
-            yield counts
-
     share = np.ones(n_activities) if activity_weights is None else activity_weights
-    bootstrap = _bootstrap(counted(), weights, level, share)
+    tail = [(1 - level) / 2, (1 + level) / 2]
+    f1, confusion, means, bounds = [], [], [], []
+    for first in range(0, predictions.shape[1], block):
+        counts = units.count(predictions[:, first : first + block])
+        f1.append(f1_scores(counts, np.ones((1, len(counts.size))))[0])
+        confusion.append(counts.confusion())
+        scores = f1_scores(counts, weights)
+        means.append(mean_over(scores, share))
+        bounds.append(np.quantile(scores, tail, axis=0, overwrite_input=True).astype(np.float32))
+    samples = np.concatenate(means, axis=1)
+    ranks = rankdata(-samples, axis=1, method="min")
+    f1_low, f1_high = np.concatenate(bounds, axis=1)
+    mean_low, mean_high = np.quantile(samples, tail, axis=0).astype(np.float32)
+    rank_low, rank_high = np.quantile(ranks, tail, axis=0, method="nearest").astype(np.int32)
+    bootstrap = Bootstrap(f1_low, f1_high, mean_low, mean_high, rank_low, rank_high, samples)
     return np.concatenate(f1), np.concatenate(confusion), bootstrap
 
 
@@ -168,24 +173,6 @@ def clip_resamples(activity: np.ndarray, n_resamples: int, rng: np.random.Genera
         chances = np.full(len(members), 1 / len(members))
         weights[:, members] = rng.multinomial(len(members), chances, size=n_resamples)
     return weights
-
-
-def _bootstrap(
-    blocks: Iterable[ClipCounts], weights: np.ndarray, level: float, share: np.ndarray
-) -> Bootstrap:
-    """Intervals from resamples' weights, over blocks of patches."""
-    tail = [(1 - level) / 2, (1 + level) / 2]
-    f1_bounds, means = [], []
-    for counts in blocks:
-        scores = f1_scores(counts, weights)
-        means.append(mean_over(scores, share))
-        f1_bounds.append(np.quantile(scores, tail, axis=0, overwrite_input=True).astype(np.float32))
-    means = np.concatenate(means, axis=1)
-    ranks = rankdata(-means, axis=1, method="min")
-    f1_low, f1_high = np.concatenate(f1_bounds, axis=1)
-    mean_low, mean_high = np.quantile(means, tail, axis=0).astype(np.float32)
-    rank_low, rank_high = np.quantile(ranks, tail, axis=0, method="nearest").astype(np.int32)
-    return Bootstrap(f1_low, f1_high, mean_low, mean_high, rank_low, rank_high, means)
 
 
 def class_auc(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.ndarray:

@@ -131,6 +131,9 @@ def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
     above = channels > 0
     crossings = (above[1:] != above[:-1]).mean(axis=0, dtype=np.float32)
     power = spectrum(channels.reshape(samples, -1)).reshape(-1, 8, n_sensors)
+    first, second = np.triu_indices(6, 1)
+    products = [(channels[:, a : a + 1] * channels[:, a + 1 : 6]).mean(axis=0) for a in range(5)]
+    correlations = np.concatenate(products) / (deviation[first] * deviation[second])
 
     columns = [
         np.arcsinh(mean),
@@ -142,16 +145,9 @@ def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
         np.log(slope * (spectrum.rate / 10) + FLOOR) / 1.5,
         np.log1p(crossings * spectrum.rate / 4) - 1,
         *(np.log(power + FLOOR**2) / 2.5 + 2),
-        2 * _correlations(channels[:, :6], deviation[:6]),
+        2 * correlations,
     ]
     return np.concatenate(columns).T
-
-
-def _correlations(centred: np.ndarray, deviation: np.ndarray) -> np.ndarray:
-    """Correlations between the six channels: (samples, 6, N), (6, N) -> (15, N)."""
-    first, second = np.triu_indices(6, 1)
-    pairs = [(centred[:, a : a + 1] * centred[:, a + 1 :]).mean(axis=0) for a in range(5)]
-    return np.concatenate(pairs) / (deviation[first] * deviation[second])
 
 
 def further_features(recording: ImuRecording, spec: WindowSpec, names: Sequence[str]) -> np.ndarray:

@@ -257,11 +257,8 @@ class Protocol:
         ValueError
             If fewer than two activities can be tested, or none of them counts; the message says why.
         """
-        activity, clip, is_test = (
-            np.asarray(self.activity),
-            np.asarray(self.clip),
-            np.asarray(self.is_test, bool),
-        )
+        activity, clip = np.asarray(self.activity), np.asarray(self.clip)
+        is_test = np.asarray(self.is_test, bool)
         split = deal(activity, clip, self.subject, self.activities, self.folds, self.seed)
         index = {name: number for number, name in enumerate(split.tested)}
         used = np.flatnonzero(np.isin(activity, split.tested))
@@ -291,11 +288,5 @@ class Planned:
     def among(self, rows: np.ndarray) -> Planned:
         """The same on some of the windows, by their places in `used`, for choosing sets (`Plan.among`)."""
         labels = self.labels[rows]
-        return replace(
-            self,
-            used=self.used[rows],
-            labels=labels,
-            fold=self.fold[rows],
-            is_test=self.is_test[rows],
-            plan=self.plan.among(rows, labels),
-        )
+        some = {name: getattr(self, name)[rows] for name in ("used", "fold", "is_test")}
+        return replace(self, **some, labels=labels, plan=self.plan.among(rows, labels))

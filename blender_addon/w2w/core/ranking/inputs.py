@@ -8,7 +8,7 @@ import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Literal, Protocol, runtime_checkable
+from typing import ClassVar, Protocol, runtime_checkable
 from zipfile import ZIP_STORED, ZipFile
 
 import numpy as np
@@ -154,19 +154,6 @@ def spans(source: PatchBlocks, budget: int = BLOCK_BYTES) -> Iterator[tuple[int,
     size = max(1, budget // max(1, n_windows * math.prod(rest) * ITEM_BYTES))
     for first in range(0, n_patches, size):
         yield first, min(first + size, n_patches)
-
-
-def clip_inputs(
-    kind: Literal["features", "windows"],
-    features: Sequence[Path],
-    recordings: Sequence[Path],
-    windows: Sequence[int],
-    spec: WindowSpec,
-) -> PatchBlocks:
-    """Inputs for a classifier that takes this kind (`utility.inputs_of`)."""
-    if kind == "features":
-        return FeatureFiles(features)
-    return WindowFiles(recordings, windows, spec)
 
 
 class FeatureFiles:

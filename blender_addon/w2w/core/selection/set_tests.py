@@ -42,19 +42,17 @@ class Tests:
         alone: np.ndarray | None = None,
     ) -> None:
         self._scores, self._labels, self._trial = scores, labels, trial
-        self._n_activities, self._pooling = len(weights), pooling
-        self.weights = weights
+        self._pooling, self.weights = pooling, weights
         if alone is not None:
             self.alone = alone
+
+    def _f1(self, scores: np.ndarray) -> np.ndarray:
+        return window_f1(scores.argmax(axis=1), self._labels, len(self.weights))
 
     @cached_property
     def alone(self) -> np.ndarray:
         """F1 of each patch alone, shape (A, N)."""
-
-        def judge(scores: np.ndarray) -> np.ndarray:
-            return window_f1(scores.argmax(axis=1), self._labels, self._n_activities)
-
-        return np.stack(self._scores.of_added((), range(self._scores.n_patches), judge), axis=1)
+        return np.stack(self._scores.of_added((), range(self._scores.n_patches), self._f1), axis=1)
 
     @property
     def map(self) -> np.ndarray:
@@ -73,12 +71,13 @@ class Tests:
 
     def added(self, worn: Sequence[int], candidates: np.ndarray, worst: bool) -> np.ndarray:
         """Area under the ROC curve with each candidate added: the mean over activities, or the least."""
-        areas = np.array(self._scores.of_added(worn, candidates.tolist(), self._areas))
+
+        def judge(scores: np.ndarray) -> np.ndarray:
+            return class_auc(scores, self._labels, self._trial.weight)[self._trial.testable]
+
+        areas = np.array(self._scores.of_added(worn, candidates.tolist(), judge))
         weights = self._shown_weights
         return areas[:, weights > 0].min(axis=1) if worst else mean_over(areas, weights)
-
-    def _areas(self, scores: np.ndarray) -> np.ndarray:
-        return class_auc(scores, self._labels, self._trial.weight)[self._trial.testable]
 
     def f1_of_first(self, order: Sequence[int]) -> np.ndarray:
         """F1 by the first patch, the first two, and so on, shape (K, A); NaN where not tested."""
@@ -86,10 +85,7 @@ class Tests:
 
     def f1_of_firsts(self, orders: Sequence[Sequence[int]], sizes: Sequence[int] | None = None) -> np.ndarray:
         """The same of several orders of one length, shape (orders, K, A); of some `sizes` only, if given."""
-        found = [
-            [window_f1(scores.argmax(axis=1), self._labels, self._n_activities) for scores in of_order]
-            for of_order in self._scores.each_first_of(orders, sizes)
-        ]
+        found = [list(map(self._f1, of_order)) for of_order in self._scores.each_first_of(orders, sizes)]
         return np.where(self._trial.testable, found, np.nan)
 
 
@@ -129,10 +125,9 @@ class SetTests:
         alone = _alone(utility, work.plan)
 
         def tests(trial: Trial) -> Tests:
-            splits = [work.plan.splits[number] for number in trial.splits]
             trainings = [
                 Training(np.flatnonzero(np.isin(work.plan.block, split.train)), split.tested)
-                for split in splits
+                for split in (work.plan.splits[number] for number in trial.splits)
             ]
             scores = JointScores(features, work.labels, trainings, ridge, workers)
             labels = work.labels[scores.windows]

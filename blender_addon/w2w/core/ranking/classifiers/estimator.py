@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -75,9 +76,14 @@ class EstimatorClassifier:
         position = np.cumsum(is_test) - 1
         predictions = np.empty((int(is_test.sum()), n_patches), dtype=np.int16)
 
+        if hasattr(self.estimator, "get_params"):
+            from sklearn.base import clone as fresh
+        else:
+            fresh = deepcopy
+
         def predict(patch: int, given: np.ndarray) -> None:
             for train, test in splits:
-                fitted = self._fresh()
+                fitted = fresh(self.estimator)
                 fitted.fit(given[train], labels[train])
                 predictions[position[test], patch] = fitted.predict(given[test])
 
@@ -88,16 +94,6 @@ class EstimatorClassifier:
                     if progress is not None:
                         progress(done / n_patches)
         return predictions
-
-    def _fresh(self) -> Any:
-        """A copy that has seen nothing."""
-        if hasattr(self.estimator, "get_params"):
-            from sklearn.base import clone
-
-            return clone(self.estimator)
-        from copy import deepcopy
-
-        return deepcopy(self.estimator)
 
 
 def own(classifier: Any) -> Any:

@@ -158,16 +158,9 @@ class Ridge:
 
         with unthreaded_products(), ThreadPoolExecutor(self.workers) as pool:
             scores = np.mean(list(pool.map(accuracies, sensors)), axis=0)
-        return self._steadiest(scores)
-
-    def _steadiest(self, scores: np.ndarray) -> float:
-        """The largest ridge within one standard error of the best, of scores (parts, ridges)."""
-        mean = scores.mean(axis=0)
-        best = int(mean.argmax())
-        lag = scores[:, [best]] - scores
-        error = lag.std(axis=0, ddof=1) / np.sqrt(len(scores)) if len(scores) > 1 else np.zeros(len(mean))
-        good = np.flatnonzero(lag.mean(axis=0) <= error)
-        return self.alphas[int(good.max())]
+        lag = scores[:, [int(scores.mean(axis=0).argmax())]] - scores  # behind the best, by part and ridge
+        error = lag.std(axis=0, ddof=1) / np.sqrt(len(scores))  # of at least three folds' parts
+        return self.alphas[int(np.flatnonzero(lag.mean(axis=0) <= error).max())]
 
 
 class _Piece(NamedTuple):
@@ -207,7 +200,11 @@ class _Splits:
         self._share = (1 / np.maximum(np.bincount(labels), 1)).astype(np.float32)[:, None]
         order = np.argsort(block, kind="stable")
         parts = np.split(order, range(WINDOWS_AT_ONCE, len(order), WINDOWS_AT_ONCE))
-        self._pieces = [self._piece(windows) for windows in parts]
+        self._pieces = []
+        for windows in parts:
+            blocks, starts = np.unique(block[windows], return_index=True)
+            places = map(slice, starts, [*starts[1:], len(windows)])
+            self._pieces.append(_Piece(windows, list(zip(blocks.tolist(), places, strict=True))))
         self._few: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._rooms = local()
 
@@ -223,7 +220,10 @@ class _Splits:
         about_centre = _single(class_means - centre)
         for number, (rows, ridges) in enumerate(zip(self.tested, alphas, strict=True)):
             if is_few[number]:
-                some, member = self._few_windows(number)
+                if number not in self._few:  # the windows it trains on, and their classes as ones and zeros
+                    some = np.flatnonzero(self.trained[number][self._blocks])
+                    self._few[number] = some, np.eye(self.n_classes, dtype=np.float32)[self.labels[some]]
+                some, member = self._few[number]
                 trained = Discriminant.by_windows(_single(inputs[some] - centre), member, ridges)
             else:
                 windows = self._windows[number]
@@ -231,13 +231,6 @@ class _Splits:
             for first in range(0, len(rows), WINDOWS_AT_ONCE):
                 some = rows[first : first + WINDOWS_AT_ONCE]
                 yield Scored(number, first, trained.scores(_single(inputs[some] - centre)))
-
-    def _few_windows(self, number: int) -> tuple[np.ndarray, np.ndarray]:
-        """The windows that a split trains on, and their classes as rows of ones and zeros."""
-        if number not in self._few:
-            some = np.flatnonzero(self.trained[number][self._blocks])
-            self._few[number] = some, np.eye(self.n_classes, dtype=np.float32)[self.labels[some]]
-        return self._few[number]
 
     def _of_splits(self, chosen: np.ndarray, inputs: np.ndarray, class_means: np.ndarray) -> Iterator[_Sums]:
         """Sums over the blocks that each of some splits trains on."""
@@ -267,11 +260,6 @@ class _Splits:
             shapes = ((count, width, width), (count, self.n_classes, width))
             rooms[name] = _Sums(*(np.empty(shape, dtype=np.float32) for shape in shapes))
         return rooms[name]
-
-    def _piece(self, windows: np.ndarray) -> _Piece:
-        blocks, starts = np.unique(self._blocks[windows], return_index=True)
-        places = map(slice, starts, [*starts[1:], len(windows)])
-        return _Piece(windows, list(zip(blocks.tolist(), places, strict=True)))
 
 
 def _by_features(

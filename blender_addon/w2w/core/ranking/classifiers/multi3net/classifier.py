@@ -81,12 +81,10 @@ class Multi3Net:
             if size < 8 or size % 8:
                 raise ValueError(f"{name} must be a multiple of 8, one part for each head, not {size}")
         counts = ("hidden", "batch_size", "epochs", "patience", "lr_patience", "group", "checkpoint_epochs")
-        for name in counts:
-            if getattr(self, name) < 1:
-                raise ValueError(f"{name} must be at least 1, not {getattr(self, name)}")
-        for name in ("spectrum", "weight_decay", "label_smoothing", "mixup"):
-            if getattr(self, name) < 0:
-                raise ValueError(f"{name} must be at least 0, not {getattr(self, name)}")
+        shares = ("spectrum", "weight_decay", "label_smoothing", "mixup")
+        for name, least in (dict.fromkeys(counts, 1) | dict.fromkeys(shares, 0)).items():
+            if getattr(self, name) < least:
+                raise ValueError(f"{name} must be at least {least}, not {getattr(self, name)}")
 
     def schedule(self, step: int, steps: int) -> float:
         """Factor of the learning rate at a step: warm-up, then cosine decay; 1 with early stopping."""

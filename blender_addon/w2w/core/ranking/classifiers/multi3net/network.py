@@ -166,20 +166,14 @@ class Network:
         """Shape of each weight of one patch: matrices (out, in), the others vectors."""
         segment, kernels = self.embedding // SEGMENTS, self._kernels
         return {
-            "embed": (self.width, self.samples),
-            "embed_bias": (self.width,),
+            **_linear_shapes("embed", self.width, self.samples),
             **_attention_shapes("channels", self.width),
-            "hidden": (self.hidden, self.channels * self.width),
-            "hidden_bias": (self.hidden,),
-            "describe": (self.embedding, self.hidden),
-            "describe_bias": (self.embedding,),
-            "convolve": (kernels, 3 * segment),
-            "convolve_bias": (kernels,),
+            **_linear_shapes("hidden", self.hidden, self.channels * self.width),
+            **_linear_shapes("describe", self.embedding, self.hidden),
+            **_linear_shapes("convolve", kernels, 3 * segment),
             **_attention_shapes("head", kernels),
-            "mix": (self.embedding, SEGMENTS * kernels),
-            "mix_bias": (self.embedding,),
-            "name": (self.classes, self.embedding),
-            "name_bias": (self.classes,),
+            **_linear_shapes("mix", self.embedding, SEGMENTS * kernels),
+            **_linear_shapes("name", self.classes, self.embedding),
         }
 
     @property
@@ -197,11 +191,8 @@ class Network:
         rows = []
         fan_in = 1
         for name, shape in self.shapes().items():
-            if name.endswith("_scale"):
-                rows.append(torch.ones(shape))
-                continue
-            if name.endswith("_shift"):
-                rows.append(torch.zeros(shape))
+            if name.endswith(("_scale", "_shift")):
+                rows.append(torch.full(shape, float(name.endswith("_scale"))))
                 continue
             if len(shape) == 2:
                 fan_in = shape[1]
@@ -254,15 +245,13 @@ class Network:
         }
 
 
+def _linear_shapes(name: str, n_out: int, n_in: int) -> dict[str, tuple[int, ...]]:
+    return {name: (n_out, n_in), f"{name}_bias": (n_out,)}
+
+
 def _attention_shapes(name: str, width: int) -> dict[str, tuple[int, ...]]:
-    return {
-        f"{name}_qkv": (3 * width, width),
-        f"{name}_qkv_bias": (3 * width,),
-        f"{name}_out": (width, width),
-        f"{name}_out_bias": (width,),
-        f"{name}_scale": (width,),
-        f"{name}_shift": (width,),
-    }
+    layers = _linear_shapes(f"{name}_qkv", 3 * width, width) | _linear_shapes(f"{name}_out", width, width)
+    return layers | {f"{name}_scale": (width,), f"{name}_shift": (width,)}
 
 
 def _linear(inputs: Tensor, w: dict[str, Tensor], name: str) -> Tensor:

@@ -6,7 +6,7 @@ Their predictions, their loss and their validation score, too.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -26,15 +26,8 @@ BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-8
 """Adam's constants (Kingma and Ba 2015)."""
 
 OF_TRAINING = (
-    "patches",
-    "weights",
-    "first_moment",
-    "second_moment",
-    "learning_rate",
-    "score",
-    "since",
-    "waited",
-)
+    "patches", "weights", "first_moment", "second_moment", "learning_rate", "score", "since", "waited",
+)  # fmt: skip
 OF_ALL = ("best", "epochs")
 """Fields of `State` about the patches still in training, and about all patches."""
 
@@ -129,12 +122,14 @@ def train(
         network.initial(generator(0)).to(examples.windows), len(examples.windows), settings.learning_rate
     )
     target = targets(examples.labels[examples.train], network.classes, settings.label_smoothing)
-    steps = settings.epochs * _n_batches(len(examples.train), settings.batch_size)
+    n_batches = max(1, round(len(examples.train) / settings.batch_size))
+    steps = settings.epochs * n_batches
     active = examples.of(state.patches)
     while len(state.patches) and state.epoch < settings.epochs:
         draws = generator(state.epoch + 1)
         losses = []
-        for rows in _batches(len(examples.train), settings.batch_size, draws):
+        order = torch.randperm(len(examples.train), generator=draws)
+        for rows in torch.tensor_split(order, n_batches):  # of about equal size
             rows = rows.to(device)
             shown = active.windows[..., examples.train[rows]], target[:, rows]
             masks = [mask.to(active.windows) for mask in network.masks(len(rows), draws)]
@@ -196,16 +191,6 @@ def _judge(state: State, score: Tensor, settings: Multi3Net) -> bool:
         return False
     state.keep(going)
     return True
-
-
-def _batches(windows: int, batch_size: int, draws: torch.Generator) -> Iterator[Tensor]:
-    """All windows once, in batches of about equal size."""
-    order = torch.randperm(windows, generator=draws)
-    return iter(torch.tensor_split(order, _n_batches(windows, batch_size)))
-
-
-def _n_batches(windows: int, batch_size: int) -> int:
-    return max(1, round(windows / batch_size))
 
 
 def _mixed(windows: Tensor, target: Tensor, alpha: float, draws: torch.Generator) -> tuple[Tensor, Tensor]:
