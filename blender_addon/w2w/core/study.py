@@ -59,15 +59,15 @@ class StudyConfig:
     )  # fmt: skip
     placements: tuple[tuple[str, int | tuple[float, ...]], ...] = parameter(
         (),
-        "Spots of your own beside them: csv with columns name, vertex, or name, x, y, z (metres "
+        "Spots of your own beside them: csv with columns name and vertex, spot, or x, y, z (metres "
         "on the body at rest, z up, soles at z = 0).",
         group=FILES,
     )
     garments: tuple[str, ...] = parameter(
         (),
-        "What is worn: tshirt, trousers, or FILE.blend:OBJECT, one of yours that follows W2W's body "
-        "there; several comma-separated, the outer first. Patches that it covers are then on the "
-        "cloth, which Blender simulates: minutes a clip.",
+        "Experimental. What is worn: tshirt, trousers, or FILE.blend:OBJECT, one of yours that follows "
+        "W2W's body there; several comma-separated, the outer first. Patches that it covers are then on "
+        "the cloth, which Blender simulates: minutes a clip.",
         "garment",
     )
     synthesis: Synthesis = field(default_factory=Synthesis)

@@ -251,7 +251,7 @@ class W2W_OT_take_off(OnBody, bpy.types.Operator):
 class W2W_PT_garments(PartPanel, bpy.types.Panel):
     """What the body wears."""
 
-    bl_label = "Garments"
+    bl_label = "Garments (Experimental)"
     bl_idname = "W2W_PT_garments"
     bl_parent_id = "W2W_PT_patches"
 
