@@ -48,7 +48,7 @@ def report(results: Path) -> dict[str, Any]:
 
 @pytest.mark.parametrize("way", ["enabled_late", "opened", "dropped"])
 def test_the_panel_shows_the_run(report: dict[str, Any], results: Path, way: str) -> None:
-    best = json.loads((results / "summary.json").read_text())["best_single_patch"]["patch"]
+    best = json.loads((results / "summary.json").read_text())["answer"]["patch"]
     found = report[way]
     assert found["message"] == f"Opened a finished run: 9 clips on {N_PATCHES} patches"
     assert (found["clips"], found["baked"], found["patches"]) == (9, 9, N_PATCHES)

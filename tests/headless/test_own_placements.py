@@ -75,7 +75,7 @@ def test_the_report_shows_them_with_score_rank_and_loss(finished):
     code, output = run("report", out)
     assert code == 0, output
     page = (out / "report.html").read_text(encoding="utf-8")
-    section = page[page.index('<section class="wide" id="own">') :].partition("</section>")[0]
+    section = page[page.index('<section class="panel" id="own">') :].partition("</section>")[0]
     rows = [
         re.findall(r">([^<>]+)<", row.replace("\n", ""))
         for row in re.findall(r"<tr>(.*?)</tr>", section, re.DOTALL)[1:]

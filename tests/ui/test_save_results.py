@@ -48,14 +48,14 @@ def test_the_command_line_and_python_read_a_study_of_the_panel(library: Path, tm
     body = make_study(library)
     summary = save(tmp_path / "saved")
     assert jobs.message.text == f"Saved 9 clips and their ranking in {tmp_path / 'saved'}"
-    assert summary["best_single_patch"]["patch"] == body.w2w.chosen[0].patch
+    assert summary["answer"]["patch"] == body.w2w.chosen[0].patch
     for command in (["place"], ["tables"], ["report"]):
         done = CliRunner().invoke(APP, [*command, str(tmp_path / "saved")])
         assert done.exit_code == 0, done.output
     assert (tmp_path / "saved" / "report.html").is_file()
     ranking = w2w.open_results(tmp_path / "saved")
     np.testing.assert_array_equal(ranking.utility.f1, utility_of(body.w2w).f1)
-    assert ranking.best == body.w2w.chosen[0].patch
+    assert ranking.answer.patch == body.w2w.chosen[0].patch
 
 
 def test_a_folder_of_the_panel_names_versions_and_inputs(
@@ -130,7 +130,7 @@ def test_what_was_changed_in_blender_goes_back_into_a_folder(finished_run: Path,
     assert saved.config().constraints == run.config().constraints
     assert (saved.config().target, saved.config().max_places) == (1.0, 2)
     assert saved.config().windows == run.config().windows
-    assert summary["best_single_patch"]["patch"] == body.w2w.chosen[0].patch
+    assert summary["answer"]["patch"] == body.w2w.chosen[0].patch
     assert summary["skipped"] == run.summary["skipped"]
     name = run.clips[4].name
     np.testing.assert_allclose(

@@ -193,7 +193,7 @@ def test_a_folder_without_the_list_is_the_users(library, tmp_path):
     before = contents(out)
     code, said = run(library, out)
     assert code == 2
-    assert "already holds config.json, utility.npz, utility.csv and 1 more" in said
+    assert "already holds config.json, utility.npz, utility.csv and 2 more" in said
     assert contents(out) == before
 
 

@@ -172,13 +172,11 @@ def interchangeable(tests: SetTests, worn: JointSet, terms: Terms) -> tuple[np.n
         rest = order[:number] + order[number + 1 :]
         others = [options for options in terms.required if patch in options and not set(rest) & set(options)]
         free = np.setdiff1d(others[0] if others else np.flatnonzero(terms.allowed), order)
+        if not len(free):
+            found.append(free)
+            continue
         value = whole.added(rest, free, worn.every_activity > 0) if rest else whole.single[free]
         first = free[np.argsort(-value, kind="stable")[:SWAPS]]
-        sets = [[*rest, int(one)] for one in first]
-        f1 = (
-            [mean_over(one[-1], tests.weights) for one in whole.f1_of_firsts(sets, [len(order)])]
-            if sets
-            else []
-        )
-        found.append(first[np.array(f1, dtype=float) >= worn.raw_mean[-1] - WORTH])
+        f1 = whole.f1_of_firsts([[*rest, int(one)] for one in first], [len(order)])[:, -1]
+        found.append(first[mean_over(f1, tests.weights) >= worn.raw_mean[-1] - WORTH])
     return tuple(found)

@@ -202,7 +202,7 @@ class W2W_OT_side_by_side(OnRanking, bpy.types.Operator):
                 study.beside = add_beside(body, body)
                 if not study.is_property_set("beside_view"):  # at first another map than the body's
                     study.beside_view = MEAN_VIEW if view_index(study) else "A1"
-            frame([body, beside_of(study)])
+            frame([body, study.beside])
         results.paint(body)
         jobs.redraw(context)
         return {"FINISHED"}
