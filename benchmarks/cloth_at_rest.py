@@ -26,7 +26,7 @@ from w2w.core.garments.run_up import with_run_up
 from w2w.core.imu.synthesis import synthesize
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet, sample_patches
-from w2w.scene.garments.wear import followed
+from w2w.scene.garments.bake import followed
 
 FRAMES, RATE, ARM_DOWN = 20, 60.0, 70
 

@@ -23,15 +23,15 @@ from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 
 from w2w.core.body.body import Body
-from w2w.core.garments.caught import CAUGHT, RestLengths
 from w2w.core.garments.cover import cover
 from w2w.core.garments.cut import cut
+from w2w.core.garments.on_cloth import CAUGHT, RestLengths
 from w2w.core.garments.run_up import with_run_up
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
 from w2w.scene.base.body import add_body
-from w2w.scene.base.evaluated import EvaluatedVertices
 from w2w.scene.base.output import quiet_output
+from w2w.scene.base.playback import EvaluatedVertices
 from w2w.scene.garments.clear import SIDES, outward, times_inside
 from w2w.scene.garments.cloth import dress
 from w2w.scene.garments.follow import follow

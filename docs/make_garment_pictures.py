@@ -20,8 +20,8 @@ from w2w.core.garments.run_up import with_run_up
 from w2w.core.patches.patches import sample_patches
 from w2w.drawing.body import BodyPictures
 from w2w.scene.base.body import add_body
-from w2w.scene.base.evaluated import EvaluatedVertices
 from w2w.scene.base.output import quiet_output
+from w2w.scene.base.playback import EvaluatedVertices
 from w2w.scene.garments.cloth import dress
 from w2w.scene.garments.follow import follow
 from w2w.scene.motion.load import carry, read_motion

@@ -20,8 +20,8 @@ from w2w.core.findings.notes import (
 )
 from w2w.core.findings.sources import shown_in, source_caution
 from w2w.core.findings.summary import best_regions, own_scores, study_counts, window_content
-from w2w.core.garments.caught import caught_sentences
 from w2w.core.garments.cover import garment_content, garment_sentence
+from w2w.core.garments.on_cloth import caught_sentences
 from w2w.core.motion.library import Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap

@@ -25,8 +25,8 @@ from w2w.core.findings.notes import (
     left_out_sentences,
 )
 from w2w.core.findings.summary import MOST_REGIONS, best_regions
-from w2w.core.garments.caught import caught_sentences
 from w2w.core.garments.cover import garment_sentence
+from w2w.core.garments.on_cloth import caught_sentences
 from w2w.core.imu.wearing import wearing_sentences
 from w2w.core.patches.body_parts import PRODUCT_NAMED
 from w2w.core.patches.body_parts import PRODUCTS as PRODUCT_TABLE

@@ -13,9 +13,8 @@ import numpy as np
 from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK, copy_file, write_features
 from w2w.core.files import file_sha256
-from w2w.core.garments.caught import caught_content
 from w2w.core.garments.cover import FITTED, Cover, load_covers
-from w2w.core.garments.on_cloth import ClothSensors
+from w2w.core.garments.on_cloth import ClothSensors, caught_content
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
 from w2w.core.motion.bone_maps import BoneMap
@@ -166,7 +165,7 @@ def _sensors_on_cloth(task: ClipTask, body: Body, patches: PatchSet, motion: Mot
     covers = _covers(task.out, task.inputs)
     forget_scripts_path()
     with needs_blender(), quiet_output():
-        from w2w.scene.garments.wear import followed
+        from w2w.scene.garments.bake import followed
 
         return followed(body, patches, covers, measured(motion, task.config))
 

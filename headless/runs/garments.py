@@ -76,7 +76,7 @@ def _cover_in_blender(garment: str, body: Body, patches: PatchSet) -> Cover | st
     with guarded():
         try:
             with needs_blender(), quiet_output():
-                from w2w.scene.garments.wear import fitted
+                from w2w.scene.garments.bake import fitted
 
                 return fitted(garment, body, patches)
         except ValueError as error:

@@ -7,8 +7,7 @@ import pytest
 from mathutils import Matrix
 from scipy.spatial.transform import Rotation
 
-from w2w.core.adopt.mesh_files import read_mesh
-from w2w.core.adopt.smpl import BodyError
+from w2w.core.adopt.smpl import BodyError, read_mesh
 from w2w.core.body.landmarks import has_smpl_topology
 from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, Y_UP_TO_Z_UP
 from w2w.core.motion.motion import Motion

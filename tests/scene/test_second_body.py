@@ -6,8 +6,17 @@ import numpy as np
 import pytest
 
 from w2w.scene.base.body import add_body, matrix, rest_vertices
-from w2w.scene.heatmap import heatmap_names, paint_colours
-from w2w.scene.second_body import BESIDE, GAP, add_beside, fits, follow, paint_beside, remove_beside
+from w2w.scene.heatmap import (
+    BESIDE,
+    GAP,
+    add_beside,
+    fits,
+    follow,
+    heatmap_names,
+    paint_beside,
+    paint_colours,
+    remove_beside,
+)
 
 pytestmark = pytest.mark.usefixtures("empty_file")
 

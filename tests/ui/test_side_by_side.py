@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from w2w.core.colours import patch_colours, score_range
-from w2w.scene.heatmap import DIFFERENCE
-from w2w.scene.second_body import BESIDE
+from w2w.scene.heatmap import BESIDE, DIFFERENCE
 from w2w.ui.results import upkeep
 from w2w.ui.steps.patches import spot_at
 from w2w.ui.study.scores import beside_of

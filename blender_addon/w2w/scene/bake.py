@@ -19,9 +19,8 @@ from ..core.motion.skinning import patch_matrices, triangle_frames
 from ..core.patches.patches import PatchSet
 from .base import actions
 from .base.body import armature_of, body_of, body_space, matrix
-from .base.evaluated import EvaluatedVertices
 from .base.patches import check_patches
-from .base.playback import active_action, at_rate, each_frame, playing, without_empties
+from .base.playback import EvaluatedVertices, active_action, at_rate, each_frame, playing, without_empties
 from .base.steps import without_pauses
 
 EVEN_SCALE = 1e-4

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Expected F1 as colour attributes of a body's mesh, one an activity and one for the mean."""
+"""Expected F1 as colour attributes of a body's mesh, and a second map on a copy beside the body."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from ..core.colours import COLOUR_MAP, DIFFERENCE_MAP, LEAST_SPAN, difference_range, patch_colours
 from ..core.patches.patches import PatchSet
+from .base.body import matrix, rest_vertices
 from .base.patches import check_patches
 
 MEAN = "Expected F1"
@@ -22,6 +23,15 @@ DIFFERENCE = "Difference of F1"
 
 MAX_NAME_BYTES = 63
 """Longer names of attributes are cut by Blender at different lengths in different versions."""
+
+BESIDE = "w2w beside"
+"""Custom property of a body's copy: name of the body that it was copied from."""
+
+GAP = 0.15
+"""Metres between the two at rest."""
+
+ASIDE = "Beside"
+"""Name of the modifier that moves the copy's surface aside."""
 
 
 def add_heatmaps(
@@ -126,3 +136,63 @@ def paint_colours(mesh: bpy.types.Mesh, name: str, colours: np.ndarray) -> None:
     values = np.ones((len(colours), 4), dtype=np.float32)
     values[:, :3] = colours
     attribute.data.foreach_set("color_srgb", values.ravel())
+
+
+def add_beside(mesh: bpy.types.Object, model: bpy.types.Object) -> bpy.types.Object:
+    """Put a copy of a model, this body or another, to the right of a body; it cannot be selected.
+
+    The surface is moved aside after the armature has posed it: the copy needs no armature of its own.
+    """
+    copy = bpy.data.objects.new(f"{mesh.name} Beside", model.data.copy())
+    copy[BESIDE] = model.name
+    copy.parent, copy.parent_type = model.parent, model.parent_type
+    copy.matrix_parent_inverse = model.matrix_parent_inverse
+    copy.matrix_basis = model.matrix_basis
+    for modifier in model.modifiers:
+        if modifier.type == "ARMATURE":
+            posed = copy.modifiers.new(modifier.name, "ARMATURE")
+            posed.object = modifier.object
+            posed.use_deform_preserve_volume = modifier.use_deform_preserve_volume
+    aside = copy.modifiers.new(ASIDE, "DISPLACE")
+    aside.direction, aside.space, aside.mid_level = "X", "LOCAL", 0.0
+    copy.hide_select = True
+    homes = mesh.users_collection or (bpy.context.scene.collection,)
+    homes[0].objects.link(copy)
+    follow(copy, mesh, model)
+    return copy
+
+
+def fits(copy: bpy.types.Object, model: bpy.types.Object) -> bool:
+    """Whether a copy is still one of this body."""
+    return copy.get(BESIDE) == model.name and len(copy.data.vertices) == len(model.data.vertices)
+
+
+def follow(copy: bpy.types.Object, mesh: bpy.types.Object, model: bpy.types.Object) -> None:
+    """Give a copy the shape that its model has now, and put it beside the body again."""
+    model.update_from_editmode()
+    points = rest_vertices(model)
+    copy.data.vertices.foreach_set("co", points.astype(np.float32).ravel())
+    copy.data.update()
+    from_body = _right_edge(mesh) - matrix(model.matrix_world)[0, 3]
+    world = matrix(model.matrix_world)[:3, :3]
+    reach = float((points @ world.T)[:, 0].min())
+    aside = next(modifier for modifier in copy.modifiers if modifier.name == ASIDE)
+    aside.strength = (from_body + GAP - reach) / max(float(np.linalg.norm(world[:, 0])), 1e-9)
+
+
+def paint_beside(copy: bpy.types.Object, name: str, colours: np.ndarray) -> None:
+    """Show one map on a copy, in place of the one before; colours are sRGB, shape (V, 3)."""
+    remove_heatmaps(copy)
+    paint_colours(copy.data, name, colours)
+    show_heatmap(copy, name)
+
+
+def remove_beside(copies: Sequence[bpy.types.Object]) -> None:
+    """Remove copies and their meshes."""
+    bpy.data.batch_remove([*copies, *(copy.data for copy in copies)])
+
+
+def _right_edge(mesh: bpy.types.Object) -> float:
+    """How far a body reaches to the right at rest, along x of the world, metres."""
+    world = matrix(mesh.matrix_world)
+    return float((rest_vertices(mesh) @ world[:3, :3].T)[:, 0].max() + world[0, 3])

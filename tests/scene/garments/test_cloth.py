@@ -12,8 +12,8 @@ from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
 from w2w.scene.bake import why_not_fast
 from w2w.scene.base.body import add_body, body_of, rest_vertices
+from w2w.scene.garments.bake import followed
 from w2w.scene.garments.cloth import HELD, dress, lie_on, lies_on_nothing, refit
-from w2w.scene.garments.wear import followed
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -8,8 +8,7 @@ from scipy.spatial import KDTree
 
 from w2w.core.body.body import vertex_normals
 from w2w.scene.base.actions import write_action
-from w2w.scene.base.evaluated import EvaluatedVertices
-from w2w.scene.base.playback import playing
+from w2w.scene.base.playback import EvaluatedVertices, playing
 from w2w.scene.garments.cloth import COARSE_FACES, COLLIDER, coarse_collider, lie_on
 
 

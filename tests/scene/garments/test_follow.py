@@ -5,8 +5,8 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.garments.caught import CAUGHT
 from w2w.core.garments.cover import Cover
+from w2w.core.garments.on_cloth import CAUGHT
 from w2w.scene.garments.follow import Followed
 
 SIDE, FRAMES = 0.1, 6

@@ -13,7 +13,7 @@ from ...core.body.skeleton import JOINT_NAMES
 from ...core.motion.motion import Motion
 from ...core.rotations import continuous_quaternions, in_axes
 from .body import body_space, matrix
-from .fcurves import LINEAR, action_curves, basis_matrices, rescale
+from .fcurves import BONE_PATH, LINEAR, Curves, action_curves, basis_matrices, curves_by_owner, rescale
 
 FIRST_FRAME = 1.0
 LABELS = ("activity", "subject", "clip")
@@ -34,7 +34,6 @@ RATE = "rate"
 KEYED_AT = "keyed at"
 """Custom property of an action: frames per second of the time its keys lie in, whatever the scene's is."""
 
-BONE_PATH = 'pose.bones["'
 CHANNELS = (
     *((JOINT_NAMES[0], "location", index) for index in range(3)),
     *((name, "rotation_quaternion", index) for name in JOINT_NAMES for index in range(4)),
@@ -42,8 +41,6 @@ CHANNELS = (
 """Bone, property and index of every curve that a motion needs."""
 
 OBJECT_CHANNELS = ("location", "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale")
-
-BoneCurves = dict[str, dict[tuple[str, int], bpy.types.FCurve]]
 
 
 class InexpressibleActionError(ValueError):
@@ -72,7 +69,12 @@ def write_action(armature: bpy.types.Object, motion: Motion, name: str = "") -> 
     for (bone, prop, index), own, once in zip(CHANNELS, keys, still, strict=True):
         n_keys = 1 if once else motion.n_frames
         curve = new_curve(f'{BONE_PATH}{bone}"].{prop}', index, bone)
-        _write_keys(curve, own[:n_keys], lines[:n_keys])
+        points = curve.keyframe_points
+        points.add(n_keys)
+        points.foreach_set("co", own[:n_keys].ravel())
+        # handles, which straight lines do not use, would take more room in a file than the motion; Blender
+        # works them out as soon as somebody edits the curve
+        points.foreach_set("interpolation", lines[:n_keys])
     return action
 
 
@@ -125,7 +127,7 @@ def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
     return Motion(rotations, pelvis, rate, **labels)
 
 
-def frames_of(action: bpy.types.Action, curves: BoneCurves) -> tuple[np.ndarray, float]:
+def frames_of(action: bpy.types.Action, curves: Curves) -> tuple[np.ndarray, float]:
     """The frames of an action (T,), in the time of its keys (`key_rate`), and their rate per second.
 
     They are not whole where the motion has another rate than the keys' time.
@@ -150,20 +152,13 @@ def frames_of(action: bpy.types.Action, curves: BoneCurves) -> tuple[np.ndarray,
     return start + step * np.arange(int((stop - start) / step + SPACING_TOLERANCE) + 1), action[RATE]
 
 
-def bone_curves(
-    armature: bpy.types.Object, action: bpy.types.Action, slot: object | None = None
-) -> BoneCurves:
+def bone_curves(armature: bpy.types.Object, action: bpy.types.Action, slot: object | None = None) -> Curves:
     """F-curves of an action by bone name, then by property and index; muted ones are left out.
 
     Of an action with several slots those of `slot`, else of the one that fits best.
     """
-    bone_names = [bone.name for bone in armature.data.bones]
-    names = {f'{BONE_PATH}{bpy.utils.escape_identifier(name)}"]': name for name in bone_names}
-    found: BoneCurves = {}
-    for curve in slot_curves(armature, action, slot):
-        path, _, prop = curve.data_path.rpartition(".")
-        if path in names:
-            found.setdefault(names[path], {})[prop, curve.array_index] = curve
+    found = curves_by_owner(armature, slot_curves(armature, action, slot))
+    found.pop("", None)
     return found
 
 
@@ -192,13 +187,10 @@ def slot_curves(
     data = armature.animation_data
     if slot is None and data is not None and data.action == action:
         slot = getattr(data, "action_slot", None)
-    if slot is not None:
-        bags = (strip.channelbag(slot) for layer in action.layers for strip in layer.strips)
-        slots = [list(bag.fcurves) for bag in bags if bag is not None]
-    else:
-        slots = list(action_curves(action))
     best = max(
-        slots, key=lambda curves: sum(curve.data_path.startswith(BONE_PATH) for curve in curves), default=[]
+        action_curves(action, slot),
+        key=lambda curves: sum(curve.data_path.startswith(BONE_PATH) for curve in curves),
+        default=[],
     )
     return [curve for curve in best if not (curve.mute or (curve.group and curve.group.mute))]
 
@@ -240,18 +232,6 @@ def _curve_maker(
         return curve
 
     return new_curve
-
-
-def _write_keys(curve: bpy.types.FCurve, keys: np.ndarray, interpolation: np.ndarray) -> None:
-    """Give a new curve its keys (T, 2), in order of time, and their interpolation (T,).
-
-    Their handles, which straight lines do not use, are left out: they would take more room in a file
-    than the motion. Blender works them out as soon as somebody edits the curve.
-    """
-    points = curve.keyframe_points
-    points.add(len(keys))
-    points.foreach_set("co", keys.ravel())
-    points.foreach_set("interpolation", interpolation)
 
 
 def _check_basis(basis: np.ndarray, bone: str, action: bpy.types.Action) -> None:

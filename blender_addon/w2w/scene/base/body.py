@@ -81,12 +81,11 @@ def body_of(mesh: bpy.types.Object) -> Body:
     that no bone weighs on.
     """
     armature = armature_of(mesh)
-    to_body = body_space(armature) @ np.linalg.inv(matrix(armature.matrix_world)) @ matrix(mesh.matrix_world)
     heads = np.array([armature.data.bones[name].head_local for name in JOINT_NAMES], dtype=np.float64)
-    vertices = rest_vertices(mesh)
+    vertices = in_body_space(mesh, armature)
     mirror = mesh.data.attributes.get(MIRROR_ATTRIBUTE)
     return Body(
-        vertices=vertices @ to_body[:3, :3].T + to_body[:3, 3],
+        vertices=vertices,
         faces=triangles_of(mesh.data),
         joints=heads @ body_space(armature)[:3, :3].T,
         weights=_read_weights(mesh),
@@ -113,6 +112,17 @@ def body_space(armature: bpy.types.Object) -> np.ndarray:
     """Matrix from the armature's space to the body's: its scale alone, shape (4, 4)."""
     scale = np.linalg.norm(matrix(armature.matrix_world)[:3, :3], axis=0)
     return np.diag([*scale, 1.0])
+
+
+def in_body_space(mesh: bpy.types.Object, armature: bpy.types.Object) -> np.ndarray:
+    """Undeformed vertices (V, 3) of a mesh in the space of an armature's body, metres."""
+    to_body = body_space(armature) @ np.linalg.inv(matrix(armature.matrix_world)) @ matrix(mesh.matrix_world)
+    return moved(rest_vertices(mesh), to_body)
+
+
+def moved(points: np.ndarray, transform: np.ndarray) -> np.ndarray:
+    """Points (N, 3) under a transform (4, 4)."""
+    return points @ transform[:3, :3].T + transform[:3, 3]
 
 
 def rest_vertices(mesh: bpy.types.Object) -> np.ndarray:
@@ -192,15 +202,20 @@ def _add_weights(mesh: bpy.types.Object, weights: np.ndarray) -> None:
             group.add((vertex,), weights[vertex, joint], "REPLACE")
 
 
-def _read_weights(mesh: bpy.types.Object) -> np.ndarray:
-    """Weights of the 24 bones, shape (V, 24), summing to 1: Blender normalises when it skins."""
-    joints = {group.index: JOINT_INDEX.get(group.name) for group in mesh.vertex_groups}
+def group_weights(mesh: bpy.types.Object, joints: dict[int, int]) -> np.ndarray:
+    """Weights of the 24 joints, shape (V, 24), added up from the vertex groups that each joint has."""
     weights = np.zeros((len(mesh.data.vertices), len(JOINT_NAMES)))
     for vertex in mesh.data.vertices:
         for element in vertex.groups:
-            joint = joints.get(element.group)
-            if joint is not None:
-                weights[vertex.index, joint] = element.weight
+            if element.group in joints:
+                weights[vertex.index, joints[element.group]] += element.weight
+    return weights
+
+
+def _read_weights(mesh: bpy.types.Object) -> np.ndarray:
+    """Weights of the 24 bones, shape (V, 24), summing to 1: Blender normalises when it skins."""
+    named = [group for group in mesh.vertex_groups if group.name in JOINT_INDEX]
+    weights = group_weights(mesh, {group.index: JOINT_INDEX[group.name] for group in named})
     sums = weights.sum(axis=1)
     if (sums <= 0).any():
         raise ValueError(f"{(sums <= 0).sum()} vertices of '{mesh.name}' follow none of the 24 bones")

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import bpy
 import numpy as np
@@ -12,9 +12,14 @@ from scipy.spatial.transform import Rotation
 OwnCurves = dict[tuple[str, int], bpy.types.FCurve]
 """F-curves of one object or bone by property and index."""
 
+Curves = dict[str, OwnCurves]
+"""F-curves of each bone by its name, and of the object itself under the empty name."""
+
 MOST = 1e10
 """No place, turn or scale of a body is beyond this in any unit; Blender makes infinity the largest number."""
 
+
+BONE_PATH = 'pose.bones["'
 
 LINEAR = 1
 """Value of the enum ``Keyframe.interpolation`` as `foreach_get` gives it."""
@@ -24,8 +29,8 @@ class NotFiniteError(ValueError):
     """Curves hold NaN, infinite values or such as no body has."""
 
 
-def action_curves(action: bpy.types.Action) -> Iterator[list[bpy.types.FCurve]]:
-    """The f-curves of an action, one list a slot.
+def action_curves(action: bpy.types.Action, slot: object | None = None) -> Iterator[list[bpy.types.FCurve]]:
+    """The f-curves of an action, one list a slot, or of one slot alone.
 
     Blender 4.4 moved f-curves into layers, strips and channelbags, one a slot, and 5.0
     took `Action.fcurves` away; in 4.3 there is one list and no slots.
@@ -36,7 +41,26 @@ def action_curves(action: bpy.types.Action) -> Iterator[list[bpy.types.FCurve]]:
     for layer in action.layers:
         for strip in layer.strips:
             for bag in strip.channelbags:
-                yield list(bag.fcurves)
+                if slot is None or bag.slot == slot:
+                    yield list(bag.fcurves)
+
+
+def slot_named_for(item: bpy.types.Object, action: bpy.types.Action) -> object | None:
+    """The slot of an action that has an object's name; None where there is none, and before Blender 4.4."""
+    named = f"OB{item.name}"
+    return next((slot for slot in getattr(action, "slots", ()) if slot.identifier == named), None)
+
+
+def curves_by_owner(armature: bpy.types.Object, curves: Iterable[bpy.types.FCurve]) -> Curves:
+    """Curves of an armature by the name of their bone, those of the object itself under the empty name."""
+    bone_names = [bone.name for bone in armature.data.bones]
+    paths = {f'{BONE_PATH}{bpy.utils.escape_identifier(name)}"]': name for name in bone_names} | {"": ""}
+    by_owner: Curves = {}
+    for curve in curves:
+        path, _, prop = curve.data_path.rpartition(".")
+        if path in paths:
+            by_owner.setdefault(paths[path], {})[prop, curve.array_index] = curve
+    return by_owner
 
 
 def sample(curve: bpy.types.FCurve, frames: np.ndarray) -> np.ndarray:

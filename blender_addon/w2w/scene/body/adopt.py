@@ -8,18 +8,16 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...core.adopt.smpl import BodyError, body_from_mesh, body_from_rig, load_body
+from ...core.adopt.smpl import MOST_CORNERS, BodyError, body_from_mesh, body_from_rig, load_body, padded
 from ...core.body.body import Body
 from ...core.body.skeleton import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS
 from ...core.motion.bone_maps import BONE_MAPS, BoneMap
 from ...core.motion.source import UnusableMotion
-from ..base.body import matrix, read_values, rest_vertices, triangles_of
+from ..base.body import group_weights, matrix, moved, read_values, rest_vertices, triangles_of
 from ..motion.takes import imported
 
 WRISTS = {BODY_HANDS[0]: JOINT_INDEX["left_wrist"], BODY_HANDS[1]: JOINT_INDEX["right_wrist"]}
 """Wrists of the hands, for which a rig of SMPL-H or SMPL-X has fingers instead."""
-
-MOST_CORNERS = 4
 
 
 def adopt_file(path: str | Path, betas: np.ndarray | None = None) -> Body:
@@ -56,7 +54,7 @@ def adopt_mesh(mesh: bpy.types.Object) -> Body:
         raise BodyError(f"'{mesh.name}' is a {mesh.type.lower()}: choose the mesh of a body")
     if len(mesh.data.polygons) == 0:
         raise BodyError(f"the mesh '{mesh.name}' has no faces")
-    vertices = _to_world(matrix(mesh.matrix_world), rest_vertices(mesh))
+    vertices = moved(rest_vertices(mesh), matrix(mesh.matrix_world))
     polygons = _polygons(mesh.data)
     armature = moving_armature(mesh)
     if armature is None:
@@ -66,19 +64,22 @@ def adopt_mesh(mesh: bpy.types.Object) -> Body:
             raise BodyError(f"the mesh '{mesh.name}' has no armature, and {error}") from error
     bones = list(armature.data.bones)
     matched = _smpl_bones(armature)
-    missing = [
-        name for joint, name in enumerate(JOINT_NAMES) if joint not in matched and joint not in BODY_HANDS
-    ]
+    needed = [joint for joint in range(N_JOINTS) if joint not in BODY_HANDS]
+    missing = [JOINT_NAMES[joint] for joint in needed if joint not in matched]
     if missing:
         raise BodyError(
             f"the mesh '{mesh.name}' is moved by '{armature.name}', whose bones are not SMPL's: expected "
             "Pelvis, L_Hip, ... or pelvis, left_hip, ...; no bone was found for "
             f"{', '.join(missing[:6])} among {', '.join(bone.name for bone in bones[:6])}, ..."
         )
-    heads = _to_world(matrix(armature.matrix_world), np.array([bone.head_local for bone in bones], float))
+    heads = moved(np.array([bone.head_local for bone in bones], float), matrix(armature.matrix_world))
     joints = np.empty((N_JOINTS, 3))
-    for joint in range(N_JOINTS):
-        joints[joint] = heads[matched[joint]] if joint in matched else _knuckles(bones, heads, matched, joint)
+    for joint, bone in matched.items():
+        joints[joint] = heads[bone]
+    for hand in set(BODY_HANDS) - matched.keys():  # where its fingers begin; at the wrist without fingers
+        wrist = matched[WRISTS[hand]]
+        fingers = [index for index, bone in enumerate(bones) if bone.parent == bones[wrist]]
+        joints[hand] = heads[fingers or [wrist]].mean(axis=0)
     return body_from_rig(vertices, polygons, joints, joint_weights(mesh, bones, matched), mesh.name)
 
 
@@ -100,33 +101,24 @@ def _smpl_bones(armature: bpy.types.Object) -> dict[int, int]:
     return BoneMap.load(BONE_MAPS / "smpl.json").match([bone.name for bone in armature.data.bones])
 
 
-def _knuckles(
-    bones: list[bpy.types.Bone], heads: np.ndarray, matched: dict[int, int], hand: int
-) -> np.ndarray:
-    """Where the fingers of a wrist begin, in the middle; the wrist itself where there are none."""
-    wrist = matched[WRISTS[hand]]
-    fingers = [index for index, bone in enumerate(bones) if bone.parent == bones[wrist]]
-    return heads[fingers or [wrist]].mean(axis=0)
-
-
 def joint_weights(mesh: bpy.types.Object, bones: list[bpy.types.Bone], matched: dict[int, int]) -> np.ndarray:
     """Weights of the 24 joints, shape (V, 24); other bones' weights go to the joint that carries them."""
     joint_of_bone = {bones[bone].name: joint for joint, bone in matched.items()}
     hands = {wrist: hand for hand, wrist in WRISTS.items() if hand not in matched}
     joints = {}
     for group in mesh.vertex_groups:
-        bone = mesh_bone = next((bone for bone in bones if bone.name == group.name), None)
-        while bone is not None and bone.name not in joint_of_bone:
-            bone = bone.parent
-        if bone is not None:
-            joint = joint_of_bone[bone.name]
-            joints[group.index] = joint if bone == mesh_bone else hands.get(joint, joint)
-    weights = np.zeros((len(mesh.data.vertices), N_JOINTS))
-    for vertex in mesh.data.vertices:
-        for element in vertex.groups:
-            if element.group in joints:
-                weights[vertex.index, joints[element.group]] += element.weight
-    return weights
+        joint = carrier(group.name, bones, joint_of_bone)
+        if joint is not None:
+            joints[group.index] = joint if group.name in joint_of_bone else hands.get(joint, joint)
+    return group_weights(mesh, joints)
+
+
+def carrier(name: str, bones: list[bpy.types.Bone], joint_of_bone: dict[str, int]) -> int | None:
+    """The joint that moves the bone of a name: its own or that of the nearest bone above it."""
+    bone = next((bone for bone in bones if bone.name == name), None)
+    while bone is not None and bone.name not in joint_of_bone:
+        bone = bone.parent
+    return None if bone is None else joint_of_bone[bone.name]
 
 
 def _polygons(mesh: bpy.types.Mesh) -> np.ndarray:
@@ -135,10 +127,4 @@ def _polygons(mesh: bpy.types.Mesh) -> np.ndarray:
     if sizes.max() > MOST_CORNERS:
         return np.pad(triangles_of(mesh), ((0, 0), (0, 1)), constant_values=-1)
     corners = read_values(mesh.loops, "vertex_index", len(mesh.loops), np.int32)
-    polygons = np.full((len(sizes), MOST_CORNERS), -1, dtype=np.int32)
-    polygons[np.arange(MOST_CORNERS) < sizes[:, None]] = corners
-    return polygons
-
-
-def _to_world(world: np.ndarray, points: np.ndarray) -> np.ndarray:
-    return points @ world[:3, :3].T + world[:3, 3]
+    return padded(corners, sizes)

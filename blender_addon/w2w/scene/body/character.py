@@ -14,10 +14,10 @@ from ...core.motion.retarget import matched_joints
 from ...core.motion.skinning import triangle_frames
 from ...core.motion.source import SourceMotion
 from ...core.patches.correspondence import Character, correspond
-from ..base.body import matrix, read_values, rest_vertices, triangles_of
+from ..base.body import matrix, moved, read_values, rest_vertices, triangles_of
 from ..heatmap import heatmap_names, paint_colours, remove_heatmaps
 from ..motion.takes import skeleton_of
-from .adopt import joint_weights, moving_armature
+from .adopt import carrier, joint_weights, moving_armature
 
 POINT = "W2W point of the body"
 """Attribute of a character's mesh: the triangle of our body that each vertex is on, and two shares in it."""
@@ -58,8 +58,7 @@ def read_character(armature: bpy.types.Object, meshes: Sequence[bpy.types.Object
     matched = {joint: bone - 1 for joint, bone in found.items() if bone > 0}
     vertices, faces, weights, start = [], [], [], 0
     for mesh in meshes:
-        world = _rest_world(mesh, armature)
-        vertices.append(rest_vertices(mesh) @ world[:3, :3].T + world[:3, 3])
+        vertices.append(moved(rest_vertices(mesh), _rest_world(mesh, armature)))
         faces.append(triangles_of(mesh.data) + start)
         weights.append(_weights(mesh, bones, matched))
         start += len(mesh.data.vertices)
@@ -192,12 +191,10 @@ def _weights(mesh: bpy.types.Object, bones: list[bpy.types.Bone], matched: dict[
     if moving_armature(mesh) is not None or mesh.parent_type != "BONE":
         return joint_weights(mesh, bones, matched)
     joint_of = {bones[bone].name: joint for joint, bone in matched.items()}
-    bone = next((bone for bone in bones if bone.name == mesh.parent_bone), None)
-    while bone is not None and bone.name not in joint_of:
-        bone = bone.parent
+    joint = carrier(mesh.parent_bone, bones, joint_of)
     weights = np.zeros((len(mesh.data.vertices), 24))
-    if bone is not None:
-        weights[:, joint_of[bone.name]] = 1
+    if joint is not None:
+        weights[:, joint] = 1
     return weights
 
 

@@ -1,21 +1,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bakes patches of which garments cover some: which these are, and where the sensors on cloth go."""
+"""Garments on a body: which can be worn, which patches they cover, and where the sensors on cloth go."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 
 import bpy
 import numpy as np
 
-from ...core.garments.caught import caught_sentence
+from ...core.body.body import Body
+from ...core.body.skeleton import JOINT_NAMES
 from ...core.garments.cover import Cover, cover, without_overlap
+from ...core.garments.cut import split_name
+from ...core.garments.on_cloth import ClothSensors, caught_sentence
+from ...core.motion.motion import Motion
 from ...core.patches.patches import PatchSet
 from ..bake import Bake, PatchBaker, moved_besides_bones
-from ..base.body import armature_of, body_of, body_space, matrix, rest_vertices, triangles_of
+from ..base.body import BodyObjects, add_body, armature_of, body_of, in_body_space, triangles_of
 from ..base.playback import active_action
-from ..base.steps import scaled
+from ..base.steps import scaled, without_pauses
+from ..motion.takes import existing_data, new_data
+from .cloth import dress, lie_on
 from .follow import follow, follow_scene, simulated
 
 TIED = ("ARMATURE", "CLOTH", "SOFT_BODY", "SURFACE_DEFORM", "SHRINKWRAP", "LATTICE", "MESH_DEFORM", "NODES",
@@ -51,9 +59,7 @@ def cover_of(item: bpy.types.Object, mesh: bpy.types.Object, patches: PatchSet) 
 
 def around_body(item: bpy.types.Object, mesh: bpy.types.Object) -> tuple[np.ndarray, np.ndarray]:
     """A garment's vertices (V, 3) in the space of a body, at rest, metres, and its triangles (F, 3)."""
-    armature = armature_of(mesh)
-    to_body = body_space(armature) @ np.linalg.inv(matrix(armature.matrix_world)) @ matrix(item.matrix_world)
-    return rest_vertices(item) @ to_body[:3, :3].T + to_body[:3, 3], triangles_of(item.data)
+    return in_body_space(item, armature_of(mesh)), triangles_of(item.data)
 
 
 def refuse_bare(item: bpy.types.Object, mesh: bpy.types.Object, found: Cover) -> None:
@@ -103,3 +109,89 @@ class GarmentBaker:
         if caught := caught_sentence(dict(zip(names, on_cloth.caught, strict=True)), len(on_cloth.matrices)):
             reason += f"; {caught}"
         return replace(skin, path="general", reason=reason, on_cloth=on_cloth)
+
+
+def fitted(garment: str, body: Body, patches: PatchSet) -> Cover:
+    """The patches of a body that a garment covers; a `ValueError` where it cannot be worn or covers none."""
+    with _dressed(body, (garment,)) as (objects, (item,)):
+        check_garment(item, objects.mesh)
+        return cover_of(item, objects.mesh, patches)
+
+
+def followed(body: Body, patches: PatchSet, covers: Mapping[str, Cover], motion: Motion) -> ClothSensors:
+    """Where the sensors on garments are while a body moves, from what each garment covers, by its name.
+
+    Raises `ValueError` if a garment cannot be worn, or its cloth flies apart.
+    """
+    with _dressed(body, tuple(covers)) as (objects, garments):
+        return without_pauses(follow(objects.mesh, garments, tuple(covers.values()), motion, patches))
+
+
+@contextmanager
+def _dressed(body: Body, garments: tuple[str, ...]) -> Iterator[tuple[BodyObjects, list[bpy.types.Object]]]:
+    """A body and its garments in the open scene, removed again at the end."""
+    before = existing_data()
+    libraries = set(bpy.data.libraries)
+    try:
+        objects = add_body(body)
+        items = []
+        for garment in garments:
+            file, name = split_name(garment)
+            items.append(put_on(file, name, objects) if file else dress(objects.mesh, name))
+        yield objects, items
+    finally:
+        bpy.data.batch_remove(new_data(before))
+        bpy.data.batch_remove([item for item in bpy.data.libraries if item not in libraries])
+
+
+def put_on(path: str | Path, name: str, objects: BodyObjects) -> bpy.types.Object:
+    """Append a garment from a .blend file and let it follow this body instead of the one in its file.
+
+    Its dependencies come along: lattices, other meshes. An armature with the bones of a body becomes this
+    body's; so does the mesh of the same body. Raises `ValueError` if the file cannot be read, does not hold
+    the garment, or it follows no body there.
+    """
+    before = existing_data()
+    garment = _append(Path(path), name)
+    came = [item for item in new_data(before) if isinstance(item, bpy.types.Object)]
+    n_vertices = len(objects.mesh.data.vertices)
+    bodies = [
+        item
+        for item in came
+        if item is not garment and item.type == "MESH" and len(item.data.vertices) == n_vertices
+    ]
+    rigs = [
+        item for item in came if item.type == "ARMATURE" and set(JOINT_NAMES) <= set(item.data.bones.keys())
+    ]
+    if not rigs:
+        raise ValueError(
+            f"'{name}' in {path} follows no body: in that file let it follow a body that Add Body made, by "
+            "its armature or its mesh"
+        )
+    for theirs, ours in ((bodies, objects.mesh), (rigs, objects.armature)):
+        for item in theirs:
+            item.user_remap(ours)
+    home = objects.mesh.users_collection[0]
+    for item in came:
+        if item not in bodies and item not in rigs:
+            home.objects.link(item)
+    if any(modifier.type == "CLOTH" for modifier in garment.modifiers):
+        lie_on(objects.mesh)
+    bpy.context.view_layer.update()
+    return garment
+
+
+def _append(path: Path, name: str) -> bpy.types.Object:
+    try:
+        with bpy.data.libraries.load(str(path), link=False) as (held, wanted):
+            names = list(held.objects)
+            wanted.objects = [name] if name in names else []
+    except OSError as error:
+        raise ValueError(f"{path} cannot be read as a .blend file: {error}") from error
+    if name not in names:
+        known = ", ".join(sorted(names)[:12]) or "none"
+        raise ValueError(f"{path} holds no object '{name}'; its objects are: {known}")
+    found = wanted.objects[0]
+    if found is None:
+        raise ValueError(f"'{name}' cannot be read from {path}: the file is damaged")
+    return found

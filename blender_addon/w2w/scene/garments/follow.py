@@ -10,9 +10,8 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from ...core.garments.caught import RestLengths
 from ...core.garments.cover import Cover
-from ...core.garments.on_cloth import ClothSensors
+from ...core.garments.on_cloth import ClothSensors, RestLengths
 from ...core.garments.run_up import POSE_S, SETTLE_S, with_run_up
 from ...core.motion.motion import Motion
 from ...core.motion.skinning import patch_matrices
@@ -20,8 +19,7 @@ from ...core.patches.patches import PatchSet
 from ..bake import placed
 from ..base.actions import FIRST_FRAME, bone_curves, frames_of, key_rate, scene_rate, write_action
 from ..base.body import armature_of, body_of, matrix, rest_vertices
-from ..base.evaluated import EvaluatedVertices
-from ..base.playback import at_rate, each_frame, playing, without_empties
+from ..base.playback import EvaluatedVertices, at_rate, each_frame, playing, without_empties
 from .clear import clear_reach, with_clear_arms
 from .cloth import KIND, coarse_collider, real_time_speed
 

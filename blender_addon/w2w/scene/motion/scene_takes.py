@@ -12,9 +12,9 @@ import bpy
 import numpy as np
 
 from ...core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_pose, refuse_too_long
-from ..base.actions import BONE_PATH, OBJECT_CHANNELS, RATE, bone_curves, scene_rate, slot_curves
+from ..base.actions import OBJECT_CHANNELS, RATE, bone_curves, scene_rate, slot_curves
 from ..base.body import matrix
-from ..base.fcurves import NotFiniteError
+from ..base.fcurves import BONE_PATH, NotFiniteError, slot_named_for
 from ..base.playback import each_frame
 from .source_beside import SOURCE
 from .takes import Take, read_take, skeleton_of
@@ -108,8 +108,7 @@ def _slot(armature: bpy.types.Object, action: bpy.types.Action) -> Slot | None:
     data = armature.animation_data
     if data is not None and data.action == action:
         return getattr(data, "action_slot", None)
-    named = f"OB{armature.name}"
-    return next((slot for slot in getattr(action, "slots", ()) if slot.identifier == named), None)
+    return slot_named_for(armature, action)
 
 
 def _players(action: bpy.types.Action) -> list[bpy.types.Object]:

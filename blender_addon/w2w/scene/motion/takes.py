@@ -30,11 +30,16 @@ from ...core.motion.source import (
     refuse_too_long,
 )
 from ..base.actions import key_rate
-from ..base.fcurves import NotFiniteError, OwnCurves, action_curves, basis_matrices
+from ..base.fcurves import (
+    Curves,
+    NotFiniteError,
+    action_curves,
+    basis_matrices,
+    curves_by_owner,
+    slot_named_for,
+)
 from ..base.playback import same_timing
 from .importers import check_fbx, import_fault, import_gltf, import_usd
-
-Curves = dict[str, OwnCurves]
 
 PREFERRED_TAKE = "mixamo.com"
 
@@ -94,7 +99,6 @@ def import_file(path: Path) -> None:
     kind = path.suffix.lower()
     try:
         if kind == ".fbx":
-            check_fbx(path, python_importer=not _has_cpp_importer())
             _import_fbx(path)
         elif kind == BVH_SUFFIX:
             _import_bvh(path)
@@ -143,14 +147,11 @@ def best_take(
 
 def find_takes(armature: bpy.types.Object, actions: Iterable[bpy.types.Action] | None = None) -> list[Take]:
     """Every action that animates bones of this armature, among some or among all."""
-    paths = {
-        f'pose.bones["{bpy.utils.escape_identifier(bone.name)}"]': bone.name for bone in armature.data.bones
-    }
     takes = []
     for action in bpy.data.actions if actions is None else actions:
         for curves in action_curves(action):
-            by_owner = _curves_by_owner(curves, paths)
-            if len(by_owner.keys() - {""}) * 3 >= len(paths):
+            by_owner = curves_by_owner(armature, curves)
+            if len(by_owner.keys() - {""}) * 3 >= len(armature.data.bones):
                 takes.append(Take(armature, action, by_owner))
     return takes
 
@@ -168,9 +169,8 @@ def read_take(take: Take, frames: np.ndarray | None = None, unkeyed: Sequence | 
         frames = np.arange(start, stop + 1, dtype=np.float64)
     armature = take.armature
     names, parents, rest_local = skeleton_of(armature)
-    world = _object_matrices(armature, take, frames)
     matrices = np.empty((len(frames), len(names), 4, 4))
-    matrices[:, 0] = world
+    matrices[:, 0] = world = _object_matrices(armature, take, frames)
     basis = basis_matrices(
         unkeyed or [armature.pose.bones[name] for name in names[1:]],
         [take.curves.get(name, {}) for name in names[1:]],
@@ -179,19 +179,13 @@ def read_take(take: Take, frames: np.ndarray | None = None, unkeyed: Sequence | 
     local = np.linalg.solve(rest_local[parents[1:]], rest_local[1:]) @ basis
     for number in range(1, len(parents)):
         np.matmul(matrices[:, parents[number]], local[:, number - 1], out=matrices[:, number])
-    return SourceMotion(
-        bones=names,
-        parents=parents,
-        rest=world[0] @ rest_local,
-        matrices=matrices,
-        rate=key_rate(take.action),
-        take=take.action.name,
-        first_bone=1,
-    )
+    rest, rate = world[0] @ rest_local, key_rate(take.action)
+    return SourceMotion(names, parents, rest, matrices, rate, take.action.name, first_bone=1)
 
 
 def _import_fbx(path: Path) -> None:
     """Blender's C++ importer (4.5 and later), or the Python one it had before."""
+    check_fbx(path, python_importer=not _has_cpp_importer())
     if _has_cpp_importer():
         bpy.ops.wm.fbx_import(filepath=str(path), use_custom_normals=False)
     else:
@@ -219,8 +213,8 @@ def _most_moving(takes: list[Take]) -> SourceMotion:
     motions = []
     for take in takes:
         with suppress(NotFiniteError):
-            motions.append(read_take(take))
-    motions = [motion for motion in motions if np.isfinite(motion.matrices).all()]
+            motion = read_take(take)
+            motions += [motion] if np.isfinite(motion.matrices).all() else []
     if not motions:
         raise UnusableMotion(NOT_FINITE)
     moving = [motion for motion in motions if not is_pose(motion)]
@@ -245,36 +239,17 @@ def skeleton_of(armature: bpy.types.Object) -> tuple[tuple[str, ...], np.ndarray
     return (armature.name, *index), parents, rest
 
 
-def _curves_by_owner(curves: list[bpy.types.FCurve], paths: dict[str, str]) -> Curves:
-    """Curves by bone name, and those of the object itself under the empty name."""
-    by_owner: Curves = {}
-    for curve in curves:
-        owner_path, _, prop = curve.data_path.rpartition(".")
-        owner = paths.get(owner_path) if owner_path else ""
-        if owner is not None:
-            by_owner.setdefault(owner, {})[prop, curve.array_index] = curve
-    return by_owner
-
-
 def _object_matrices(item: bpy.types.Object, take: Take, frames: np.ndarray) -> np.ndarray:
     """World matrix of an object in each frame, its animated parents included."""
-    curves = take.curves.get("", {}) if item is take.armature else _object_curves(item, take.action)
+    curves = take.curves.get("", {})
+    if item is not take.armature:
+        slot = slot_named_for(item, take.action)
+        found = [] if slot is None else next(action_curves(take.action, slot), [])
+        curves = {(c.data_path, c.array_index): c for c in found}
     local = basis_matrices([item], [curves], frames)[:, 0]
     if item.parent is None:
         return local
     return _object_matrices(item.parent, take, frames) @ np.array(item.matrix_parent_inverse) @ local
-
-
-def _object_curves(item: bpy.types.Object, action: bpy.types.Action) -> dict:
-    """Curves that an action holds for an object other than the armature."""
-    for slot in getattr(action, "slots", ()):
-        if slot.identifier == f"OB{item.name}":
-            for layer in action.layers:
-                for strip in layer.strips:
-                    bag = strip.channelbag(slot)
-                    if bag is not None:
-                        return _curves_by_owner(list(bag.fcurves), {}).get("", {})
-    return {}
 
 
 def existing_data() -> set[int]:

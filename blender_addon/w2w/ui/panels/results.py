@@ -10,8 +10,8 @@ import bpy
 
 from ...core.selection.headline import short
 from ...core.wording import capital
+from ...scene.heatmap import add_beside
 from ...scene.motion.source_beside import remove_source
-from ...scene.second_body import add_beside
 from ..jobs import jobs
 from ..jobs.text import draw_text
 from ..results import results

@@ -9,7 +9,7 @@ import bpy
 
 from ...scene.base.patches import PATCH
 from ...scene.body.character import MARK
-from ...scene.second_body import BESIDE, remove_beside
+from ...scene.heatmap import BESIDE, remove_beside
 from ..jobs import jobs
 from . import results
 

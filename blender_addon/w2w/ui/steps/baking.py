@@ -16,7 +16,7 @@ from ...core.body.body import Body
 from ...core.clip_files import WORK, ClipWindows, ranking_inputs
 from ...core.clip_ranking import LabelledClip, copies_among, rank_clips
 from ...core.findings.notes import copies_sentence
-from ...core.garments.caught import HAS_CAUGHT
+from ...core.garments.on_cloth import HAS_CAUGHT
 from ...core.imu.recording import ImuRecording
 from ...core.motion.duplicates import motion_signature
 from ...core.motion.source import reason_of

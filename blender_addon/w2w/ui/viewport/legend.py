@@ -12,7 +12,7 @@ from ...core.colours import DIFFERENCE_MAP, difference_range, patch_colours
 from ...core.ranking.utility import UtilityMap
 from ...scene import heatmap
 from ...scene.body import character
-from ...scene.second_body import add_beside, fits, follow, paint_beside, remove_beside
+from ...scene.heatmap import add_beside, fits, follow, paint_beside, remove_beside
 from ..jobs.jobs import is_there
 from ..study.scores import (
     EXPECTED,
