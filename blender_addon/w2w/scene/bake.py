@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import bpy
@@ -74,7 +75,6 @@ class PatchBaker:
                 f"'{mesh.name}' is scaled unevenly or mirrored: apply its scale (Object > Apply > Scale) "
                 "first"
             )
-        self._body: Body | None = None
 
     def bake(self, action: bpy.types.Action | None = None, path: Literal["auto", "general"] = "auto") -> Bake:
         """World matrices of the patches while the armature plays an action, its active one by default.
@@ -98,19 +98,27 @@ class PatchBaker:
         if path == "auto":
             reason = why_not_fast(self.mesh, self.armature, action) or not_told
         if motion is not None and not reason:
-            return self._fast(motion)
-        frames, rate = _frames_to_bake(self.armature, action)
+            stood = placed(motion, self.armature)
+            matrices = patch_matrices(self._body, self.patches.triangles, stood)
+            reason = "the armature's f-curves alone move the body"
+            return Bake(matrices, motion.rate, "fast", reason, motion, stood.pelvis)
+        scene = bpy.context.scene
+        frames = np.arange(scene.frame_start, scene.frame_end + 1, dtype=np.float64)
+        rate = actions.scene_rate()
+        if action is not None and (curves := actions.bone_curves(self.armature, action)):
+            frames, rate = actions.frames_of(action, curves)
         with at_rate(actions.key_rate(action)), playing(self.armature, action), without_empties(self.mesh):
-            matrices = yield from _evaluated_matrices(self.mesh, self.patches.triangles, frames)
-        return Bake(matrices, rate, "general", reason, motion)
+            vertices = EvaluatedVertices(self.mesh, self.patches.triangles)
+            corners = np.empty((len(frames), *self.patches.triangles.shape, 3))
+            with closing(each_frame(frames)) as numbers:
+                for number in numbers:
+                    corners[number] = vertices.positions()
+                    yield (number + 1) / len(frames)
+        return Bake(triangle_frames(corners), rate, "general", reason, motion)
 
-    def _fast(self, motion: Motion) -> Bake:
-        if self._body is None:
-            self._body = body_of(self.mesh)
-        stood = placed(motion, self.armature)
-        matrices = patch_matrices(self._body, self.patches.triangles, stood)
-        reason = "the armature's f-curves alone move the body"
-        return Bake(matrices, motion.rate, "fast", reason, motion, stood.pelvis)
+    @cached_property
+    def _body(self) -> Body:
+        return body_of(self.mesh)
 
 
 def _is_even(item: bpy.types.Object) -> bool:
@@ -138,26 +146,6 @@ def placed(motion: Motion, armature: bpy.types.Object) -> Motion:
     return replace(motion, rotations=rotations, pelvis=motion.pelvis @ place[:3, :3].T + place[:3, 3])
 
 
-def _frames_to_bake(armature: bpy.types.Object, action: bpy.types.Action | None) -> tuple[np.ndarray, float]:
-    if action is not None and (curves := actions.bone_curves(armature, action)):
-        return actions.frames_of(action, curves)
-    scene = bpy.context.scene
-    return np.arange(scene.frame_start, scene.frame_end + 1, dtype=np.float64), actions.scene_rate()
-
-
-def _evaluated_matrices(
-    mesh: bpy.types.Object, triangles: np.ndarray, frames: np.ndarray
-) -> Generator[float, None, np.ndarray]:
-    """Frames of triangles on the evaluated mesh, shape (T, N, 4, 4)."""
-    vertices = EvaluatedVertices(mesh, triangles)
-    corners = np.empty((len(frames), *triangles.shape, 3))
-    with closing(each_frame(frames)) as numbers:
-        for number in numbers:
-            corners[number] = vertices.positions()
-            yield (number + 1) / len(frames)
-    return triangle_frames(corners)
-
-
 def why_not_fast(mesh: bpy.types.Object, armature: bpy.types.Object, action: bpy.types.Action | None) -> str:
     """The first thing besides the action's bone curves that moves the body; empty where nothing does."""
     return next(_modifiers(mesh, armature), "") or moved_besides_bones(mesh, armature, action)
@@ -173,7 +161,11 @@ def moved_besides_bones(
 def _besides(
     mesh: bpy.types.Object, armature: bpy.types.Object, action: bpy.types.Action | None
 ) -> Iterator[str]:
-    yield from _shape_keys(mesh)
+    keys = mesh.data.shape_keys
+    if keys is not None:
+        used = any(block.value != 0 and not block.mute for block in keys.key_blocks[1:])
+        if used or keys.animation_data is not None:
+            yield f"'{mesh.name}' has shape keys in use"
     for item in _with_parents(mesh, armature):
         yield from _object_motion(item, armature)
     yield from _armature_state(armature)
@@ -185,12 +177,10 @@ def _besides(
 
 
 def _modifiers(mesh: bpy.types.Object, armature: bpy.types.Object) -> Iterator[str]:
-    deforming = [
-        m for m in mesh.modifiers if m.type == "ARMATURE" and m.object == armature and m.show_viewport
-    ]
-    for modifier in mesh.modifiers:
-        moves = modifier.show_viewport and modifier.type != "COLLISION"
-        if moves and modifier not in deforming:
+    shown = [modifier for modifier in mesh.modifiers if modifier.show_viewport]
+    deforming = [item for item in shown if item.type == "ARMATURE" and item.object == armature]
+    for modifier in shown:
+        if modifier.type != "COLLISION" and modifier not in deforming:
             yield f"'{mesh.name}' has the modifier '{modifier.name}'"
     if len(deforming) != 1:
         yield f"'{mesh.name}' has {len(deforming)} active armature modifiers"
@@ -203,24 +193,13 @@ def _modifiers(mesh: bpy.types.Object, armature: bpy.types.Object) -> Iterator[s
         yield f"'{mesh.name}' is parented to bones"
 
 
-def _shape_keys(mesh: bpy.types.Object) -> Iterator[str]:
-    keys = mesh.data.shape_keys
-    if keys is None:
-        return
-    if keys.animation_data is not None or any(
-        block.value != 0 and not block.mute for block in keys.key_blocks[1:]
-    ):
-        yield f"'{mesh.name}' has shape keys in use"
-
-
 def _with_parents(*items: bpy.types.Object) -> list[bpy.types.Object]:
     """Objects and everything they are parented to, once each."""
     found: list[bpy.types.Object] = []
     for item in items:
-        current: bpy.types.Object | None = item
-        while current is not None and current not in found:
-            found.append(current)
-            current = current.parent
+        while item is not None and item not in found:
+            found.append(item)
+            item = item.parent
     return found
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..core.colours import COLOUR_MAP, DIFFERENCE_MAP, LEAST_SPAN, difference_range, patch_colours
 from ..core.patches.patches import PatchSet
-from .base.body import matrix, rest_vertices
+from .base.body import matrix, moved, rest_vertices
 from .base.patches import check_patches
 
 MEAN = "Expected F1"
@@ -173,7 +173,8 @@ def follow(copy: bpy.types.Object, mesh: bpy.types.Object, model: bpy.types.Obje
     points = rest_vertices(model)
     copy.data.vertices.foreach_set("co", points.astype(np.float32).ravel())
     copy.data.update()
-    from_body = _right_edge(mesh) - matrix(model.matrix_world)[0, 3]
+    right_edge = float(moved(rest_vertices(mesh), matrix(mesh.matrix_world))[:, 0].max())
+    from_body = right_edge - matrix(model.matrix_world)[0, 3]
     world = matrix(model.matrix_world)[:3, :3]
     reach = float((points @ world.T)[:, 0].min())
     aside = next(modifier for modifier in copy.modifiers if modifier.name == ASIDE)
@@ -190,9 +191,3 @@ def paint_beside(copy: bpy.types.Object, name: str, colours: np.ndarray) -> None
 def remove_beside(copies: Sequence[bpy.types.Object]) -> None:
     """Remove copies and their meshes."""
     bpy.data.batch_remove([*copies, *(copy.data for copy in copies)])
-
-
-def _right_edge(mesh: bpy.types.Object) -> float:
-    """How far a body reaches to the right at rest, along x of the world, metres."""
-    world = matrix(mesh.matrix_world)
-    return float((rest_vertices(mesh) @ world[:3, :3].T)[:, 0].max() + world[0, 3])

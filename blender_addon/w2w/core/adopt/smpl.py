@@ -138,7 +138,10 @@ def body_from_mesh(vertices: np.ndarray, polygons: np.ndarray, name: str) -> Bod
     """
     mesh = smpl_mesh(vertices, polygons)
     template = Body.bundled()
-    placed = _in_our_axes(vertices[mesh.order])
+    placed = vertices[mesh.order]
+    up = placed[CROWN] - placed[list(HEELS)].mean(axis=0)
+    placed = placed @ to_axes(placed[FOREARMS[0]] - placed[FOREARMS[1]], up).T
+    placed = placed * metres_per_unit(float(np.ptp(placed[:, 2])))
     fit = register(template, placed, mesh.faces, _landmarks(template))
     error = float(fit.residual.mean())
     if error > WORST_FIT:
@@ -160,8 +163,8 @@ def body_from_rig(
 ) -> Body:
     """A body from a mesh with a rig of the 24 joints; in SMPL's vertex order where its faces are SMPL's.
 
-    Vertices (V, 3) are in the rig's rest pose, in any axes and unit; polygons (F, 3) or (F, 4) have -1 in the
-    fourth column of a triangle; joints are (24, 3), weights (V, 24).
+    Vertices (V, 3) are in the rig's rest pose, in any axes and unit; polygons (F, 4) have -1 in the fourth
+    column of a triangle; joints are (24, 3), weights (V, 24).
 
     Raises BodyError if it is not the size of a person or a vertex has no weight.
     """
@@ -175,7 +178,8 @@ def body_from_rig(
     vertices, joints = vertices @ turn.T, joints @ turn.T
     unit = metres_per_unit(float(np.ptp(vertices[:, 2])))
     mesh = recognise(polygons, vertices)
-    faces = _triangles(polygons) if mesh is None else mesh.faces
+    quads = polygons[polygons[:, 3] >= 0]
+    faces = np.concatenate([polygons[:, :3], quads[:, [0, 2, 3]]]) if mesh is None else mesh.faces
     order = slice(None) if mesh is None else mesh.order
     weights = _normalised(weights[order])
     straight, joints = in_t_pose(vertices[order] * unit, joints * unit, weights, Body.bundled())
@@ -254,13 +258,6 @@ def _as_24_joints(
     return body_joints, gathered
 
 
-def _in_our_axes(vertices: np.ndarray) -> np.ndarray:
-    """Vertices in SMPL's order, turned and scaled to W2W's axes and metres."""
-    up = vertices[CROWN] - vertices[list(HEELS)].mean(axis=0)
-    placed = vertices @ to_axes(vertices[FOREARMS[0]] - vertices[FOREARMS[1]], up).T
-    return placed * metres_per_unit(float(np.ptp(placed[:, 2])))
-
-
 def _landmarks(template: Body) -> tuple[np.ndarray, np.ndarray]:
     """Vertices of the template, and of SMPL, that mark the same places."""
     part = template.weights.argmax(axis=1)
@@ -271,15 +268,6 @@ def _landmarks(template: Body) -> tuple[np.ndarray, np.ndarray]:
     for site in SENSOR_SITES:
         same.setdefault(site.smpl_vertex, site.vertex(template))
     return np.array(list(same.values())), np.array(list(same))
-
-
-def _triangles(polygons: np.ndarray) -> np.ndarray:
-    """Polygons cut into triangles from their first corners."""
-    first = polygons[:, :3]
-    if polygons.shape[1] == 3:
-        return first
-    second = polygons[polygons[:, 3] >= 0][:, [0, 2, 3]]
-    return np.concatenate([first, second])
 
 
 def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:

@@ -98,8 +98,8 @@ def canonical_walk(faces: list[tuple[int, ...]], n_vertices: int) -> Walk | None
 
     None where the mesh is open, has an edge of more than two faces, or falls into parts.
     """
-    beyond = _edges(faces)
-    if beyond is None:
+    beyond = {(face[k - 1], face[k]): index for index, face in enumerate(faces) for k in range(len(face))}
+    if len(beyond) != sum(map(len, faces)) or any((end, start) not in beyond for start, end in beyond):
         return None
     walks = [_walk(faces, beyond, edge) for edge in _first_edges(faces, n_vertices)]
     walk = min(walks, key=lambda walk: _code(walk, n_vertices).tobytes())
@@ -122,14 +122,6 @@ def _cut(walk: Walk) -> list[tuple[int, ...]]:
             a, b, c, d = face if next(from_first) else face[1:] + face[:1]
             triangles += [(a, b, c), (a, c, d)]
     return triangles
-
-
-def _edges(faces: list[tuple[int, ...]]) -> dict[tuple[int, int], int] | None:
-    """Face to the left of each directed edge; None unless every edge runs once each way."""
-    left = {(face[k - 1], face[k]): index for index, face in enumerate(faces) for k in range(len(face))}
-    if len(left) != sum(map(len, faces)) or any((end, start) not in left for start, end in left):
-        return None
-    return left
 
 
 def _first_edges(faces: list[tuple[int, ...]], n_vertices: int) -> list[tuple[int, int]]:

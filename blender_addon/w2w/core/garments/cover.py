@@ -36,6 +36,9 @@ FACING = 0.3
 
 CANDIDATES, SKIN_NEAR = 64, 4
 
+PARTS = ("patches", "triangles", "mounts")
+"""Arrays of a `Cover`, also in its file."""
+
 
 @dataclass(frozen=True, eq=False)
 class Cover:
@@ -121,21 +124,18 @@ def save_covers(path: str | Path, covers: Mapping[str, Cover], sources: Sequence
         "names": np.array(list(covers)),
         "sources": np.array(sources),
         "owners": np.repeat(np.arange(len(whole)), [len(own) for own in whole]),
-        "patches": np.concatenate([own.patches for own in whole]),
-        "triangles": np.concatenate([own.triangles for own in whole]),
-        "mounts": np.concatenate([own.mounts for own in whole]),
+        **{part: np.concatenate([getattr(own, part) for own in whole]) for part in PARTS},
     }
     write_npz(path, arrays)
 
 
 def load_covers(path: str | Path) -> dict[str, Cover]:
     """Read what `save_covers` wrote; a `ValueError` where the file does not hold it."""
-    needed = ("names", "owners", "patches", "triangles", "mounts")
-    data = load_arrays(path, needed, "does not say what garments cover")
+    data = load_arrays(path, ("names", "owners", *PARTS), "does not say what garments cover")
     found = {}
     for number, name in enumerate(data["names"]):
         own = data["owners"] == number
-        found[str(name)] = Cover(*(data[part][own] for part in ("patches", "triangles", "mounts")))
+        found[str(name)] = Cover(*(data[part][own] for part in PARTS))
     return found
 
 

@@ -42,7 +42,7 @@ def place_patches(
     collection = bpy.data.collections.new(name)
     (parent or bpy.context.scene.collection).children.link(collection)
     for number, empty_name in enumerate(patches.names):
-        empty = _new_empty(mesh, empty_name, patches.triangles[number], size)
+        empty = new_empty(mesh, empty_name, patches.triangles[number], "ARROWS", size)
         empty[PATCH] = number
         empty[REGION] = patches.regions[number]
         collection.objects.link(empty)
@@ -88,17 +88,17 @@ def carrier_triangles(empties: Sequence[bpy.types.Object]) -> np.ndarray:
     return np.array([empty.parent_vertices for empty in empties], dtype=np.int32).reshape(-1, 3)
 
 
-def _new_empty(mesh: bpy.types.Object, name: str, triangle: np.ndarray, size: float) -> bpy.types.Object:
-    """An empty exactly in the frame of a triangle.
+def new_empty(
+    mesh: bpy.types.Object, name: str, triangle: np.ndarray, display: str, size: float
+) -> bpy.types.Object:
+    """An empty exactly in the frame of a triangle, in no collection yet.
 
     World matrix = parent's world matrix @ triangle @ matrix_parent_inverse @ matrix_basis.
     Both last ones are the identity in a new object; Blender cannot work them out from an
     assigned `matrix_world`, for it leaves the triangle out of the parent.
     """
     empty = bpy.data.objects.new(name, None)
-    empty.empty_display_type = "ARROWS"
-    empty.empty_display_size = size
-    empty.parent = mesh
-    empty.parent_type = "VERTEX_3"
+    empty.empty_display_type, empty.empty_display_size = display, size
+    empty.parent, empty.parent_type = mesh, "VERTEX_3"
     empty.parent_vertices = triangle.tolist()
     return empty

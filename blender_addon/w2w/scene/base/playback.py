@@ -40,11 +40,19 @@ def each_frame(frames: np.ndarray) -> Generator[int, None, None]:
 def same_timing() -> Iterator[None]:
     """Keep the scene's frame rate and range, which importers set to a file's."""
     scene = bpy.context.scene
-    settings = (scene.render.fps, scene.render.fps_base, scene.frame_start, scene.frame_end)
+    with kept((scene.render, "fps", "fps_base"), (scene, "frame_start", "frame_end")):
+        yield
+
+
+@contextmanager
+def kept(*settings: tuple) -> Iterator[None]:
+    """Put settings, each an owner and names of its attributes, back at the end."""
+    before = [(owner, name, getattr(owner, name)) for owner, *names in settings for name in names]
     try:
         yield
     finally:
-        scene.render.fps, scene.render.fps_base, scene.frame_start, scene.frame_end = settings
+        for owner, name, value in before:
+            setattr(owner, name, value)
 
 
 @contextmanager
@@ -80,7 +88,9 @@ def without_empties(mesh: bpy.types.Object) -> Iterator[None]:
     idle = [
         layer
         for layer in _layer_collections(view_layer.layer_collection)
-        if not layer.exclude and _holds_only_empties(layer.collection, mesh)
+        if not layer.exclude
+        and len(layer.collection.all_objects)
+        and all(PATCH in item and item.parent == mesh for item in layer.collection.all_objects)
     ]
     empties = {item for layer in idle for item in layer.collection.all_objects}
     # what is left out is deselected and shown again by that
@@ -105,11 +115,6 @@ def _layer_collections(layer: bpy.types.LayerCollection) -> Iterator[bpy.types.L
     for child in layer.children:
         yield child
         yield from _layer_collections(child)
-
-
-def _holds_only_empties(collection: bpy.types.Collection, mesh: bpy.types.Object) -> bool:
-    items = collection.all_objects
-    return len(items) > 0 and all(PATCH in item and item.parent == mesh for item in items)
 
 
 class EvaluatedVertices:

@@ -15,6 +15,7 @@ from ...core.motion.skinning import triangle_frames
 from ...core.motion.source import SourceMotion
 from ...core.patches.correspondence import Character, correspond
 from ..base.body import matrix, moved, read_values, rest_vertices, triangles_of
+from ..base.patches import new_empty
 from ..heatmap import heatmap_names, paint_colours, remove_heatmaps
 from ..motion.takes import skeleton_of
 from .adopt import carrier, joint_weights, moving_armature
@@ -163,12 +164,9 @@ def _ball(mesh: bpy.types.Object, vertex: int, radius: float) -> bpy.types.Objec
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1)
     best = int((area / np.maximum(sides.max(axis=1), 1e-20)).argmax())
     (frame,) = triangle_frames(corners[best : best + 1])
-    empty = bpy.data.objects.new("Sensor", None)
-    empty.parent, empty.parent_type = mesh, "VERTEX_3"
-    empty.parent_vertices = triangles[best].tolist()
+    size = radius / np.cbrt(abs(np.linalg.det(matrix(mesh.matrix_world)[:3, :3])))
+    empty = new_empty(mesh, "Sensor", triangles[best], "SPHERE", size)
     empty.location = frame[:3, :3].T @ (points[vertex] - frame[:3, 3])
-    empty.empty_display_type = "SPHERE"
-    empty.empty_display_size = radius / np.cbrt(abs(np.linalg.det(matrix(mesh.matrix_world)[:3, :3])))
     return empty
 
 

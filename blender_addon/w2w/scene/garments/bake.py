@@ -102,7 +102,7 @@ class GarmentBaker:
         if skin.motion is not None and not moved_besides_bones(self.mesh, armature, action):
             frames = follow(*worn, skin.motion, self.patches)
         else:
-            frames = follow_scene(*worn, action, len(skin.matrices), skin.rate)
+            frames = follow_scene(worn, action, len(skin.matrices), skin.rate)
         on_cloth = yield from scaled(frames, 0.1, 1.0)
         names = [item.name for item in self.garments]
         reason = f"{len(on_cloth.patches)} sensors are on {', '.join(names)}"

@@ -11,13 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
 import bpy
 import numpy as np
 
 from ...core.body.body import Body
 from ...core.garments.cut import Garment, cut
-from ..base.body import add_skinned, armature_of, body_of, reskin, rest_vertices
+from ..base.body import add_skinned, armature_of, body_of, body_space, reskin, rest_vertices
 
 KIND = "w2w garment"
 """Custom property of a garment of ours: which one it is."""
@@ -95,9 +96,7 @@ def dress(mesh: bpy.types.Object, kind: str) -> bpy.types.Object:
 def lie_on(mesh: bpy.types.Object) -> None:
     """Let cloth lie on a mesh."""
     if not any(modifier.type == "COLLISION" for modifier in mesh.modifiers):
-        mesh.modifiers.new(COLLIDER, "COLLISION")
-        mesh.collision.thickness_outer = SKIN_GAP
-        mesh.collision.cloth_friction = FRICTION
+        _collide(mesh, {"thickness_outer": SKIN_GAP, "cloth_friction": FRICTION})
 
 
 def lies_on_nothing(mesh: bpy.types.Object) -> None:
@@ -124,7 +123,10 @@ def coarse_collider(mesh: bpy.types.Object) -> Iterator[None]:
     Only where W2W made the body a collider and bones alone move it.
     """
     own = mesh.modifiers.get(COLLIDER)
-    if own is None or not _moved_by_bones_alone(mesh) or len(mesh.data.polygons) <= COARSE_FACES:
+    shown = sorted(modifier.type for modifier in mesh.modifiers if modifier.show_viewport)
+    animated = mesh.data.shape_keys is not None or mesh.animation_data is not None
+    moved_by_bones_alone = shown == ["ARMATURE", "COLLISION"] and not animated
+    if own is None or not moved_by_bones_alone or len(mesh.data.polygons) <= COARSE_FACES:
         yield
         return
     settings = {name: getattr(mesh.collision, name) for name in KEPT}
@@ -156,8 +158,7 @@ def real_time_speed(speed: float, rate: float, steps: int) -> float:
 
 def _in_armature(cloth: Body, armature: bpy.types.Object) -> Body:
     """A garment in its armature's own units; the body is in metres."""
-    scale = np.linalg.norm(np.array(armature.matrix_world, dtype=np.float64)[:3, :3], axis=0)
-    return Body(cloth.vertices / scale, cloth.faces, cloth.joints, cloth.weights, cloth.name)
+    return replace(cloth, vertices=cloth.vertices / np.diag(body_space(armature))[:3])
 
 
 def _hold(item: bpy.types.Object, garment: Garment) -> None:
@@ -165,12 +166,6 @@ def _hold(item: bpy.types.Object, garment: Garment) -> None:
     item.vertex_groups.new(name=HELD).add(np.flatnonzero(garment.held).tolist(), 1.0, "REPLACE")
     if CLOTH in item.modifiers:
         item.modifiers[CLOTH].settings.vertex_group_mass = HELD
-
-
-def _moved_by_bones_alone(mesh: bpy.types.Object) -> bool:
-    kinds = [modifier.type for modifier in mesh.modifiers if modifier.show_viewport]
-    animated = mesh.data.shape_keys is not None or mesh.animation_data is not None
-    return sorted(kinds) == ["ARMATURE", "COLLISION"] and not animated
 
 
 def _double(mesh: bpy.types.Object) -> bpy.types.Object:

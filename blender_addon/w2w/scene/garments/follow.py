@@ -18,13 +18,17 @@ from ...core.motion.skinning import patch_matrices
 from ...core.patches.patches import PatchSet
 from ..bake import placed
 from ..base.actions import FIRST_FRAME, bone_curves, frames_of, key_rate, scene_rate, write_action
-from ..base.body import armature_of, body_of, matrix, rest_vertices
-from ..base.playback import EvaluatedVertices, at_rate, each_frame, playing, without_empties
+from ..base.body import armature_of, body_of, matrix, read_values, rest_vertices
+from ..base.playback import EvaluatedVertices, at_rate, each_frame, kept, playing, without_empties
 from .clear import clear_reach, with_clear_arms
 from .cloth import KIND, coarse_collider, real_time_speed
 
 FARTHEST = 3.0
 """Metres between a sensor and the middle of all beyond which cloth has flown apart."""
+
+
+Worn = tuple[bpy.types.Object, Sequence[bpy.types.Object], Sequence[Cover]]
+"""A body's mesh, its garments and what each covers."""
 
 
 def follow(
@@ -52,7 +56,7 @@ def follow(
         stack.callback(bpy.data.actions.remove, action)
         stack.enter_context(playing(armature, action))
         frames = int(FIRST_FRAME) + np.arange(moved.n_frames)
-        on_cloth = yield from _settled(mesh, garments, covers, frames, before, moved.rate)
+        on_cloth = yield from _settled((mesh, garments, covers), frames, before, moved.rate)
     if not ours:
         return on_cloth
     triangles = patches.triangles[on_cloth.patches]
@@ -68,18 +72,13 @@ def follow(
 
 
 def follow_scene(
-    mesh: bpy.types.Object,
-    garments: Sequence[bpy.types.Object],
-    covers: Sequence[Cover],
-    action: bpy.types.Action | None,
-    n_frames: int,
-    rate: float,
+    worn: Worn, action: bpy.types.Action | None, n_frames: int, rate: float
 ) -> Generator[float, None, ClothSensors]:
     """As `follow` where more than bones moves the body: it holds its first pose while cloth settles.
 
     `n_frames` and `rate` are the clip's; the scene is played at the rate of the action's keys.
     """
-    armature = armature_of(mesh)
+    armature = armature_of(worn[0])
     first = bpy.context.scene.frame_start
     if action is not None and (curves := bone_curves(armature, action)):
         first = int(np.floor(frames_of(action, curves)[0][0]))
@@ -88,18 +87,14 @@ def follow_scene(
     before = round((POSE_S + SETTLE_S) * per_second)
     with at_rate(per_second), playing(armature, action):
         frames = np.arange(first - before, first + count)
-        return (yield from _settled(mesh, garments, covers, frames, before, per_second))
+        return (yield from _settled(worn, frames, before, per_second))
 
 
 def _settled(
-    mesh: bpy.types.Object,
-    garments: Sequence[bpy.types.Object],
-    covers: Sequence[Cover],
-    frames: np.ndarray,
-    before: int,
-    rate: float,
+    worn: Worn, frames: np.ndarray, before: int, rate: float
 ) -> Generator[float, None, ClothSensors]:
     """Garments through frames of the scene, in the first of which cloth only settles."""
+    mesh, garments, covers = worn
     with ExitStack() as stack:
         stack.enter_context(without_empties(mesh))
         stack.enter_context(coarse_collider(mesh))
@@ -123,22 +118,15 @@ def _settled(
 @contextmanager
 def _simulated_over(item: bpy.types.Object, frames: np.ndarray, rate: float) -> Iterator[None]:
     """Let physics run over these frames, cloth in real time; at the end as they were set before."""
-    kept = []
-    for modifier in simulated(item):
-        cache = modifier.point_cache
-        kept.append((cache, cache.frame_start, cache.frame_end))
-        cache.frame_start, cache.frame_end = int(frames[0]), int(frames[-1])
+    caches = [modifier.point_cache for modifier in simulated(item)]
     cloths = [modifier.settings for modifier in item.modifiers if modifier.type == "CLOTH"]
-    speeds = [settings.time_scale for settings in cloths]
-    for settings, speed in zip(cloths, speeds, strict=True):
-        settings.time_scale = real_time_speed(speed, rate, settings.quality)
-    try:
+    before = [(cache, "frame_start", "frame_end") for cache in caches]
+    with kept(*before, *((settings, "time_scale") for settings in cloths)):
+        for cache in caches:
+            cache.frame_start, cache.frame_end = int(frames[0]), int(frames[-1])
+        for settings in cloths:
+            settings.time_scale = real_time_speed(settings.time_scale, rate, settings.quality)
         yield
-    finally:
-        for cache, start, end in kept:
-            cache.frame_start, cache.frame_end = start, end
-        for settings, speed in zip(cloths, speeds, strict=True):
-            settings.time_scale = speed
 
 
 def simulated(item: bpy.types.Object) -> list[bpy.types.Modifier]:
@@ -161,7 +149,11 @@ class Followed:
         self.caught = 0
         self._item, self._own = item, own
         self._vertices = EvaluatedVertices(item, own.triangles)
-        self._lengths = _rest_lengths(item) if simulated(item) else None
+        self._lengths = None
+        if simulated(item):
+            edges = read_values(item.data.edges, "vertices", 2 * len(item.data.edges), np.int32)
+            points = rest_vertices(item) @ matrix(item.matrix_world)[:3, :3].T
+            self._lengths = RestLengths(points, edges.reshape(-1, 2))
 
     def take(self, number: int) -> None:
         """Take the scene's frame as this one of the clip; a `ValueError` where the cloth has flown apart."""
@@ -179,9 +171,3 @@ class Followed:
                 f"the cloth of '{self._item.name}' flew apart in this clip: raise the quality steps of its "
                 "cloth, or take it off"
             )
-
-
-def _rest_lengths(item: bpy.types.Object) -> RestLengths:
-    edges = np.empty((len(item.data.edges), 2), dtype=np.int32)
-    item.data.edges.foreach_get("vertices", edges.ravel())
-    return RestLengths(rest_vertices(item) @ matrix(item.matrix_world)[:3, :3].T, edges)

@@ -37,6 +37,9 @@ class Carried(NamedTuple):
 Source = SourceMotion | Motion | JointPositions
 """What a motion file may hold."""
 
+READERS = {BVH_SUFFIX: read_bvh, MVNX_SUFFIX: read_mvnx, **dict.fromkeys(SMPL_SUFFIXES, read_amass)}
+"""Readers by the suffix of the file, for files that need nothing but their path."""
+
 
 def read_motion(path: Path, pose: PoseFacts = NO_FACTS) -> Source:
     """Read a motion file: FBX, glTF and USD through Blender, all else directly.
@@ -46,14 +49,11 @@ def read_motion(path: Path, pose: PoseFacts = NO_FACTS) -> Source:
     """
     if is_joint_file(path):
         return read_joints(path, pose)
-    if path.suffix.lower() == BVH_SUFFIX:
-        return read_bvh(path)
-    if path.suffix.lower() == AMC_SUFFIX:
+    kind = path.suffix.lower()
+    if kind == AMC_SUFFIX:
         return read_amc(path, pose.rate)
-    if path.suffix.lower() == MVNX_SUFFIX:
-        return read_mvnx(path)
-    if path.suffix.lower() in SMPL_SUFFIXES:
-        return read_amass(path)
+    if kind in READERS:
+        return READERS[kind](path)
     from .takes import read_clip
 
     return read_clip(path)

@@ -15,7 +15,7 @@ from ...core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refu
 from ..base.actions import OBJECT_CHANNELS, RATE, bone_curves, scene_rate, slot_curves
 from ..base.body import matrix
 from ..base.fcurves import BONE_PATH, NotFiniteError, slot_named_for
-from ..base.playback import each_frame
+from ..base.playback import each_frame, kept
 from .source_beside import SOURCE
 from .takes import Take, read_take, skeleton_of
 
@@ -260,34 +260,31 @@ def _playing_alone(found: SceneTake) -> Iterator[None]:
         raise UnusableMotion("an NLA strip of its armature is being edited: leave tweak mode (Tab) first")
     if bpy.context.view_layer.objects.get(armature.name) != armature:
         raise UnusableMotion(f"'{armature.name}' is in no visible collection: Blender does not pose it there")
-    played = {name: getattr(data, name) for name in ("use_nla", "action_influence", "action_blend_type")}
     action, slot = data.action, getattr(data, "action_slot", None)
-    shown = armature.hide_viewport, armature.hide_get(), armature.data.pose_position
+    hidden = armature.hide_get()
+    played = (data, "use_nla", "action_influence", "action_blend_type")
     values = _values(found)
     pose = [[tuple(getattr(bone, name)) for name in CHANNELS] for bone in armature.pose.bones]
-    try:
-        armature.hide_viewport, armature.data.pose_position = False, "POSE"
-        armature.hide_set(False)
-        data.use_nla, data.action_influence, data.action_blend_type = False, 1.0, "REPLACE"
-        data.action = found.take.action
-        if hasattr(data, "action_slot"):
-            data.action_slot = found.slot or data.action_slot or next(iter(found.take.action.slots), None)
-        for bone in armature.pose.bones:
-            _put(bone, AtRest(bone.rotation_mode)[1:])
-        yield
-    finally:
-        data.action = action
-        if slot is not None:
-            data.action_slot = slot
-        for name, value in played.items():
-            setattr(data, name, value)
-        for bone, channels in zip(armature.pose.bones, pose, strict=True):
-            _put(bone, channels)
-        for owner, name, value in values:
-            owner[name] = value
-        armature.data.pose_position = shown[2]
-        armature.hide_set(shown[1])
-        armature.hide_viewport = shown[0]
+    with kept((armature, "hide_viewport"), (armature.data, "pose_position"), played):
+        try:
+            armature.hide_viewport, armature.data.pose_position = False, "POSE"
+            armature.hide_set(False)
+            data.use_nla, data.action_influence, data.action_blend_type = False, 1.0, "REPLACE"
+            data.action = found.take.action
+            if hasattr(data, "action_slot"):
+                data.action_slot = found.slot or data.action_slot or next(iter(found.take.action.slots), None)
+            for bone in armature.pose.bones:
+                _put(bone, AtRest(bone.rotation_mode)[1:])
+            yield
+        finally:
+            data.action = action
+            if slot is not None:
+                data.action_slot = slot
+            for bone, channels in zip(armature.pose.bones, pose, strict=True):
+                _put(bone, channels)
+            for owner, name, value in values:
+                owner[name] = value
+            armature.hide_set(hidden)
 
 
 def _put(bone: bpy.types.PoseBone, channels: Sequence[Sequence[float]]) -> None:
