@@ -12,9 +12,9 @@ from ...core.adopt.smpl import load_body
 from ...core.body.body import Body
 from ...core.body.shapes import RANGES, shaped
 from ...core.wording import capital
+from ...scene.base.actions import reshape_body
 from ...scene.base.body import add_body, armature_of, body_of
 from ...scene.body.adopt import adopt_mesh
-from ...scene.base.actions import reshape_body
 from ...scene.files.study_file import has_record
 from ..jobs import jobs
 from ..jobs.jobs import Step, Steps, dismiss, in_thread, show_error
