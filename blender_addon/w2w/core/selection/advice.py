@@ -106,8 +106,8 @@ def advise(
     """Choose patches from a finished ranking: sets by their `tests`, else the best spot alone.
 
     `body` is the one that the patches are on. `target` and `every_activity` are as for `choose_together`.
-    Sets are chosen among the places of usual products, and among all patches where those fall short of the
-    target and of what all patches promise. A ValueError says which constraints cannot be met.
+    Sets are chosen among the places of usual products unless a constraint says which patches to use. A
+    ValueError says which constraints cannot be met.
     """
     constraints = constraints or Constraints()
     terms = Terms.checked(len(patches), max_places, **constraints.terms(patches))
@@ -115,9 +115,9 @@ def advise(
     worn: JointSet | None = None
     swaps: tuple[np.ndarray, ...] = ()
     if tests:
-        among = _worn_on_products(terms, products, constraints)
-        worn, terms_met = _set_to_wear(tests, utility, terms, among, target, every_activity)
-        swaps = interchangeable(tests, worn, terms_met)
+        among = _at_products(terms, products, constraints)
+        worn = choose_together(tests, utility.expected, among, target, every_activity)
+        swaps = interchangeable(tests, worn, among)
     said = answer(Scored(utility, patches, body, best, terms.allowed))
     alone = [score.patch for score in said.named] or [said.patch]
     recommended = dict.fromkeys([*alone, *(worn.order if worn else ())])
@@ -133,33 +133,17 @@ def advise(
     )
 
 
-def _worn_on_products(terms: Terms, products: dict[int, str], constraints: Constraints) -> np.ndarray:
-    """Allowed patches (N,), bool, at which products sit, and those that must be chosen.
+def _at_products(terms: Terms, products: dict[int, str], constraints: Constraints) -> Terms:
+    """The terms with only those allowed patches at which products sit, and those that must be chosen.
 
     All that are allowed where a wish says which patches to use, or no product sits on any.
     """
-    on_product = np.isin(np.arange(len(terms.allowed)), list(products))
-    on_product[np.concatenate([np.empty(0, int), *terms.required])] = True
-    on_product &= terms.allowed
-    return terms.allowed if constraints.only or not on_product.any() else on_product
-
-
-def _set_to_wear(
-    tests: SetTests,
-    utility: UtilityMap,
-    terms: Terms,
-    on_products: np.ndarray,
-    target: float,
-    every_activity: float,
-) -> tuple[JointSet, Terms]:
-    """The set to wear and the terms it was chosen under: on products unless all patches promise more."""
-    narrow = replace(terms, allowed=on_products, max_size=min(terms.max_size, int(on_products.sum())))
-    worn = choose_together(tests, utility.expected, narrow, target, every_activity)
-    if worn.reached or (on_products == terms.allowed).all():
-        return worn, narrow
-    free = choose_together(tests, utility.expected, terms, target, every_activity)
-    more = free.promise.mean[-1] - worn.promise.mean[-1]
-    return (free, terms) if free.reached or more > WORTH else (worn, narrow)
+    sits = np.isin(np.arange(len(terms.allowed)), list(products))
+    sits[np.concatenate([np.empty(0, int), *terms.required])] = True
+    sits &= terms.allowed
+    if constraints.only or not sits.any():
+        return terms
+    return replace(terms, allowed=sits, max_size=min(terms.max_size, int(sits.sum())))
 
 
 def interchangeable(tests: SetTests, worn: JointSet, terms: Terms) -> tuple[np.ndarray, ...]:
