@@ -117,7 +117,7 @@ def advise(
     if tests:
         among = _at_products(terms, products, constraints)
         worn = choose_together(tests, utility.expected, among, target, every_activity)
-        swaps = interchangeable(tests, worn, among)
+        swaps = interchangeable(tests, worn, among, utility)
     said = answer(Scored(utility, patches, body, best, terms.allowed))
     alone = [score.patch for score in said.named] or [said.patch]
     recommended = dict.fromkeys([*alone, *(worn.order if worn else ())])
@@ -146,12 +146,14 @@ def _at_products(terms: Terms, products: dict[int, str], constraints: Constraint
     return replace(terms, allowed=sits, max_size=min(terms.max_size, int(sits.sum())))
 
 
-def interchangeable(tests: SetTests, worn: JointSet, terms: Terms) -> tuple[np.ndarray, ...]:
-    """For each patch of a set, at most two that can take its place.
+def interchangeable(
+    tests: SetTests, worn: JointSet, terms: Terms, utility: UtilityMap
+) -> tuple[np.ndarray, ...]:
+    """For each patch of a set, at most two whose predictions are most like its, to take its place.
 
     With them the set's macro F1 on the clips that chose it falls by no more than `WORTH`.
     """
-    order, whole, found = list(worn.order), tests.whole, []
+    order, found = list(worn.order), []
     for number, patch in enumerate(order):
         rest = order[:number] + order[number + 1 :]
         others = [options for options in terms.required if patch in options and not set(rest) & set(options)]
@@ -159,8 +161,8 @@ def interchangeable(tests: SetTests, worn: JointSet, terms: Terms) -> tuple[np.n
         if not len(free):
             found.append(free)
             continue
-        value = whole.added(rest, free, worn.every_activity > 0) if rest else whole.single[free]
-        first = free[np.argsort(-value, kind="stable")[:SWAPS]]
-        f1 = whole.f1_of_firsts([[*rest, int(one)] for one in first], [len(order)])[:, -1]
+        alike = prediction_correlation(utility.predictions[:, [patch, *free]], len(utility.activities))[0, 1:]
+        first = free[np.argsort(-alike, kind="stable")[:SWAPS]]
+        f1 = tests.whole.f1_of_firsts([[*rest, int(one)] for one in first], [len(order)])[:, -1]
         found.append(first[mean_over(f1, tests.weights) >= worn.raw_mean[-1] - WORTH])
     return tuple(found)
