@@ -36,6 +36,7 @@ from w2w.scene.base.actions import show_action, write_action
 from w2w.scene.base.body import add_body
 from w2w.scene.base.patches import patch_empties, place_patches
 from w2w.scene.base.playback import each_frame
+from w2w.scene.base.steps import without_pauses
 from w2w.scene.heatmap import add_heatmaps, show_heatmap
 from w2w.scene.motion.load import carry, read_motion
 
@@ -62,8 +63,8 @@ def main() -> int:
     frames = 1.0 + np.arange(options.frames)
     ways: dict[str, Callable[[], object]] = {
         "empties, one by one": lambda: _read_empties(empties, frames),
-        "general path": lambda: baker.bake(path="general"),
-        "fast path, from the action": baker.bake,
+        "general path": lambda: without_pauses(baker.by_frame(path="general")),
+        "fast path, from the action": lambda: without_pauses(baker.by_frame()),
         "fast path, from a Motion": lambda: patch_matrices(body, patches.triangles, motion),
     }
     seconds = _best_of_rounds(ways, options.rounds)

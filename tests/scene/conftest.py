@@ -12,6 +12,7 @@ from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.scene.bake import Bake, PatchBaker
 from w2w.scene.base.body import BodyObjects, add_body
 from w2w.scene.base.playback import each_frame
+from w2w.scene.base.steps import without_pauses
 
 
 @pytest.fixture
@@ -57,7 +58,7 @@ def difference(matrices: np.ndarray, truth: np.ndarray) -> tuple[float, float]:
 
 def bake(mesh, patches, action=None, path="auto") -> Bake:
     """World matrices of a body's patches during one action."""
-    return PatchBaker(mesh, patches).bake(action, path)
+    return without_pauses(PatchBaker(mesh, patches).by_frame(action, path))
 
 
 def read_empties(empties, frames: np.ndarray) -> np.ndarray:

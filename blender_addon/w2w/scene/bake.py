@@ -22,7 +22,6 @@ from .base import actions
 from .base.body import armature_of, body_of, body_space, matrix
 from .base.patches import check_patches
 from .base.playback import EvaluatedVertices, active_action, at_rate, each_frame, playing, without_empties
-from .base.steps import without_pauses
 
 EVEN_SCALE = 1e-4
 """How far the three scales of an object may differ and still count as one."""
@@ -76,27 +75,22 @@ class PatchBaker:
                 "first"
             )
 
-    def bake(self, action: bpy.types.Action | None = None, path: Literal["auto", "general"] = "auto") -> Bake:
+    def by_frame(
+        self, action: bpy.types.Action | None = None, path: Literal["auto", "general"] = "auto"
+    ) -> Generator[float, None, Bake]:
         """World matrices of the patches while the armature plays an action, its active one by default.
 
         Without any, whatever moves the body between the scene's first and last frame is baked. "auto" reads
         the f-curves wherever they alone decide where the patches are.
-        """
-        return without_pauses(self.by_frame(action, path))
 
-    def by_frame(
-        self, action: bpy.types.Action | None = None, path: Literal["auto", "general"] = "auto"
-    ) -> Generator[float, None, Bake]:
-        """Bake as `bake` does, with a pause after each frame of the general path; yields the share done.
-
-        Between the pauses the scene is on another frame; at the end, or when the generator is closed early,
-        it is as it was.
+        The general path pauses after each frame and yields the share done. Between the pauses the scene is
+        on another frame; at the end, or when the generator is closed early, it is as it was.
         """
         action = action or active_action(self.armature)
         motion, not_told = _motion_of(self.armature, action)
         reason = "asked for"
         if path == "auto":
-            reason = why_not_fast(self.mesh, self.armature, action) or not_told
+            reason = why_not_fast(self.mesh, action) or not_told
         if motion is not None and not reason:
             stood = placed(motion, self.armature)
             matrices = patch_matrices(self._body, self.patches.triangles, stood)
@@ -146,21 +140,18 @@ def placed(motion: Motion, armature: bpy.types.Object) -> Motion:
     return replace(motion, rotations=rotations, pelvis=motion.pelvis @ place[:3, :3].T + place[:3, 3])
 
 
-def why_not_fast(mesh: bpy.types.Object, armature: bpy.types.Object, action: bpy.types.Action | None) -> str:
+def why_not_fast(mesh: bpy.types.Object, action: bpy.types.Action | None) -> str:
     """The first thing besides the action's bone curves that moves the body; empty where nothing does."""
-    return next(_modifiers(mesh, armature), "") or moved_besides_bones(mesh, armature, action)
+    return next(_modifiers(mesh, armature_of(mesh)), "") or moved_besides_bones(mesh, action)
 
 
-def moved_besides_bones(
-    mesh: bpy.types.Object, armature: bpy.types.Object, action: bpy.types.Action | None
-) -> str:
+def moved_besides_bones(mesh: bpy.types.Object, action: bpy.types.Action | None) -> str:
     """The same for a body whose modifiers may do what they like."""
-    return next(_besides(mesh, armature, action), "")
+    return next(_besides(mesh, action), "")
 
 
-def _besides(
-    mesh: bpy.types.Object, armature: bpy.types.Object, action: bpy.types.Action | None
-) -> Iterator[str]:
+def _besides(mesh: bpy.types.Object, action: bpy.types.Action | None) -> Iterator[str]:
+    armature = armature_of(mesh)
     keys = mesh.data.shape_keys
     if keys is not None:
         used = any(block.value != 0 and not block.mute for block in keys.key_blocks[1:])

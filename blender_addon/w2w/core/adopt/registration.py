@@ -57,19 +57,15 @@ REACH = 0.08
 """Points farther apart than this, metres, do not match."""
 
 
-@dataclass(frozen=True, eq=False)
 class Surface:
     """A triangle mesh, vertices (V, 3) and faces (F, 3), that can be asked for its closest points."""
 
-    vertices: np.ndarray
-    faces: np.ndarray
-
-    def __post_init__(self) -> None:
-        corners = self.vertices[self.faces]
+    def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
+        self.vertices, self.faces = vertices, faces
+        corners = vertices[faces]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
-        object.__setattr__(self, "face_normals", normals)
-        object.__setattr__(self, "tree", cKDTree(corners.mean(axis=1)))
+        self.face_normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
+        self.tree = cKDTree(corners.mean(axis=1))
 
     def closest(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Closest points (N, 3) on the side that faces the same way, their faces and distances (N,).
@@ -181,17 +177,13 @@ def _fit_skeleton(template: Body, target: Surface, marks: tuple[np.ndarray, np.n
         gap = points - goal
         towards = TOWARDS_POINT * trust[:, None]
         at_marks, mark_slope = _linearised(marked, parameters)
-        parameters = _step(
-            parameters,
-            [
-                (np.einsum("na,na->n", across, gap), np.einsum("na,nap->np", across, slope)),
-                ((towards * gap).ravel(), (towards[..., None] * slope).reshape(gap.size, -1)),
-                (
-                    LANDMARK_WEIGHT * (at_marks - marks[1]).ravel(),
-                    LANDMARK_WEIGHT * mark_slope.reshape(at_marks.size, -1),
-                ),
-            ],
-        )
+        off = LANDMARK_WEIGHT * (at_marks - marks[1]).ravel()
+        terms = [
+            (np.einsum("na,na->n", across, gap), np.einsum("na,nap->np", across, slope)),
+            ((towards * gap).ravel(), (towards[..., None] * slope).reshape(gap.size, -1)),
+            (off, LANDMARK_WEIGHT * mark_slope.reshape(off.size, -1)),
+        ]
+        parameters = _step(parameters, terms)
     return whole(parameters)
 
 

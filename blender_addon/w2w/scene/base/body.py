@@ -175,11 +175,8 @@ def editing(armature: bpy.types.Object) -> Iterator[bpy.types.ArmatureEditBones]
 def _bone_tails(joints: np.ndarray) -> np.ndarray:
     tails = np.empty_like(joints)
     for joint, name in enumerate(JOINT_NAMES):
-        if name in AIMS:
-            tails[joint] = joints[JOINT_INDEX[AIMS[name]]]
-        else:
-            parent = PARENTS[joint]
-            tails[joint] = joints[joint] + LEAF_LENGTH * (joints[joint] - joints[parent])
+        leaf = joints[joint] + LEAF_LENGTH * (joints[joint] - joints[PARENTS[joint]])
+        tails[joint] = joints[JOINT_INDEX[AIMS[name]]] if name in AIMS else leaf
     # Blender's matrices lose two digits in bones that point straight against their parent, as legs would
     tails[0, 1] -= PELVIS_LEAN * np.linalg.norm(tails[0] - joints[0])
     return tails

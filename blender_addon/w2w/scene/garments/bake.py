@@ -96,10 +96,9 @@ class GarmentBaker:
     def by_frame(self, action: bpy.types.Action | None = None) -> Generator[float, None, Bake]:
         """Bake as `PatchBaker.by_frame` does, then let the garments follow; a pause after each frame."""
         skin = yield from scaled(self._skin.by_frame(action), 0.0, 0.1)
-        armature = armature_of(self.mesh)
-        action = action or active_action(armature)
+        action = action or active_action(armature_of(self.mesh))
         worn = self.mesh, self.garments, self.covers
-        if skin.motion is not None and not moved_besides_bones(self.mesh, armature, action):
+        if skin.motion is not None and not moved_besides_bones(self.mesh, action):
             frames = follow(*worn, skin.motion, self.patches)
         else:
             frames = follow_scene(worn, action, len(skin.matrices), skin.rate)

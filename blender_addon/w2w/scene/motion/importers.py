@@ -7,8 +7,6 @@ import re
 import struct
 import sys
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
@@ -147,20 +145,12 @@ def import_usd(path: Path) -> None:
     """
     if "usd_import" not in dir(bpy.ops.wm):
         raise UnusableMotion("this Blender was built without USD: export the file as .glb or FBX")
-    with _bundled_modules():
-        rate = check_usd(path)
-    set_scene_rate(rate)
-    bpy.ops.wm.usd_import(filepath=str(path), import_materials=False, import_lights=False)
-
-
-@contextmanager
-def _bundled_modules() -> Iterator[None]:
-    """Let `pxr` be found in Blender's Python module, which brings it but leaves it off the path (4.4+)."""
     before = sys.path.copy()
-    expose = getattr(bpy.utils, "expose_bundled_modules", None)
-    if expose is not None:
-        expose()
+    if hasattr(bpy.utils, "expose_bundled_modules"):  # Blender's module leaves its `pxr` off the path (4.4+)
+        bpy.utils.expose_bundled_modules()
     try:
-        yield
+        rate = check_usd(path)
     finally:
         sys.path[:] = before
+    set_scene_rate(rate)
+    bpy.ops.wm.usd_import(filepath=str(path), import_materials=False, import_lights=False)
