@@ -90,8 +90,9 @@ def write_report(out: Path, project: str | None = None) -> Path:
     answer, best = summary["answer"], summary["best_single_patch"]["patch"]
     patch = answer["patch"]
     worn = summary.get("worn_together")
-    for sensor in worn["places"] if worn else ():
-        sensor["called"] = sensor["product"] or sensor["name"]
+    if worn:
+        named = [{**sensor, "called": sensor["product"] or sensor["name"]} for sensor in worn["places"]]
+        worn = {**worn, "places": named}
     together = [sensor["patch"] for sensor in worn["places"]] if worn else []
     shown = [product["patch"] for product in answer["products"][:PRODUCTS]] or [patch]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
