@@ -95,6 +95,9 @@ def write_report(out: Path, project: str | None = None) -> Path:
         worn = {**worn, "places": named}
     together = [sensor["patch"] for sensor in worn["places"]] if worn else []
     shown = [product["patch"] for product in answer["products"][:PRODUCTS]] or [patch]
+    less = [
+        product for product in answer["products"][PRODUCTS:] if product["name"] == answer["compared_with"]
+    ]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
     clips = clip_counts(summary["clips"]["found"], [clip.activity for clip in study.clips], utility)
@@ -110,6 +113,7 @@ def write_report(out: Path, project: str | None = None) -> Path:
         spot_caution=headline.spot_caution(best, utility),
         answer=answer,
         products=answer["products"],
+        first_products=[*answer["products"][:PRODUCTS], *less][: PRODUCTS + 1],
         cards=summary["cards"],
         still=still_picture(study, body, shown, together),
         repeats=headline.confidence_sentence(utility, best),

@@ -157,7 +157,7 @@ def test_what_is_counted_is_what_was_ranked(sparse_results):
         "sitting",
     }
     _, text = read(sparse_results)
-    assert "how well one sensor tells 3 activities apart on other clips" in text
+    assert "how well one sensor tells 3 activities apart on other recordings of them" in text
     assert "Not ranked: bow, kneel: each has only one clip; testing on a clip other than" in text
     assert (
         "14 of 17 clips ranked, in 3 activities; 2 clips could be used but belong to 2 activities that could "

@@ -57,6 +57,7 @@ def answer_content(answer: Answer, patches: PatchSet) -> dict[str, Any]:
         "expected_f1_interval": [rounded(answer.low), rounded(answer.high)],
         "places_differ": answer.differs,
         "recommended": [score.name for score in answer.named],
+        "compared_with": answer.other.name if answer.other else "",
         "products": [place_content(score, patches) for score in answer.products],
     }
 
