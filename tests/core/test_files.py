@@ -26,6 +26,7 @@ def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
     assert [item.name for item in tmp_path.iterdir()] == ["result.bin"]
 
 
+@pytest.mark.later
 @pytest.mark.parametrize("compress", [False, True])
 def test_npz_bytes_do_not_depend_on_the_time(tmp_path, compress):
     arrays = {"a": np.arange(5), "name": np.array("walk")}

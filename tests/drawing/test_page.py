@@ -86,6 +86,7 @@ def _drawing(path, name):
 KINDS = [_heatmap, _subset, _panel, _placement, _signal, _sweep, _confusions, _score_maps, _drawing]
 
 
+@pytest.mark.later
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_name_that_looks_like_a_formula_is_drawn_as_it_stands(kind, tmp_path):
     for number, name in enumerate(HOSTILE):

@@ -104,6 +104,7 @@ def test_a_watch_lies_on_the_back_of_the_wrist_and_follows_hand_and_forearm(buil
     assert 0.25 < _follows(build, f"{side} wrist", f"{side}_wrist", f"{side}_hand") < 0.6
 
 
+@pytest.mark.later
 @pytest.mark.parametrize("side", SIDES)
 def test_the_instep_is_the_top_of_the_arch_and_does_not_follow_the_toes(build, side) -> None:
     vertex = place(f"{side} instep", build)
