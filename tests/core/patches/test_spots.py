@@ -8,7 +8,7 @@ from w2w.core.body.regions import regions_of
 from w2w.core.body.shapes import shaped
 from w2w.core.patches.naming import place
 from w2w.core.patches.patches import PATCH_ORDER
-from w2w.core.patches.spots import Spot, locate, locate_point, point_at, vertex_at
+from w2w.core.patches.spots import Spot, _aside, locate, vertex_at
 from w2w.core.patches.tape_segments import segments_of
 
 BUILDS = ({"gender": -1.0}, {"gender": 1.0, "muscle": 0.8}, {"arms": 1.1, "legs": 1.1})
@@ -22,6 +22,41 @@ def body_of(bundled_body, stature, build):
     if stature == 1.60 or stature == 1.75:
         build = {**build, "weight": 90.0 if "muscle" in build else 52.0}
     return shaped(bundled_body, height=stature, **build)
+
+
+WRITTEN = 0.1
+"""Per cents to which a spot is written: a tape reads no more."""
+
+
+def point_at(body, spot):
+    """The point of the skin at a spot: three vertices (3,) of a triangle and its shares (3,) of them.
+
+    It is on a triangle of the vertex that `vertex_at` takes, whose errors it raises: elsewhere, folds of the
+    skin may have the same per cents.
+    """
+    segment = segments_of(body)[spot.segment]
+    nearest = vertex_at(body, spot)
+    close = _aside(segment, body.vertices[nearest][None], spot)[0]
+    if np.abs(close).max() < WRITTEN / 100 * max(segment.length, segment.girth(spot.along)):
+        return np.full(3, nearest), np.array([1.0, 0.0, 0.0])
+    faces = body.faces[(body.faces == nearest).any(axis=1)]
+    corners = _aside(segment, body.vertices[faces].reshape(-1, 3), spot).reshape(-1, 3, 2)
+    a, b, c = corners.transpose(1, 0, 2)
+    areas = np.stack([cross(b, c), cross(c, a), cross(a, b)], axis=1)
+    whole = areas.sum(axis=1)
+    shares = np.divide(areas, whole[:, None], out=np.full_like(areas, -1), where=whole[:, None] != 0)
+    # a triangle that spans the far side of the circumference is no triangle in per cents
+    spans = np.ptp(corners[:, :, 1], axis=1) > 0.5 * segment.girth(spot.along)
+    inside = np.flatnonzero((shares > -1e-9).all(axis=1) & ~spans)
+    if len(inside) == 0:
+        return np.full(3, nearest), np.array([1.0, 0.0, 0.0])
+    points = np.einsum("fk,fka->fa", shares[inside], body.vertices[faces[inside]])
+    best = inside[np.linalg.norm(points - body.vertices[nearest], axis=1).argmin()]
+    return faces[best], shares[best]
+
+
+def cross(first, second):
+    return first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
 
 
 def aside(body, vertex):
@@ -139,9 +174,10 @@ def test_a_point_between_vertices_is_found_by_its_per_cents(bundled_body):
     corners, shares = point_at(bundled_body, Spot("left forearm", 50, 40))
     assert shares.sum() == pytest.approx(1)
     point = shares @ bundled_body.vertices[corners]
-    back = locate_point(bundled_body, int(corners[0]), point)
-    assert (back.segment, back.along) == ("left forearm", pytest.approx(50, abs=0.5))
-    assert back.around == pytest.approx(40, abs=0.5)
+    back = locate(bundled_body, int(corners[0])).segment
+    ((along,), (around,)) = segments_of(bundled_body)[back].coordinates(point[None])
+    assert (back, along) == ("left forearm", pytest.approx(50, abs=0.5))
+    assert around == pytest.approx(40, abs=0.5)
 
 
 @pytest.mark.parametrize(

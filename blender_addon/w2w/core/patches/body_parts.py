@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -21,12 +21,11 @@ SIDES = ("left", "right")
 
 
 @dataclass(frozen=True)
-class Placement:
+class Place:
     """A place to wear a sensor."""
 
     name: str  # what it is called: "wrist"
     region: str  # at whose centre it lies; "*" is for left or right
-    common: bool  # whether wearables are usually worn there
 
     @property
     def sided(self) -> bool:
@@ -36,6 +35,13 @@ class Placement:
     def on(self, side: str) -> str:
         """Name of the region on one side."""
         return self.region.replace("*", side)
+
+
+@dataclass(frozen=True)
+class Placement(Place):
+    """A place that studies compare."""
+
+    common: bool  # whether wearables are usually worn there
 
 
 PLACEMENTS: tuple[Placement, ...] = (
@@ -54,12 +60,11 @@ PLACEMENTS: tuple[Placement, ...] = (
 """The 11 placements: 8 common ones and 3 unusual ones."""
 
 
-class Product(NamedTuple):
+@dataclass(frozen=True)
+class Product(Place):
     """A wearable product, as `assets/templates/products.json` describes it."""
 
-    name: str
     phrase: str  # with its article: "a watch"
-    region: str  # where its sensor usually sits; "*" is for left or right
     # regions that it touches, without their side: what wishes such as "only belt" mean
     reach: tuple[str, ...]
     wanders: tuple[str, ...]  # regions over which a loose one moves; empty where it sits still
@@ -67,18 +72,14 @@ class Product(NamedTuple):
     @property
     def sides(self) -> tuple[str, ...]:
         """The sides it can be worn on; one empty word where it has none."""
-        return SIDES if "*" in self.region else ("",)
-
-    def on(self, side: str) -> str:
-        """Name of the region on one side."""
-        return self.region.replace("*", side)
+        return SIDES if self.sided else ("",)
 
 
 def _product(
     name: str, region: str, reach: list[str], phrase: str = "", wanders: Sequence[str] = (), **_: Any
 ) -> Product:
     article = "an" if name[0] in "aeiou" else "a"
-    return Product(name, phrase or f"{article} {name}", region, tuple(reach), tuple(wanders))
+    return Product(name, region, phrase or f"{article} {name}", tuple(reach), tuple(wanders))
 
 
 _TABLE: list[dict[str, Any]] = template("products.json")["products"]

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..body.body import Body
+from .body_parts import side_of
 from .patches import PatchSet
 from .spots import locate
 from .strip_graph import StripGraph
-from .tape_segments import SEGMENTS, segments_of, split
+from .tape_segments import SEGMENTS, segments_of
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ def arrow_in_words(body: Body, patches: PatchSet, patch: int) -> str:
     outer side"; "around the trunk, towards the left side".
     """
     spot = locate(body, int(patches.vertices[patch]))
-    side, rest = split(spot.segment)
+    side, rest = side_of(spot.segment)
     given, segment = SEGMENTS[rest], segments_of(body)[spot.segment]
     called = rest if side else given["called"]
     v1, v2 = body.vertices[patches.triangles[patch, :2]]

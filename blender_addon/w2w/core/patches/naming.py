@@ -10,6 +10,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from difflib import get_close_matches
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from ..body.body import Body
 from ..body.landmarks import PLACES, SENSOR_SITES
 from ..body.regions import regions_of
 from ..wording import plain_words
-from .body_parts import PLACEMENTS, PRODUCT_NAMED, SIDES, patches_named
+from .body_parts import PLACEMENTS, PRODUCT_NAMED, SIDES, Place, patches_named
 from .patches import PatchSet
 from .spots import Spot, vertex_at
 
@@ -98,8 +99,7 @@ def nearest(
 ) -> Nearest:
     """The patch nearest to the place `where`, which a sentence for `say` calls `called`; as `resolve`."""
     vertex = place(where, body)
-    patch = int(patches.labels[vertex])
-    away = float(np.linalg.norm(body.vertices[patches.vertices[patch]] - body.vertices[vertex]))
+    patch, away = found = nearest_patch(vertex, body, patches)
     sentence = f"the nearest patch to '{called}' is {100 * away:.1f} cm away ({patches.names[patch]})"
     if away > FAR_M:
         raise ValueError(
@@ -108,18 +108,24 @@ def nearest(
         )
     if away > silent_m:
         say(f"{sentence}: take it as a rough guide, or use more patches" if away > NEAR_M else sentence)
-    return Nearest(patch, away)
+    return found
 
 
+def nearest_patch(vertex: int, body: Body, patches: PatchSet) -> Nearest:
+    """The patch nearest to a vertex over the skin."""
+    patch = int(patches.labels[vertex])
+    away = np.linalg.norm(body.vertices[patches.vertices[patch]] - body.vertices[vertex])
+    return Nearest(patch, float(away))
+
+
+@cache
 def _region_by_name() -> dict[str, str]:
     """Region of every placement and product by its name, alone and with its side."""
-    meant = {placement.name: placement.region for placement in PLACEMENTS}
-    meant |= {word: product.region for word, product in PRODUCT_NAMED.items()}
-    region_of = {name: region.replace("*", DEFAULT_SIDE) for name, region in meant.items()}
+    meant: dict[str, Place] = {placement.name: placement for placement in PLACEMENTS}
+    meant |= PRODUCT_NAMED
+    region_of = {name: one.on(DEFAULT_SIDE) for name, one in meant.items()}
     for side in SIDES:
-        region_of |= {
-            f"{side} {name}": region.replace("*", side) for name, region in meant.items() if "*" in region
-        }
+        region_of |= {f"{side} {name}": one.on(side) for name, one in meant.items() if one.sided}
     return region_of
 
 
@@ -144,6 +150,7 @@ def _middle(body: Body, words: str) -> int:
     return int(members[np.argmin(np.linalg.norm(points - middle, axis=1))])
 
 
+@lru_cache(maxsize=8)
 def _vertex_areas(body: Body) -> np.ndarray:
     """A third of the area of each vertex's faces, shape (V,)."""
     corners = body.vertices[body.faces]

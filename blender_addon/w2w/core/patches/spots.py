@@ -11,13 +11,11 @@ import numpy as np
 
 from ..body.body import Body
 from ..wording import plain_words
-from .tape_segments import MIDDLE, SEGMENT_NAMES, SEGMENTS, Segment, segments_of, split
+from .body_parts import side_of
+from .tape_segments import MIDDLE, SEGMENT_NAMES, SEGMENTS, Segment, segments_of
 
 LEAST, MOST = -100.0, 250.0
 """Per cents along that a spot may have: the skin of a segment goes on beyond its landmarks."""
-
-WRITTEN = 0.1
-"""Per cents to which a spot is written: a tape reads no more."""
 
 _NOTATION = re.compile(r"(?P<segment>.*?)\s*(?P<along>[-+]?[\d.]+)\s*%\s*(?P<around>[-+]?[\d.]+)\s*%")
 
@@ -54,7 +52,7 @@ class Spot:
             )
         segment = _segment_called(match["segment"])
         if not LEAST <= along <= MOST:
-            given = SEGMENTS[split(segment)[1]]
+            given = SEGMENTS[side_of(segment)[1]]
             raise ValueError(
                 f"'{text}' lies {along:g} % along the {segment}: 0 is {given['from']} and 100 {given['to']}, "
                 f"and {LEAST:g} to {MOST:g} are allowed"
@@ -71,7 +69,7 @@ class Spot:
         >>> Spot("left forearm", 85, 50).in_words()
         'left forearm, 85 % of the way from elbow crease to wrist crease, back of the arm'
         """
-        given = SEGMENTS[split(self.segment)[1]]
+        given = SEGMENTS[side_of(self.segment)[1]]
         start, end = given["from"], given["to"]
         if self.along < 0:
             way = f"{-self.along:.0f} % of the way from {start} to {end}, but beyond {start}"
@@ -94,13 +92,8 @@ def side_in_words(given: dict[str, object], around: float) -> str:
 
 def locate(body: Body, vertex: int) -> Spot:
     """The spot that a vertex of a body's skin is at."""
-    return locate_point(body, int(vertex), body.vertices[vertex])
-
-
-def locate_point(body: Body, vertex: int, point: np.ndarray) -> Spot:
-    """The spot of a point (3,) of the skin at rest, in the segment of the vertex nearest to it."""
     name, segment = next((n, s) for n, s in segments_of(body).items() if vertex in s.vertices)
-    along, around = (float(value[0]) for value in segment.coordinates(point[None]))
+    along, around = (float(value[0]) for value in segment.coordinates(body.vertices[vertex][None]))
     return Spot(name, along, around)
 
 
@@ -109,43 +102,12 @@ def vertex_at(body: Body, spot: Spot) -> int:
 
     Raises ValueError if the segment has no skin within a tenth of its length of the spot.
     """
-    segment = _segment(body, spot)
+    segment = segments_of(body)[spot.segment]
     aside = _aside(segment, body.vertices[segment.vertices], spot)
     away = np.linalg.norm(aside, axis=1)
     if away.min() > 0.1 * segment.length:
         raise ValueError(f"{spot} is not on this body: the {spot.segment} has no skin there")
     return int(segment.vertices[away.argmin()])
-
-
-def point_at(body: Body, spot: Spot) -> tuple[np.ndarray, np.ndarray]:
-    """The point of the skin at a spot: three vertices (3,) of a triangle and its shares (3,) of them.
-
-    It is on a triangle of the vertex that `vertex_at` takes, whose errors it raises: elsewhere, folds of the
-    skin may have the same per cents.
-    """
-    segment = _segment(body, spot)
-    nearest = vertex_at(body, spot)
-    close = _aside(segment, body.vertices[nearest][None], spot)[0]
-    if np.abs(close).max() < WRITTEN / 100 * max(segment.length, segment.girth(spot.along)):
-        return np.full(3, nearest), np.array([1.0, 0.0, 0.0])
-    faces = body.faces[(body.faces == nearest).any(axis=1)]
-    corners = _aside(segment, body.vertices[faces].reshape(-1, 3), spot).reshape(-1, 3, 2)
-    a, b, c = corners.transpose(1, 0, 2)
-    areas = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)], axis=1)
-    whole = areas.sum(axis=1)
-    shares = np.divide(areas, whole[:, None], out=np.full_like(areas, -1), where=whole[:, None] != 0)
-    # a triangle that spans the far side of the circumference is no triangle in per cents
-    spans = np.ptp(corners[:, :, 1], axis=1) > 0.5 * segment.girth(spot.along)
-    inside = np.flatnonzero((shares > -1e-9).all(axis=1) & ~spans)
-    if len(inside) == 0:
-        return np.full(3, nearest), np.array([1.0, 0.0, 0.0])
-    points = np.einsum("fk,fka->fa", shares[inside], body.vertices[faces[inside]])
-    best = inside[np.linalg.norm(points - body.vertices[nearest], axis=1).argmin()]
-    return faces[best], shares[best]
-
-
-def _segment(body: Body, spot: Spot) -> Segment:
-    return segments_of(body)[spot.segment]
 
 
 def _aside(segment: Segment, points: np.ndarray, spot: Spot) -> np.ndarray:
@@ -155,10 +117,6 @@ def _aside(segment: Segment, points: np.ndarray, spot: Spot) -> np.ndarray:
     return np.stack(
         [(along - spot.along) / 100 * segment.length, turned / 100 * segment.girth(spot.along)], axis=1
     )
-
-
-def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    return first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
 
 
 def _short(value: float) -> str:

@@ -25,7 +25,7 @@ from ..body.landmarks import SensorSite
 from ..body.regions import regions_of
 from ..body.shapes import bundled_targets
 from ..body.skeleton import JOINT_INDEX
-from .body_parts import PARTS, SIDES, great_part
+from .body_parts import PARTS, SIDES, great_part, side_of
 
 _DATA: dict[str, Any] = template("tape_segments.json")
 SEGMENTS: dict[str, dict[str, Any]] = _DATA["segments"]
@@ -89,12 +89,6 @@ def segments_of(body: Body) -> dict[str, Segment]:
     return {name: _segment(body, name, marks, np.flatnonzero(owner == name)) for name in SEGMENT_NAMES}
 
 
-def split(name: str) -> tuple[str, str]:
-    """Side ("left", "right" or "") and rest of a segment's name."""
-    side, _, rest = name.partition(" ")
-    return (side, rest) if side in SIDES else ("", name)
-
-
 def _landmarks(body: Body) -> dict[str, int]:
     """Vertex of each landmark, those of the limbs on the left and on the right.
 
@@ -133,7 +127,7 @@ def _landmark(body: Body, given: dict[str, Any], side: str) -> int:
 
 def _frame(body: Body, name: str, middle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Origin, and axes as `Segment` has them; `middle` is that of the segment's vertices."""
-    side, rest = split(name)
+    side, rest = side_of(name)
     given = SEGMENTS[rest]
     flip = MIRROR if side == "right" else np.ones(3)
     if "bone" in given:
@@ -153,7 +147,7 @@ def _scale(
     name: str, origin: np.ndarray, axes: np.ndarray, marks: dict[str, np.ndarray]
 ) -> tuple[float, float]:
     """Place of the proximal landmark on the axis, and metres from there to the distal one."""
-    side, rest = split(name)
+    side, rest = side_of(name)
     start, end = (
         float((marks[f"{side or 'left'} {SEGMENTS[rest][key]}"] - origin) @ axes[0]) for key in ("from", "to")
     )
@@ -164,8 +158,8 @@ def _owners(body: Body, marks: dict[str, np.ndarray]) -> np.ndarray:
     """Name of the segment that each vertex belongs to, shape (V,)."""
     codes, names = regions_of(body)
     parts = np.array([great_part(name) for name in names])[codes]
-    top = np.array([split(name)[1] == "shoulder top" for name in names])[codes]
-    foot = np.array([split(name)[1] in PARTS["foot"] for name in names])[codes]
+    top = np.array([side_of(name)[1] == "shoulder top" for name in names])[codes]
+    foot = np.array([side_of(name)[1] in PARTS["foot"] for name in names])[codes]
 
     def along(name: str) -> np.ndarray:
         origin, axes = _frame(body, name, np.zeros(3))
