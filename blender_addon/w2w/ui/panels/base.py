@@ -92,6 +92,14 @@ def draw_info(layout: Layout, context: Context, text: str) -> None:
     draw_text(layout, context, text, icon="INFO")
 
 
+def draw_warning(layout: Layout, context: Context, text: str) -> None:
+    """Draw a text in a red box; nothing where there is none."""
+    if text:
+        box = layout.box()
+        box.alert = True
+        draw_text(box, context, text, icon="ERROR", indent=20)
+
+
 def draw_note(layout: Layout, context: Context, text: str) -> None:
     """Draw a text in grey."""
     note = layout.column()

@@ -23,7 +23,7 @@ from ..study.scores import MEAN_VIEW, NOTHING, activity_scores, beside_of, minus
 from ..study.state import bodies, current_body, utility_of, without_updates
 from ..viewport import legend
 from ..viewport.framing import frame
-from .base import PartPanel, ResultPanel
+from .base import PartPanel, ResultPanel, draw_warning
 
 Context = bpy.types.Context
 Layout = bpy.types.UILayout
@@ -57,10 +57,7 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
         if said.get("ties"):
             draw_text(self.layout, context, said["ties"])
         draw_products(self.layout, said.get("products", ())[:PRODUCTS])
-        if body.w2w.source_caution:
-            box = self.layout.box()
-            box.alert = True
-            draw_text(box, context, body.w2w.source_caution, icon="ERROR", indent=20)
+        draw_warning(self.layout, context, body.w2w.source_caution)
 
 
 def draw_products(layout: Layout, products: Sequence[dict[str, Any]]) -> None:
@@ -86,10 +83,7 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
     def draw(self, context: Context) -> None:
         body = current_body(context)
         caution, sentences = findings(body.w2w, utility_of(body.w2w))
-        if caution:
-            box = self.layout.box()
-            box.alert = True
-            draw_text(box, context, caution, icon="ERROR", indent=20)
+        draw_warning(self.layout, context, caution)
         for sentence in sentences:
             draw_text(self.layout, context, sentence)
 
