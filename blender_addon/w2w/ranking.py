@@ -22,7 +22,6 @@ from .core.ranking.inputs import PatchBlocks
 from .core.ranking.pooling import Pooling
 from .core.ranking.utility import UtilityMap
 from .core.results_folder import choose_to_wear
-from .core.selection.advice import best_single
 from .core.selection.answer import Answer, PlaceScore, Scored, answer, compare
 from .core.selection.constraints import Constraints
 from .core.selection.headline import mean_title
@@ -91,7 +90,7 @@ class Ranking:
     @cached_property
     def best(self) -> int:
         """The patch that would do best on other clips; `names[best]` is where it is."""
-        return best_single(self.utility)
+        return self._scored.best
 
     @cached_property
     def answer(self) -> Answer:
@@ -110,7 +109,7 @@ class Ranking:
 
     @cached_property
     def _scored(self) -> Scored:
-        return Scored(self.utility, self.patches, self.body, self.best, np.ones(len(self.patches), bool))
+        return Scored(self.utility, self.patches, self.body)
 
     @property
     def names(self) -> tuple[str, ...]:

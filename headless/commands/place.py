@@ -16,9 +16,9 @@ import typer
 from rich.console import Console
 
 from w2w.core.clip_files import WORK
-from w2w.core.files import UNFINISHED, write_json, write_text
+from w2w.core.files import UNFINISHED, write_json
 from w2w.core.findings.advice_content import advice_content
-from w2w.core.findings.summary import PLACEMENTS, map_content, placement_table, write_map
+from w2w.core.findings.summary import PLACEMENTS, map_content, write_map, write_placements
 from w2w.core.ranking.weights import check_counting, read_weights
 from w2w.core.results_folder import UTILITY, StudyResults, advised, compared, ranked_again
 from w2w.core.selection.advice import Advice
@@ -157,7 +157,7 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
             with claimed(out, [draw.BLEND]):
                 if again:
                     write_map(out, utility, patches, advice.clusters)
-                write_text(out / PLACEMENTS, placement_table(content["cards"], patches))
+                write_placements(out, content["cards"], patches)
                 changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
                 for name, change in changes.items():
                     before = json.loads((out / name).read_text(encoding="utf-8"))

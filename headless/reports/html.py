@@ -28,14 +28,13 @@ from w2w.core.findings.summary import MOST_REGIONS, best_regions
 from w2w.core.garments.cover import garment_sentence
 from w2w.core.garments.on_cloth import caught_sentences
 from w2w.core.imu.wearing import wearing_sentences
-from w2w.core.patches.body_parts import PRODUCT_NAMED
-from w2w.core.patches.body_parts import PRODUCTS as PRODUCT_TABLE
+from w2w.core.patches.body_parts import PRODUCT_NAMED, PRODUCTS
 from w2w.core.patches.naming import resolve
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection import headline
-from w2w.core.selection.answer import nearest
+from w2w.core.selection.answer import product_places
 from w2w.core.wording import capital
 
 from ..console import USAGE, ending
@@ -49,7 +48,7 @@ PAGE = Path(__file__).resolve().parent / "report_page"
 
 SCRIPTS = ("viewer.js", "page.js")
 
-PRODUCTS = 3
+NUMBERED = 3
 """Products in the first screen, numbered on the body."""
 
 COLOURS = 256
@@ -94,9 +93,9 @@ def write_report(out: Path, project: str | None = None) -> Path:
         named = [{**sensor, "called": sensor["product"] or sensor["name"]} for sensor in worn["places"]]
         worn = {**worn, "places": named}
     together = [sensor["patch"] for sensor in worn["places"]] if worn else []
-    shown = [product["patch"] for product in answer["products"][:PRODUCTS]] or [patch]
+    shown = [product["patch"] for product in answer["products"][:NUMBERED]] or [patch]
     less = [
-        product for product in answer["products"][PRODUCTS:] if product["name"] == answer["compared_with"]
+        product for product in answer["products"][NUMBERED:] if product["name"] == answer["compared_with"]
     ]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
@@ -113,7 +112,7 @@ def write_report(out: Path, project: str | None = None) -> Path:
         spot_caution=headline.spot_caution(best, utility),
         answer=answer,
         products=answer["products"],
-        first_products=[*answer["products"][:PRODUCTS], *less][: PRODUCTS + 1],
+        first_products=[*answer["products"][:NUMBERED], *less][: NUMBERED + 1],
         cards=summary["cards"],
         still=still_picture(study, body, shown, together),
         repeats=headline.confidence_sentence(utility, best),
@@ -228,7 +227,7 @@ def view_data(
         "rank": packed(np.column_stack([utility.rank_low, utility.rank_high])),
         "chosen": chosen,
         "words": _words(body, patches),
-        "products": list(PRODUCT_TABLE),
+        "products": list(PRODUCTS),
         "best": best,
         "colours": packed(np.rint(255 * colour_table(steps=COLOURS))),
     }
@@ -237,12 +236,11 @@ def view_data(
 def _words(body: Body, patches: PatchSet) -> dict[str, list[int]]:
     """Patches that each product, by all its names, and each region stands for, one a side."""
     found: dict[str, list[int]] = {}
-    for product in PRODUCT_TABLE.values():
-        near = {side: nearest(product, side, patches, body) for side in product.sides}
-        there = {side: patch for side, patch in near.items() if patch is not None}
-        for word in (word for word, meant in PRODUCT_NAMED.items() if meant is product):
-            found[word] = list(there.values())
-            found |= {f"{side} {word}": [patch] for side, patch in there.items() if side}
+    at = product_places(patches, body)
+    for word, product in PRODUCT_NAMED.items():
+        there = {side: at[product.name, side] for side in product.sides if (product.name, side) in at}
+        found[word] = list(there.values())
+        found |= {f"{side} {word}": [patch] for side, patch in there.items() if side}
     for region in sorted(set(patches.regions)):
         found.setdefault(region, [resolve(region, body, patches, lambda _: None)])
     return found

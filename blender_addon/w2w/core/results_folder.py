@@ -22,7 +22,7 @@ from .ranking.inputs import PatchBlocks
 from .ranking.pooling import Pooling
 from .ranking.utility import UtilityMap
 from .ranking.weights import counting, weights_of
-from .selection.advice import Advice, advise, best_single
+from .selection.advice import Advice, advise
 from .selection.answer import PlaceScore, Scored, compare
 from .selection.set_tests import SetTests
 from .study import StudyConfig, plain
@@ -169,9 +169,7 @@ def choose_to_wear(
 
 def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:
     """One sensor on products and at places by name, best first; ValueError where a word means nothing."""
-    everywhere = np.ones(len(study.patches), bool)
-    best = best_single(study.utility)
-    return compare(Scored(study.utility, study.patches, study.body(), best, everywhere), words)
+    return compare(Scored(study.utility, study.patches, study.body()), words)
 
 
 def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> Advice:

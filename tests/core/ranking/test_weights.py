@@ -16,7 +16,7 @@ from w2w.core.ranking.weights import (
     mean_over,
     read_weights,
 )
-from w2w.core.selection.advice import best_single
+from w2w.core.selection.answer import best_single
 from w2w.core.selection.headline import mean_sentence, mean_title
 from w2w.core.study import StudyConfig
 from w2w.studies.placements.comparison import compare_patches

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The one answer: products among the places that tie, else the region; ties; comparisons."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from w2w.core.patches.body_parts import PRODUCTS, segment
 from w2w.core.patches.patches import sample_patches
-from w2w.core.ranking.utility import UtilityMap
-from w2w.core.selection.answer import Scored, answer, compare, nearest, product_patches
+from w2w.core.selection.answer import Scored, answer, compare, product_patches, product_places
+
+from . import made_map
 
 
 @pytest.fixture(scope="module")
@@ -17,40 +19,17 @@ def patches(bundled_body):
     return sample_patches(bundled_body, 512, seed=0)
 
 
-def ranked(expected, as_good, clips=12):
-    """A ranking of two activities whose patches all move alike between resamples."""
-    expected = np.asarray(expected, dtype=np.float32)
-    given = dict.fromkeys((field.name for field in fields(UtilityMap)), np.zeros(0))
-    given |= {
-        "expected_mean": expected,
-        "expected_low": expected - 0.05,
-        "expected_high": expected + 0.05,
-        "mean_samples": np.tile(expected, (8, 1)),
-        "level": 0.95,
-        "as_good": np.asarray(as_good, dtype=bool),
-        "can_rank": True,
-        "activities": ("sit", "walk"),
-        "truth": np.repeat([0, 1], clips),
-        "clip": np.array([f"clip {number}" for number in range(2 * clips)]),
-        "protocol": "5-fold cross-validation grouped by clip",
-    }
-    return UtilityMap(**given)
+ranked = partial(made_map.ranked, half_width=0.05)
 
 
 def where(patches, *parts):
     return np.array([segment(region) in parts for region in patches.regions])
 
 
-def asked(utility, patches, body, allowed=None):
-    allowed = np.ones(len(patches), bool) if allowed is None else allowed
-    best = int(np.where(allowed, utility.expected_mean, -1).argmax())
-    return Scored(utility, patches, body, best, allowed)
-
-
 def test_two_products_of_different_parts_are_named_with_the_lower_f1(patches, bundled_body):
     group = where(patches, "hip", "left hip", "right hip", "sternum", "left front hip", "right front hip")
     expected = np.where(group, 0.9, 0.6) + np.where(where(patches, "sternum"), 0.02, 0)
-    said = answer(asked(ranked(expected, group), patches, bundled_body))
+    said = answer(Scored(ranked(expected, group), patches, bundled_body))
     assert said.sentence() == "A chest strap or a belt clip: F1 .90 (.85 to .95). A watch costs .30."
     assert [score.name for score in said.named] == ["chest strap", "belt clip"]
     assert said.patch == said.named[0].patch
@@ -62,7 +41,7 @@ def test_without_a_product_among_the_best_a_region_its_size_and_its_middle_are_n
     luckiest = int(np.flatnonzero(group)[0])
     expected = np.where(group, 0.9, 0.6)
     expected[luckiest] = 0.91
-    said = answer(asked(ranked(expected, group), patches, bundled_body))
+    said = answer(Scored(ranked(expected, group), patches, bundled_body))
     assert said.sentence() == ("Left thigh front (29 by 14 cm): F1 .90 (.85 to .95). A watch costs .30.")
     middle = bundled_body.vertices[patches.vertices[group]].mean(axis=0)
     away = np.linalg.norm(bundled_body.vertices[patches.vertices] - middle, axis=1)
@@ -74,18 +53,18 @@ def test_where_all_tie_no_place_is_praised(patches, bundled_body):
     everywhere = np.ones(len(patches), bool)
     expected = np.full(len(patches), 0.94)
     cannot = "F1 .94 (.89 to .99). These clips cannot show that one place is better."
-    said = answer(asked(ranked(expected, everywhere), patches, bundled_body))
+    said = answer(Scored(ranked(expected, everywhere), patches, bundled_body))
     assert said.sentence() == f"Anywhere on the body: {cannot}"
     weak = replace(ranked(expected, expected > 1), can_rank=False)
-    assert answer(asked(weak, patches, bundled_body)).sentence() == f"Anywhere on the body: {cannot}"
+    assert answer(Scored(weak, patches, bundled_body)).sentence() == f"Anywhere on the body: {cannot}"
     left = where(patches, "left thigh")
-    said = answer(asked(ranked(expected, everywhere), patches, bundled_body, left))
+    said = answer(Scored(ranked(expected, everywhere), patches, bundled_body, left))
     assert said.sentence() == f"Anywhere that is allowed: {cannot}"
 
 
 def test_too_few_clips_give_no_interval(patches, bundled_body):
     few = ranked(np.full(len(patches), 0.94), np.ones(len(patches), bool), clips=3)
-    sentence = answer(asked(few, patches, bundled_body)).sentence()
+    sentence = answer(Scored(few, patches, bundled_body)).sentence()
     assert "F1 .94 (from at most 3 clips per activity: too few for an interval)" in sentence
 
 
@@ -93,27 +72,27 @@ def test_a_loose_product_scores_the_mean_of_where_it_moves(patches, bundled_body
     pocket = np.array([region == "left front pocket" for region in patches.regions])
     expected = np.full(len(patches), 0.5)
     expected[np.flatnonzero(pocket)[0]] = 0.9
-    found = compare(asked(ranked(expected, pocket), patches, bundled_body), ["left trouser pocket"])[0]
+    found = compare(Scored(ranked(expected, pocket), patches, bundled_body), ["left trouser pocket"])[0]
     assert found.expected == pytest.approx(expected[pocket].mean())
 
 
 def test_what_ties_is_said_once_both_sides_together(patches, bundled_body):
     thighs = where(patches, "left thigh", "right thigh", "sternum")
-    said = answer(asked(ranked(np.where(thighs, 0.9, 0.6), thighs), patches, bundled_body))
+    said = answer(Scored(ranked(np.where(thighs, 0.9, 0.6), thighs), patches, bundled_body))
     assert said.ties == "Anywhere on thighs or sternum does as well."
 
 
 def test_wishes_leave_out_products(patches, bundled_body):
     no_arms = ~np.array(["wrist" in region or "hand" in region for region in patches.regions])
     expected = np.linspace(0.5, 0.9, len(patches))
-    said = answer(asked(ranked(expected, expected > 0.8), patches, bundled_body, no_arms))
+    said = answer(Scored(ranked(expected, expected > 0.8), patches, bundled_body, no_arms))
     assert "watch" not in [score.name for score in said.products]
     assert {"belt clip", "shoe"} <= {score.name for score in said.products}
 
 
 def test_products_and_places_compare_by_any_of_their_names(patches, bundled_body):
     expected = np.linspace(0.5, 0.9, len(patches))
-    scored = asked(ranked(expected, expected > 0.8), patches, bundled_body)
+    scored = Scored(ranked(expected, expected > 0.8), patches, bundled_body)
     words = ["smartwatch", "pendant", "left thigh front", "right shoe"]
     found = compare(scored, words)
     assert sorted(score.name for score in found) == ["left thigh front", "necklace", "shoe", "watch"]
@@ -126,5 +105,5 @@ def test_products_and_places_compare_by_any_of_their_names(patches, bundled_body
 def test_every_product_has_a_patch_within_reach_on_the_body(patches, bundled_body):
     for product in PRODUCTS.values():
         for side in product.sides:
-            assert nearest(product, side, patches, bundled_body) is not None
+            assert (product.name, side) in product_places(patches, bundled_body)
     assert set(product_patches(patches, bundled_body).values()) >= {"left watch", "right shoe", "chest strap"}

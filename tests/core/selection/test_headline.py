@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is said of a ranking: a patch where one stands out, parts of the body where many are as good."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from w2w.core.patches.body_parts import ALL, great_part, segment
-from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.headline import (
     BELOW_AVERAGE,
     CANNOT_RANK,
@@ -18,25 +17,7 @@ from w2w.core.selection.headline import (
     spot_caution,
 )
 
-
-def ranked(expected, as_good, reliability=0.8, clips=12, protocol="5-fold cross-validation grouped by clip"):
-    """A ranking of which only what is said matters, of two activities."""
-    expected = np.asarray(expected, dtype=np.float32)
-    given = dict.fromkeys((field.name for field in fields(UtilityMap)), np.zeros(0))
-    given |= {
-        "expected_mean": expected,
-        "expected_low": expected - 0.0625,
-        "expected_high": expected + 0.0625,
-        "as_good": np.asarray(as_good, dtype=bool),
-        "reliability": reliability,
-        "beats_average": 0.93,
-        "can_rank": True,
-        "activities": ("sit", "walk"),
-        "truth": np.repeat([0, 1], clips),
-        "clip": np.array([f"clip {number}" for number in range(2 * clips)]),
-        "protocol": protocol,
-    }
-    return UtilityMap(**given)
+from .made_map import ranked
 
 
 def scored(group, best):

@@ -48,18 +48,18 @@ def write_results(study: Study) -> None:
     """Write `summary.json`, `placements.csv`, `utility.csv` and `utility.npz` into the study's folder."""
     out = study.results.out
     content = summary(study)
-    write_text(out / PLACEMENTS, placement_table(content["cards"], study.results.patches))
+    write_placements(out, content["cards"], study.results.patches)
     write_map(out, study.results.utility, study.results.patches, study.advice.clusters)
     write_json(out / "summary.json", content)
 
 
-def placement_table(cards: Sequence[dict[str, Any]], patches: PatchSet) -> str:
-    """The sensors recommended, where each goes; `w2w run --placements` reads it."""
+def write_placements(out: Path, cards: Sequence[dict[str, Any]], patches: PatchSet) -> None:
+    """Write where each recommended sensor goes; `w2w run --placements` reads it."""
     rows = [("name", "spot", "words", "arrow", "slip_cm", "patch", "vertex")]
     for one in cards:
         at = (one["patch"], int(patches.vertices[one["patch"]]))
         rows.append((one["sensor"], one["spot"], one["words"], one["arrow"], f"{one['slip_cm']:.0f}", *at))
-    return csv_text(rows)
+    write_text(out / PLACEMENTS, csv_text(rows))
 
 
 def write_map(out: Path, utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) -> None:

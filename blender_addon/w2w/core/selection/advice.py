@@ -15,7 +15,7 @@ from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import mean_over
 from .answer import Answer, Scored, answer, product_patches
-from .constraints import Constraints, Terms, open_mask
+from .constraints import Constraints, Terms
 from .joint import WORTH, JointSet, choose_together
 from .set_tests import SetTests
 
@@ -72,13 +72,6 @@ SAME_OPINION = 0.8
 """Mean correlation of predictions from which patches are grouped as equivalent."""
 
 
-def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
-    """The allowed patch with the highest expected macro F1; of equals the highest on these clips."""
-    open_patches = np.flatnonzero(open_mask(allowed, len(utility.mean)))
-    order = np.lexsort((-utility.mean[open_patches], -utility.expected_mean[open_patches]))
-    return int(open_patches[order[0]])
-
-
 @dataclass(frozen=True, eq=False)
 class Advice:
     """Where to wear, under a designer's constraints."""
@@ -111,18 +104,18 @@ def advise(
     """
     constraints = constraints or Constraints()
     terms = Terms.checked(len(patches), max_places, **constraints.terms(patches))
-    best, products = best_single(utility, terms.allowed), product_patches(patches, body)
+    scored, products = Scored(utility, patches, body, terms.allowed), product_patches(patches, body)
     worn: JointSet | None = None
     swaps: tuple[np.ndarray, ...] = ()
     if tests:
         among = _at_products(terms, products, constraints)
         worn = choose_together(tests, utility.expected, among, target, every_activity)
         swaps = interchangeable(tests, worn, among, utility)
-    said = answer(Scored(utility, patches, body, best, terms.allowed))
+    said = answer(scored)
     alone = [score.patch for score in said.named] or [said.patch]
     recommended = dict.fromkeys([*alone, *(worn.order if worn else ())])
     return Advice(
-        best=best,
+        best=scored.best,
         answer=said,
         worn=worn,
         alternatives=swaps,

@@ -5,16 +5,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from ..body.body import Body
 from ..patches.body_parts import PRODUCT_NAMED, PRODUCTS, Product, great_part, segment, side_of
-from ..patches.naming import FAR_M, place, resolve
+from ..patches.naming import FAR_M, nearest_patch, place, resolve
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..wording import capital, plain_words
+from .constraints import open_mask
 from .headline import as_good_as, mean_caution, short
 
 NAMED = 2
@@ -25,6 +26,13 @@ SHOWN = 0.005
 
 MOST_OF = 0.8
 """Share of a part's patches that must tie before the part is said to tie."""
+
+
+def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
+    """The allowed patch with the highest expected macro F1; of equals the highest on these clips."""
+    open_patches = np.flatnonzero(open_mask(allowed, len(utility.mean)))
+    order = np.lexsort((-utility.mean[open_patches], -utility.expected_mean[open_patches]))
+    return int(open_patches[order[0]])
 
 
 @dataclass(frozen=True)
@@ -76,8 +84,17 @@ class Scored:
     utility: UtilityMap
     patches: PatchSet
     body: Body
-    best: int  # the allowed patch of highest expected F1
-    allowed: np.ndarray  # (N,), bool
+    limits: np.ndarray | None = None  # (N,), bool: patches that the wishes leave; all by default
+
+    @cached_property
+    def allowed(self) -> np.ndarray:
+        """The patches that may be recommended, shape (N,), bool."""
+        return open_mask(self.limits, len(self.patches))
+
+    @cached_property
+    def best(self) -> int:
+        """The allowed patch of highest expected F1."""
+        return best_single(self.utility, self.allowed)
 
     @cached_property
     def group(self) -> np.ndarray:
@@ -92,9 +109,9 @@ class Scored:
 
     def product(self, product: Product, sides: Sequence[str]) -> PlaceScore | None:
         """A product on the better of some sides; None where no allowed patch is near."""
-        scores = []
+        scores, at = [], product_places(self.patches, self.body)
         for side in sides:
-            patch = nearest(product, side, self.patches, self.body)
+            patch = at.get((product.name, side))
             if patch is None or not self.allowed[patch]:
                 continue
             words = [f"{side} {region}".strip() for region in product.wanders]
@@ -165,21 +182,23 @@ def compare(scored: Scored, words: Sequence[str]) -> tuple[PlaceScore, ...]:
     return tuple(sorted(map(scored.named, words), key=lambda score: -score.expected))
 
 
-def nearest(product: Product, side: str, patches: PatchSet, body: Body) -> int | None:
-    """The nearest patch to where a product sits; None where that is more than 10 cm away."""
-    vertex = place(product.on(side), body)
-    patch = int(patches.labels[vertex])
-    away = np.linalg.norm(body.vertices[patches.vertices[patch]] - body.vertices[vertex])
-    return patch if away <= FAR_M else None
+@lru_cache(maxsize=4)
+def product_places(patches: PatchSet, body: Body) -> dict[tuple[str, str], int]:
+    """Patch nearest to where each product sits, by its name and side; none that is more than 10 cm away."""
+    found = {}
+    for product in PRODUCTS.values():
+        for side in product.sides:
+            patch, away_m = nearest_patch(place(product.on(side), body), body, patches)
+            if away_m <= FAR_M:
+                found[product.name, side] = patch
+    return found
 
 
 def product_patches(patches: PatchSet, body: Body) -> dict[int, str]:
     """The patches at which usual products sit, each with the commonest product's side and name."""
     found: dict[int, str] = {}
-    for product in PRODUCTS.values():
-        for side in product.sides:
-            if (patch := nearest(product, side, patches, body)) is not None:
-                found.setdefault(patch, f"{side} {product.name}".strip())
+    for (name, side), patch in product_places(patches, body).items():
+        found.setdefault(patch, f"{side} {name}".strip())
     return found
 
 

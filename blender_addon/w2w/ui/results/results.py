@@ -11,7 +11,6 @@ from ...core.findings.advice_content import answer_content
 from ...core.findings.sources import Shown, source_caution, system_of
 from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
-from ...core.selection.advice import best_single
 from ...core.selection.answer import Scored, answer
 from ...core.selection.constraints import Terms
 from ...core.wording import capital
@@ -170,8 +169,7 @@ def choose(body: bpy.types.Object) -> None:
         return
     mean = scores.expected_mean(study, utility)
     if is_as_ranked(study, utility):
-        best = best_single(utility, terms.allowed)
-        found = answer(Scored(utility, patches, body_of(body), best, terms.allowed))
+        found = answer(Scored(utility, patches, body_of(body), terms.allowed))
         keep_answer(study, answer_content(found, patches))
         patch = found.patch
     else:
