@@ -25,10 +25,11 @@ MOVES = {"waving": ("right_shoulder", 1.0), "kicking": ("left_hip", 1.0), "stepp
 
 
 @pytest.fixture
-def blender(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def blender(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """An empty file with the extension registered and a cache of its own."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    monkeypatch.setattr(preferences, "_own_folder", lambda: tmp_path / "cache")
+    folders = {name: tmp_path_factory.mktemp(name) for name in ("signals", "bone_maps")}
+    monkeypatch.setattr(preferences, "own_folder", folders.__getitem__)
     signal_cache._recordings.clear()
     extension.register()
     yield

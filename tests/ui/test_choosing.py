@@ -87,7 +87,7 @@ def test_drawn_wishes_get_the_same_answer_at_both_doors(finished_run: Path, tmp_
         answered += 1
         assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
         assert advice_of(study) == choice, wishes
-        assert [row.patch for row in study.chosen] == [choice["best_single_patch"]["patch"]]
+        assert [row.patch for row in study.chosen] == [choice["answer"]["patch"]]
         assert [row.patch for row in study.worn] == [
             row["patch"] for row in choice["worn_together"]["places"]
         ]

@@ -15,7 +15,7 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.results_folder import StudyResults
 from w2w.scene.bake import PatchBaker
-from w2w.scene.base.body import body_of
+from w2w.scene.base.body import armature_of, body_of
 from w2w.scene.base.steps import without_pauses
 from w2w.ui.files.open_results import open_steps
 from w2w.ui.jobs import jobs
@@ -25,12 +25,14 @@ from w2w.ui.study.state import (
     BAKED,
     FAILED,
     bake_settings,
+    bodies,
     config_of,
     patches_of,
     rank_settings,
     state_of,
     utility_of,
 )
+from w2w.ui.viewport.framing import extent
 
 from ..scene.conftest import difference
 from .made_study import names_in_file
@@ -71,8 +73,18 @@ def test_motions_keep_their_speed_and_the_patches_ride(opened: bpy.types.Object,
     bake = without_pauses(baker.by_frame(clip.action))
     assert bake.rate == pytest.approx(run.motion(clip.name).rate, rel=1e-5)
     truth = patch_matrices(run.body(), run.patches.triangles, run.motion(clip.name))
+    truth[..., :3, 3] += armature_of(opened).location
     distance, _ = difference(bake.matrices, truth)
     assert distance < 1e-4
+
+
+def test_it_stands_beside_the_body_that_is_there_and_is_named_after_its_folder(
+    opened: bpy.types.Object, finished_run: Path
+) -> None:
+    other = next(item for item in bodies(bpy.context.scene) if item is not opened)
+    assert opened.name == finished_run.name
+    (_, right), (left, _) = extent([other]), extent([opened])
+    assert 0 < left[0] - right[0] < 1.0
 
 
 def test_a_motion_that_is_gone_costs_its_clip_alone(finished_run: Path, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import time
 from pathlib import Path
@@ -41,7 +42,9 @@ def save(folder: Path) -> dict:
 
 def content(folder: Path) -> list[str]:
     """Everything in a folder."""
-    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
+    walked = os.walk(folder)  # bears that a thread removes a folder meanwhile
+    names = ((where, name) for where, folders, files in walked for name in (*folders, *files))
+    return sorted(Path(where, name).relative_to(folder).as_posix() for where, name in names)
 
 
 def test_the_command_line_and_python_read_a_study_of_the_panel(library: Path, tmp_path: Path) -> None:

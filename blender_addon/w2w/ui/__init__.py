@@ -16,7 +16,7 @@ from .panels import results as result_panels
 from .panels import sensor as own_sensor_panel
 from .panels import steps as panels
 from .results import upkeep
-from .steps import baking, choosing, import_dialog, run_all
+from .steps import baking, bone_maps, choosing, import_dialog, run_all
 from .steps import body as step1_body
 from .steps import motions as step2_motions
 from .steps import patches as step3_patches
@@ -24,7 +24,7 @@ from .viewport import overlay
 
 MODULES: tuple[ModuleType, ...] = (
     preferences, step1_body, rows, properties, jobs, job_windows,
-    step2_motions, import_dialog, step3_patches, baking, choosing, run_all, menus, open_results,
+    step2_motions, import_dialog, bone_maps, step3_patches, baking, choosing, run_all, menus, open_results,
     save_results, exports, panels, character, wearing, own_sensor_panel,
     result_panels, placement_panels, overlay, upkeep,
 )  # fmt: skip

@@ -107,10 +107,11 @@ def bundled_bone_maps() -> tuple[BoneMap, ...]:
 def best_match(bones: Sequence[str], maps: Iterable[BoneMap] = ()) -> tuple[BoneMap | None, dict[int, int]]:
     """The bone map that finds most joints of a skeleton, and its match: joint index -> bone index.
 
-    Maps of the user's own are tried before the bundled ones. None where no map finds a single joint.
+    A map of the user's own that finds all required joints goes before the bundled ones. None where no map
+    finds a single joint.
     """
-    matches = [(bone_map, bone_map.match(bones)) for bone_map in maps]
-    best, matched = _best([*matches, _best_bundled(tuple(bones))])
+    own = _best((bone_map, bone_map.match(bones)) for bone_map in maps)
+    best, matched = _best([own, _best_bundled(tuple(bones))]) if missing_joints(own[1]) else own
     return best, dict(matched)
 
 

@@ -81,14 +81,18 @@ def read_clip(path: str | Path) -> SourceMotion:
 
 @contextmanager
 def imported(path: Path) -> Iterator[list[bpy.types.Object]]:
-    """The objects that a motion file brings, removed again at the end."""
-    before = existing_data()
+    """The objects that a motion file brings, removed again at the end; what was selected is so again."""
+    before, layer = existing_data(), bpy.context.view_layer
+    active, selected = layer.objects.active, [item for item in layer.objects if item.select_get()]
     try:
         with same_timing():
             import_file(path)
             yield [item for item in new_data(before) if isinstance(item, bpy.types.Object)]
     finally:
         bpy.data.batch_remove(new_data(before))
+        layer.objects.active = active
+        for item in selected:
+            item.select_set(True)
 
 
 def import_file(path: Path) -> None:

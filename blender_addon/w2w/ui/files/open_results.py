@@ -29,8 +29,12 @@ from ..study import signal_cache
 from ..study.lists import list_labels, take_over
 from ..study.operators import AsksForFile, OnDrop
 from ..study.state import bodies, current_body
+from ..viewport.framing import extent, fold_soon, frame_answer
 
 TITLE = "Open Results"
+
+BESIDE = 0.65
+"""Distance of a body's middle from the body that it is opened beside, in its heights: room for its arms."""
 
 Context = bpy.types.Context
 
@@ -135,9 +139,11 @@ def open_steps(folder: Path) -> Steps:
 
     run, body, signals = yield from in_thread(read, "reading the results", 0.0, 0.2)
     yield Step(0.2, "building the body")
-    before, shown = existing_data(), bpy.context.scene.w2w.body
+    before, shown, others = existing_data(), bpy.context.scene.w2w.body, bodies(bpy.context.scene)
     try:
-        mesh = add_study(bpy.context, body, body.name)
+        mesh = add_study(bpy.context, body, folder.resolve().name)
+        if others:
+            mesh.parent.location.x = float(extent(others)[1][0]) + BESIDE * body.height
         mesh.w2w.results_folder = str(folder.resolve())
         check_fits(mesh, run)
         yield Step(0.25, "placing patches")
@@ -149,6 +155,8 @@ def open_steps(folder: Path) -> Steps:
         actions = yield from _act(mesh.parent, run, 0.3, 0.9)
         yield Step(0.9, "painting heatmaps")
         fill(mesh, run, clips_of(run, signals, actions))
+        frame_answer(mesh, *others)
+        fold_soon()
     except BaseException:
         bpy.data.batch_remove(new_data(before))
         bpy.context.scene.w2w.body = shown

@@ -39,16 +39,19 @@ def cache_folder() -> Path:
     """Folder for baked signals, made where it is missing: the chosen one, or the extension's own."""
     preferences = _preferences()
     chosen = preferences.cache_folder if preferences is not None else ""
-    folder = Path(bpy.path.abspath(chosen)) if chosen else _own_folder()
+    folder = Path(bpy.path.abspath(chosen)) if chosen else own_folder("signals")
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 
-def _own_folder() -> Path:
+def own_folder(name: str) -> Path:
+    """A folder in the extension's own, made where it is missing."""
     try:
-        return Path(bpy.utils.extension_path_user(EXTENSION, path="signals", create=True))
+        return Path(bpy.utils.extension_path_user(EXTENSION, path=name, create=True))
     except ValueError:  # not installed as an extension, as in tests
-        return Path(tempfile.gettempdir()) / "w2w-signals"
+        folder = Path(tempfile.gettempdir()) / f"w2w-{name}"
+        folder.mkdir(exist_ok=True)
+        return folder
 
 
 def _limit_threads(preferences: W2W_AddonPreferences, _context: bpy.types.Context) -> None:

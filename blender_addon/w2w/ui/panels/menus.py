@@ -28,7 +28,14 @@ KEY = {"type": "W", "value": "PRESS", "ctrl": True, "alt": True}
 STEPS = (
     ("add_body", "load_body", "use_mesh", "open_results", "locate_results", "select_body", "reset_shape"),
     ("use_character", "forget_character"),
-    ("import_motions", "import_folder", "use_scene_animation", "add_armature_motion"),
+    (
+        "import_motions",
+        "import_folder",
+        "use_scene_animation",
+        "add_armature_motion",
+        "map_bones",
+        "load_bone_map",
+    ),
     ("relabel_clips", "remove_clips"),
     ("preview_clip", "show_source"),
     ("place_patches", "remove_patches"),

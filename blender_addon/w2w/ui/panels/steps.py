@@ -105,31 +105,23 @@ class W2W_PT_shape(PartPanel, bpy.types.Panel):
 
 
 class W2W_UL_clips(bpy.types.UIList):
-    """Clips, two lines each: tick, name and state; activity, to be edited in place, and frames."""
+    """Clips, a line each: tick, name, activity, to be edited in place, and state."""
 
     def draw_item(
         self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
     ) -> None:  # fmt: skip
         found = state.state_of(item, state.bake_settings(data))
-        column = layout.column(align=True)
-        row = column.row(align=True)
+        row = layout.row(align=True)
         row.alert = found == state.FAILED
         tick = "CHECKBOX_HLT" if item.selected else "CHECKBOX_DEHLT"
         row.prop(item, "selected", text="", emboss=False, icon=tick)
-        row.label(text=Path(item.file).stem or item.name, translate=False)
+        split = row.split(factor=1.0 if found == state.FAILED else 0.55)
+        split.label(text=Path(item.file).stem or item.name, translate=False)
+        if found != state.FAILED:
+            split.prop(item, "activity", text="", emboss=False, placeholder="activity")
         playing = playing_clip(data.id_data) == item
         mark = "ERROR" if item.bake_path.startswith(UNBAKED) else ICONS.get(found, "BLANK1")
         row.label(text="", icon="PLAY" if playing else mark)
-        if found == state.FAILED:
-            return
-        row = column.row(align=True)
-        row.scale_y = 0.8
-        row.label(text="", icon="BLANK1")
-        row.prop(item, "activity", text="", emboss=False, placeholder="activity")
-        count = row.row()
-        count.alignment = "RIGHT"
-        count.active = False
-        count.label(text=f"{item.n_frames} frames")
 
 
 class W2W_PT_motions(StepPanel, bpy.types.Panel):
@@ -154,7 +146,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         if not len(study.clips):
             layout.label(text="FBX, BVH, AMASS npz or smpl files", icon="INFO")
             return
-        layout.template_list("W2W_UL_clips", "", study, "clips", study, "clip_index", rows=5, maxrows=5)
+        layout.template_list("W2W_UL_clips", "", study, "clips", study, "clip_index", rows=6, maxrows=6)
         row = layout.row(align=True)
         row.menu("W2W_MT_tick_clips", text="Tick", icon="CHECKBOX_HLT")
         row.operator("w2w.relabel_clips", text="Relabel", icon="GREASEPENCIL")
@@ -175,6 +167,8 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         clip = study.clips[study.clip_index]
         if clip.problem:
             draw_text(layout, context, capital(clip.problem), icon="ERROR")
+            if clip.file:
+                draw_bone_map(layout.row(align=True))
             return
         layout.prop(clip, "subject")
         about = f"{clip.n_frames} frames at {clip.rate:g} fps, {clip.skeleton or 'own'} skeleton"
@@ -184,6 +178,13 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         if has_source(clip):
             shown = bool(source_collections(clip.name))
             row.operator("w2w.show_source", text="Source Beside", icon="ARMATURE_DATA", depress=shown)
+            draw_bone_map(layout.row(align=True))
+
+
+def draw_bone_map(row: Layout) -> None:
+    """Draw the buttons for files whose bones are not told rightly."""
+    row.operator("w2w.map_bones", icon="BONE_DATA")
+    row.operator("w2w.load_bone_map", text="", icon="FILE_FOLDER")
 
 
 class W2W_PT_patches(StepPanel, bpy.types.Panel):

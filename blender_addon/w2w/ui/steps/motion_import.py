@@ -10,6 +10,7 @@ from typing import NamedTuple
 import bpy
 
 from ...core.files import file_sha256
+from ...core.motion.bone_maps import BoneMap
 from ...core.motion.import_plan import ImportPlan, same_files
 from ...core.motion.source import reason_of
 from ...core.wording import free_name, shown
@@ -17,6 +18,7 @@ from ...scene.base.actions import write_action
 from ...scene.base.body import armature_of, body_of
 from ...scene.motion.load import Carried, carry, read_motion
 from ...scene.motion.scene_takes import SceneTake, read_scene_take
+from ..jobs import preferences
 from ..jobs.jobs import Step, Steps, as_steps, on_body
 from ..study.lists import list_labels
 from ..study.state import without_updates
@@ -54,6 +56,16 @@ def listed_files(mesh: bpy.types.Object) -> list[Path]:
     return [file for file in files if file.is_absolute() and file.is_file()]
 
 
+def map_folder() -> Path:
+    """Where the user's bone maps are kept; the command line reads the same files by `--bone-map`."""
+    return preferences.own_folder("bone_maps")
+
+
+def saved_maps() -> list[BoneMap]:
+    """The user's bone maps; a ValueError names the one that is damaged."""
+    return [BoneMap.load(path) for path in sorted(map_folder().glob("*.json"))]
+
+
 @on_body
 def import_steps(
     mesh: bpy.types.Object, wanted: Sequence[Wanted], left_out: Sequence[tuple[str, str]] = ()
@@ -62,7 +74,7 @@ def import_steps(
 
     The names of the latter come with their reasons.
     """
-    body, armature = body_of(mesh), armature_of(mesh)
+    body, armature, maps = body_of(mesh), armature_of(mesh), saved_maps()
     before = len(mesh.w2w.clips)
     twice = _listed_already(mesh, wanted)
     failed = unlabelled = 0
@@ -75,7 +87,7 @@ def import_steps(
                 else:  # Blender must play it to read it: the window gets its turn after each frame
                     frames, count = read_scene_take(item.take), len(wanted)
                     source = yield from as_steps(frames, item.shown, number / count, (number + 1) / count)
-                add_clip(mesh, armature, carry(source, body), item)
+                add_clip(mesh, armature, carry(source, body, maps), item)
                 unlabelled += not item.activity
             except Exception as error:  # even a fault of ours costs this clip alone
                 failed += 1
@@ -123,17 +135,27 @@ def add_clip(
     """Write a motion as an action of the body and list it."""
     name = _free_name(mesh, item.name)
     source = (str(item.path), file_sha256(item.path)) if item.path.name else ("", "")
-    motion = carried.motion.labelled(item.activity, item.subject, name)
-    action = write_action(armature, motion, name)
     clip = mesh.w2w.clips.add()
     clip.name, clip.subject = name, item.subject
     clip.file, clip.source_sha256 = source
     with without_updates():  # activities are listed when all clips are in
-        clip.action, clip.activity = action, item.activity
+        clip.activity = item.activity
+    clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
+    set_motion(armature, clip, carried)
+    return clip
+
+
+def set_motion(armature: bpy.types.Object, clip: bpy.types.PropertyGroup, carried: Carried) -> None:
+    """Give a clip of the list its motion, in place of the one it had or could not have."""
+    before = clip.action
+    motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
+    with without_updates():
+        clip.action = write_action(armature, motion, clip.name)
     clip.n_frames, clip.rate = motion.n_frames, motion.rate
     clip.skeleton, clip.scale = carried.skeleton, carried.scale
-    clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
-    return clip
+    clip.problem = clip.signals = clip.baked_as = ""
+    if before is not None:
+        bpy.data.actions.remove(before)
 
 
 def remove_clips(mesh: bpy.types.Object, indices: Iterable[int]) -> None:

@@ -21,7 +21,7 @@ from ..jobs import jobs
 from ..study.lists import list_labels
 from ..study.operators import AsksForFile, OnBody, OnClips
 from ..study.state import current_body, selected, without_updates
-from .motion_import import Wanted, add_clip, import_steps, remove_clips, wanted
+from .motion_import import Wanted, add_clip, import_steps, remove_clips, saved_maps, wanted
 
 Context = bpy.types.Context
 
@@ -103,7 +103,8 @@ class W2W_OT_add_armature_motion(OnBody, bpy.types.Operator):
         mesh, source = current_body(context), context.object
         playing = active_action(source)
         try:
-            carried = carry(best_take([source], None if playing is None else [playing]), body_of(mesh))
+            take = best_take([source], None if playing is None else [playing])
+            carried = carry(take, body_of(mesh), saved_maps())
         except UnusableMotion as error:
             return jobs.show_error(self, f"{source.name}: {error}")
         add_clip(mesh, armature_of(mesh), carried, Wanted(Path(), source.name, ""))

@@ -18,6 +18,7 @@ from ..jobs import jobs
 from ..results import own_placements, results
 from ..study.operators import IsJob, OnBody, OnPatches, OnRanking
 from ..study.state import config_of, current_body, keep_own_placed, patches_of
+from ..viewport.framing import fold_soon
 from ..viewport.legend import owner_of
 from .baking import body_as_run
 from .body import select_only
@@ -43,6 +44,7 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     study.patches_text, study.patches_key = pack(patches)
     keep_own_placed(study, own, count)
     results.hide_patches(study)
+    fold_soon()
     text = f"Placed {len(patches)} patches in {len(set(patches.regions))} regions"
     return f"{text}, {len(own)} of them your own" if own else text
 

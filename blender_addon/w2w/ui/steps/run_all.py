@@ -15,7 +15,7 @@ from ..study import state
 from ..study.counting import is_reweighed
 from ..study.lists import advice_of, answer_of
 from ..study.operators import IsJob
-from ..viewport.framing import frame
+from ..viewport.framing import frame_answer
 from .baking import bake_steps, rank_steps, to_bake
 from .choosing import choose_steps, missing_for_choice
 from .patches import place_steps
@@ -61,7 +61,7 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
     answer = answer_of(study)
     if not answer:
         return ". ".join(said)
-    frame([mesh], int(state.patches_of(mesh).vertices[answer["patch"]]) if "patch" in answer else None)
+    frame_answer(mesh)
     settings = state.bake_settings(study)
     left = [clip.name for clip in state.usable(study) if state.state_of(clip, settings) != state.BAKED]
     more = f" and {len(left) - 3} more" if len(left) > 3 else ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The 3D views look at the body, at most from the side of a spot."""
+"""Look at the body: 3D views from the side of a spot, the Outliner without a row for each patch."""
 
 from __future__ import annotations
 
@@ -10,9 +10,14 @@ import numpy as np
 from mathutils import Vector
 
 from ...scene.base.body import body_of
+from ..study.lists import answer_of
+from ..study.state import patches_of
 
 ROOM = 2.1
 """Distance of the view from a body, in its heights."""
+
+DRAWN_AFTER = 0.3
+"""Seconds until Outliners have drawn a new collection."""
 
 RISE = 0.12
 """How far the view looks down, as a share of its distance."""
@@ -20,8 +25,7 @@ RISE = 0.12
 
 def frame(bodies: Sequence[bpy.types.Object], vertex: int | None = None) -> None:
     """Show bodies whole in every 3D view, from the front or from the side of a vertex of the first."""
-    corners = np.concatenate([[item.matrix_world @ Vector(c) for c in item.bound_box] for item in bodies])
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = extent(bodies)
     towards = Vector((0.0, -1.0, RISE))
     if vertex is not None:
         x, y = body_of(bodies[0]).vertex_normals[vertex][:2]
@@ -37,3 +41,33 @@ def frame(bodies: Sequence[bpy.types.Object], vertex: int | None = None) -> None
                 view.view_location = Vector((low + high) / 2)
                 view.view_rotation = towards.to_track_quat("Z", "Y")
                 view.view_distance = ROOM * float(size)
+
+
+def frame_answer(mesh: bpy.types.Object, *others: bpy.types.Object) -> None:
+    """Show bodies whole in every 3D view, from the side of the spot recommended on the first."""
+    patch = answer_of(mesh.w2w).get("patch")
+    frame([mesh, *others], None if patch is None else int(patches_of(mesh).vertices[patch]))
+
+
+def extent(items: Sequence[bpy.types.Object]) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest corner of objects in the world, shape (3,) each, metres."""
+    bpy.context.view_layer.update()
+    corners = np.concatenate([[item.matrix_world @ Vector(c) for c in item.bound_box] for item in items])
+    return corners.min(axis=0), corners.max(axis=0)
+
+
+def fold_outliners() -> None:
+    """Fold every Outliner to what the top collections hold; a new collection is unfolded, however large."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "OUTLINER" and area.spaces.active.display_mode == "VIEW_LAYER":
+                region = next(region for region in area.regions if region.type == "WINDOW")
+                with bpy.context.temp_override(window=window, area=area, region=region):
+                    bpy.ops.outliner.show_one_level(open=False)
+                    bpy.ops.outliner.show_one_level()
+
+
+def fold_soon() -> None:
+    """Fold the Outliners once they have drawn what is new: before, it is not in them."""
+    if not bpy.app.background:
+        bpy.app.timers.register(fold_outliners, first_interval=DRAWN_AFTER)

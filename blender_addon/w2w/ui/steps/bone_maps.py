@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bone maps of one's own: edited here or loaded, and used for every later file of that rig."""
+
+from __future__ import annotations
+
+import shutil
+from contextlib import suppress
+from pathlib import Path
+
+import bpy
+from bpy.props import CollectionProperty, StringProperty
+
+from ...core.body.skeleton import JOINT_NAMES
+from ...core.files import write_json
+from ...core.motion.bone_maps import REQUIRED_JOINTS, BoneMap, best_match
+from ...core.motion.retarget import matched_joints
+from ...core.motion.source import SourceMotion, UnusableMotion
+from ...core.wording import capital
+from ...scene.base.body import armature_of, body_of
+from ...scene.motion.load import Source, carry, read_motion
+from ..jobs import jobs
+from ..study.operators import AsksForFile, OnClips
+from ..study.state import current_body
+from .motion_import import map_folder, saved_maps, set_motion
+
+Context = bpy.types.Context
+
+WIDTH = 420
+"""Pixels of the dialog at a scale of 1."""
+
+ORDER = sorted(JOINT_NAMES, key=lambda joint: (joint not in REQUIRED_JOINTS, JOINT_NAMES.index(joint)))
+"""The joints, those first without which a motion cannot be used."""
+
+
+class W2W_PG_mapped_joint(bpy.types.PropertyGroup):
+    """A joint of the body, its `name`, and the bone that plays it."""
+
+    bone: StringProperty(name="Bone", description="Bone of the file that plays this joint")
+
+
+class W2W_OT_map_bones(OnClips, bpy.types.Operator):
+    """Say which bones of the active clip's file play the body's joints; kept for all files of that rig"""
+
+    bl_idname = "w2w.map_bones"
+    bl_label = "Map Bones"
+
+    rig: StringProperty(name="Rig", description="Name of the rig; a map of that name is replaced")
+    joints: CollectionProperty(type=W2W_PG_mapped_joint, options={"SKIP_SAVE"})
+    bones: CollectionProperty(type=bpy.types.PropertyGroup, options={"SKIP_SAVE", "HIDDEN"})
+
+    @staticmethod
+    def missing(context: Context, body: bpy.types.Object) -> str:
+        clips = body.w2w.clips
+        has_file = len(clips) > 0 and Path(clips[body.w2w.clip_index].file).is_file()
+        return "" if has_file else "The file of the active clip is not there"
+
+    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+        study = current_body(context).w2w
+        path = Path(study.clips[study.clip_index].file)
+        try:
+            source = _with_bones(path)
+        except UnusableMotion as error:
+            return jobs.show_error(self, f"{path.name}: {error}")
+        maps = saved_maps()
+        found, matched = best_match(source.bones, maps)
+        self.rig = found.name if found in maps else path.stem
+        with suppress(UnusableMotion):  # by the structure of the skeleton, where names say too little
+            matched = matched_joints(source, maps)[1]
+        for bone in source.bones:
+            self.bones.add().name = bone
+        for joint in ORDER:
+            row, bone = self.joints.add(), matched.get(JOINT_NAMES.index(joint))
+            row.name, row.bone = joint, "" if bone is None else source.bones[bone]
+        return context.window_manager.invoke_props_dialog(self, width=WIDTH)
+
+    def draw(self, context: Context) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(self, "rig")
+        column = layout.column(align=True)
+        for number, row in enumerate(self.joints):
+            if number == len(REQUIRED_JOINTS):
+                column.separator()
+                column.label(text="If the rig has them", icon="INFO")
+            line = column.row()
+            line.alert = number < len(REQUIRED_JOINTS) and not row.bone
+            line.prop_search(row, "bone", self, "bones", text=capital(row.name.replace("_", " ")))
+
+    def execute(self, context: Context) -> set[str]:
+        joints = {row.name: [row.bone] for row in self.joints if row.bone}
+        if missing := [joint for joint in ORDER if joint in REQUIRED_JOINTS and joint not in joints]:
+            return jobs.show_error(self, f"No bone is given for: {', '.join(missing).replace('_', ' ')}")
+        rig = self.rig.strip() or "own rig"
+        path = _path_of(rig)
+        write_json(path, {"name": rig, "joints": joints})
+        mesh = current_body(context)
+        clip = mesh.w2w.clips[mesh.w2w.clip_index]
+        try:
+            carried = carry(_with_bones(Path(clip.file)), body_of(mesh), [BoneMap.load(path)])
+        except UnusableMotion as error:
+            return jobs.show_error(self, f"{clip.name}: {error}")
+        set_motion(armature_of(mesh), clip, carried)
+        return jobs.show_done(self, f"{clip.name} was read by the bone map '{rig}', kept in {path}")
+
+
+class W2W_OT_load_bone_map(AsksForFile, bpy.types.Operator):
+    """Keep a bone map from a file, for all motions imported from now on"""
+
+    bl_idname = "w2w.load_bone_map"
+    bl_label = "Load Bone Map"
+
+    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
+
+    def execute(self, context: Context) -> set[str]:
+        try:
+            rig = BoneMap.load(self.path()).name
+        except (OSError, ValueError) as error:
+            return jobs.show_error(self, str(error))
+        shutil.copyfile(self.path(), _path_of(rig))
+        return jobs.show_done(self, f"Files of the rig '{rig}' are read by this bone map from now on")
+
+
+def _path_of(rig: str) -> Path:
+    return map_folder() / f"{bpy.path.clean_name(rig)}.json"
+
+
+def _with_bones(path: Path) -> SourceMotion:
+    """The motion of a file that names its bones."""
+    source: Source = read_motion(path)
+    if not isinstance(source, SourceMotion):
+        raise UnusableMotion("it names no bones that could be mapped")
+    return source
