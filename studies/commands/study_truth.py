@@ -31,7 +31,9 @@ def truth(
     mhad: Annotated[Path | None, typer.Option(help="npz of Berkeley MHAD's accelerometers.")] = None,
     umafall: Annotated[Path | None, typer.Option(help="npz of UMAFall.")] = None,
     dsads: Annotated[Path | None, typer.Option(help="DSADS's folder, or an npz of it.")] = None,
-    upfall: Annotated[Path | None, typer.Option(help="UP-Fall's CompleteDataSet.csv, or its folder.")] = None,
+    upfall: Annotated[
+        Path | None, typer.Option(help="UP-Fall's CompleteDataSet.csv, or a folder of its trials.")
+    ] = None,
     mighar: Annotated[
         Path | None, typer.Option(help="MIG HAR's folder of subject1 to 12; needs --sensors.")
     ] = None,

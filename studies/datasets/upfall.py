@@ -21,6 +21,7 @@ from w2w.core.imu.text_tables import ACC_UNITS, GYR_UNITS
 from .clock import at_times, shared_times
 
 UPFALL_FILE = "CompleteDataSet.csv"
+TRIAL_FILES = "Subject*Activity*Trial*.csv"
 UPFALL_RATE = 18.0
 """Hz that the readings are brought to; the rows come about 18 times a second, not evenly."""
 
@@ -44,19 +45,22 @@ Row = tuple[float, list[float]]
 def read_upfall(path: str | Path) -> tuple[tuple[ImuRecording, ...], tuple[str, ...]]:
     """Read the daily activities of UP-Fall.
 
-    `path`: ``CompleteDataSet.csv``, or the folder that holds it: two lines of headings, then a time, the
-    sensors' readings in g and degrees a second, and subject, activity and trial by number.
+    `path`: ``CompleteDataSet.csv``, or the folder that holds it or the trials' files as downloaded
+    (``Subject1Activity6Trial1.csv``, at any depth): two lines of headings, then a time,
+    the sensors' readings in g and degrees a second, and subject, activity and trial by number.
     Returns `recordings`: one a trial, five sites at 18 Hz; lost samples are NaN; `left_out`: trials of no
     use, each with the reason.
     Raises ValueError if it is no such file; the message says what is wrong with it.
     Raises OSError if it cannot be read.
     """
-    path = Path(path) / UPFALL_FILE if Path(path).is_dir() else Path(path)
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            trials = _trials(path, csv.reader(stream))
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ValueError(f"{path} {WRONG}: it is no text of comma-separated cells") from error
+    path = Path(path)
+    trials: dict[tuple[int, ...], list[Row]] = {}
+    for file in _files(path):
+        try:
+            with file.open(newline="", encoding="utf-8-sig") as stream:
+                trials |= _trials(file, csv.reader(stream))
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise ValueError(f"{file} {WRONG}: it is no text of comma-separated cells") from error
     recordings, left_out = [], []
     for facts, rows in sorted(trials.items()):
         try:
@@ -66,6 +70,14 @@ def read_upfall(path: str | Path) -> tuple[tuple[ImuRecording, ...], tuple[str, 
     if not recordings:
         raise ValueError(f"{path} {WRONG}: no trial of a daily activity can be read")
     return tuple(recordings), tuple(left_out)
+
+
+def _files(path: Path) -> list[Path]:
+    """The one file of all trials, or a file of each."""
+    if not path.is_dir():
+        return [path]
+    whole = path / UPFALL_FILE
+    return [whole] if whole.exists() else sorted(path.rglob(TRIAL_FILES)) or [whole]
 
 
 def _trials(path: Path, lines: Iterator[list[str]]) -> dict[tuple[int, ...], list[Row]]:

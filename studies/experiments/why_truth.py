@@ -13,7 +13,7 @@ On UTD-MHAD, whose takes were seen and worn at once, activities are ranked at th
 
 Written to OUT: ``why_<set>_<analysis>.csv``, which is not computed again where it stands there already, and
 ``why.png``. All steps but the last three, their numbers and the analyses were fixed before any was computed;
-seen were docs/truth.md and docs/validation.md.
+seen were docs/evidence.md and docs/validation.md.
 """
 
 from __future__ import annotations

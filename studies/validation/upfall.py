@@ -11,7 +11,7 @@ ACTIVITIES = ("walking", "standing", "sitting", "picking up an object", "jumping
 
 UPFALL = Protocol(
     name="UP-Fall",
-    file_help="UP-Fall's CompleteDataSet.csv, or its folder.",
+    file_help="UP-Fall's CompleteDataSet.csv, or a folder of its trials.",
     read=lambda path: read_upfall(path)[0],
     rate_hz=UPFALL_RATE,
     # which ankle and wrist is not stated in what was read: the patches of both sides count

@@ -63,6 +63,19 @@ def test_trials_come_in_si_units_on_an_even_clock(tmp_path):
     assert len(read_upfall(tmp_path)[0]) == 2  # the folder will do
 
 
+def test_a_folder_of_single_trials_is_read_as_the_one_file(tmp_path):
+    parts = [rows(), rows(2, 9, 3)]
+    for number, part in enumerate(parts, start=1):
+        folder = tmp_path / "dataset" / f"Subject{number}"
+        folder.mkdir(parents=True)
+        written(folder / f"Subject{number}Activity6Trial1.csv", part)
+    whole = read_upfall(written(tmp_path / "one.csv", *parts))[0]
+    apart = read_upfall(tmp_path / "dataset")[0]
+    assert [one.clip for one in apart] == [one.clip for one in whole] == ["s01_a06_t1", "s02_a09_t3"]
+    for one, other in zip(apart, whole, strict=True):
+        np.testing.assert_array_equal(one.acc, other.acc)
+
+
 def test_a_silence_is_nan_and_a_repeated_time_no_fault(tmp_path):
     trial = rows(seconds=6)
     del trial[40:60]

@@ -75,7 +75,7 @@ def source_caution(clips: Sequence[Shown]) -> str:
 
 
 def confined(activities: Sequence[str], groups: Sequence[str]) -> dict[str, str]:
-    """Activities that one group shows alone, or nearly so, and that shows few others: each with its group.
+    """Activities that one group shows practically alone, half of the others being from elsewhere, with it.
 
     From the activity and the group of each clip.
     """
@@ -88,7 +88,7 @@ def confined(activities: Sequence[str], groups: Sequence[str]) -> dict[str, str]
     share /= share.sum(axis=1, keepdims=True)
     overlap = np.minimum(share[:, None], share[None]).sum(axis=2)
     strangers = (overlap < STRANGERS).sum(axis=1)
-    apart = (share.max(axis=1) >= ALONE) & (2 * strangers > len(names) - 1)
+    apart = (share.max(axis=1) >= ALONE) & (2 * strangers >= len(names) - 1)
     return {str(names[a]): str(kinds[share[a].argmax()]) for a in np.flatnonzero(apart)}
 
 
