@@ -155,7 +155,7 @@ def open_steps(folder: Path) -> Steps:
         actions = yield from _act(mesh.parent, run, 0.3, 0.9)
         yield Step(0.9, "painting heatmaps")
         fill(mesh, run, clips_of(run, signals, actions))
-        frame_answer(mesh, *others)
+        frame_answer(mesh)
         fold_soon()
     except BaseException:
         bpy.data.batch_remove(new_data(before))

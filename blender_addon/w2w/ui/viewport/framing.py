@@ -43,10 +43,10 @@ def frame(bodies: Sequence[bpy.types.Object], vertex: int | None = None) -> None
                 view.view_distance = ROOM * float(size)
 
 
-def frame_answer(mesh: bpy.types.Object, *others: bpy.types.Object) -> None:
-    """Show bodies whole in every 3D view, from the side of the spot recommended on the first."""
+def frame_answer(mesh: bpy.types.Object) -> None:
+    """Show a body whole in every 3D view, from the side of its recommended spot where it has one."""
     patch = answer_of(mesh.w2w).get("patch")
-    frame([mesh, *others], None if patch is None else int(patches_of(mesh).vertices[patch]))
+    frame([mesh], None if patch is None else int(patches_of(mesh).vertices[patch]))
 
 
 def extent(items: Sequence[bpy.types.Object]) -> tuple[np.ndarray, np.ndarray]:
