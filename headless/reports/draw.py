@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
@@ -186,6 +186,12 @@ def marked(study: StudyResults) -> Marked:
     return Marked(order, scores, worn["target"], capital(worn["sentence"]))
 
 
+def in_words(card: dict[str, Any]) -> str:
+    """A tape-measure card of the summary in sentences."""
+    slip = f"May slip {card['slip_cm']:.0f} cm." if card["slip_cm"] else "Keep it there."
+    return f"{capital(card['words'])}. Arrow {card['arrow']}. {slip}"
+
+
 def _draw_worn(study: StudyResults, shaded: BodyPictures) -> None:
     from w2w.drawing.heatmap import subset_figure  # matplotlib is slow to import
 
@@ -194,6 +200,7 @@ def _draw_worn(study: StudyResults, shaded: BodyPictures) -> None:
     order = list(shown.order[:MAX_LISTED])
     low, high = score_range(utility.expected_mean, utility.colour_span)
     pictures = shaded.coloured(patch_colours(patches, utility.expected_mean, low, high))
+    cards = {card["patch"]: card for card in study.summary.get("cards") or ()}
     corners = body.vertices[patches.triangles[order]]
     normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
     subtitle = shown.sentence
@@ -205,7 +212,7 @@ def _draw_worn(study: StudyResults, shaded: BodyPictures) -> None:
         pictures,
         f"Where to wear {count}",
         shaded.locate(corners.mean(axis=1), normals),
-        [patches.names[patch] for patch in order],
+        [cards[patch]["sensor"] if patch in cards else patches.names[patch] for patch in order],
         shown.scores[: len(order)],
         EXPECTED,
         target=shown.target,
@@ -213,4 +220,5 @@ def _draw_worn(study: StudyResults, shaded: BodyPictures) -> None:
         scale=(low, high),
         scale_label=EXPECTED,
         note=span_note(utility.expected_mean, low, high),
+        cards=[in_words(cards[patch]) for patch in order] if cards.keys() >= set(order) else (),
     )

@@ -122,6 +122,15 @@ def test_the_same_content_gives_the_same_bytes(views, tmp_path):
     assert (tmp_path / "one.png").read_bytes() == (tmp_path / "two.png").read_bytes()
 
 
+@pytest.mark.parametrize(("count", "shown"), [(1, True), (3, True), (4, False)])
+def test_cards_are_drawn_where_there_is_room_for_all(views, tmp_path, count, shown):
+    names, scores, markers = ["patch"] * count, [0.5] * count, [(0, 100.0, 100.0)] * count
+    subset_figure(tmp_path / "plain.png", views, "Title", markers, names, scores)
+    cards = ["Left forearm, 85 % of the way from elbow crease to wrist crease. " * 2] * count
+    subset_figure(tmp_path / "cards.png", views, "Title", markers, names, scores, cards=cards)
+    assert ((tmp_path / "plain.png").read_bytes() != (tmp_path / "cards.png").read_bytes()) is shown
+
+
 def test_lists_that_do_not_match_are_refused(views, tmp_path):
     with pytest.raises(ValueError, match=r"markers \(1\), names \(2\) and scores \(1\)"):
         subset_figure(tmp_path / "a.png", views, "Chosen", [(0, 1, 1)], ["a", "b"], [0.5])

@@ -80,12 +80,13 @@ def subset_figure(
     colour_map: str = COLOUR_MAP,
     scale_label: str = "",
     note: str = "",
+    cards: Sequence[str] = (),
 ) -> None:
     """Write a picture of chosen sensors: numbered markers on the body and a list beside it.
 
     `markers` are places of the sensors, in order of choice, from `BodyPictures.locate`. `scores`, from 0 to
     1, are reached with the sensors up to each one, and `target` is drawn as a line. With the two ends of a
-    `scale` there is a colour bar, as in `heatmap_figure`.
+    `scale` there is a colour bar, as in `heatmap_figure`. `cards` say where each sensor goes.
     """
     if not len(markers) == len(names) == len(scores):
         raise ValueError(
@@ -106,7 +107,7 @@ def subset_figure(
         page.draw_markers(
             axes, np.array([markers[index][1:] for index in here]).reshape(-1, 2), here, pixels_an_inch
         )
-    page.draw_list(figure, left + bar + 0.3, names, scores, label, target, page.MARGIN, VIEW_SIZE)
+    page.draw_list(figure, left + bar + 0.3, names, scores, label, target, page.MARGIN, VIEW_SIZE, cards)
     page.save(figure, path)
 
 

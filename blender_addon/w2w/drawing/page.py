@@ -6,6 +6,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -131,6 +132,9 @@ LIST_COLUMN = 3.7
 ROW, BAR = 0.52, 0.06
 """Height of a row of the list, where there is room, and of its bar, inches."""
 
+CARD_ROW, CARD_LETTERS = 1.1, 56
+"""Height of a row with its tape-measure card, inches, and letters in a line of a card."""
+
 BADGE = 0.088
 """Radius of a numbered marker, inches."""
 
@@ -170,10 +174,17 @@ def draw_list(
     target: float | None,
     bottom: float,
     height: float,
+    cards: Sequence[str] = (),
 ) -> None:
-    """Draw a row for each sensor: its badge, its name, and a bar of the score reached with it."""
+    """Draw a row for each sensor: its badge, its name, a bar of the score reached with it, and its card.
+
+    Cards are left out where there is no room for all.
+    """
     width = LIST_COLUMN - 0.3
-    row = min(ROW, (height - 0.55) / max(len(names), 1))
+    room = (height - 0.55) / max(len(names), 1)
+    if room < CARD_ROW:
+        cards = ()
+    row = min(CARD_ROW if cards else ROW, room)
     axes = axes_at(figure, left, bottom, width, height)
     axes.set(xlim=(0, width), ylim=(0, height))
     plain = {"fontfamily": FONT, "parse_math": False}
@@ -181,7 +192,7 @@ def draw_list(
     axes.text(start, height - 0.12, f"{label} reached", fontsize=9.5, color=FAINT, **plain)
     style = plain | {"color": INK, "fontsize": 10 if row > 0.4 else 9}
     for number, (name, score) in enumerate(zip(names, scores, strict=True)):
-        bar = top - (number + 0.5) * row - 0.13
+        bar = top - number * row - 0.5 * min(row, ROW) - 0.13
         _draw_badge(axes, (0.1, bar + 0.1), number + 1)
         fit(figure, axes.text(start, bar + 0.115, name, **style), width - start)
         axes.add_patch(Rectangle((start, bar), stop - start, BAR, color=HAIRLINE, linewidth=0))
@@ -190,6 +201,10 @@ def draw_list(
         if target is not None:
             x = start + (stop - start) * target
             axes.plot([x, x], [bar - 0.02, bar + BAR + 0.02], color=INK, linewidth=1.2, solid_capstyle="butt")
+        if cards:
+            below = bar - (0.26 if target is not None and number == 0 else 0.1)
+            lines = fill(cards[number], CARD_LETTERS)
+            axes.text(start, below, lines, fontsize=8, color=INK, va="top", linespacing=1.25, **plain)
     if target is not None and len(names):
         axes.text(
             start + (stop - start) * target, bar - 0.17, f"target {target:.2f}", fontsize=8.5, color=FAINT,

@@ -73,6 +73,11 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
         coloured[-2], patch_colours(study.patches, utility.expected_mean, low, high)
     )
     np.testing.assert_array_equal(coloured[-1], coloured[-2])
+    cards = {card["patch"]: card for card in study.summary["cards"]}
+    worn = [place["patch"] for place in study.summary["worn_together"]["places"]]
+    for text, card in zip(drawn["cards"], [cards[patch] for patch in worn], strict=True):
+        assert card["words"][1:] in text
+        assert card["arrow"] in text
 
 
 def test_what_cannot_be_drawn_says_why(tmp_path):
