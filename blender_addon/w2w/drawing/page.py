@@ -132,7 +132,7 @@ LIST_COLUMN = 3.7
 ROW, BAR = 0.52, 0.06
 """Height of a row of the list, where there is room, and of its bar, inches."""
 
-CARD_ROW, CARD_LETTERS = 1.1, 56
+CARD_ROW, CARD_LETTERS = 1.2, 56
 """Height of a row with its tape-measure card, inches, and letters in a line of a card."""
 
 BADGE = 0.088
@@ -202,7 +202,7 @@ def draw_list(
             x = start + (stop - start) * target
             axes.plot([x, x], [bar - 0.02, bar + BAR + 0.02], color=INK, linewidth=1.2, solid_capstyle="butt")
         if cards:
-            below = bar - (0.26 if target is not None and number == 0 else 0.1)
+            below = bar - (0.26 if target is not None and number == len(names) - 1 else 0.1)
             lines = fill(cards[number], CARD_LETTERS)
             axes.text(start, below, lines, fontsize=8, color=INK, va="top", linespacing=1.25, **plain)
     if target is not None and len(names):
