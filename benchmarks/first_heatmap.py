@@ -55,7 +55,7 @@ def main() -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        preferences._own_folder = lambda: folder / "cache"
+        preferences.own_folder = lambda name: folder
         library = make_library(given.data, folder / "library", given.clips)
         extension.register()
         with timed("all"):

@@ -34,7 +34,7 @@ def sweep(
         Path | None,
         typer.Option("--out", "-o", help="Output folder.  [default: RESULTS/sweep]", show_default=False),
     ] = None,
-    places: Annotated[
+    patches: Annotated[
         int, typer.Option(min=8, help="Patches compared, spread evenly; at most those of the run.")
     ] = 128,
     copies: Annotated[int, typer.Option(min=1, help="Copies a clip, for 'augment'.")] = 4,
@@ -57,7 +57,7 @@ def sweep(
         )
         folder = out or results / "sweep"
         check(folder, SWEEP_FILES)
-        maps = SweepMaps(study, folder, places, workers)
+        maps = SweepMaps(study, folder, patches, workers)
     except (ValueError, OSError) as error:
         console.print(str(error), style="red", markup=False)
         raise typer.Exit(USAGE) from error

@@ -70,7 +70,7 @@ def test_wrong_switches_are_named(study, tmp_path):
 
 
 def test_a_sweep_ranks_the_same_motions_again(study):
-    options = ("--by", "sensor,asymmetry", "--places", PLACES, "--workers", 1)
+    options = ("--by", "sensor,asymmetry", "--patches", PLACES, "--workers", 1)
     code, output = run("sweep", study.out, *options)
     assert code == 0, output
     assert "These very clips resampled agree by a rho of" in output
@@ -131,7 +131,7 @@ def _altered(case, config, field):
 
 
 def test_how_the_sensor_is_worn_reaches_the_signals(study):
-    options = ("--by", "rate, mounting,soft-tissue", "--places", PLACES, "--workers", 1)
+    options = ("--by", "rate, mounting,soft-tissue", "--patches", PLACES, "--workers", 1)
     code, output = run("sweep", study.out, *options, "--out", study.out.parent / "worn")
     assert code == 0, output
     with (study.out.parent / "worn" / "sweep.csv").open(newline="") as stream:
