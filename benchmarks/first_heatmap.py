@@ -55,7 +55,7 @@ def main() -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        preferences.own_folder = lambda name: folder
+        preferences.own_folder = lambda _name: folder
         library = make_library(given.data, folder / "library", given.clips)
         extension.register()
         with timed("all"):

@@ -104,7 +104,7 @@ def main() -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        preferences.own_folder = lambda name: folder
+        preferences.own_folder = lambda _name: folder
         extension.register()
         measure(make_library(given.data, folder / "library", given.clips), folder, given.patches)
         obj = given.data / "smpl_body" / "m_smpl_average_A40.obj"
