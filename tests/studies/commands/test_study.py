@@ -13,6 +13,7 @@ import typer
 from rich.console import Console
 from typer.testing import CliRunner
 
+from w2w.core.findings.sources import Shown, source_caution
 from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.results_folder import StudyResults
@@ -177,6 +178,13 @@ def test_everybody_does_every_exercise_well_and_badly_and_what_is_between():
     by_file = {take.file: take for take in takes}
     for clip in asked.clips:
         assert clip.activity.endswith(WELL) == (by_file[clip.file].execution == WELL)
+    folders = [clip.file.partition("/")[0] for clip in asked.clips]
+    shown = [
+        Shown(clip.activity, clip.source, "", folder, "")
+        for clip, folder in zip(asked.clips, folders, strict=True)
+    ]
+    assert source_caution([one._replace(source="") for one in shown])  # by its folders alone
+    assert not source_caution(shown)
 
 
 def test_the_figure_shows_the_exercises_first_and_says_what_is_background():
