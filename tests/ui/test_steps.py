@@ -116,7 +116,8 @@ def test_the_panel_warns_where_sources_and_activities_coincide(library: Path) ->
     for clip in study.clips:
         clip.rate = 120.0 if clip.activity == "waving" else 30.0
     results.store(body, utility, study.ranked_as)
-    assert "waving comes from SMPL skeletons at 120 frames/s alone" in study.source_caution
+    assert "kicking and stepping come from SMPL skeletons at 30 frames/s alone" in study.source_caution
+    assert "waving from SMPL skeletons at 120 frames/s alone" in study.source_caution
     results.clear(body)
     assert study.source_caution == ""
 
