@@ -11,7 +11,11 @@ import bpy
 import numpy as np
 import pytest
 
+from w2w.core.body.skeleton import JOINT_NAMES
+from w2w.core.files import file_sha256
 from w2w.core.motion.bone_maps import BoneMap
+from w2w.core.motion.bvh import read_bvh
+from w2w.core.motion.retarget import matched_joints
 from w2w.scene.base.actions import read_action
 from w2w.scene.base.body import armature_of
 from w2w.ui.jobs import jobs
@@ -43,16 +47,12 @@ def joints_of(path: Path) -> list[str]:
 def named(plain: Path, odd: Path) -> dict[str, str]:
     """Joint of the body to bone of the odd file, by the known one."""
     bpy.ops.w2w.import_motions(directory=str(plain.parent), files=[{"name": plain.name}])
-    dialog_rows = matched(plain)
     other = dict(zip(joints_of(plain), joints_of(odd), strict=True))
-    return {joint: other[bone] for joint, bone in dialog_rows.items()}
+    return {joint: other[bone] for joint, bone in matched(plain).items()}
 
 
 def matched(path: Path) -> dict[str, str]:
-    from w2w.core.body.skeleton import JOINT_NAMES
-    from w2w.core.motion.bvh import read_bvh
-    from w2w.core.motion.retarget import matched_joints
-
+    """Joint of the body to bone of a file."""
     source = read_bvh(path)
     return {JOINT_NAMES[joint]: source.bones[bone] for joint, bone in matched_joints(source)[1].items()}
 
@@ -77,6 +77,7 @@ def test_a_map_given_at_a_clip_reads_it_and_the_next_file_of_the_rig(plain: Path
     assert map_bones("by number", joints) == {"FINISHED"}
     assert len(bpy.data.actions) <= actions + 1
     assert study.clips[1].skeleton == "by number"
+    assert study.clips[1].source_sha256 == file_sha256(odd)
     np.testing.assert_allclose(motion_of(1), motion_of(0), atol=1e-5)
     bpy.ops.w2w.import_motions(directory=str(odd.parent), files=[{"name": odd.name}])
     assert study.clips[2].skeleton == "by number"
@@ -94,11 +95,21 @@ def test_a_map_without_a_needed_joint_is_refused_and_not_kept(plain: Path) -> No
     assert not saved_maps()
 
 
+def test_a_damaged_map_is_named(plain: Path) -> None:
+    bpy.ops.w2w.add_body()
+    (map_folder() / "broken.json").write_text("{}")
+    with pytest.raises(RuntimeError, match=r"broken\.json is not a bone map"):
+        bpy.ops.w2w.import_motions(directory=str(plain.parent), files=[{"name": plain.name}])
+
+
 def test_a_map_from_a_file_is_kept_and_a_damaged_one_is_not(plain: Path, tmp_path: Path) -> None:
     path = tmp_path / "mine.json"
     path.write_text(json.dumps({"name": "../mine", "joints": {j: [b] for j, b in matched(plain).items()}}))
     assert bpy.ops.w2w.load_bone_map(filepath=str(path)) == {"FINISHED"}
     assert [item.parent for item in map_folder().iterdir()] == [map_folder()]
+    assert saved_maps() == [BoneMap.load(path)]
+    kept = next(map_folder().iterdir())
+    assert bpy.ops.w2w.load_bone_map(filepath=str(kept)) == {"FINISHED"}  # the kept one itself
     assert saved_maps() == [BoneMap.load(path)]
     path.write_text("{}")
     with pytest.raises(RuntimeError, match="not a bone map"):

@@ -3,21 +3,20 @@
 
 from __future__ import annotations
 
-import shutil
 from contextlib import suppress
 from pathlib import Path
 
 import bpy
 from bpy.props import CollectionProperty, StringProperty
 
-from ...core.body.skeleton import JOINT_NAMES
-from ...core.files import write_json
+from ...core.body.skeleton import JOINT_INDEX, JOINT_NAMES
+from ...core.files import file_sha256, write_json, write_text
 from ...core.motion.bone_maps import REQUIRED_JOINTS, BoneMap, best_match
 from ...core.motion.retarget import matched_joints
 from ...core.motion.source import SourceMotion, UnusableMotion
 from ...core.wording import capital
 from ...scene.base.body import armature_of, body_of
-from ...scene.motion.load import Source, carry, read_motion
+from ...scene.motion.load import carry, read_motion
 from ..jobs import jobs
 from ..study.operators import AsksForFile, OnClips
 from ..study.state import current_body
@@ -28,7 +27,7 @@ Context = bpy.types.Context
 WIDTH = 420
 """Pixels of the dialog at a scale of 1."""
 
-ORDER = sorted(JOINT_NAMES, key=lambda joint: (joint not in REQUIRED_JOINTS, JOINT_NAMES.index(joint)))
+ORDER = tuple(dict.fromkeys((*REQUIRED_JOINTS, *JOINT_NAMES)))
 """The joints, those first without which a motion cannot be used."""
 
 
@@ -58,10 +57,9 @@ class W2W_OT_map_bones(OnClips, bpy.types.Operator):
         study = current_body(context).w2w
         path = Path(study.clips[study.clip_index].file)
         try:
-            source = _with_bones(path)
-        except UnusableMotion as error:
+            source, maps = _with_bones(path), saved_maps()
+        except jobs.EXPECTED as error:
             return jobs.show_error(self, f"{path.name}: {error}")
-        maps = saved_maps()
         found, matched = best_match(source.bones, maps)
         self.rig = found.name if found in maps else path.stem
         with suppress(UnusableMotion):  # by the structure of the skeleton, where names say too little
@@ -69,7 +67,7 @@ class W2W_OT_map_bones(OnClips, bpy.types.Operator):
         for bone in source.bones:
             self.bones.add().name = bone
         for joint in ORDER:
-            row, bone = self.joints.add(), matched.get(JOINT_NAMES.index(joint))
+            row, bone = self.joints.add(), matched.get(JOINT_INDEX[joint])
             row.name, row.bone = joint, "" if bone is None else source.bones[bone]
         return context.window_manager.invoke_props_dialog(self, width=WIDTH)
 
@@ -88,16 +86,18 @@ class W2W_OT_map_bones(OnClips, bpy.types.Operator):
 
     def execute(self, context: Context) -> set[str]:
         joints = {row.name: [row.bone] for row in self.joints if row.bone}
-        if missing := [joint for joint in ORDER if joint in REQUIRED_JOINTS and joint not in joints]:
+        if missing := [joint for joint in REQUIRED_JOINTS if joint not in joints]:
             return jobs.show_error(self, f"No bone is given for: {', '.join(missing).replace('_', ' ')}")
         rig = self.rig.strip() or "own rig"
         path = _path_of(rig)
         write_json(path, {"name": rig, "joints": joints})
         mesh = current_body(context)
         clip = mesh.w2w.clips[mesh.w2w.clip_index]
+        file = Path(clip.file)
         try:
-            carried = carry(_with_bones(Path(clip.file)), body_of(mesh), [BoneMap.load(path)])
-        except UnusableMotion as error:
+            carried = carry(_with_bones(file), body_of(mesh), [BoneMap.load(path)])
+            clip.source_sha256 = file_sha256(file)
+        except jobs.EXPECTED as error:
             return jobs.show_error(self, f"{clip.name}: {error}")
         set_motion(armature_of(mesh), clip, carried)
         return jobs.show_done(self, f"{clip.name} was read by the bone map '{rig}', kept in {path}")
@@ -115,9 +115,9 @@ class W2W_OT_load_bone_map(AsksForFile, bpy.types.Operator):
     def execute(self, context: Context) -> set[str]:
         try:
             rig = BoneMap.load(self.path()).name
+            write_text(_path_of(rig), self.path().read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
             return jobs.show_error(self, str(error))
-        shutil.copyfile(self.path(), _path_of(rig))
         return jobs.show_done(self, f"Files of the rig '{rig}' are read by this bone map from now on")
 
 
@@ -127,7 +127,7 @@ def _path_of(rig: str) -> Path:
 
 def _with_bones(path: Path) -> SourceMotion:
     """The motion of a file that names its bones."""
-    source: Source = read_motion(path)
+    source = read_motion(path)
     if not isinstance(source, SourceMotion):
         raise UnusableMotion("it names no bones that could be mapped")
     return source

@@ -153,7 +153,7 @@ def set_motion(armature: bpy.types.Object, clip: bpy.types.PropertyGroup, carrie
         clip.action = write_action(armature, motion, clip.name)
     clip.n_frames, clip.rate = motion.n_frames, motion.rate
     clip.skeleton, clip.scale = carried.skeleton, carried.scale
-    clip.problem = clip.signals = clip.baked_as = ""
+    clip.problem = clip.signals = clip.baked_as = clip.bake_path = ""
     if before is not None:
         bpy.data.actions.remove(before)
 

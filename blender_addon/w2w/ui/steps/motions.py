@@ -105,7 +105,7 @@ class W2W_OT_add_armature_motion(OnBody, bpy.types.Operator):
         try:
             take = best_take([source], None if playing is None else [playing])
             carried = carry(take, body_of(mesh), saved_maps())
-        except UnusableMotion as error:
+        except jobs.EXPECTED as error:
             return jobs.show_error(self, f"{source.name}: {error}")
         add_clip(mesh, armature_of(mesh), carried, Wanted(Path(), source.name, ""))
         mesh.w2w.clip_index = len(mesh.w2w.clips) - 1
