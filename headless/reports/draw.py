@@ -200,7 +200,8 @@ def _draw_worn(study: StudyResults, shaded: BodyPictures) -> None:
     order = list(shown.order[:MAX_LISTED])
     low, high = score_range(utility.expected_mean, utility.colour_span)
     pictures = shaded.coloured(patch_colours(patches, utility.expected_mean, low, high))
-    cards = {card["patch"]: card for card in study.summary.get("cards") or ()}
+    by_patch = {card["patch"]: card for card in study.summary["cards"]}
+    cards = [by_patch[patch] for patch in order]
     corners = body.vertices[patches.triangles[order]]
     normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
     subtitle = shown.sentence
@@ -212,7 +213,7 @@ def _draw_worn(study: StudyResults, shaded: BodyPictures) -> None:
         pictures,
         f"Where to wear {count}",
         shaded.locate(corners.mean(axis=1), normals),
-        [cards[patch]["sensor"] if patch in cards else patches.names[patch] for patch in order],
+        [card["sensor"] for card in cards],
         shown.scores[: len(order)],
         EXPECTED,
         target=shown.target,
@@ -220,5 +221,5 @@ def _draw_worn(study: StudyResults, shaded: BodyPictures) -> None:
         scale=(low, high),
         scale_label=EXPECTED,
         note=span_note(utility.expected_mean, low, high),
-        cards=[in_words(cards[patch]) for patch in order] if cards.keys() >= set(order) else (),
+        cards=[in_words(card) for card in cards],
     )

@@ -37,8 +37,10 @@ from ..rehab.executions import FAULTS, WELL
 from .consoles import wide_console
 from .demo_library import LABELS, Take, write_library_once
 
-FIGURE, SOURCE = "figure.png", "generated"
-"""The clips share one source, though each exercise lies in a folder of its own."""
+FIGURE = "figure.png"
+
+SOURCE = "generated"
+"""Of all clips, though each exercise lies in a folder of its own."""
 
 AGES = (22.0, 85.0)
 """Years between which people's ages are drawn."""
@@ -130,14 +132,9 @@ def by_quality(library: Library, clips: int) -> Library:
         for take in rehab_takes(clips)
         if take.activity in FAULTS
     }
-    return replace(
-        library,
-        clips=tuple(
-            replace(clip, activity=done[clip.file], source=SOURCE)
-            for clip in library.clips
-            if clip.file in done
-        ),
-    )
+    kept = [clip for clip in library.clips if clip.file in done]
+    asked = tuple(replace(clip, activity=done[clip.file], source=SOURCE) for clip in kept)
+    return replace(library, clips=asked)
 
 
 def _file(activity: str, execution: str, number: int) -> str:

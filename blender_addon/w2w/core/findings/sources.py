@@ -75,7 +75,7 @@ def source_caution(clips: Sequence[Shown]) -> str:
 
 
 def confined(activities: Sequence[str], groups: Sequence[str]) -> dict[str, str]:
-    """Activities that one group shows practically alone, half of the others being from elsewhere, with it.
+    """Activities that one group shows practically alone, each with it, at least half of the others elsewhere.
 
     From the activity and the group of each clip.
     """

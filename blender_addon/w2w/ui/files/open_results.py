@@ -29,12 +29,9 @@ from ..study import signal_cache
 from ..study.lists import list_labels, take_over
 from ..study.operators import AsksForFile, OnDrop
 from ..study.state import bodies, current_body
-from ..viewport.framing import extent, fold_soon, frame_answer
+from ..viewport.framing import BESIDE, extent, fold_soon, frame_answer
 
 TITLE = "Open Results"
-
-BESIDE = 0.65
-"""Distance of a body's middle from the body that it is opened beside, in its heights: room for its arms."""
 
 Context = bpy.types.Context
 

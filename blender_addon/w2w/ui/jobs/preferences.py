@@ -39,7 +39,9 @@ def cache_folder() -> Path:
     """Folder for baked signals, made where it is missing: the chosen one, or the extension's own."""
     preferences = _preferences()
     chosen = preferences.cache_folder if preferences is not None else ""
-    folder = Path(bpy.path.abspath(chosen)) if chosen else own_folder("signals")
+    if not chosen:
+        return own_folder("signals")
+    folder = Path(bpy.path.abspath(chosen))
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 

@@ -21,10 +21,8 @@ from ..steps.body import add_study
 from ..steps.import_dialog import source_armatures
 from ..study.state import body_of_object, current_body, without_updates
 from ..viewport import legend
+from ..viewport.framing import BESIDE
 from .base import W2WPanel, draw_note
-
-BESIDE = 1.3
-"""Distance of our body to the side of the character, in heights of the body."""
 
 
 def armature_meant(item: bpy.types.Object | None) -> bpy.types.Object | None:
@@ -120,7 +118,7 @@ def _own_likeness(context: bpy.types.Context, figure: Character) -> bpy.types.Ob
             setattr(body.w2w.shape, name, value)
         body.w2w.shape.set_height = "height" in shape
     low, high = figure.vertices.min(axis=0), figure.vertices.max(axis=0)
-    beside = high[0] + BESIDE / 2 * shape.get("height", plain.height)
+    beside = high[0] + BESIDE * shape.get("height", plain.height)
     armature_of(body).location = (beside, (low[1] + high[1]) / 2, low[2])
     return body
 
