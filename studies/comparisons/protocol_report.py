@@ -45,7 +45,7 @@ def figure_name(found: Found) -> str:
 
 def _summary(found: Sequence[Found]) -> list[str]:
     lines = [
-        "| analysis | activities | rho of mean F1 | two halves of the people | mean rho by activity | halves "
+        "| analysis | activities | rho of mean F1 | as many others | mean rho by activity | as many others "
         "| r over cells | at most | regret | blindly |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]

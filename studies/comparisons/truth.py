@@ -64,9 +64,10 @@ def write_page(out: Path, found: Mapping[str, Sequence[Found]], names: Mapping[s
     """
     lines = ["# Does W2W predict real people?", "", *_table(found, names), ""]
     lines += [
-        "Rho of mean F1 over the sites, real against simulated; the ceiling is the same between two random "
-        "halves of the real people. Regret is the real F1 lost by wearing the sensor where the simulation "
-        "says instead of at the really best site. In brackets 95 % intervals over people and clips.",
+        "Rho of mean F1 over the sites, real against simulated; the ceiling is what as many other people "
+        "would reach, from random halves by Spearman-Brown. Regret is the real F1 lost by wearing the sensor "
+        "where the simulation says instead of at the really best site. In brackets 95 % intervals over people"
+        " and clips.",
         "",
     ]
     for name, analyses in found.items():

@@ -251,8 +251,9 @@ def distinct(found: Sequence[Moving]) -> list[Moving]:
 def real_side(protocol: Protocol, recordings: Sequence[ImuRecording], analysis: Analysis) -> Side:
     """The worn sensors in an analysis, each under its site's name, or its own if sites have several."""
     sites = tuple(protocol.sites) if protocol.worn_site_of is None else recordings[0].sites
+    kept = [number for number, site in enumerate(sites) if site in (analysis.sites or sites)]
     chosen = [
-        replace(r, activity=activity, sites=sites)
+        replace(r, activity=activity, sites=sites).at(kept)
         for r in recordings
         if (activity := protocol.activity_of(r.activity)) in analysis.activities
     ]
@@ -271,9 +272,10 @@ def unpaired_sides(
     """Reads the libraries; gives what makes the sides of an analysis."""
     body = Body.bundled()
     motions, unusable = load_motions(protocol, libraries, body, told)
-    simulator = RegionSimulator(body, protocol, seed)
 
     def sides_of(analysis: Analysis) -> Sides:
+        sites = {site: protocol.sites[site] for site in analysis.sites or protocol.sites}
+        simulator = RegionSimulator(body, replace(protocol, sites=sites), seed)
         made = simulator.side(motions, analysis)
         real = real_side(protocol, recordings, analysis)
         shown = [moving for moving in motions if moving.motion.clip in made.source_of]
@@ -292,7 +294,7 @@ def unpaired_sides(
             ),
         ]
         return Sides(
-            real, made, tuple(protocol.sites), analysis.activities, notes, simulator.simulated_at,
+            real, made, tuple(sites), analysis.activities, notes, simulator.simulated_at,
             simulator.site_of, protocol.worn_site_of,
         )  # fmt: skip
 

@@ -48,8 +48,8 @@ def read_upfall(path: str | Path) -> tuple[tuple[ImuRecording, ...], tuple[str, 
     `path`: ``CompleteDataSet.csv``, or the folder that holds it or the trials' files as downloaded
     (``Subject1Activity6Trial1.csv``, at any depth): two lines of headings, then a time,
     the sensors' readings in g and degrees a second, and subject, activity and trial by number.
-    Returns `recordings`: one a trial, five sites at 18 Hz; lost samples are NaN; `left_out`: trials of no
-    use, each with the reason.
+    Returns `recordings`: one a trial, five sites at 18 Hz; lost samples and sensors are NaN;
+    `left_out`: trials of no use, each with the reason.
     Raises ValueError if it is no such file; the message says what is wrong with it.
     Raises OSError if it cannot be read.
     """
@@ -124,7 +124,8 @@ def _recording(facts: tuple[int, ...], rows: Sequence[Row]) -> ImuRecording:
     seconds = np.array([row[0] for row in rows])
     values = np.array([row[1] for row in rows])
     later = np.concatenate([[True], np.diff(np.maximum.accumulate(seconds)) > 0])
-    kept = later & np.isfinite(values).all(axis=1)
+    worn = np.isfinite(values).any(axis=0)  # two people lack a sensor
+    kept = later & np.isfinite(values[:, worn]).all(axis=1)
     if kept.sum() < 2:
         raise ValueError("it has no two whole rows")
     times = shared_times([seconds[kept] - seconds[0]], UPFALL_RATE, SHORTEST_S)

@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from w2w.core.ranking.agreement import bootstrap_interval
+
 
 class Regret(NamedTuple):
     """Real F1 lost."""
@@ -27,11 +29,9 @@ def regret(
     one score.
     `real_samples`, `simulated_samples` (B, S, K): of resamples; NaN where there is none.
     """
-    low, high = np.nanquantile(lost(real_samples, simulated_samples), [0.025, 0.975])
-    return Regret(
-        float(lost(real, simulated)), float(low), float(high),
-        float((real.max(axis=0) - real.mean(axis=0)).mean()),
-    )  # fmt: skip
+    found = float(lost(real, simulated))
+    interval = bootstrap_interval(found, lost(real_samples, simulated_samples))
+    return Regret(found, *interval, float((real.max(axis=0) - real.mean(axis=0)).mean()))
 
 
 def lost(real: np.ndarray, simulated: np.ndarray) -> np.ndarray:

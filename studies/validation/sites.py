@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from w2w.core.ranking.agreement import Agreement, rank_agreement, spearman_rows
+from w2w.core.ranking.agreement import Agreement, bootstrap_interval, rank_agreement, spearman_rows
 from w2w.core.ranking.utility import UtilityMap
 
 from .regret import Regret, regret
@@ -41,9 +41,9 @@ class SiteValidation:
     mean_p: float  # chance of a mean this high if the simulated sites were called by each other's names
     ceiling: Estimate
     overall_ceiling: Estimate
-    """Rho between the rankings of two random halves of the real people, or clips where nobody knows who is
-    who, as the mean over activities and of macro F1; the intervals hold 95 % of the halvings. Nothing
-    simulated can be expected to agree better with the whole than about this."""
+    """Rho that as many other people would reach, or clips where nobody knows who is who, as the mean over
+    activities and of macro F1: from the rho of random halves by Spearman-Brown. The intervals hold 95 % of
+    the halvings."""
     cells: Estimate  # Pearson's r of real and simulated F1 over sites and activities
     cells_ceiling: float
     """What that r could be at most, for neither side repeats itself: the root of both sides' reliability,
@@ -60,9 +60,9 @@ class SiteValidation:
         return (
             f"Over {len(defined)} activities and {n} sites the mean Spearman rho between real and simulated "
             f"rankings is {self.mean_rho:.2f} (95 % interval {self.mean_low:.2f} to {self.mean_high:.2f}, "
-            f"p = {self.mean_p:.3f}), which {reached} {target:g}; rankings from two halves of the real "
-            f"{self.real.units} agree at {self.ceiling.value:.2f}, and with {n} sites one swap of neighbours "
-            f"costs an activity's rho {self.overall.step:.2f}."
+            f"p = {self.mean_p:.3f}), which {reached} {target:g}; as many other {self.real.units} "
+            f"would agree at {self.ceiling.value:.2f}, and with {n} sites one swap of neighbours costs an "
+            f"activity's rho {self.overall.step:.2f}."
         )
 
     def regret_sentence(self) -> str:
@@ -131,16 +131,17 @@ def compare_scores(
     }
     means = (real.mean, simulated.mean)
     mean_samples = (real.mean_samples, simulated.mean_samples)
-    low, high = np.quantile(mean_rho(*samples), TAIL)
+    rho = float(mean_rho(*scores))
+    low, high = bootstrap_interval(rho, mean_rho(*samples))
     return SiteValidation(
         sites=tuple(sites),
         real=real,
         simulated=simulated,
         by_activity=by_activity,
         overall=rank_agreement(*means, *mean_samples, seed=seed),
-        mean_rho=float(mean_rho(*scores)),
-        mean_low=float(low),
-        mean_high=float(high),
+        mean_rho=rho,
+        mean_low=low,
+        mean_high=high,
         mean_p=_chance(*scores, seed),
         ceiling=_over_halvings(mean_rho(*real.halves)),
         overall_ceiling=_over_halvings(spearman_rows(*(np.nanmean(h, axis=2) for h in real.halves))),
@@ -192,18 +193,23 @@ def _cell_r(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 def _over_cells(scores: Sequence[np.ndarray], samples: Sequence[np.ndarray]) -> Estimate:
     """Correlation over the cells; NaN where those of a side are all alike."""
-    drawn = _cell_r(*samples)
-    drawn = drawn[np.isfinite(drawn)]
-    bounds = np.quantile(drawn, TAIL) if len(drawn) else (np.nan, np.nan)
-    return Estimate(float(_cell_r(*scores)), *(float(bound) for bound in bounds))
+    r = float(_cell_r(*scores))
+    return Estimate(r, *bootstrap_interval(r, _cell_r(*samples)))
 
 
 def _reliability(side: SiteScores) -> float:
     """Of a side's cells, from the correlation of halves, 0 to 1."""
-    r = max(0.0, float(np.nan_to_num(_cell_r(*side.halves)).mean()))
+    return float(of_the_whole(np.nan_to_num(_cell_r(*side.halves)).mean()))
+
+
+def of_the_whole(r: np.ndarray) -> np.ndarray:
+    """What two sets as large as the whole would agree at, from the agreement of halves (Spearman-Brown)."""
+    r = np.maximum(r, 0.0)
     return 2 * r / (1 + r)
 
 
 def _over_halvings(rho: np.ndarray) -> Estimate:
     rho = np.nan_to_num(rho)  # halves in which nothing can be ranked do not agree
-    return Estimate(float(rho.mean()), *(float(bound) for bound in np.quantile(rho, TAIL)))
+    return Estimate(
+        *(float(value) for value in of_the_whole(np.array([rho.mean(), *np.quantile(rho, TAIL)])))
+    )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from w2w.core.ranking.agreement import rank_agreement, spearman_rows
+from w2w.core.ranking.agreement import bootstrap_interval, rank_agreement, spearman_rows
 
 
 def test_spearman_equals_scipy_with_ties():
@@ -56,6 +56,17 @@ def test_samples_of_the_scores_widen_the_interval_with_their_noise():
         assert result.spearman == pytest.approx(1.0)
         width.append(result.high - result.low)
     assert width[0] < 0.02 < width[1]
+
+
+def test_an_interval_spans_the_estimate_and_undoes_what_resampling_shifts():
+    draws = np.random.default_rng(8).normal(0.4, 0.1, 4000)
+    low, high = bootstrap_interval(0.4, draws)
+    assert (low, high) == pytest.approx((0.204, 0.596), abs=0.02)
+    assert bootstrap_interval(0.5, draws)[1] > high + 0.08  # the estimate lies one spread above its draws
+    low, high = bootstrap_interval(0.9, draws)
+    assert low == pytest.approx(0.204, abs=0.02)
+    assert high == 0.9
+    assert np.isnan(bootstrap_interval(0.4, np.full(3, np.nan))).all()
 
 
 def test_same_seed_same_result():

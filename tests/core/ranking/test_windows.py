@@ -107,6 +107,14 @@ def test_a_recording_full_of_holes_is_refused():
         cut_windows(holed, WindowSpec(longest_gap_s=0))
 
 
+def test_a_sensor_without_a_single_sample_is_refused():
+    holed = recording(400)
+    acc = holed.acc.copy()
+    acc[:, 1] = np.nan
+    with pytest.raises(TooShortError, match="without a gap"):
+        cut_windows(ImuRecording(acc, holed.gyr, 50.0, activity="walk", clip="walk"), WindowSpec())
+
+
 def test_too_short_says_which_clip_and_by_how_much():
     with pytest.raises(TooShortError, match=r"'walk' lasts 0\.40 s, shorter than the 0\.5 s"):
         cut_windows(recording(20), WindowSpec())

@@ -87,6 +87,16 @@ def test_a_silence_is_nan_and_a_repeated_time_no_fault(tmp_path):
     assert not lost[:30].any()
 
 
+def test_who_lacks_a_sensor_stays_at_the_other_sites(tmp_path):
+    trial = rows()
+    for cells in trial:
+        cells[8:14] = [""] * 6
+    (found,), left_out = read_upfall(written(tmp_path / "a.csv", trial))
+    assert left_out == ()
+    assert np.isnan(found.acc[:, 1]).all()
+    assert np.isfinite(found.acc[:, [0, 2, 3, 4]]).all()
+
+
 def test_a_trial_of_no_use_costs_only_itself(tmp_path):
     found, left_out = read_upfall(written(tmp_path / "a.csv", rows(), rows(2, 7, seconds=1)))
     assert len(found) == 1

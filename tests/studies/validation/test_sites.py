@@ -7,7 +7,7 @@ import pytest
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.windows import WindowSpec
 from w2w.studies.validation.site_windows import site_windows
-from w2w.studies.validation.sites import validate_sites
+from w2w.studies.validation.sites import of_the_whole, validate_sites
 
 RATE, SECONDS = 25.0, 4.0
 ACTIVITIES = ("slow", "fast", "turning")
@@ -55,6 +55,16 @@ def test_the_same_order_on_both_sides_is_found():
     assert "a sensor loses 0.0" in found.regret_sentence()
     assert "which reaches 0.5" in found.sentence(0.5)
     assert "one swap of neighbours costs an activity's rho 0.10" in found.sentence()
+
+
+def test_the_ceiling_is_that_of_as_many_other_people():
+    rng = np.random.default_rng(0)
+    true = rng.normal(size=30000)
+    measured = true + rng.normal(0, 1, (2, 2, true.size))  # two groups, each of two halves
+    halves = np.corrcoef(measured[0])[0, 1]
+    groups = np.corrcoef(measured.mean(axis=1))[0, 1]
+    assert of_the_whole(halves) == pytest.approx(groups, abs=0.02)
+    assert of_the_whole(-0.3) == 0
 
 
 def test_background_is_told_apart_from_and_not_compared():

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import kendalltau, permutation_test, rankdata
+from scipy.stats import kendalltau, norm, permutation_test, rankdata
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Agreement:
     spearman, kendall : float
         Spearman's rho and Kendall's tau-b; NaN where all score the same.
     low, high : float
-        Bootstrap interval of rho.
+        Interval of rho (`bootstrap_interval`).
     p_value : float
         Chance of a rho this high or higher if their order meant nothing. It
         takes them as exchangeable; neighbouring patches of a body are not, so over
@@ -98,7 +98,7 @@ def rank_agreement(
                 second[None] if second_samples is None else rng.permutation(second_samples),
             )
         )
-    low, high = np.nanquantile(spread, [(1 - level) / 2, (1 + level) / 2])
+    low, high = bootstrap_interval(rho, spread, level)
     chance = permutation_test(
         (first,),
         lambda paired, axis: spearman_rows(np.moveaxis(paired, axis, -1), second),
@@ -110,7 +110,43 @@ def rank_agreement(
         random_state=rng,
     )
     tau = float(kendalltau(first, second).statistic)
-    return Agreement(rho, tau, float(low), float(high), float(chance.pvalue), len(first))
+    return Agreement(rho, tau, low, high, float(chance.pvalue), len(first))
+
+
+def bootstrap_interval(estimate: float, draws: np.ndarray, level: float = 0.95) -> tuple[float, float]:
+    """Interval of a statistic that resampling shifts, such as a rank correlation.
+
+    Resampling adds noise to noise, so the draws agree less than the estimate does. The
+    bias-corrected interval undoes that but is too narrow over few sites, and so is BCa;
+    this one spans it, the percentile interval and the estimate, and holds the truth most
+    often (docs/evidence.md).
+
+    Parameters
+    ----------
+    estimate : float
+    draws : ndarray, shape (B,)
+        The statistic of each resample; NaN where it has none.
+    level : float
+        Confidence of the interval.
+
+    Returns
+    -------
+    low, high : float
+        NaN if there is no estimate or no draw.
+
+    References
+    ----------
+    Efron, "Better bootstrap confidence intervals", JASA 1987 (doi:10.2307/2289144).
+    """
+    draws = draws[np.isfinite(draws)]
+    if not len(draws) or np.isnan(estimate):
+        return np.nan, np.nan
+    tails = np.array([(1 - level) / 2, (1 + level) / 2])
+    below = ((draws < estimate).mean() + (draws <= estimate).mean()) / 2
+    shift = norm.ppf(np.clip(below, 0.5 / len(draws), 1 - 0.5 / len(draws)))
+    corrected = norm.cdf(2 * shift + norm.ppf(tails))
+    bounds = [estimate, *np.quantile(draws, [*tails, *corrected])]
+    return float(min(bounds)), float(max(bounds))
 
 
 def spearman_rows(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -186,7 +186,7 @@ def _separate(starts: np.ndarray, samples: int) -> np.ndarray:
 def _bridge_gaps(signals: np.ndarray, longest: int) -> None:
     """Fill runs of at most `longest` lost samples of a sensor by straight lines, in place."""
     lost = np.isnan(signals).any(axis=2)
-    for sensor in np.flatnonzero(lost.any(axis=0)):
+    for sensor in np.flatnonzero(lost.any(axis=0) & ~lost.all(axis=0)):
         given, missing = np.flatnonzero(~lost[:, sensor]), np.flatnonzero(lost[:, sensor])
         after = np.searchsorted(given, missing)
         inside = (after > 0) & (after < len(given))
