@@ -168,6 +168,6 @@ def garment_sentence(content: dict[str, Any], n_patches: int) -> str:
     parts = [f"{len(own['patches'])} on {name}" for name, own in content.items()]
     on_skin = n_patches - sum(len(own["patches"]) for own in content.values())
     return (
-        f"Of {n_patches} patches {', '.join(parts)} and {on_skin} on the skin. The cloth is simulated by "
-        "Blender and has not yet been checked against worn garments"
+        f"Of {n_patches} patches {', '.join(parts)} and {on_skin} on the skin. Experimental: the cloth "
+        "is simulated by Blender and has not yet been checked against worn garments"
     )
