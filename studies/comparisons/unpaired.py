@@ -279,6 +279,7 @@ def unpaired_sides(
         made = simulator.side(motions, analysis)
         real = real_side(protocol, recordings, analysis)
         shown = [moving for moving in motions if moving.motion.clip in made.source_of]
+        lost = sorted({one.subject for one in real.recordings} - set(real.windows.subject.tolist()))
         notes = [
             analysis.why,
             "Unpaired: other people, other rooms, other instructions than in the simulated clips.",
@@ -292,6 +293,7 @@ def unpaired_sides(
                 )
                 if reasons
             ),
+            *([f"People of whom no clip can be used: {', '.join(lost)}."] if lost else []),
         ]
         return Sides(
             real, made, tuple(sites), analysis.activities, notes, simulator.simulated_at,

@@ -2,6 +2,7 @@
 """What a data set's simulated side takes from libraries, and that libraries do not change one another's."""
 
 import shutil
+import tarfile
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from w2w.studies.datasets.mighar import WornAt
 from w2w.studies.validation.dsads import DSADS
 from w2w.studies.validation.mhad import MHAD
 from w2w.studies.validation.mighar import mighar
+from w2w.studies.validation.upfall import UPFALL
 
 PROTOCOL = mighar(WornAt((0, 1), {"here": 100, "there": 3000}, np.array([0, 1])))
 STYLES = {"one": ("active", "angry"), "two": ("childish",)}
@@ -105,6 +107,21 @@ def test_a_library_of_which_nothing_is_used_is_said(libraries, bundled_body, tmp
     without = replace(MHAD, rules=tuple(rule for rule in MHAD.rules if rule.source != "UTD-MHAD"))
     with pytest.raises(ValueError, match=r"Berkeley MHAD shows$"):
         load_motions(without, [utd], bundled_body)
+
+
+def test_who_lacks_a_sensor_is_said_and_takes_part_at_the_other_sites(libraries, shared_data, tmp_path):
+    with tarfile.open(shared_data / "imu" / "up_fall" / "up_fall.tar.xz") as archive:
+        for member in archive:
+            if member.name.endswith(("Subject1Activity6Trial1.csv", "Subject5Activity6Trial1.csv")):
+                archive.extract(member, tmp_path / "up_fall", filter="data")
+    worn = UPFALL.read(tmp_path / "up_fall")
+    sides_of = unpaired.unpaired_sides(UPFALL, worn, libraries, 0, lambda _: None)
+    whole, without_pocket = sides_of(UPFALL.analyses[0]), sides_of(UPFALL.analyses[-1])
+    assert set(whole.real.windows.subject) == {"s01"}
+    assert whole.notes[-1] == "People of whom no clip can be used: s05."
+    assert set(without_pocket.real.windows.subject) == {"s01", "s05"}
+    assert without_pocket.sites == ("ankle", "belt", "neck", "wrist")
+    assert set(without_pocket.site_of) == set(range(4))
 
 
 def test_a_kinects_folder_of_sensors_alone_is_said(bundled_body, tmp_path):
