@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
@@ -186,12 +186,6 @@ def marked(study: StudyResults) -> Marked:
     return Marked(order, scores, worn["target"], capital(worn["sentence"]))
 
 
-def in_words(card: dict[str, Any]) -> str:
-    """A tape-measure card of the summary in sentences."""
-    slip = f"May slip {card['slip_cm']:.0f} cm." if card["slip_cm"] else "Keep it there."
-    return f"{capital(card['words'])}. Arrow {card['arrow']}. {slip}"
-
-
 def _draw_worn(study: StudyResults, shaded: BodyPictures) -> None:
     from w2w.drawing.heatmap import subset_figure  # matplotlib is slow to import
 
@@ -221,5 +215,5 @@ def _draw_worn(study: StudyResults, shaded: BodyPictures) -> None:
         scale=(low, high),
         scale_label=EXPECTED,
         note=span_note(utility.expected_mean, low, high),
-        cards=[in_words(card) for card in cards],
+        cards=[card["in_words"] for card in cards],
     )

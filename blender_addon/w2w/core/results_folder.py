@@ -13,13 +13,16 @@ from typing import Any
 import numpy as np
 
 from .body.body import Body
-from .clip_files import WORK, ClipWindows, motion_file, ranking_inputs
+from .clip_files import WORK, ClipWindows, motion_file, ranking_inputs, signals_file
 from .clip_ranking import LabelledClip, WindowLabels, copies_among, rank_windows, set_tests
 from .motion.library import Clip, Library
 from .motion.motion import Motion
+from .patches.card import DROP
 from .patches.patches import PatchSet
-from .ranking.inputs import PatchBlocks
+from .ranking.classifiers.ridge import Ridge
+from .ranking.inputs import PatchBlocks, WindowFiles
 from .ranking.pooling import Pooling
+from .ranking.turned import may_turn
 from .ranking.utility import UtilityMap
 from .ranking.weights import counting, weights_of
 from .selection.advice import Advice, advise
@@ -175,7 +178,26 @@ def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...
 def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> Advice:
     """Choose in a ranked study, as `choose_to_wear`: the step of a run, of `w2w place` and of the panel."""
     tests = prepared_tests(study, config, pooling)
-    return choose_to_wear(study.utility, study.patches, study.body(), config, tests)
+    advice = choose_to_wear(study.utility, study.patches, study.body(), config, tests)
+    recordings = [signals_file(*place) for place in study.places]
+    known = config.classifier == Ridge.name and not config.further.features
+    if not known or not all(map(Path.exists, recordings)):
+        return advice
+    turns = _turns(study, config, recordings, [one.patch for one in advice.cards])
+    cards = [replace(one, turn_deg=turn) for one, turn in zip(advice.cards, turns, strict=True)]
+    return replace(advice, cards=tuple(cards))
+
+
+def _turns(
+    study: StudyResults, config: StudyConfig, recordings: Sequence[Path], patches: Sequence[int]
+) -> list[int]:
+    """How far the sensor on each patch may be turned, degrees; augmented copies take no part."""
+    counts = [found.counts for found in study.windows]
+    own = np.concatenate([np.arange(sum(of)) < of[0] for of in counts])
+    protocol = study.labels().some(own).protocol(config)
+    windows = WindowFiles(recordings, [of[0] for of in counts], config.windows)
+    rate = config.synthesis.rate_hz
+    return [may_turn(windows.patches(one, one + 1)[:, 0], rate, protocol, DROP) for one in patches]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.patches.card import FARTHEST_CM, arrow_in_words, slip_cm
+from w2w.core.patches.card import FARTHEST_CM, Card, arrow_in_words, slip_cm
 from w2w.core.patches.patches import sample_patches
 from w2w.core.patches.spots import Spot, vertex_at
 from w2w.core.patches.strip_graph import StripGraph
@@ -73,3 +73,18 @@ def test_slip_ends_before_the_first_patch_that_falls(bundled_body, patches):
 def test_slip_is_not_asked_where_nothing_is_known(bundled_body, patches):
     with pytest.raises(ValueError, match="has no expected F1"):
         slip_cm(bundled_body, patches, np.full(len(patches), np.nan), 3)
+
+
+@pytest.mark.parametrize(
+    ("slip", "turn", "words"),
+    [
+        (5, 20, "May slip 5 cm or turn 20° before F1 falls by .02."),
+        (5, None, "May slip 5 cm before F1 falls by .02."),
+        (5, 0, "May slip 5 cm before F1 falls by .02. Must not turn."),
+        (0, 30, "May turn 30° before F1 falls by .02. Must not slip."),
+        (0, 0, "Must not slip or turn."),
+    ],
+)
+def test_a_card_says_what_a_sensor_may_do(slip, turn, words):
+    card = Card(0, "chest 35% 50%", "chest, back of the trunk", "along the trunk", slip, turn)
+    assert card.in_words() == f"Chest, back of the trunk. Arrow along the trunk. {words}"

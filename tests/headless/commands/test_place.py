@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from w2w.core.body.body import Body
 from w2w.core.files import file_sha256
 from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.turned import TURNS
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.answer import Scored, answer
@@ -78,6 +79,16 @@ def test_the_run_keeps_to_the_constraints_and_says_what_they_cost(study):
     assert summary["map_sentence"] in output
     assert " ".join(output.split()).index(said) < " ".join(output.split()).index("One sensor on")
     assert worn["sentence"][1:] in output
+
+
+def test_each_card_says_how_far_its_sensor_may_be_turned(study):
+    out, _ = study
+    with (out / "placements.csv").open(newline="", encoding="utf-8") as stream:
+        table = list(csv.DictReader(stream))
+    cards = json.loads((out / "summary.json").read_text())["cards"]
+    assert cards
+    assert [int(row["turn_deg"]) for row in table] == [card["turn_deg"] for card in cards]
+    assert {card["turn_deg"] for card in cards} <= {0, *TURNS}
 
 
 def test_the_ranking_on_file_is_whole(study):

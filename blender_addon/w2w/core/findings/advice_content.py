@@ -27,7 +27,10 @@ def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> di
     """The choice as plain values."""
     return {
         "answer": answer_content(advice.answer, patches),
-        "cards": [{"sensor": called(one.patch, advice, patches), **asdict(one)} for one in advice.cards],
+        "cards": [
+            {"sensor": called(one.patch, advice, patches), **asdict(one), "in_words": one.in_words()}
+            for one in advice.cards
+        ],
         "best_single_patch": {
             **patch_content(advice.best, utility, patches),
             "indistinguishable_patches": len(as_good_as(advice.best, utility, advice.allowed)) - 1,

@@ -55,10 +55,12 @@ def write_results(study: Study) -> None:
 
 def write_placements(out: Path, cards: Sequence[dict[str, Any]], patches: PatchSet) -> None:
     """Write where each recommended sensor goes; `w2w run --placements` reads it."""
-    rows = [("name", "spot", "words", "arrow", "slip_cm", "patch", "vertex")]
+    rows = [("name", "spot", "words", "arrow", "slip_cm", "turn_deg", "patch", "vertex")]
     for one in cards:
         at = (one["patch"], int(patches.vertices[one["patch"]]))
-        rows.append((one["sensor"], one["spot"], one["words"], one["arrow"], f"{one['slip_cm']:.0f}", *at))
+        turn = "" if one["turn_deg"] is None else one["turn_deg"]
+        may = f"{one['slip_cm']:.0f}", turn
+        rows.append((one["sensor"], one["spot"], one["words"], one["arrow"], *may, *at))
     write_text(out / PLACEMENTS, csv_text(rows))
 
 

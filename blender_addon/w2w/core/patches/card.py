@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tape-measure card of a sensor: where it goes, where its arrow points, how far it may slip."""
+"""The tape-measure card of a sensor: where it goes, where its arrow points, how far it may slip and turn."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..body.body import Body
+from ..wording import capital
 from .body_parts import side_of
 from .patches import PatchSet
 from .spots import locate
@@ -24,6 +25,22 @@ class Card:
     words: str
     arrow: str  # where the sensor's x axis points
     slip_cm: float  # how far it may slip before expected F1 falls by more than .02
+    turn_deg: int | None = None  # how far it may be turned about its normal till then; None if not known
+
+    def in_words(self) -> str:
+        """The whole card in sentences."""
+        given = {"slip": f"{self.slip_cm:.0f} cm" if self.slip_cm else ""}
+        if self.turn_deg is not None:
+            given["turn"] = f"{self.turn_deg}°" if self.turn_deg else ""
+        may = " or ".join(f"{way} {far}" for way, far in given.items() if far)
+        must_not = " or ".join(way for way, far in given.items() if not far)
+        sentences = [
+            capital(self.words),
+            f"Arrow {self.arrow}",
+            f"May {may} before F1 falls by {DROP:.2f}".replace("0.", ".") if may else "",
+            f"Must not {must_not}" if must_not else "",
+        ]
+        return " ".join(f"{sentence}." for sentence in sentences if sentence)
 
 
 def card(body: Body, patches: PatchSet, expected: np.ndarray, patch: int) -> Card:

@@ -169,7 +169,7 @@ def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
             text = f"instead of {number} ({sensor['name']}): {' or '.join(names)}"
             draw_text(layout, context, _sentence(text))
     for card in content.get("cards") or ():
-        draw_text(layout, context, f"{capital(card['sensor'])}: {card['words']}; arrow {card['arrow']}")
+        draw_text(layout, context, f"{capital(card['sensor'])}: {card['in_words']}")
     if left_out(study):
         draw_info(layout, context, "Chosen from a ranking without the activities that are left out.")
 

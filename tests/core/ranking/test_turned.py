@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far a sensor may be turned is what tells its activities apart."""
+
+import numpy as np
+import pytest
+
+from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.turned import TURNS, may_turn
+
+RATE, CLIPS = 50.0, 12
+
+
+def windows(*activities, seed=0):
+    """Windows of clips, and their protocol: each activity is a function of time (T,) to acc (T, 3)."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(100) / RATE
+    signals, labels = [], []
+    for activity, acc in enumerate(activities):
+        for clip in range(CLIPS):
+            gyr = 0.1 * rng.normal(size=(100, 3))
+            signals.append(np.concatenate([acc(time) + 0.5 * rng.normal(size=(100, 3)), gyr], axis=1))
+            labels.append((f"a{activity}", f"{activity} {clip}"))
+    activity, clip = np.array(labels).T
+    names = sorted(set(activity.tolist()))
+    protocol = Protocol(activity, clip, None, np.ones(len(clip), bool), names)
+    return np.array(signals, dtype=np.float32), protocol
+
+
+def leaning(degrees):
+    """At rest, gravity along a direction in the plane of the skin."""
+    along = 9.8 * np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), 0.0])
+    return lambda time: np.broadcast_to(along, (len(time), 3))
+
+
+def swinging(along, hertz):
+    return lambda time: 3.0 * np.sin(2 * np.pi * hertz * time)[:, None] * np.array(along) + [0, 0, 9.8]
+
+
+@pytest.mark.parametrize(("apart", "least", "most"), [(20, 5, 10), (60, 20, 30), (180, 45, 90)])
+def test_postures_may_turn_by_half_of_what_parts_them(apart, least, most):
+    signals, protocol = windows(leaning(0), leaning(apart))
+    assert least <= may_turn(signals, RATE, protocol, 0.02) <= most
+
+
+def test_what_goes_along_the_normal_may_turn_as_it_likes():
+    signals, protocol = windows(swinging((0, 0, 1), 1.0), swinging((0, 0, 1), 2.5))
+    assert may_turn(signals, RATE, protocol, 0.02) == TURNS[-1]
+
+
+def test_a_drop_that_is_allowed_lets_it_turn_further():
+    signals, protocol = windows(swinging((1, 0, 0), 1.5), swinging((0, 1, 0), 1.5))
+    strict, lax = (may_turn(signals, RATE, protocol, drop) for drop in (0.02, 1.0))
+    assert strict < lax == TURNS[-1]
