@@ -6,6 +6,9 @@
 The folders are of `w2w run` with the same clips and patches, all but the first with --garment. A
 folder whose run has not come to its end is compared by the clips whose signals are there. Where
 clips name two performers or more, 95 % intervals come from drawing performers, then clips of each.
+
+At waist, thigh and lower leg it also says how the angle to the vertical goes with the skin's, as Jayasinghe,
+Hwang and Harwin measured it on worn trousers (Sensors 2022, doi:10.3390/s22176605).
 """
 
 from __future__ import annotations
@@ -40,7 +43,12 @@ from .garment_intervals import (
 
 PLACES = ("sternum", "upper spine", "left upper arm lateral", "left thigh front", "left shin")
 
+TILTED = {"waist": "hip", "thigh": "thigh lateral", "lower leg": "lower leg lateral"}
+"""Patches beside the places of sensors on worn trousers."""
+
 GRAVITY = 9.80665
+SETTLING_S = 2.0
+"""How fast the vertical that the gyroscope carries on follows the accelerometer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +139,42 @@ def show_ranking(skin: Path, cloth: Path, clips: Compared, covered: np.ndarray) 
     print("rho by other performers: " + ", ".join(f"{name} {value:.2f}" for name, value in rho.items()))
 
 
+def show_tilts(skin: Path, cloth: Path, covered: np.ndarray) -> None:
+    """Print r between the angles to the vertical on skin and on cloth, the median over patches, by clip."""
+    names = PatchSet.load(cloth / WORK / "patches.npz").names
+    print(f"r of the angle to the vertical: {', '.join(TILTED)}")
+    for path in sorted((cloth / "signals").glob("[!.]*.npz")):
+        if not (skin / "signals" / path.name).exists():
+            continue
+        sides = [ImuRecording.load(folder / "signals" / path.name) for folder in (skin, cloth)]
+        found = []
+        for words in TILTED.values():
+            patches = [patch for patch in covered.tolist() if words in names[patch]]
+            angles = [tilts(side.at(patches)) for side in sides]
+            r = [abs(np.corrcoef(a, b)[0, 1]) for a, b in zip(*angles, strict=True)]
+            found.append(f"{np.median(r):.2f}" if r else "none covered")
+        print(f"  {path.stem}: {', '.join(found)}")
+
+
+def tilts(recording: ImuRecording) -> np.ndarray:
+    """How far each sensor leans in the plane in which it leans most, about its mean, shape (N, T), rad.
+
+    A complementary filter: the gyroscope carries the vertical on, the accelerometer corrects it.
+    """
+    force, spin = recording.acc.astype(np.float64), recording.gyr.astype(np.float64)
+    felt = force / np.linalg.norm(force, axis=2, keepdims=True)
+    step = 1 / recording.rate
+    up, found = felt[: round(recording.rate / 2)].mean(axis=0), np.empty_like(felt)
+    for _ in range(2):  # the first pass finds where the second starts
+        for number, (seen, turning) in enumerate(zip(felt, spin, strict=True)):
+            up = up - np.cross(turning, up) * step + (seen - up) * step / SETTLING_S
+            up /= np.linalg.norm(up, axis=1, keepdims=True)
+            found[number] = up
+    centred = (found - found.mean(axis=0)).transpose(1, 0, 2)
+    plane, sizes, _ = np.linalg.svd(centred, full_matrices=False)
+    return plane[:, :, 0] * sizes[:, :1]
+
+
 def _counted(own: UtilityMap, clips: Compared, covered: np.ndarray) -> ClipCounts:
     """Counts of the clips in the order of the signals."""
     tested = np.unique(own.clip)
@@ -156,6 +200,7 @@ def main() -> None:
     for cloth in garments:
         clips = compared(skin, cloth)
         covered = show_differences(cloth, clips)
+        show_tilts(skin, cloth, covered)
         show_ranking(skin, cloth, clips, covered)
 
 
