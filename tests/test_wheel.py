@@ -72,7 +72,8 @@ def test_the_wheel_has_one_name_and_every_file(wheel):
         modules = [path.relative_to(ROOT / tree).as_posix() for path in (ROOT / tree).rglob("*.py")]
         assert {f"{inside}/{module}" for module in modules} <= names
     data = ("templates/body.npz", "templates/demo.npz", "headless/reports/report_page/page.html")
-    assert {f"w2w/{name}" for name in (*data, "studies/placements/paper_claims.csv")} <= names
+    tables = (f"studies/placements/paper_{name}.csv" for name in ("activities", "claims"))
+    assert {f"w2w/{name}" for name in (*data, *tables)} <= names
     assert not [name for name in names if "make_body" in name]
 
 

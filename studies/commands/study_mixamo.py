@@ -25,7 +25,13 @@ from w2w.headless.runs.own_files import claimed, keep_apart
 from w2w.headless.runs.study import RunPlan
 from w2w.headless.study_options import StudyOptions, with_study_options
 
-from ..placements.activity_groups import FEWEST_MOTIONS, PAPER_GROUPS, PER_GROUP, choose_activities
+from ..placements.activity_groups import (
+    FEWEST_MOTIONS,
+    PAPER_GROUPS,
+    PER_GROUP,
+    choose_activities,
+    named_by_paper,
+)
 from ..placements.comparison import PatchDifference, compare_patches
 from ..placements.placement_patches import placement_patches
 from ..placements.placement_study import CLAIMS, PAGES, write_placement_study
@@ -45,8 +51,13 @@ def mixamo(
     library: Annotated[Path, typer.Argument(metavar="LIBRARY", help="Folder of motion files.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; made if missing.")],
     labels: Annotated[
-        Path, typer.Option(help="csv with columns file, activity and, unless --groups, group.")
-    ],
+        Path | None,
+        typer.Option(
+            help="csv with columns file, activity and, unless --groups, group.  [default: the paper's "
+            "activities, by Mixamo's names of clips]",
+            show_default=False,
+        ),
+    ] = None,
     groups: Annotated[Path | None, typer.Option(help="csv with columns activity, group.")] = None,
     activities: Annotated[
         str,
@@ -61,7 +72,7 @@ def mixamo(
         Path,
         typer.Option(
             help="csv with columns claim, group, regions, against: sentences about parts of the body to be "
-            "held against the ranking.  [default: the paper's about unusual placements]",
+            "held against the ranking.  [default: the paper's]",
             show_default=False,
         ),
     ] = CLAIMS,
@@ -86,9 +97,13 @@ def mixamo(
         if side not in ("left", "right"):
             raise ValueError(f"--side is left or right, not {side}")
         found = read_library(library, labels, asked.exact_labels)
+        every = len(found.clips)
+        if labels is None:
+            found, group_of = named_by_paper(found)
+        if groups or labels:
+            group_of = read_groups(groups or labels, found.activities)
         check_counting(found.activities, config.background, config.weights)
         without = set(map(same_label, config.background))
-        group_of = read_groups(groups or labels, found.activities)
         group_of = {name: group for name, group in group_of.items() if same_label(name) not in without}
         named = named_activities(activities, found, group_of)
         chosen = choose_activities(found, named.group_of, named.per_group or per_group)
@@ -102,7 +117,7 @@ def mixamo(
     show_groups(chosen, 0 if activities else per_group, console)
     for sentence in named.missing:
         console.print(sentence, style="yellow", markup=False)
-    left = len(found.clips) - len(plan.library.clips)
+    left = every - len(plan.library.clips)
     if left:
         console.print(f"Clips of other activities, which take no part: {left}.")
     studies = execute_bodies(plan, bodies, out, asked.strict, monitor)

@@ -20,7 +20,7 @@ from .trend_table import show_trends, trend_csv, trend_markdown
 from .trends import Claim, judge
 
 CLAIMS = Path(__file__).with_name("paper_claims.csv")
-"""What the paper says of placements seldom used; claims about groups are read from a file like it."""
+"""What the paper says of its groups of activities and of placements seldom used."""
 
 PAGES = FIGURE, TRENDS, PAGE = "activities_by_placement.png", "trends.csv", "study.md"
 

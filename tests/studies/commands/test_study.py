@@ -4,6 +4,7 @@
 import csv
 import json
 import shutil
+from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,12 +15,13 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from w2w.core.findings.sources import Shown, source_caution
-from w2w.core.motion.library import Clip, Library
+from w2w.core.motion.library import Clip, Library, read_library
 from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
 from w2w.studies.commands.study_mixamo import show_placements
 from w2w.studies.commands.study_rehab import by_quality, headings, rehab_takes
+from w2w.studies.placements.activity_groups import PAPER_GROUPS, named_by_paper
 from w2w.studies.placements.placement_patches import placement_patches
 from w2w.studies.rehab.background import BACKGROUND
 from w2w.studies.rehab.executions import FAULTS, WELL
@@ -86,6 +88,24 @@ def test_the_mixamo_study_runs_on_a_library(shared_data, tmp_path):
     assert "which take no part: 1" in done.output
     assert (tmp_path / "out" / "unusual_places.csv").is_file()
     assert (tmp_path / "out" / "report.html").is_file()
+
+
+def test_the_papers_activities_are_known_by_mixamos_names(shared_data):
+    library, group_of = named_by_paper(read_library(shared_data / "mixamo"))
+    assert len(group_of) == 18
+    assert Counter(group_of.values()) == dict.fromkeys(PAPER_GROUPS, 3)
+    shown = {clip.file.rpartition("/")[2]: clip.activity for clip in library.clips}
+    assert shown["aj@Walking.fbx"] == shown["Walking (1).fbx"] == shown["Walking_InPlace.fbx"] == "walking"
+    assert shown["Great Sword High Spin Attack (4).fbx"] == "spin attack"
+    assert shown["MmaKick.fbx"] == shown["Mma Kick.fbx"] == "pivot kick"
+    assert not {"Running.fbx", "Idle.fbx", "Soccer Kick.fbx"} & set(shown)
+
+
+@pytest.mark.usefixtures("one_worker")
+def test_without_labels_a_library_of_other_names_is_refused(motions, tmp_path):
+    done = CliRunner().invoke(APP, ["study", "mixamo", str(motions), "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert "holds no file that Mixamo calls" in " ".join(done.output.split())
 
 
 @pytest.fixture

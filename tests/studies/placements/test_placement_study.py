@@ -46,7 +46,7 @@ def test_figure_verdicts_and_page(study, groups, tmp_path):
     assert [row["verdict"] for row in rows] == [trend.verdict for trend in trends]
     assert trends[-1].difference > 0.05  # raising the arm is told best on the left arm
     assert float(rows[-1]["difference"]) == pytest.approx(trends[-1].difference, abs=1e-6)
-    assert rows[0]["group"] == "all"
+    assert rows[-2]["group"] == "all"
     page = (study.out / PAGE).read_text(encoding="utf-8")
     assert "Asked for, but not there: diving." in page
     assert f"({FIGURE})" in page

@@ -123,5 +123,6 @@ def test_the_claims_that_come_with_w2w_can_be_judged():
     from w2w.studies.placements.placement_study import CLAIMS as FILE
 
     claims = read_claims(FILE)
-    assert len(claims) == 3
+    assert len(claims) == 13
+    assert {claim.group for claim in claims} == {"", *PAPER_GROUPS}
     check_claims(claims, PAPER_GROUPS, Body.bundled())
