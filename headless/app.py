@@ -35,7 +35,7 @@ from .stopping import always_when_stopped, ignore_signals, stop_on_signals
 PATHS = ("--out", "-o", "--plot")
 """Options that name what is written."""
 
-STUDIES = ("tables", "sweep", "dsads", "demo-library", "study", "validate")
+STUDIES = ("tables", "sweep", "dsads", "challenge", "demo-library", "study", "validate")
 """Commands that need `w2w.studies`."""
 
 PREFIX = "w2w-run-"

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import typer
 
+from .challenge import challenge
 from .demo_library import demo_library
 from .dsads import dsads
 from .study import STUDY
@@ -15,7 +16,7 @@ from .validate import VALIDATE
 
 def add_commands(app: typer.Typer, panel: str) -> None:
     """Add them to the command line, under a heading of their own."""
-    for command in (tables, sweep, dsads):
+    for command in (tables, sweep, dsads, challenge):
         app.command(rich_help_panel=panel)(command)
     app.command(name="demo-library", rich_help_panel=panel)(demo_library)
     app.add_typer(STUDY, name="study", rich_help_panel=panel)
