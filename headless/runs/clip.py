@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -31,10 +31,16 @@ from w2w.scene.base.output import quiet_output
 
 from ..blender import NoBlenderError, forget_scripts_path, needs_blender
 from .clip_task import ClipTask, finished, mark_source, marked_source, unfinished, write_record
-from .guard import allowed_memory, guarded, timed_out, untimed
+from .guard import allowed_memory, crashed, guarded, timed_out, untimed
 
 SAMPLE_BYTES = 24
 """Bytes of one sample of one sensor: six values in single precision."""
+
+CRASHES = 2
+"""Crashes of a worker of its own after which a clip is given up."""
+
+TRIES = 6
+"""Workers of its own that a clip gets before it is left to the next run."""
 
 SIGNALS_SHARE = 4
 """Part of a worker's memory that signals may take: windows and features take as much again."""
@@ -80,6 +86,26 @@ def record_death(task: ClipTask) -> ClipResult:
     if not source:  # it died while reading the file's bytes: nothing to know it by
         return ClipResult(task.clip, reason, {}, "")
     return _conclude(task, ClipResult(task.clip, reason, {}, source))
+
+
+def try_alone(task: ClipTask, once: Callable[[ClipTask], ClipResult | None]) -> ClipResult:
+    """Do a task at which workers died, again and again with a worker of its own.
+
+    A clip is to blame only where it crashes such a worker twice, or takes too long: workers are also killed
+    from outside, as their job ends or the machine is short of memory. `once` gives None where its worker
+    died.
+    """
+    crashes = 0
+    for _ in range(TRIES):
+        task.marker.unlink(missing_ok=True)  # it says how another try ended
+        if (result := once(task)) is not None:
+            return result
+        crashes += crashed(task.marker)
+        if timed_out(task.marker) or crashes == CRASHES:
+            return record_death(task)
+    task.marker.unlink(missing_ok=True)
+    reason = "not done yet: workers were killed while at it; run again to take it up"
+    return ClipResult(task.clip, reason, {}, "")
 
 
 def do_clip(task: ClipTask) -> ClipResult:

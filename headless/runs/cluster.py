@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Clip tasks on the workers of a Dask scheduler, which may be missing, differ from us or die at any moment.
 
-A cluster's worker may be killed for reasons that are no clip's: its job ended, its machine was taken away.
-A clip is to blame only where it twice crashes a worker that has nothing else of ours to do.
+A cluster's worker may be killed for reasons that are no clip's: its job ended, its machine was taken away
+(`clip.try_alone`).
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ import time
 from asyncio import CancelledError
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from w2w.core.ranking.f1 import Spread
 from w2w.core.results_folder import ClipResult
 
-from .clip import record_death, work_in_worker
+from .clip import try_alone, work_in_worker
 from .clip_task import ClipTask
 from .folder import code_sha256
-from .guard import crashed, timed_out
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -31,12 +31,6 @@ ANSWER_S = 20.0
 """Seconds to wait for a scheduler to answer, and for it to have a worker."""
 
 LOOK_EVERY_S = 0.1
-
-CRASHES = 2
-"""Crashes of a worker of its own after which a clip is given up."""
-
-TRIES = 6
-"""Workers of its own that a clip gets before it is left to the next run."""
 
 NAMED = 3
 """Workers that a sentence names."""
@@ -152,7 +146,7 @@ def run_on_cluster(
             except KilledWorker:
                 suspects.append(futures[future])
         for task in suspects:
-            keep(_alone(client, task))
+            keep(try_alone(task, partial(_once, client)))
     return results
 
 
@@ -160,20 +154,13 @@ def _submit(client: Client, task: ClipTask) -> Future:
     return client.submit(work_in_worker, task, pure=False)
 
 
-def _alone(client: Client, task: ClipTask) -> ClipResult:
-    """Give a task that may have killed workers a worker with nothing else of ours to do."""
+def _once(client: Client, task: ClipTask) -> ClipResult | None:
+    """Do a task by a worker with nothing else of ours to do; None where the worker died."""
     from distributed import KilledWorker
 
-    crashes = 0
-    for _ in range(TRIES):
-        task.marker.unlink(missing_ok=True)  # it says how another try ended
-        with suppress(KilledWorker):
-            return wait_for(client, _submit(client, task)).result()
-        crashes += crashed(task.marker)
-        if timed_out(task.marker) or crashes == CRASHES:
-            return record_death(task)
-    reason = "not done yet: the cluster's workers were killed while at it; run again to take it up"
-    return ClipResult(task.clip, reason, {}, "")
+    with suppress(KilledWorker):
+        return wait_for(client, _submit(client, task)).result()
+    return None
 
 
 def spread_over(scheduler: str) -> Spread | None:

@@ -2,8 +2,7 @@
 """Run clip tasks in worker processes, so that a file that crashes or hangs Blender costs only itself.
 
 On one machine the workers are loky's, or background Blenders where this is the Blender program;
-on a cluster they are Dask's (see `cluster`). Either way a task is handed out again when its worker died, and
-a task that dies alone is a skipped clip.
+on a cluster they are Dask's (see `cluster`). Either way a task is handed out again when its worker died.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ from w2w.core.results_folder import ClipResult
 from ..blender import NoBlenderError, inside_blender
 from ..stopping import deaf_children, when_stopped
 from .blender_executor import BlenderExecutor
-from .clip import get_ready, load_clip, record_death, work_in_worker
+from .clip import get_ready, load_clip, record_death, try_alone, work_in_worker
 from .clip_task import ClipTask, Engine
 from .cluster import EngineError, run_on_cluster
 from .guard import LIMIT_S, MEMORY, allowed_memory, end_with, guarded, timed_out
@@ -101,7 +100,8 @@ def _on_this_machine(
             break
         suspects = [task for task in waiting if task.clip.name not in results and task.marker.exists()]
         for task in suspects:
-            results[task.clip.name] = record_death(task) if timed_out(task.marker) else _alone(task)
+            late = timed_out(task.marker)
+            results[task.clip.name] = record_death(task) if late else try_alone(task, _once)
             progress(results[task.clip.name])
         breaks = 0 if suspects else breaks + 1
         if breaks >= MAX_BREAKS:
@@ -127,12 +127,12 @@ def run_side_by_side(works: Sequence[Callable[[], Result]]) -> list[Result | Non
         return [None if dead else future.result() for dead, future in zip(died, futures, strict=True)]
 
 
-def _alone(task: ClipTask) -> ClipResult:
-    """Give a task that may have killed its worker a worker to itself, once."""
+def _once(task: ClipTask) -> ClipResult | None:
+    """Do a task in a worker of its own; None where the worker died."""
     found: dict[str, ClipResult] = {}
     with local_executor(1) as executor:
         _collect(executor, [task], found, lambda _: None)
-    return found.get(task.clip.name) or record_death(task)
+    return found.get(task.clip.name)
 
 
 def _collect(

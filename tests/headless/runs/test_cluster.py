@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import cloudpickle
@@ -17,6 +18,7 @@ import psutil
 import pytest
 
 from w2w.headless.runs import cluster as module
+from w2w.headless.runs.clip import TRIES, try_alone
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.cluster import EngineError, connected
 from w2w.headless.runs.workers import run_tasks
@@ -51,10 +53,19 @@ def many(tasks, count):
     return [replace(tasks[0], clip=clip) for clip in copies]
 
 
+def watch(records, written, over):
+    """Note when each record was written, as often as it was."""
+    while not over.wait(0.02):
+        for path in records.glob("*.json"):
+            written.setdefault(path, set()).add(path.stat().st_mtime_ns)
+    for path in records.glob("*.json"):
+        written.setdefault(path, set()).add(path.stat().st_mtime_ns)
+
+
 def kill_at_random(cluster, over):
     """Kill one worker process after another, which its nanny replaces, but no clip's every try."""
     chance, kills = random.Random(3), 0
-    while kills < module.TRIES - 1 and not over.wait(chance.uniform(0.5, 3.0)):
+    while kills < TRIES - 1 and not over.wait(chance.uniform(0.5, 3.0)):
         nanny = psutil.Process(chance.choice(cluster.workers).pid)
         for child in nanny.children(recursive=True):
             if "spawn_main" in " ".join(child.cmdline()):
@@ -67,14 +78,20 @@ def kill_at_random(cluster, over):
 def test_workers_killed_over_and_over_cost_no_clip(tasks, cluster):
     wanted, over, kills = many(tasks, 40), threading.Event(), []
     killer = threading.Thread(target=lambda: kills.append(kill_at_random(cluster, over)))
+    written: dict[Path, set[int]] = {}
+    watcher = threading.Thread(target=watch, args=(wanted[0].record_file.parent, written, over))
     killer.start()
+    watcher.start()
     try:
         results = run_tasks(wanted, 1, str(cluster.address), told)
     finally:
         over.set()
         killer.join()
+        watcher.join()
     assert kills[0] >= 3
     assert [result.reason for result in results] == [""] * len(wanted)
+    assert len(written) == len(wanted)
+    assert {len(times) for times in written.values()} == {1}  # what is done is not done again
 
 
 @pytest.mark.slow
@@ -85,6 +102,7 @@ def test_a_clip_that_crashes_its_worker_alone_and_twice_is_recorded_and_the_othe
     assert "Blender crashed on it" in results[1].reason
     assert json.loads(bad.record_file.read_text())["reason"] == results[1].reason  # kept for later runs
     assert len((tasks[0].out / "crashes").read_text()) >= 3  # beside others, and twice alone
+    assert all(json.loads(task.record_file.read_text())["reason"] == "" for task in (tasks[0], *tasks[2:]))
 
 
 class _Killed:
@@ -99,7 +117,7 @@ class _Killed:
 def test_a_clip_whose_worker_was_killed_from_outside_is_left_to_the_next_run(tasks, monkeypatch):
     monkeypatch.setattr(module, "_submit", lambda _client, _task: _Killed())
     monkeypatch.setattr(module, "wait_for", lambda _client, future: future)
-    result = module._alone(None, tasks[0])
+    result = try_alone(tasks[0], partial(module._once, None))
     assert result.reason.startswith("not done yet")
     assert not tasks[0].record_file.exists()
 

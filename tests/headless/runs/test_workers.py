@@ -65,6 +65,33 @@ def test_a_clip_that_crashes_its_worker_is_skipped_and_the_others_are_used(tasks
     assert kept["reason"] == results[1].reason  # a later run does not try it again
 
 
+@dataclass(frozen=True)
+class KilledTask(ClipTask):
+    """A task at which a worker is killed from outside, as by a system short of memory, so many times."""
+
+    safe_process: int = 0
+    kills: int = 0
+
+    def key(self, source_sha256):
+        log = self.out / "kills"
+        if os.getpid() != self.safe_process and (not log.exists() or len(log.read_text()) < self.kills):
+            with log.open("a") as stream:
+                stream.write("x")
+            os.kill(os.getpid(), signal.SIGKILL)
+        return super().key(source_sha256)
+
+
+@pytest.mark.parametrize(("kills", "reason"), [(3, ""), (99, "not done yet")])
+def test_a_clip_whose_worker_is_killed_from_outside_is_never_blamed(tasks, kills, reason):
+    first = tasks[1]
+    bad = KilledTask(first.clip, first.out, first.config, "inputs", safe_process=os.getpid(), kills=kills)
+    result = run_tasks([bad], 1, "", told)[0]
+    assert result.reason.startswith(reason)
+    assert result.used is not bool(reason)
+    assert bad.record_file.exists() is result.used
+    assert not bad.marker.exists()
+
+
 @pytest.mark.slow
 def test_workers_that_were_ready_and_died_are_replaced(tasks):
     bad = CrashingTask(tasks[1].clip, tasks[1].out, tasks[1].config, "inputs", safe_process=os.getpid())
