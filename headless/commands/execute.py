@@ -33,11 +33,12 @@ from ..runs.folder import (
     check_results,
     make_folders,
     only_run,
+    only_shard,
     picture_files,
 )
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError, check, claimed, remove_written
-from ..runs.study import RunPlan, StudyError, run_study, write_config
+from ..runs.study import RunPlan, StudyError, make_shard, run_study, write_config
 from ..runs.workers import EngineError
 from ..study_options import StudyOptions
 
@@ -64,12 +65,47 @@ def refused(monitor: RunMonitor) -> Iterator[None]:
 
 def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:
     """Run a study and write everything down; without a result, a typer.Exit has the exit code."""
-    try:
+    with _in_folder(out, monitor):
         check_folder(plan, out)
         make_folders(out)
         monitor.begin(plan.library, body.name, out)
         with only_run(out / WORK), claimed(out, _written_by(plan)):
             study, failed = _execute(plan, body, out, monitor)
+    console_tables.show_outcome(study, plan, failed, monitor.console)
+    for name, why in failed.items():
+        monitor.log("not_drawn", what=name, reason=why)
+    clips = study_counts(study)
+    monitor.log("result", out=str(out), used=clips["used"], ranked=clips["ranked"], skipped=clips["skipped"])
+    return study
+
+
+def execute_shard(
+    plan: RunPlan, bodies: Sequence[tuple[str, Body]], out: Path, shard: str, monitor: RunMonitor
+) -> None:
+    """Make the signals of a part of a study's clips on each body; a typer.Exit where that fails."""
+    for name, body in bodies:
+        folder = out if len(bodies) == 1 else out / name
+        with _in_folder(folder, monitor):
+            check_results(folder, plan.library, ())
+            make_folders(folder)
+            monitor.begin(plan.library, body.name, folder, kept=False)
+            with only_shard(folder / WORK, shard):
+                try:
+                    clips = make_shard(plan, body, folder, monitor)
+                except (StudyError, EngineError, NoBlenderError, MemoryError) as error:
+                    why = too_little_memory(error) if isinstance(error, MemoryError) else str(error)
+                    raise ended(f"No result: {why}", NOTHING_TO_DO, monitor) from error
+        console_tables.show_skipped(clips, plan.library, monitor.console, plan.verbose)
+        used = sum(result.used for result in clips)
+        text = f"{used} of {len(clips)} clips are done. Without --shard, the same command ranks all."
+        monitor.console.print(text, markup=False)
+
+
+@contextmanager
+def _in_folder(out: Path, monitor: RunMonitor) -> Iterator[None]:
+    """End the command with a sentence and an exit code where a folder cannot be worked in."""
+    try:
+        yield
     except ForeignFileError as error:
         raise ended(str(error), USAGE, monitor) from error
     except FolderBusyError as error:
@@ -77,12 +113,6 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:
     except OSError as error:
         text = f"No result: {out} cannot be written: {error}. What is finished is kept."
         raise ended(text, NOTHING_TO_DO, monitor) from error
-    console_tables.show_outcome(study, plan, failed, monitor.console)
-    for name, why in failed.items():
-        monitor.log("not_drawn", what=name, reason=why)
-    clips = study_counts(study)
-    monitor.log("result", out=str(out), used=clips["used"], ranked=clips["ranked"], skipped=clips["skipped"])
-    return study
 
 
 def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple[Study, dict[str, str]]:

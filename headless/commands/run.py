@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,8 +17,8 @@ from ..options import argument, option, words
 from ..reports.console_tables import show_labels
 from ..runs.own_files import keep_apart
 from ..runs.study import RunPlan
-from ..study_options import StudyOptions, with_study_options
-from .execute import execute_bodies, ready_for, refused
+from ..study_options import RUN, StudyOptions, with_study_options
+from .execute import execute_bodies, execute_shard, ready_for, refused
 
 
 @with_study_options
@@ -35,6 +36,12 @@ def run(
         show_default=False,
     ) = None,
     leave_out: option(str, "Activities to leave out, comma-separated, e.g. 'other,unknown'.") = "",
+    shard: option(
+        str,
+        "Make only the signals of every 400th clip from the 17th (17/400), for job arrays; the same command "
+        "without it then ranks all.",
+        rich_help_panel=RUN,
+    ) = "",
     *,
     asked: StudyOptions,
 ) -> None:
@@ -51,6 +58,7 @@ def run(
     console = Console(highlight=False)
     monitor = asked.monitor(console)
     with refused(monitor):
+        part, parts = part_of(shard) if shard else (1, 1)
         config = asked.config()
         keep_apart(library, out)
         found = without(read_library(library, labels, asked.exact_labels), leave_out)
@@ -58,9 +66,23 @@ def run(
         engine = asked.engine()
         plan = RunPlan(found, config, engine, asked.pictures, asked.report, verbose=asked.verbose)
         bodies = ready_for(plan, asked, out)
+    if shard:
+        plan = replace(plan, library=replace(found, clips=found.clips[part - 1 :: parts]))
+        execute_shard(plan, bodies, out, f"{part}-of-{parts}", monitor)
+        monitor.log("finished", exit_code=0)
+        return
     show_labels(found, console, asked.verbose)
     execute_bodies(plan, bodies, out, asked.strict, monitor)
     monitor.log("finished", exit_code=0)
+
+
+def part_of(text: str) -> tuple[int, int]:
+    """A part and how many there are, from such as "17/400"; a ValueError where it is none."""
+    found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text.strip())
+    part, parts = map(int, found.groups()) if found else (0, 0)
+    if not 1 <= part <= parts:
+        raise ValueError(f"--shard is a part and how many there are, such as 17/400, not {text!r}")
+    return part, parts
 
 
 def without(library: Library, activities: str) -> Library:

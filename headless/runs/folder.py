@@ -28,10 +28,16 @@ class FolderBusyError(Exception):
     """Another run works in the folder; the message says which."""
 
 
+LOCK = "lock"
+
+PREPARING_S = 300.0
+"""Seconds that a shard waits for others to place their patches."""
+
+
 @contextmanager
 def only_run(folder: Path) -> Iterator[None]:
     """Hold the folder for this run, or raise a FolderBusyError; the lock goes with the process."""
-    lock, holder = FileLock(folder / "lock"), folder / "holder"
+    lock, holder = FileLock(folder / LOCK), folder / "holder"
     try:
         lock.acquire(timeout=0)
     except Timeout as error:
@@ -40,11 +46,42 @@ def only_run(folder: Path) -> Iterator[None]:
             f"another run works in {folder.parent} ({who.strip()}): wait for it, or give another --out"
         ) from error
     try:
+        for path in folder.glob(f"{LOCK}.*"):
+            with only_shard(folder, path.name.removeprefix(f"{LOCK}.")):
+                pass
         holder.write_text(f"process {os.getpid()} on {socket.gethostname()}\n")
         yield
     finally:
         holder.unlink(missing_ok=True)
         lock.release()
+
+
+@contextmanager
+def only_shard(folder: Path, shard: str) -> Iterator[None]:
+    """Hold a shard, such as "17-of-400", beside others of the folder, or raise a FolderBusyError."""
+    path = folder / f"{LOCK}.{shard}"
+    lock = FileLock(path)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout as error:
+        raise FolderBusyError(
+            f"another run makes the shard {shard} in {folder.parent}: wait for it, or give another --out"
+        ) from error
+    try:
+        yield
+    finally:
+        path.unlink(missing_ok=True)
+        lock.release()
+
+
+@contextmanager
+def preparing(folder: Path) -> Iterator[None]:
+    """Hold the folder while a shard writes what all shards share; a FolderBusyError where a run holds it."""
+    try:
+        with FileLock(folder / LOCK, timeout=PREPARING_S):
+            yield
+    except Timeout as error:
+        raise FolderBusyError(f"another run works in {folder.parent}: wait for it") from error
 
 
 FOLDERS = ("motions", "signals", *(f"{WORK}/{name}" for name in ("features", "copies", "clips", "running")))
@@ -74,10 +111,11 @@ def check_results(out: Path, library: Library, names: Sequence[str]) -> None:
     check(out, [*names, *inside, *clips])
 
 
-def forget_running(out: Path) -> None:
-    """Forget which clips a run that was killed was at."""
+def forget_running(out: Path, clips: set[str]) -> None:
+    """Forget which of these clips a run that was killed was at."""
     for marker in (out / WORK / "running").iterdir():
-        marker.unlink(missing_ok=True)
+        if marker.name in clips:
+            marker.unlink(missing_ok=True)
 
 
 def remove_leftovers(out: Path, used: set[str]) -> None:

@@ -83,15 +83,15 @@ class RunMonitor:
         self._path: Path | None = None
         self._began = self._written = 0.0
 
-    def begin(self, library: Library, body: str, out: Path) -> None:
-        """Say that a run starts, and keep its state in its folder from now on."""
+    def begin(self, library: Library, body: str, out: Path, kept: bool = True) -> None:
+        """Say that a run starts, and if wanted keep its state in its folder from now on."""
         clips = library.clips
         self.log("started", out=str(out), body=body, clips=len(clips), activities=library.activities)
         for file, reason in library.skipped:
             self.log("clip", file=file, used=False, reason=reason)
         now = time.time()
         self.state = RunState(clips=len(clips), started=now, updated=now)
-        self._path, self._began = state_file(out), time.monotonic()
+        self._path, self._began = state_file(out) if kept else None, time.monotonic()
         self._written = self._began - EVERY_S
 
     def announce(self, step: str, message: str = "") -> None:

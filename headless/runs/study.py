@@ -14,7 +14,7 @@ from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
 from w2w.core.clip_files import WORK, ClipWindows, ranking_inputs
 from w2w.core.clip_ranking import LabelledClip, copies_among, rank_clips, same_motions
-from w2w.core.files import write_json
+from w2w.core.files import UNFINISHED, file_sha256, write_json
 from w2w.core.findings.notes import copies_sentence
 from w2w.core.findings.summary import config_content
 from w2w.core.garments.cover import FITTED
@@ -27,7 +27,7 @@ from w2w.core.study import StudyConfig, place_patches
 
 from .clip_task import ClipTask
 from .cluster import spread_over
-from .folder import code_sha256, forget_running, remove_leftovers
+from .folder import code_sha256, forget_running, preparing, remove_leftovers
 from .garments import fit_garments
 from .monitor import RunMonitor
 from .workers import Engine, clip_workers, run_tasks, spread_here
@@ -66,7 +66,7 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
     config = plan.config
     with clip_workers(plan.engine, plan.library.clips) as workers:
         with monitor.step("placing patches", "Placing patches on the body"):
-            patches = _prepare(body, config, out)
+            patches = _prepare(plan, body, out)
         with ThreadPoolExecutor(1) as aside:  # takes seconds, while workers leave this process idle
             pooled = aside.submit(Pooling.on, body, patches)
             clips = tuple(_bake(plan, out, monitor, workers))
@@ -94,32 +94,54 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
     return Study(plan.library, config, body, clips, results, advice)
 
 
+def make_shard(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple[ClipResult, ...]:
+    """Bake the clips of a plan that is a part of a study's, and rank nothing; other parts may be at work.
+
+    Raises as `run_study` does, and a FolderBusyError where a run holds the folder.
+    """
+    with clip_workers(plan.engine, plan.library.clips) as workers:
+        with monitor.step("placing patches", "Placing patches on the body"), preparing(out / WORK):
+            _prepare(plan, body, out)
+        return tuple(_bake(plan, out, monitor, workers))
+
+
 def write_config(study: Study) -> None:
     """Save every parameter, the versions and the hashes of all inputs beside the results."""
     content = config_content(study)
     write_json(study.results.out / "config.json", content | {"code_sha256": code_sha256()})
 
 
-def _prepare(body: Body, config: StudyConfig, out: Path) -> PatchSet:
+def _prepare(plan: RunPlan, body: Body, out: Path) -> PatchSet:
     """Place the patches; on the bundled body's shapes they stay at the vertices of the neutral one."""
+    config = plan.config
     bundled = bundled_targets().fit(body)
     if config.augmentation and config.augmentation.bodies and not bundled:
         raise StudyError(f"--augment bodies needs W2W's own body, and {body.name!r} is another: leave it out")
     if config.augmentation and config.garments:
         raise StudyError("--augment alters the motion of the skin alone: leave it out with --garment")
-    forget_running(out)
+    forget_running(out, {clip.name for clip in plan.library.clips})
     try:
         patches = place_patches(Body.bundled() if bundled else body, config)
         fit_garments(config, body, patches, out)
     except ValueError as error:
         raise StudyError(str(error)) from error
-    body.save(out / WORK / "body.npz")
-    patches.save(out / WORK / "patches.npz")
+    for what, name in ((body, "body.npz"), (patches, "patches.npz")):
+        _save_new(what, out / WORK / name)
     try:
         config.constraints.terms(patches)
     except ValueError as error:
         raise StudyError(f"the constraints cannot be met: {error}") from error
     return patches
+
+
+def _save_new(what: Body | PatchSet, path: Path) -> None:
+    """Save what is not there yet as it is: a shard leaves alone what another reads."""
+    fresh = path.with_name(f".{path.name}{UNFINISHED}")
+    what.save(fresh)
+    if path.exists() and file_sha256(path) == file_sha256(fresh):
+        fresh.unlink()
+    else:
+        fresh.replace(path)
 
 
 def _bake(plan: RunPlan, out: Path, monitor: RunMonitor, workers: Executor | None) -> list[ClipResult]:
