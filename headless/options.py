@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What options mean: bodies, wishes for sensors, the sensor and its signals, windows, poses from video."""
 
-from __future__ import annotations
-
 import math
 import os
 import re

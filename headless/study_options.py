@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The options of every command that runs a study, defined once: `run` and `study mixamo` have them all."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 import sys

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w export`: a finished run's signals in the form that other tools read."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

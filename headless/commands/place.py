@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w place`: choose sensors again from a finished ranking, under a designer's constraints."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import tempfile

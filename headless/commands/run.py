@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w run`: a folder of motion files in, heatmaps and a sensor recommendation out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

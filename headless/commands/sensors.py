@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w sensors`: the sensor presets and what sets them apart, or all figures of one sensor."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from math import degrees
 from pathlib import Path

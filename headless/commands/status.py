@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w status`: watch a run from another terminal."""
 
-from __future__ import annotations
-
 import time
 from contextlib import suppress
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w report`: a finished study as one page that opens in any browser, without a network."""
 
-from __future__ import annotations
-
 import base64
 import json
 from pathlib import Path

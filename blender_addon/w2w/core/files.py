@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Read npz files from anywhere: no pickles, no more memory than the file honestly holds, only ValueErrors."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 import json

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Names of the regions of trunk, neck and head, from height and the way round."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .body import Body, template

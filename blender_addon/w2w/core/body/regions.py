@@ -7,8 +7,6 @@ side and little finger side; elsewhere on the limbs front, back, lateral and med
 limb may be meant by leaving the side out: "left wrist" is the four regions of the left wrist.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -4,8 +4,6 @@
 The arrays are (windows, channels, time) with labels; the table has a row a sample and sensor.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A choice of sensors as plain values on file."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from typing import Any
 

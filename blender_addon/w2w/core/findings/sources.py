@@ -5,8 +5,6 @@ Simulated sensors recognise the recording system of a clip (docs/truth.md): an a
 alone is told by the system.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A finished study as plain values on file: summary, table, configuration."""
 
-from __future__ import annotations
-
 import math
 import platform
 import sys

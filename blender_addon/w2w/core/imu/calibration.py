@@ -5,8 +5,6 @@ The fit is a property of the sensor and its site, not of a motion: how it sat, t
 noise. Each recording's shift in time is found on the way.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product

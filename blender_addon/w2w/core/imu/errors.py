@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The single errors of an inertial sensor, as functions on signals of shape (sensors, axes, samples)."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from functools import lru_cache

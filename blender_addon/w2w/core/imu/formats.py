@@ -5,8 +5,6 @@ Text holds one sensor a file. Numbers are written with enough digits that readin
 single-precision values.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

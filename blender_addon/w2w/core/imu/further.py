@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sensors that some parts have beside accelerometer and gyroscope: orientation, magnetometer, barometer."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass
 

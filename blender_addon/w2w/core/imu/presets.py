@@ -15,8 +15,6 @@ table ("copied"), and which are quoted from memory of the document ("recalled") 
 before work that leans on them.
 """
 
-from __future__ import annotations
-
 from ..body.body import template
 from .sensor import SensorModel
 from .sensor_fields import sensor_with

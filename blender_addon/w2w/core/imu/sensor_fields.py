@@ -4,8 +4,6 @@
 `FIGURES` are those of an own part that a form asks for, in a datasheet's units.
 """
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Mapping
 from dataclasses import replace

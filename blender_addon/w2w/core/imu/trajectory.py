@@ -7,8 +7,6 @@ influence dies out exponentially with distance, so long clips are cut into overl
 matrices stay small; interior windows share theirs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction

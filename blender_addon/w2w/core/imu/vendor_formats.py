@@ -5,8 +5,6 @@ One sensor a file, except OpenSim's orientations. Numbers are written with enoug
 back gives the same single-precision values.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find the joint set of an array: by the joints' names, by their number, by the body they make."""
 
-from __future__ import annotations
-
 import re
 from typing import NamedTuple
 

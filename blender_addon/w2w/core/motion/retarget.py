@@ -8,8 +8,6 @@ segment on the source's, carried down the chain. A T-pose, an A-pose and arms ha
 thus all give the same motion.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise

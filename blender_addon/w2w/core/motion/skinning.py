@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Forward kinematics and linear blend skinning, only for the vertices asked for."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..blas import multiply

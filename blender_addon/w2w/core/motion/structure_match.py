@@ -6,8 +6,6 @@ spine runs between the two partings, the neck beyond them. Left and right follow
 sides where they tell, else from where toes and knees point.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass

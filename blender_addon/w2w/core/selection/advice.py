@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Advice for a designer: the best spot, the sensors to wear together, equivalent patches."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -5,8 +5,6 @@ For W2W's panel it holds the small files of the results folder, packed as a text
 is only data; nothing in it is ever run.
 """
 
-from __future__ import annotations
-
 import base64
 import io
 import json

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's importers: FBX files are checked by their bytes, glTF, VRM and USD made ready for it."""
 
-from __future__ import annotations
-
 import re
 import struct
 import sys

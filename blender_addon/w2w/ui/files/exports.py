@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Export: map, table, signals and report of the panel's study, as Python and the command line write them."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tempfile

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Finished runs in the panel: results folders, .blend files that runs have saved, folders that moved."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Generator
 from pathlib import Path

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The user's own character: a rigged figure of the scene that shows the map and the sensors."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 import bpy

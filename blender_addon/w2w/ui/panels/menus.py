@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Menus: ticking clips, Add > Mesh, File > Import, dropped files, presets, the keymap."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import bpy

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sensor Placement: wishes, the best spot they leave, and the set to wear together with its promise."""
 
-from __future__ import annotations
-
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The results below step 5: the findings, the heatmap, a second one beside it, activities and regions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sensor and Bands, below step 4: the figures of an own part, its file, the bands and the convention."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import bpy

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The W2W tab of the 3D view's sidebar: five steps, each saying what it still needs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import bpy

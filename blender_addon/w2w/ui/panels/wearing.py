@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Below step 3: your placements, spots that you name by a click or a table; and what the body wears."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import bpy

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A finished run as a study of the panel's: from the record in a .blend file, or from a results folder."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Mapping

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bone maps of one's own: edited here or loaded, and used for every later file of that rig."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 

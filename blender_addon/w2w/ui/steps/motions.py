@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Step 2: fill the list of motions, label them, play them on the body."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import bpy

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Patches on the body: spread them, and look at one, from a list or by the pick tool."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import bpy

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Base classes of operators: their needs, the file they ask for, the job they start."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import bpy
