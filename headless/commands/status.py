@@ -16,9 +16,7 @@ from ..options import argument
 from ..runs.monitor import RunState, read_state
 
 
-def status(
-    out: argument(Path, "OUT", "The results folder of a run."),
-) -> None:
+def status(out: argument(Path, "OUT", "The results folder of a run.")) -> None:
     """Say how far the run in a results folder has come.
 
     Exit codes: 0 there is a run, 2 no run was ever started there.

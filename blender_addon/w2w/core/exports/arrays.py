@@ -88,10 +88,7 @@ def write_arrays(folder: Path, signals: StudySignals) -> int:
         rate = recording.rate
     if not windows:
         raise ValueError("no clip of the run is long enough for a window")
-    arrays = {
-        "X": np.concatenate(windows).astype(np.float32, copy=False),
-        "is_test": np.concatenate(is_test),
-    }
+    arrays = {"X": np.concatenate(windows).astype(np.float32, copy=False), "is_test": np.concatenate(is_test)}
     for name, column in zip(("y", "clip", "subject"), zip(*labels, strict=True), strict=True):
         arrays[name] = np.array(column, dtype=np.str_)
     for name, values in arrays.items():

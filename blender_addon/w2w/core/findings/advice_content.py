@@ -11,12 +11,7 @@ from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
 from ..selection.answer import Answer, PlaceScore
-from ..selection.headline import (
-    as_good_as,
-    confidence_sentence,
-    mean_sentence,
-    more_clips,
-)
+from ..selection.headline import as_good_as, confidence_sentence, mean_sentence, more_clips
 from ..selection.promise import Promise
 from .notes import interval_caution
 

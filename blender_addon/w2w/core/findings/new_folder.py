@@ -7,15 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ..clip_files import (
-    WORK,
-    ClipWindows,
-    copy_file,
-    features_file,
-    motion_file,
-    recordings_of,
-    signals_file,
-)
+from ..clip_files import WORK, ClipWindows, copy_file, features_file, motion_file, recordings_of, signals_file
 from ..files import UNFINISHED, write_json
 from ..garments.cover import FITTED, Cover, save_covers
 from ..imu.recording import ImuRecording

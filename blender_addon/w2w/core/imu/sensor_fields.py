@@ -10,17 +10,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from .errors import DRIFT_STEP_S
-from .quantities import (
-    ACCELERATION,
-    ANGLE,
-    HERTZ,
-    METRES,
-    SECONDS,
-    SHARE,
-    TURNING,
-    Quantity,
-    rooted,
-)
+from .quantities import ACCELERATION, ANGLE, HERTZ, METRES, SECONDS, SHARE, TURNING, Quantity, rooted
 from .sensor import SensorModel, Triad
 
 

@@ -51,12 +51,7 @@ class Expected:
 
 
 def expect(
-    f1: np.ndarray,
-    plan: Plan,
-    pooling: Pooling,
-    level: float,
-    seed: int,
-    weights: np.ndarray | None = None,
+    f1: np.ndarray, plan: Plan, pooling: Pooling, level: float, seed: int, weights: np.ndarray | None = None
 ) -> Expected:
     """Expected scores of all patches from the F1 of all clips and of disjoint halves of them.
 

@@ -104,10 +104,7 @@ def carry_heatmaps(body: bpy.types.Object, mesh: bpy.types.Object) -> None:
 
 
 def place_marks(
-    body: bpy.types.Object,
-    vertices: Sequence[int],
-    meshes: Sequence[bpy.types.Object],
-    size: float,
+    body: bpy.types.Object, vertices: Sequence[int], meshes: Sequence[bpy.types.Object], size: float
 ) -> list[bpy.types.Object]:
     """Balls on a character where sensors are on our body; they follow its skin, whatever moves that.
 
