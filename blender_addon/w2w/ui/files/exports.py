@@ -248,7 +248,6 @@ class W2W_MT_export(bpy.types.Menu):
     """All that can be taken out of a study."""
 
     bl_label = "Export"
-    bl_idname = "W2W_MT_export"
 
     def draw(self, context: Context) -> None:
         layout = self.layout

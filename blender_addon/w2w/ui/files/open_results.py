@@ -103,7 +103,6 @@ class W2W_OT_locate_results(ChoosesResults, bpy.types.Operator):
 class W2W_FH_results(OnDrop, bpy.types.FileHandler):
     """The summary.json of a results folder, dropped on the 3D view, opens the folder."""
 
-    bl_idname = "W2W_FH_results"
     bl_label = "Results of W2W"
     bl_import_operator = "w2w.open_results"
     bl_file_extensions = ".json"

@@ -125,7 +125,6 @@ class W2W_PT_character(W2WPanel, bpy.types.Panel):
     """The character that shows the map."""
 
     bl_label = "Own Character"
-    bl_idname = "W2W_PT_character"
     bl_parent_id = "W2W_PT_body"
     bl_options = {"DEFAULT_CLOSED"}
 

@@ -85,7 +85,6 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
     """Wishes, and the sensors to wear together."""
 
     bl_label = "Sensor Placement"
-    bl_idname = "W2W_PT_placement"
     bl_order = 3
     titles = (TITLE,)
 

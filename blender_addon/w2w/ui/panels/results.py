@@ -45,7 +45,6 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
     """The best place for one sensor, and how reliable that is."""
 
     bl_label = "Where to Wear One"
-    bl_idname = "W2W_PT_findings"
     bl_order = 1
 
     def draw(self, context: Context) -> None:
@@ -74,7 +73,6 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
     """How sure the answer is."""
 
     bl_label = "How Sure"
-    bl_idname = "W2W_PT_sure"
     bl_parent_id = "W2W_PT_findings"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -127,7 +125,6 @@ class W2W_PT_activities(PartPanel, bpy.types.Panel):
     """Weights of activities; after the ranking the list stands under Heatmap."""
 
     bl_label = "Activities"
-    bl_idname = "W2W_PT_activities"
     bl_parent_id = "W2W_PT_utility"
 
     @classmethod
@@ -144,7 +141,6 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
     """Choice of the heatmap and its colours."""
 
     bl_label = "Heatmap"
-    bl_idname = "W2W_PT_heatmap"
     bl_order = 2
 
     def draw(self, context: Context) -> None:
@@ -204,7 +200,6 @@ class W2W_PT_regions(ResultPanel, bpy.types.Panel):
     """The best regions."""
 
     bl_label = "Top Regions"
-    bl_idname = "W2W_PT_regions"
     bl_order = 5
 
     def draw(self, context: Context) -> None:

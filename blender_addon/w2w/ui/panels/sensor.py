@@ -86,7 +86,6 @@ class W2W_PT_sensor(PartPanel, bpy.types.Panel):
     """Bands, convention, further sensors and the figures of a part."""
 
     bl_label = "Sensor and Bands"
-    bl_idname = "W2W_PT_sensor"
     bl_parent_id = "W2W_PT_signals"
 
     def draw(self, context: Context) -> None:

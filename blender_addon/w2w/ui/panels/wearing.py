@@ -130,7 +130,6 @@ class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
     """Spots that were named, beside the sampled patches."""
 
     bl_label = "Your Placements"
-    bl_idname = "W2W_PT_own_placements"
     bl_parent_id = "W2W_PT_patches"
 
     @classmethod
@@ -250,7 +249,6 @@ class W2W_PT_garments(PartPanel, bpy.types.Panel):
     """What the body wears."""
 
     bl_label = "Garments (Experimental)"
-    bl_idname = "W2W_PT_garments"
     bl_parent_id = "W2W_PT_patches"
 
     def draw(self, context: Context) -> None:
