@@ -28,6 +28,11 @@ def for_each(work: Callable[[Part], None], parts: Sequence[Part]) -> None:
             list(pool.map(work, parts))
 
 
+def chunks(count: int, size: int) -> list[slice]:
+    """Ranges of this size, the last one shorter, that make up a whole."""
+    return [slice(start, min(start + size, count)) for start in range(0, count, size)]
+
+
 def unthreaded_products() -> AbstractContextManager[None]:
     """The matrix libraries of NumPy and SciPy kept to one thread: sums split over threads round otherwise."""
     return _libraries().limit(limits=1, user_api="blas")

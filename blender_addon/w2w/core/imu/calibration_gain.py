@@ -55,12 +55,8 @@ def alike(real: ImuRecording, made: ImuRecording, known: Calibration, longest_sh
     sides = []
     for simulated in (made, known.applied(made)):
         one, other = shifted(real, simulated, shift_between(real, simulated, longest_shift_s))
-        sides.append(
-            [
-                vector_r(getattr(one, kind)[:, 0], getattr(other, kind)[:, 0], one.rate)
-                for kind in ("acc", "gyr")
-            ]
-        )
+        signals = ((one.acc, other.acc), (one.gyr, other.gyr))
+        sides.append([vector_r(first[:, 0], second[:, 0], one.rate) for first, second in signals])
     before, after = sides
     return Alike(*zip(before, after, strict=True))
 

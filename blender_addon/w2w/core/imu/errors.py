@@ -181,11 +181,6 @@ def bias_drift(
     return lfilter([1.0], [1.0, -memory], driven, axis=-1) + np.cumsum(steps, axis=-1)
 
 
-def count_drift_steps(times: np.ndarray) -> int:
-    """Steps of a drift that cover the times."""
-    return int(times[-1] / DRIFT_STEP_S) + 2
-
-
 def join(knots: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Straight lines between values `DRIFT_STEP_S` apart, at some times; float32."""
     at = times / DRIFT_STEP_S

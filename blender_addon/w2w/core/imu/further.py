@@ -11,6 +11,7 @@ from ..blas import multiply
 from ..filtering import count_resampled
 from ..parameters import parameter
 from ..rotations import decompose
+from ..threads import chunks
 from . import errors
 from .errors import SensorStreams
 from .gaps import bridge
@@ -120,8 +121,7 @@ def further_signals(
     n_frames, n_sensors = poses.shape[:2]
     n_samples = count_resampled(n_frames, rate, settings.rate_hz)
     signals = {name: np.empty((n_samples, n_sensors, FURTHER[name]), np.float32) for name in further.record}
-    for start in range(0, n_sensors, CHUNK_SENSORS):
-        part = slice(start, min(start + CHUNK_SENSORS, n_sensors))
+    for part in chunks(n_sensors, CHUNK_SENSORS):
         numbers = range(first_sensor + part.start, first_sensor + part.stop)
         turned, heights = _placed(poses[:, part], rate, settings, sensor, clip, seed, numbers)
         for name, values in signals.items():

@@ -14,7 +14,7 @@ from .quantities import ACCELERATION, ANGLE, HERTZ, METRES, SECONDS, SHARE, TURN
 from .sensor import SensorModel, Triad
 
 
-def _triad(units: Mapping[str, float], most: Mapping[str, float]) -> dict[str, Quantity]:
+def _triad(units: Mapping[str, float], **most: float) -> dict[str, Quantity]:
     """The fields of three axes; `most` holds the highest values that depend on the kind."""
     return {
         "full_scale": Quantity(units, 0, most["full_scale"], above=True, may_be_off=True),
@@ -35,18 +35,12 @@ def _triad(units: Mapping[str, float], most: Mapping[str, float]) -> dict[str, Q
 
 TRIADS = {
     "accelerometer": _triad(
-        ACCELERATION,
-        {
-            "full_scale": 1e4, "resolution": 10.0, "noise_density": 1.0, "bias_instability": 1.0,
-            "random_walk": 1.0, "turn_on_bias": 20.0,
-        },
+        ACCELERATION, full_scale=1e4, resolution=10.0, noise_density=1.0, bias_instability=1.0,
+        random_walk=1.0, turn_on_bias=20.0,
     ),
     "gyroscope": _triad(
-        TURNING,
-        {
-            "full_scale": 200.0, "resolution": 1.0, "noise_density": 0.1, "bias_instability": 0.1,
-            "random_walk": 0.1, "turn_on_bias": 1.0,
-        },
+        TURNING, full_scale=200.0, resolution=1.0, noise_density=0.1, bias_instability=0.1,
+        random_walk=0.1, turn_on_bias=1.0,
     ),
 }  # fmt: skip
 """Fields of each triad."""

@@ -73,7 +73,9 @@ def spline_windows(
         raise ValueError(f"a clip needs at least {MIN_FRAMES} frames to have an acceleration, not {n_frames}")
     degree = min(DEGREE, n_frames - 1)
     penalty = 0.0 if cutoff_hz is None else _penalty(rate / cutoff_hz)
-    reach = _reach(penalty)
+    # frames on either side that a sample depends on
+    time_constant = penalty ** (1 / (2 * SMOOTHNESS)) / np.sin(np.pi / (2 * SMOOTHNESS))
+    reach = int(np.ceil(max(INTERPOLATION_REACH, SMOOTHING_REACH * time_constant)))
     n_samples = count_resampled(n_frames, rate, sample_rate)
     step = Fraction(rate / sample_rate).limit_denominator(10_000)
     exact = abs(float(step) * sample_rate / rate - 1) < 1e-12
@@ -96,12 +98,6 @@ def spline_windows(
 def _penalty(frames_per_cycle: float) -> float:
     """Weight of the roughness, in units of frames, that puts the -3 dB point at the cut-off."""
     return (frames_per_cycle / (2 * np.pi)) ** (2 * SMOOTHNESS) * (np.sqrt(2) - 1)
-
-
-def _reach(penalty: float) -> int:
-    """Frames on either side that a sample depends on."""
-    time_constant = penalty ** (1 / (2 * SMOOTHNESS)) / np.sin(np.pi / (2 * SMOOTHNESS))
-    return int(np.ceil(max(INTERPOLATION_REACH, SMOOTHING_REACH * time_constant)))
 
 
 @lru_cache(maxsize=32)

@@ -34,11 +34,9 @@ class W2W_OT_add_wish(OnPatches, bpy.types.Operator):
         name="Place", description="Where: 'left wrist', 'head', 'waist'", options={"SKIP_SAVE"}
     )
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
+    def work(self, context: Context, body: bpy.types.Object) -> None:
         add_wish(body.w2w, self.kind, self.place)
         results.choose(body)
-        return {"FINISHED"}
 
 
 class W2W_OT_wish_picked(OnPatches, bpy.types.Operator):
@@ -53,15 +51,13 @@ class W2W_OT_wish_picked(OnPatches, bpy.types.Operator):
     def missing(context: Context, body: bpy.types.Object) -> str:
         return OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
+    def work(self, context: Context, body: bpy.types.Object) -> None:
         study = body.w2w
         there = {(wish.kind, wish.place) for wish in study.wishes}
         for where in dict.fromkeys(spot_name(body, patch) for patch in picks(context, body)):
             if (self.kind, where) not in there or self.kind == COST:
                 add_wish(study, self.kind, where)
         results.choose(body)
-        return {"FINISHED"}
 
 
 class W2W_OT_remove_wish(OnPatches, bpy.types.Operator):

@@ -178,8 +178,7 @@ class W2W_OT_side_by_side(OnRanking, bpy.types.Operator):
     bl_idname = "w2w.side_by_side"
     bl_label = "Side by Side"
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
+    def work(self, context: Context, body: bpy.types.Object) -> None:
         study = body.w2w
         if beside_of(study) is not None:
             legend.remove(body)
@@ -193,7 +192,6 @@ class W2W_OT_side_by_side(OnRanking, bpy.types.Operator):
             frame([body, study.beside])
         results.paint(body)
         jobs.redraw(context)
-        return {"FINISHED"}
 
 
 class W2W_PT_regions(ResultPanel, bpy.types.Panel):
