@@ -68,9 +68,7 @@ def _writer(
     config = study.config()
     if tool in WINDOWED or tool in RECORDED:
         if sensor:
-            raise ValueError(
-                f"--for {tool} writes the signals that the run made: give the sensor to `w2w run`"
-            )
+            raise ValueError(f"--for {tool} writes the run's own signals: give the sensor to `w2w run`")
         signals = StudySignals.at(study, places, say)
         kind = "windows" if tool in WINDOWED else "clips"
         write = {**WINDOWED, **RECORDED}[tool]

@@ -67,9 +67,7 @@ def without(library: Library, activities: str) -> Library:
     names = {name for name in library.activities if same_label(name) in given}
     unknown = set(given) - {same_label(name) for name in names}
     if unknown:
-        raise ValueError(
-            f"--leave-out: no clip is labelled {', '.join(sorted(given[key] for key in unknown))}"
-        )
+        raise ValueError(f"--leave-out: no clip is labelled {', '.join(sorted(map(given.get, unknown)))}")
     kept = tuple(clip for clip in library.clips if clip.activity not in names)
     if not kept:
         raise ValueError("--leave-out leaves no clip")

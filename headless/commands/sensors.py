@@ -38,7 +38,7 @@ def sensors(
     if not sensor:
         if out is not None:
             console.print(
-                "--out writes one sensor: name it, as in w2w sensors bmi270 --out mine.json", style="red"
+                "--out writes one sensor: name it, as w2w sensors bmi270 --out mine.json", style="red"
             )
             raise typer.Exit(USAGE)
         console.print(_presets())

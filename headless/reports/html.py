@@ -92,9 +92,7 @@ def write_report(out: Path, project: str | None = None) -> Path:
         worn = {**worn, "places": named}
     together = [sensor["patch"] for sensor in worn["places"]] if worn else []
     shown = [product["patch"] for product in answer["products"][:NUMBERED]] or [patch]
-    less = [
-        product for product in answer["products"][NUMBERED:] if product["name"] == answer["compared_with"]
-    ]
+    less = [each for each in answer["products"][NUMBERED:] if each["name"] == answer["compared_with"]]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
     clips = clip_counts(summary["clips"]["found"], [clip.activity for clip in study.clips], utility)

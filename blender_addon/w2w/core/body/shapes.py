@@ -216,12 +216,10 @@ class _Blend:
     def solve(self, height: float | None, weight: float | None) -> tuple[float, float]:
         """How tall and how stout it takes to reach a height and a weight."""
 
-        def tallness_at(stoutness: float) -> float:
+        def tallness_at(stout: float) -> float:
             if height is None:
                 return 0.0
-            return _solve(
-                lambda tall: float(np.ptp(self.vertices(tall, stoutness)[:, 2])), height, "height", "m"
-            )
+            return _solve(lambda tall: float(np.ptp(self.vertices(tall, stout)[:, 2])), height, "height", "m")
 
         def weight_at(stoutness: float) -> float:
             vertices = self.vertices(tallness_at(stoutness), stoutness)

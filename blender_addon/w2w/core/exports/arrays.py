@@ -153,9 +153,7 @@ def write_parquet(folder: Path, signals: StudySignals) -> int:
                 for index, words_of in zip(numbers, one, strict=True)
             ]
             columns.append(arrow.array(np.tile(recording.time, n_sensors)))
-            columns += [
-                arrow.array(np.ascontiguousarray(values[:, channel])) for channel in range(len(channels))
-            ]
+            columns += [arrow.array(np.ascontiguousarray(column)) for column in values.T]
             writer.write_table(arrow.Table.from_arrays(columns, schema=schema))
             count += 1
     return count

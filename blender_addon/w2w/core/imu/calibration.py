@@ -169,11 +169,9 @@ def shift_between(real: ImuRecording, made: ImuRecording, longest_s: float) -> i
         signals = (smooth(values[:n, 0], recording.rate) for values in (recording.acc, recording.gyr))
         lengths = (np.linalg.norm(values, axis=1) for values in signals)
         sizes.append(np.stack([(v - v.mean()) / (v.std() + 1e-9) for v in lengths]))
-    first, second = sizes
+    a, b = sizes
     lags = np.arange(-reach, reach + 1)
-    alike = [
-        (first[:, max(0, k) : n + min(0, k)] * second[:, max(0, -k) : n - max(0, k)]).mean() for k in lags
-    ]
+    alike = [(a[:, max(0, k) : n + min(0, k)] * b[:, max(0, -k) : n - max(0, k)]).mean() for k in lags]
     return int(lags[int(np.argmax(alike))])
 
 

@@ -75,9 +75,7 @@ class FurtherSensors:
     def __post_init__(self) -> None:
         for name in (*self.record, *self.features):
             if name not in FURTHER:
-                raise ValueError(
-                    f"what can be recorded beside acc and gyr is {', '.join(FURTHER)}, not {name!r}"
-                )
+                raise ValueError(f"beside acc and gyr there are {', '.join(FURTHER)}, not {name!r}")
         missing = [name for name in self.features if name not in self.record]
         if missing:
             raise ValueError(f"{', '.join(missing)} must be recorded to recognise activities by")

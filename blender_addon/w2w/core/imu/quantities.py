@@ -102,7 +102,7 @@ class Quantity:
             return ""
         number = self._number(value, "")
         meant = (
-            unit for unit, size in self.units.items() if size != 1 and self.least < number * size <= self.most
+            unit for unit, size in self.units.items() if size != 1 and self.least < size * number <= self.most
         )
         unit = next(meant, None)
         return (

@@ -88,7 +88,7 @@ class Triad:
             raise ValueError("lowpass_of_rate must be at most 0.5, and stand without lowpass_hz")
         if not self.correlation_s >= errors.DRIFT_STEP_S:
             raise ValueError(
-                f"correlation_s must be at least {errors.DRIFT_STEP_S} s, not {self.correlation_s}"
+                f"correlation_s must be at least {errors.DRIFT_STEP_S}, not {self.correlation_s}"
             )
         if not 1 <= self.lowpass_order <= 8:
             raise ValueError(f"lowpass_order must be 1 to 8, not {self.lowpass_order}")

@@ -75,9 +75,7 @@ GIVEN_ELSEWHERE = {
 def sensor_with(base: SensorModel, content: Mapping[str, Any], name: str) -> SensorModel:
     """A sensor with the fields that JSON content gives and the others of `base`; errors name a wrong one."""
     _refuse_unknown(content, (*OTHERS, *TRIADS, *WHOLE), "")
-    given: dict[str, Any] = {
-        field: WHOLE[field].read(content[field], field) for field in WHOLE if field in content
-    }
+    given: dict[str, Any] = {name: WHOLE[name].read(content[name], name) for name in WHOLE if name in content}
     if "zero_phase" in content:
         given["zero_phase"] = content["zero_phase"]
         if not isinstance(given["zero_phase"], bool):

@@ -90,9 +90,8 @@ def spline_windows(
         last = min(n_frames, int(np.ceil(end)) + 1 + reach)
         first = max(0, min(first, last - degree - 1))
         grid = (round(begin - first, 9), step, stop - start)
-        yield Window(
-            slice(first, last), slice(start, stop), _operators(last - first, degree, penalty, grid, rate)
-        )
+        operators = _operators(last - first, degree, penalty, grid, rate)
+        yield Window(slice(first, last), slice(start, stop), operators)
 
 
 def _penalty(frames_per_cycle: float) -> float:

@@ -96,20 +96,14 @@ def check_apart(names: Sequence[str], vertices: Sequence[int]) -> None:
     at: dict[int, str] = {}
     for name, vertex in zip(names, vertices, strict=True):
         if vertex in at:
-            raise ValueError(
-                f"'{at[vertex]}' and '{name}' are both at vertex {vertex}: leave one of them out"
-            )
+            raise ValueError(f"'{at[vertex]}' and '{name}' are both at vertex {vertex}: leave one out")
         at[vertex] = name
 
 
 def names_elsewhere(patches: PatchSet, vertices: Sequence[int]) -> list[str]:
     """Names of the patches at other vertices than these: no placement there may be called so."""
-    at = set(vertices)
-    return [
-        name
-        for name, vertex in zip(patches.names, patches.vertices.tolist(), strict=True)
-        if vertex not in at
-    ]
+    at, pairs = set(vertices), zip(patches.names, patches.vertices.tolist(), strict=True)
+    return [name for name, vertex in pairs if vertex not in at]
 
 
 def read_placements(path: str | Path) -> dict[str, int | str | tuple[float, float, float]]:
@@ -173,9 +167,7 @@ def _vertex(body: Body, name: str, where: int | str | Sequence[float]) -> int:
     except (TypeError, ValueError):
         position = np.empty(0)
     if isinstance(where, bool) or position.shape != (3,) or not np.isfinite(position).all():
-        raise ValueError(
-            f"'{name}' needs the number of a vertex or a position (x, y, z) in metres, not {where!r}"
-        )
+        raise ValueError(f"'{name}' needs a vertex's number or a position (x, y, z) in metres, not {where!r}")
     away = np.linalg.norm(body.vertices[skin] - position, axis=1)
     if away.min() > FARTHEST_M:
         raise ValueError(

@@ -79,9 +79,7 @@ def rank_agreement(
             f"the two scores must be of the same patches or sites, not {first.shape} and {second.shape}"
         )
     if len(first) < 3:
-        raise ValueError(
-            f"a ranking of {len(first)} patches or sites cannot agree or disagree; three are needed"
-        )
+        raise ValueError(f"a ranking of {len(first)} patches or sites cannot agree or disagree; three can")
     rng = np.random.default_rng(seed)
     rho = float(spearman_rows(first, second))
     if np.isnan(rho):

@@ -144,9 +144,7 @@ class Terms:
         for wish in required:
             patches = np.atleast_1d(np.asarray(wish, dtype=np.int64))
             if not mask[patches].any():
-                raise ValueError(
-                    f"one of the patches {patches.tolist()} is required, but none of them is allowed"
-                )
+                raise ValueError(f"one of the patches {patches.tolist()} is required, but none is allowed")
             options.append(patches[mask[patches]])
         limit = int(mask.sum()) if max_size is None else max_size
         if limit < max(1, len(options)):

@@ -98,9 +98,7 @@ def _settled(
         stack.enter_context(coarse_collider(mesh))
         for item in garments:
             stack.enter_context(_simulated_over(item, frames, scene_rate()))
-        followed = [
-            Followed(item, own, len(frames) - before) for item, own in zip(garments, covers, strict=True)
-        ]
+        followed = [Followed(*each, len(frames) - before) for each in zip(garments, covers, strict=True)]
         with closing(each_frame(frames)) as numbers:
             for number in numbers:
                 if number >= before:

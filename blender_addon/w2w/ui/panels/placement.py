@@ -30,9 +30,7 @@ class W2W_OT_add_wish(OnPatches, bpy.types.Operator):
     bl_label = "Add Wish"
 
     kind: EnumProperty(name="Wish", description="What is wished for", items=KINDS, default=FORBID)
-    place: StringProperty(
-        name="Place", description="Where: 'left wrist', 'head', 'waist'", options={"SKIP_SAVE"}
-    )
+    place: StringProperty(name="Place", description="Such as 'left wrist', 'head'", options={"SKIP_SAVE"})
 
     def work(self, context: Context, body: bpy.types.Object) -> None:
         add_wish(body.w2w, self.kind, self.place)

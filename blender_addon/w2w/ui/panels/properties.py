@@ -113,9 +113,7 @@ class W2W_PG_study(SensorProperties, Group):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")
-    has_shape: BoolProperty(
-        name="Has a Shape", description="This is W2W's own body, whose shape can be changed"
-    )
+    has_shape: BoolProperty(name="Has a Shape", description="W2W's own body, whose shape can be changed")
     shape: PointerProperty(type=W2W_PG_shape, name="Shape")
     show_armature: BoolProperty(
         name="Show Armature", description="Show the body's bones", default=False, update=rows.show_armature
@@ -218,9 +216,7 @@ class W2W_PG_study(SensorProperties, Group):
         update=rows.fix_range,
     )
     range_low: FloatProperty(name="Low", description="F1 at the low end of the colours", **ENDS)
-    range_high: FloatProperty(
-        name="High", description="F1 at the high end of the colours", default=1.0, **ENDS
-    )
+    range_high: FloatProperty(name="High", description="F1 at their high end", default=1.0, **ENDS)
 
     target: FloatProperty(**declared("target"), precision=2, subtype="FACTOR", update=rows.choose_patches)
     every_activity: FloatProperty(

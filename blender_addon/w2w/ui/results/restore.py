@@ -101,9 +101,7 @@ def clips_of(
     except (TypeError, ValueError) as error:
         raise ValueError(f"{run.out}: what summary.json says of clips is damaged: {error}") from error
     skipped = [(entry["file"], entry["reason"]) for entry in run.summary.get("skipped", [])]
-    return used + [
-        {"name": shown(Path(file).name), "file": file, "problem": reason} for file, reason in skipped
-    ]
+    return used + [{"name": shown(Path(file).name), "file": file, "problem": why} for file, why in skipped]
 
 
 def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]]) -> None:
