@@ -35,9 +35,8 @@ def write_folder(
     check_new(folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
     found, clips = study.results, []
-    with tempfile.TemporaryDirectory(
-        dir=folder.parent, prefix=f".{folder.name[:40]}.", suffix=UNFINISHED
-    ) as temporary:
+    prefix = f".{folder.name[:40]}."
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=prefix, suffix=UNFINISHED) as temporary:
         out = Path(temporary) / "results"
         for name in FOLDERS:
             (out / name).mkdir(parents=True)

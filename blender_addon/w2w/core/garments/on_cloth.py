@@ -87,7 +87,9 @@ def caught_sentence(frames: Mapping[str, int], of: int) -> str:
     found = [f"{name} in {count}" for name, count in frames.items() if count]
     if not found:
         return ""
-    return f"{HAS_CAUGHT}, stretched to over {CAUGHT:g} times its length: {', '.join(found)} of {of} frames"
+    return (
+        f"{HAS_CAUGHT}, stretched to more than {CAUGHT:g} times its length: {', '.join(found)} of {of} frames"
+    )
 
 
 def caught_content(frames: Mapping[str, int], of: int) -> dict[str, Any]:

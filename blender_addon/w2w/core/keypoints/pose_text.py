@@ -106,7 +106,9 @@ def read_json_pose(path: Path) -> RawPose:
         raise UnusableMotion(_WRONG_JSON)
     array = _array(content[key])
     if names and (array.ndim != 3 or array.shape[1] != len(names) or array.shape[2] < 3):
-        raise UnusableMotion(f"its '{key}' have shape {array.shape}, there are {len(names)} 'joint_names'")
+        raise UnusableMotion(
+            f"its '{key}' have shape {array.shape}, and there are {len(names)} 'joint_names'"
+        )
     return RawPose(array, tuple(names), facts_of(content))
 
 

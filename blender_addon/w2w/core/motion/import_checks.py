@@ -116,7 +116,9 @@ def _bones(content: dict[str, Any]) -> dict[int, str]:
         except (KeyError, TypeError, IndexError, AttributeError):
             continue
     if not found:
-        raise UnusableMotion("it does not say which nodes are a body's bones: it is damaged, or no VRM")
+        raise UnusableMotion(
+            "it does not say which of its nodes are a body's bones: it is damaged, or no VRM"
+        )
     return found
 
 

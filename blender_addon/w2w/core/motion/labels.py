@@ -61,7 +61,9 @@ def read_labels(
             strangers.append(row["file"])
             continue
         if rows.get(file, row | {"file": file}) != row | {"file": file}:
-            raise LibraryError(f"{shown(path)}, line {number}: '{file}' stands twice with different labels")
+            raise LibraryError(
+                f"{shown(path)}, line {number}: '{file}' is listed twice with different labels"
+            )
         rows[file] = row | {"file": file}
     if not rows:
         raise LibraryError(_useless(path, inside, strangers, empty))

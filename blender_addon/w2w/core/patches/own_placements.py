@@ -96,7 +96,9 @@ def check_apart(names: Sequence[str], vertices: Sequence[int]) -> None:
     at: dict[int, str] = {}
     for name, vertex in zip(names, vertices, strict=True):
         if vertex in at:
-            raise ValueError(f"'{at[vertex]}' and '{name}' are both at vertex {vertex}: leave one out")
+            raise ValueError(
+                f"'{at[vertex]}' and '{name}' are both at vertex {vertex}: leave one of them out"
+            )
         at[vertex] = name
 
 
@@ -167,7 +169,9 @@ def _vertex(body: Body, name: str, where: int | str | Sequence[float]) -> int:
     except (TypeError, ValueError):
         position = np.empty(0)
     if isinstance(where, bool) or position.shape != (3,) or not np.isfinite(position).all():
-        raise ValueError(f"'{name}' needs a vertex's number or a position (x, y, z) in metres, not {where!r}")
+        raise ValueError(
+            f"'{name}' needs the number of a vertex or a position (x, y, z) in metres, not {where!r}"
+        )
     away = np.linalg.norm(body.vertices[skin] - position, axis=1)
     if away.min() > FARTHEST_M:
         raise ValueError(

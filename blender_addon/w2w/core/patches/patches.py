@@ -214,7 +214,9 @@ def _check(body: Body, n: int, symmetric: bool) -> None:
         raise ValueError(f"patches are sampled on a Body, not on {body!r}")
     n_vertices = len(body.vertices)
     if not (isinstance(n, Integral) and 1 <= n <= n_vertices):
-        raise ValueError(f"n must be a whole number from 1 to the body's {n_vertices} vertices, not {n!r}")
+        raise ValueError(
+            f"n must be a whole number between 1 and the body's {n_vertices} vertices, not {n!r}"
+        )
     if symmetric and (body.mirror is None or not (body.mirror == np.arange(n_vertices)).any()):
         raise ValueError(f'body "{body.name}" has no mirror map, so its patches cannot be symmetric')
     loose = np.setdiff1d(np.arange(n_vertices), body.faces)

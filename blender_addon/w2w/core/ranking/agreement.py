@@ -79,7 +79,9 @@ def rank_agreement(
             f"the two scores must be of the same patches or sites, not {first.shape} and {second.shape}"
         )
     if len(first) < 3:
-        raise ValueError(f"a ranking of {len(first)} patches or sites cannot agree or disagree; three can")
+        raise ValueError(
+            f"a ranking of {len(first)} patches or sites cannot agree or disagree; three are needed"
+        )
     rng = np.random.default_rng(seed)
     rho = float(spearman_rows(first, second))
     if np.isnan(rho):

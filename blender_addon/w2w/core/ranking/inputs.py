@@ -200,14 +200,9 @@ class WindowFiles:
 
     def __init__(self, paths: Sequence[Path], windows: Sequence[int], spec: WindowSpec) -> None:
         self._paths, self._spec = list(paths), spec
-        self._parts = [
-            (
-                StoredArray.find(path, "acc"),
-                StoredArray.find(path, "gyr"),
-                float(load_arrays(path, ("rate",), "is no recording")["rate"]),
-            )
-            for path in paths
-        ]
+        rates = (float(load_arrays(path, ("rate",), "is no recording")["rate"]) for path in paths)
+        found = ((StoredArray.find(path, "acc"), StoredArray.find(path, "gyr")) for path in paths)
+        self._parts = [(acc, gyr, rate) for (acc, gyr), rate in zip(found, rates, strict=True)]
         self._ends = np.cumsum(windows)
         self._counts = list(windows)
         self._chosen: dict[int, np.ndarray] = {}
@@ -225,9 +220,8 @@ class WindowFiles:
         for clip, (count, end) in enumerate(zip(self._counts, self._ends, strict=True)):
             acc, gyr, rate = self._parts[clip]
             recording = ImuRecording(acc.columns(first, last), gyr.columns(first, last), rate)
-            block[end - count : end] = cut_windows(
-                recording, self._spec, self._starts(clip, acc.shape[0], rate)
-            ).signals
+            starts = self._starts(clip, acc.shape[0], rate)
+            block[end - count : end] = cut_windows(recording, self._spec, starts).signals
         return block
 
     def _starts(self, clip: int, n_samples: int, rate: float) -> np.ndarray | None:

@@ -140,7 +140,9 @@ def best_take(
     actions = list(bpy.data.actions if actions is None else actions)
     takes = [take for armature in people for take in find_takes(armature, actions)]
     if not takes:
-        raise UnusableMotion(f"'{people[0].name}' with {len(people[0].data.bones)} bones has no animation")
+        raise UnusableMotion(
+            f"its armature '{people[0].name}' ({len(people[0].data.bones)} bones) has no animation"
+        )
     motion = _most_moving(takes)
     return replace(motion, people=max(len(people), people_in(motion.parents[1:] - 1)))
 

@@ -216,7 +216,9 @@ class W2W_PG_study(SensorProperties, Group):
         update=rows.fix_range,
     )
     range_low: FloatProperty(name="Low", description="F1 at the low end of the colours", **ENDS)
-    range_high: FloatProperty(name="High", description="F1 at their high end", default=1.0, **ENDS)
+    range_high: FloatProperty(
+        name="High", description="F1 at the high end of the colours", default=1.0, **ENDS
+    )
 
     target: FloatProperty(**declared("target"), precision=2, subtype="FACTOR", update=rows.choose_patches)
     every_activity: FloatProperty(

@@ -96,11 +96,8 @@ class EstimatorClassifier:
 
 def own(classifier: Any) -> Any:
     """The user's own classifier, checked to be one."""
-    if (
-        not isinstance(classifier, type)
-        and hasattr(classifier, "inputs")
-        and hasattr(classifier, "predict_folds")
-    ):
+    is_one = hasattr(classifier, "inputs") and hasattr(classifier, "predict_folds")
+    if is_one and not isinstance(classifier, type):
         return classifier
     if hasattr(classifier, "fit") and hasattr(classifier, "predict"):
         name = classifier.__name__ if isinstance(classifier, type) else type(classifier).__name__

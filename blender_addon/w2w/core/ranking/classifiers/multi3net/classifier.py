@@ -96,21 +96,10 @@ class Multi3Net:
     def full(cls, **changes: object) -> Multi3Net:
         """The published sizes and schedule: weeks, not minutes, for hundreds of patches."""
         published = {
-            "width": 256,
-            "hidden": 1536,
-            "embedding": 256,
-            "spectrum": 0,
-            "learning_rate": 1e-3,
-            "batch_size": 32,
-            "epochs": 300,
-            "weight_decay": 0.0,
-            "label_smoothing": 0.0,
-            "mixup": 0.0,
-            "early_stopping": True,
-            "patience": 30,
-            "lr_patience": 10,
-            "group": 4,
-        }
+            "width": 256, "hidden": 1536, "embedding": 256, "spectrum": 0, "learning_rate": 1e-3,
+            "batch_size": 32, "epochs": 300, "weight_decay": 0.0, "label_smoothing": 0.0, "mixup": 0.0,
+            "early_stopping": True, "patience": 30, "lr_patience": 10, "group": 4,
+        }  # fmt: skip
         return cls(**(published | changes))
 
     @staticmethod

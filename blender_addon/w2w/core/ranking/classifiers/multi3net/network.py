@@ -50,12 +50,8 @@ class Examples:
         parts = [_scaled(signals, rows, (1, 3))]
         if spectrum:
             parts.append(_scaled(shape_of(signals, std, spectrum), rows, (3,)))
-        return cls(
-            torch.cat(parts, dim=1),
-            torch.as_tensor(labels, device=device),
-            rows,
-            torch.as_tensor(validation, device=device),
-        )
+        shown, checked = (torch.as_tensor(values, device=device) for values in (labels, validation))
+        return cls(torch.cat(parts, dim=1), shown, rows, checked)
 
     def of(self, patches: Tensor) -> Examples:
         """The same windows of some of the patches."""
