@@ -48,9 +48,8 @@ def export(
             raise ValueError(f"--for must be one of {', '.join(TOOLS)}, not {tool}")
         study = StudyResults.load(results)
         target = out or results / "export" / tool
-        write = _writer(
-            study, tool, places, sensor, lambda text: console.print(f"{capital(text)}.", markup=False)
-        )
+        say = lambda text: console.print(f"{capital(text)}.", markup=False)  # noqa: E731
+        write = _writer(study, tool, places, sensor, say)
         check_whole(target)
     with (
         ending(NOTHING_TO_DO, console, "Nothing written: "),

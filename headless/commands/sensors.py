@@ -61,7 +61,10 @@ def sensors(
 
 
 def _presets() -> Table:
-    drifting = [name for name, model in PRESETS.items() if _drifts(model)]
+    triads = {name: (model.accelerometer, model.gyroscope) for name, model in PRESETS.items()}
+    drifting = [
+        name for name in triads if any(one.bias_instability or one.random_walk for one in triads[name])
+    ]
     worn = [f"{name} ({how})" for name, model in PRESETS.items() if (how := _worn(model))]
     table = Table(
         title=f"Sensor presets ('{DEFAULT_SENSOR}' by default)",
@@ -95,11 +98,6 @@ def _figures(model: SensorModel) -> list[str]:
         _number(gyr.noise_density, 1e3 * degrees(1)),
         _bandwidth(gyr.lowpass_hz, gyr.lowpass_of_rate),
     ]
-
-
-def _drifts(model: SensorModel) -> bool:
-    triads = (model.accelerometer, model.gyroscope)
-    return any(triad.bias_instability or triad.random_walk for triad in triads)
 
 
 def _worn(model: SensorModel) -> str:

@@ -56,6 +56,11 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
         raise
 
 
+def folder_beside(path: Path) -> tempfile.TemporaryDirectory[str]:
+    """A temporary folder beside a path: what is made in it takes its name by a rename."""
+    return tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem[:40]}.", suffix=UNFINISHED)
+
+
 def write_npz(path: str | Path, arrays: Mapping[str, Any], compress: bool = False) -> None:
     """Write arrays, but none of objects, to an npz file, atomically and with reproducible bytes."""
     method = zipfile.ZIP_DEFLATED if compress else zipfile.ZIP_STORED

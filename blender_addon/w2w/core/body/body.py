@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A body in its rest pose: mesh, joints and skinning weights, read from and written to npz."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -98,7 +96,7 @@ class Body:
         write_npz(path, arrays)
 
     @classmethod
-    def load(cls, path: str | Path) -> Body:
+    def load(cls, path: str | Path) -> Self:
         """Read a body that `save` wrote; a ValueError says where the file is no W2W body."""
         needed = ("vertices", "faces", "joints", "weights", "name")
         data: dict[str, Any] = load_arrays(path, needed, "is not a W2W body", ("mirror",))
@@ -107,7 +105,7 @@ class Body:
         return cls(**data)
 
     @classmethod
-    def bundled(cls) -> Body:
+    def bundled(cls) -> Self:
         """The CC0 body that comes with W2W."""
         return cls.load(BUNDLED_BODY)
 

@@ -5,12 +5,10 @@ Variants of a motion are synthesised anew, so their signals are those of a body 
 so. All keep the clip's name: a clip and its variants are one group and never straddle a split.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -57,7 +55,7 @@ class Augmentation:
                 raise ValueError(f"{name} must be between 0 and {limit:g}, not {getattr(self, name)}")
 
     @classmethod
-    def only(cls, switches: Collection[str], copies: int = 4) -> Augmentation:
+    def only(cls, switches: Collection[str], copies: int = 4) -> Self:
         """Some of `SWITCHES` at their usual strength, the others off; ValueError where a name is unknown."""
         unknown = sorted(set(switches) - set(SWITCHES))
         if unknown:

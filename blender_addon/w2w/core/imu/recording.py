@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A recording of one or more inertial sensors: its channels and their units, and its npz file."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -120,13 +118,13 @@ class ImuRecording:
         """All that it holds, shape (T, N, K), the channels in the order of `readings`."""
         return np.concatenate([getattr(self, reading.name) for reading in self.readings], axis=2)
 
-    def at(self, sensors: Sequence[int]) -> ImuRecording:
+    def at(self, sensors: Sequence[int]) -> Self:
         """The recording of some of its sensors."""
         chosen = list(sensors)
         arrays = {reading.name: getattr(self, reading.name)[:, chosen] for reading in self.readings}
         return replace(self, sites=tuple(self.sites[sensor] for sensor in chosen if self.sites), **arrays)
 
-    def labelled(self, sites: tuple[str, ...], activity: str, subject: str, clip: str) -> ImuRecording:
+    def labelled(self, sites: tuple[str, ...], activity: str, subject: str, clip: str) -> Self:
         """The recording under other labels."""
         return replace(self, sites=sites, activity=activity, subject=subject, clip=clip)
 
@@ -153,7 +151,7 @@ class ImuRecording:
         write_npz(path, held | labels | self.further)
 
     @classmethod
-    def load(cls, path: str | Path) -> ImuRecording:
+    def load(cls, path: str | Path) -> Self:
         """Read a recording that `save` wrote.
 
         Raises

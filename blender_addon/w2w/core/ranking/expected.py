@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Expected F1 on other clips: a map pooled, shrunk to what repeats, with honest intervals."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from scipy.stats import norm, t
@@ -223,7 +221,7 @@ class Unhalved:
     clips_of_halved: np.ndarray  # (H,)
 
     @classmethod
-    def of(cls, weights: np.ndarray, both: np.ndarray, clips: np.ndarray) -> Unhalved:
+    def of(cls, weights: np.ndarray, both: np.ndarray, clips: np.ndarray) -> Self:
         """From what each activity (A,) counts, whether both halves show it, and its clips."""
         rows = ~both & (weights > 0)
         shares = weights / weights.sum()

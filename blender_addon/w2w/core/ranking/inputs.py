@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Features or windows of a whole library, read from its clips' files some patches at a time."""
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import ClassVar, Protocol, Self, runtime_checkable
 from zipfile import ZIP_STORED, ZipFile
 
 import numpy as np
@@ -31,7 +29,7 @@ class StoredArray:
     dtype: np.dtype
 
     @classmethod
-    def find(cls, path: Path, name: str) -> StoredArray:
+    def find(cls, path: Path, name: str) -> Self:
         """Find an array that `files.write_npz` wrote; a ValueError if it holds none, or compresses it."""
         try:
             with ZipFile(path) as archive:

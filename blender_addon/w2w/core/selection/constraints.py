@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A designer's constraints, in words, and the terms of a choice among patches that follow from them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -135,7 +133,7 @@ class Terms:
         allowed: np.ndarray | None = None,
         required: Sequence[Requirement] = (),
         cost: np.ndarray | None = None,
-    ) -> Terms:
+    ) -> Self:
         mask = open_mask(allowed, n_patches)
         price = np.ones(n_patches) if cost is None else np.asarray(cost, dtype=np.float64)
         if price.shape != (n_patches,) or not (np.isfinite(price) & (price > 0)).all():
