@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The `w2w` command: its commands, and how it ends."""
 
-from __future__ import annotations
-
 import atexit
 import os
 import shutil

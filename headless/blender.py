@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender in this process, module or program: whether it is there, and where it finds W2W's libraries."""
 
-from __future__ import annotations
-
 import shlex
 import sys
 from collections.abc import Iterator

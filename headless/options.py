@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What options mean: bodies, wishes for sensors, the sensor and its signals, windows, poses from video."""
 
-from __future__ import annotations
-
 import math
 import os
 import re
@@ -199,9 +197,7 @@ def window_spec(window: float, stride: float | None) -> WindowSpec:
     if not math.isfinite(window):
         raise ValueError(f"--window must be a number of seconds, not {window:g}")
     if stride is not None and not 0 < stride <= window:
-        raise ValueError(
-            f"--stride must be at most the window's length (--window {window:g}), not {stride:g}"
-        )
+        raise ValueError(f"--stride must be at most the window's length ({window:g}), not {stride:g}")
     return WindowSpec.of_length(window, stride)
 
 

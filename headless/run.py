@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`blender --background --python headless/run.py -- LIBRARY --out OUT`: `w2w run` by its path."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

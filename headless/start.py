@@ -4,8 +4,6 @@
 Standard streams may be closed, full, or read by nobody: that gives a sentence, never a traceback.
 """
 
-from __future__ import annotations
-
 import io
 import os
 import signal

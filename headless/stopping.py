@@ -6,8 +6,6 @@ callback, and comes out as a traceback elsewhere. What is on disk survives a kil
 It imports little, so that it is ready before everything that takes a second.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

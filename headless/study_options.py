@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The options of every command that runs a study, defined once: `run` and `study mixamo` have them all."""
 
-from __future__ import annotations
-
 import functools
 import inspect
 import sys
@@ -131,8 +129,9 @@ class StudyOptions(DeclaredOptions):
 
     def config(self) -> StudyConfig:
         """The study's parameters; a ValueError or OSError says which option is wrong."""
+        as_given = ("patches", "classifier", "folds", "by_subject", "target", "every_activity", "max_places")
         config = StudyConfig(
-            patches=self.patches,
+            **{name: getattr(self, name) for name in (*as_given, "seed")},
             placements=tuple(read_placements(self.placements).items()) if self.placements else (),
             garments=parse_garments(self.garment),
             synthesis=options.synthesis_settings(self.rate, self.band, self.convention),
@@ -140,17 +139,10 @@ class StudyOptions(DeclaredOptions):
             further=options.further_sensors(self.record, self.recognise_by, self.magnetic_dip),
             **options.sensor_settings(self.sensor),
             windows=options.window_spec(self.window, self.stride),
-            classifier=self.classifier,
             augmentation=parse_augmentation(self.augment, self.copies),
-            folds=self.folds,
-            by_subject=self.by_subject,
-            target=self.target,
-            every_activity=self.every_activity,
             background=options.words(self.background),
             weights=read_weights(self.weights) if self.weights else (),
-            max_places=self.max_places,
             constraints=options.wishes_over(Constraints(), self.only, self.forbid, self.must, self.costs),
-            seed=self.seed,
             title=self.title.strip(),
         )
         if problem := unavailable(config.classifier):

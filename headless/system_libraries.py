@@ -4,8 +4,6 @@
 Runs by itself on a bare Python, before anything is installed: it prints what is missing as LIBRARY=PACKAGE.
 """
 
-from __future__ import annotations
-
 import ctypes
 import re
 import sys

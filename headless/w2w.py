@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`blender --background --python headless/w2w.py -- COMMAND ...`: the whole command line by its path."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -107,9 +107,7 @@ def synthesize(
         )
     model = sensor if isinstance(sensor, SensorModel) else StudyConfig(sensor=sensor).sensor_model()
     settings = settings or Synthesis(rate_hz=rate)
-    recordings = tuple(
-        record_motion(motions.body, patches, motion, settings, model, seed) for motion in motions
-    )
+    recordings = tuple(record_motion(motions.body, patches, one, settings, model, seed) for one in motions)
     return Signals(recordings, patches, motions)
 
 
@@ -160,9 +158,7 @@ def rank(
     if not isinstance(signals, Signals) or not len(signals):
         raise ValueError("signals must come from synthesize, of one motion at least")
     if isinstance(background, str) or not isinstance(weights or {}, Mapping):
-        raise ValueError(
-            "background is a list of activities, and weights give each a number: {'falling': 3.0}"
-        )
+        raise ValueError("background is a list of activities; weights give each a number: {'falling': 3.0}")
     counted = tuple(background), tuple((weights or {}).items())
     check_counting({recording.activity for recording in signals}, *counted)
     spec = WindowSpec(window, window / 2 if stride is None else stride)

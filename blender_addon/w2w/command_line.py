@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`blender --command w2w ...`: the whole `w2w` command line, from the installed extension alone."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """W2W from Python: bodies and motions from files."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import overload
+from typing import Self, overload
 
 import numpy as np
 
@@ -35,8 +33,8 @@ class Motions(Sequence[Motion]):
     @overload
     def __getitem__(self, index: int) -> Motion: ...
     @overload
-    def __getitem__(self, index: slice) -> Motions: ...
-    def __getitem__(self, index: int | slice) -> Motion | Motions:
+    def __getitem__(self, index: slice) -> Self: ...
+    def __getitem__(self, index: int | slice) -> Motion | Self:
         if isinstance(index, slice):
             return replace(self, motions=self.motions[index], motion_keys=self.motion_keys[index])
         return self.motions[index]

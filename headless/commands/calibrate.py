@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w calibrate`: fit a simulated sensor to one's own, worn with a matching motion."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

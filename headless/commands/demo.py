@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w demo`: a whole run on a motion library that comes with W2W."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w export`: a finished run's signals in the form that other tools read."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 
@@ -50,9 +48,8 @@ def export(
             raise ValueError(f"--for must be one of {', '.join(TOOLS)}, not {tool}")
         study = StudyResults.load(results)
         target = out or results / "export" / tool
-        write = _writer(
-            study, tool, places, sensor, lambda text: console.print(f"{capital(text)}.", markup=False)
-        )
+        say = lambda text: console.print(f"{capital(text)}.", markup=False)  # noqa: E731
+        write = _writer(study, tool, places, sensor, say)
         check_whole(target)
     with (
         ending(NOTHING_TO_DO, console, "Nothing written: "),
@@ -70,9 +67,7 @@ def _writer(
     config = study.config()
     if tool in WINDOWED or tool in RECORDED:
         if sensor:
-            raise ValueError(
-                f"--for {tool} writes the signals that the run made: give the sensor to `w2w run`"
-            )
+            raise ValueError(f"--for {tool} writes the run's own signals: give the sensor to `w2w run`")
         signals = StudySignals.at(study, places, say)
         kind = "windows" if tool in WINDOWED else "clips"
         write = {**WINDOWED, **RECORDED}[tool]

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w inspect`: what a motion file holds, and whether and how it would be used."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

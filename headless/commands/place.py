@@ -1,11 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w place`: choose sensors again from a finished ranking, under a designer's constraints."""
 
-from __future__ import annotations
-
 import json
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -16,7 +13,7 @@ import typer
 from rich.console import Console
 
 from w2w.core.clip_files import WORK
-from w2w.core.files import UNFINISHED, write_json
+from w2w.core.files import UNFINISHED, folder_beside, write_json
 from w2w.core.findings.advice_content import advice_content
 from w2w.core.findings.summary import PLACEMENTS, map_content, write_map, write_placements
 from w2w.core.ranking.weights import check_counting, read_weights
@@ -123,9 +120,7 @@ def place(
 def copied(results: Path, folder: Path) -> Iterator[Path]:
     """A copy of a results folder to work in; it gets its name when the block is done."""
     folder.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(
-        dir=folder.parent, prefix=f".{folder.name[:40]}.", suffix=UNFINISHED
-    ) as temporary:
+    with folder_beside(folder) as temporary:
         copy = Path(temporary) / folder.name
         shutil.copytree(results, copy, ignore=shutil.ignore_patterns(*LEFT_BEHIND, f".*{UNFINISHED}"))
         yield copy

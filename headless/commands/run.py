@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w run`: a folder of motion files in, heatmaps and a sensor recommendation out."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -91,9 +89,7 @@ def without(library: Library, activities: str) -> Library:
     names = {name for name in library.activities if same_label(name) in given}
     unknown = set(given) - {same_label(name) for name in names}
     if unknown:
-        raise ValueError(
-            f"--leave-out: no clip is labelled {', '.join(sorted(given[key] for key in unknown))}"
-        )
+        raise ValueError(f"--leave-out: no clip is labelled {', '.join(sorted(map(given.get, unknown)))}")
     kept = tuple(clip for clip in library.clips if clip.activity not in names)
     if not kept:
         raise ValueError("--leave-out leaves no clip")

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w sensors`: the sensor presets and what sets them apart, or all figures of one sensor."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from math import degrees
 from pathlib import Path
@@ -40,7 +38,7 @@ def sensors(
     if not sensor:
         if out is not None:
             console.print(
-                "--out writes one sensor: name it, as in w2w sensors bmi270 --out mine.json", style="red"
+                "--out writes one sensor: name it, as w2w sensors bmi270 --out mine.json", style="red"
             )
             raise typer.Exit(USAGE)
         console.print(_presets())
@@ -63,7 +61,10 @@ def sensors(
 
 
 def _presets() -> Table:
-    drifting = [name for name, model in PRESETS.items() if _drifts(model)]
+    triads = {name: (model.accelerometer, model.gyroscope) for name, model in PRESETS.items()}
+    drifting = [
+        name for name in triads if any(one.bias_instability or one.random_walk for one in triads[name])
+    ]
     worn = [f"{name} ({how})" for name, model in PRESETS.items() if (how := _worn(model))]
     table = Table(
         title=f"Sensor presets ('{DEFAULT_SENSOR}' by default)",
@@ -97,11 +98,6 @@ def _figures(model: SensorModel) -> list[str]:
         _number(gyr.noise_density, 1e3 * degrees(1)),
         _bandwidth(gyr.lowpass_hz, gyr.lowpass_of_rate),
     ]
-
-
-def _drifts(model: SensorModel) -> bool:
-    triads = (model.accelerometer, model.gyroscope)
-    return any(triad.bias_instability or triad.random_walk for triad in triads)
 
 
 def _worn(model: SensorModel) -> str:

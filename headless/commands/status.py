@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w status`: watch a run from another terminal."""
 
-from __future__ import annotations
-
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -18,9 +16,7 @@ from ..options import argument
 from ..runs.monitor import RunState, read_state
 
 
-def status(
-    out: argument(Path, "OUT", "The results folder of a run."),
-) -> None:
+def status(out: argument(Path, "OUT", "The results folder of a run.")) -> None:
     """Say how far the run in a results folder has come.
 
     Exit codes: 0 there is a run, 2 no run was ever started there.
@@ -60,6 +56,6 @@ def describe(state: RunState, running: bool) -> str:
 def _minutes(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
-    return (
-        f"{hours} h {minutes:02d} min" if hours else f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"
-    )
+    if hours:
+        return f"{hours} h {minutes:02d} min"
+    return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"

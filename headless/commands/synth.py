@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w synth`: what one sensor at one spot would record of one clip, as a table and a picture."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from rich.console import Console

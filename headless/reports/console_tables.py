@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A run's messages on the console: the labels it understood, the clips it skipped, its findings."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,14 +8,8 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from w2w.core.findings import notes
 from w2w.core.findings.advice_content import called, next_worn
-from w2w.core.findings.notes import (
-    copies_sentence,
-    counts_sentence,
-    interval_caution,
-    interval_text,
-    label_notes,
-)
 from w2w.core.findings.sources import shown_in, source_caution
 from w2w.core.findings.summary import best_regions, own_scores, study_counts, window_content
 from w2w.core.garments.cover import garment_content, garment_sentence
@@ -63,7 +55,7 @@ def show_labels(library: Library, console: Console, verbose: bool = False) -> No
     more = f" and {len(counts) - len(listed)} more" if len(counts) > len(listed) else ""
     title = f"{len(library.clips)} clips of {len(counts)} activities, labelled by {library.labelled_by}"
     console.print(f"{title}: {', '.join(listed)}{more}.", markup=False)
-    for note in label_notes(library.check):
+    for note in notes.label_notes(library.check):
         console.print(f"Labels: {note}", style="yellow", markup=False)
 
 
@@ -79,12 +71,12 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     console.print()
     show_skipped(study.clips, study.library, console, plan.verbose)
     show_left_out(utility.left_out, console)
-    _say(copies_sentence(study.copies), console)
+    _say(notes.copies_sentence(study.copies), console)
     show_window_warning(study.clips, study.config.windows, console)
     if caution := source_caution(shown_in(study)):
         console.print(f"Caution: {caution}.", style="bold yellow", markup=False)
     _show_garments(study, console)
-    console.print(f"{counts_sentence(study_counts(study), utility)}.")
+    console.print(f"{notes.counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {out / 'utility.csv'}\nSummary:  {out / 'summary.json'}")
     if plan.pictures:
         for title, name in (("Heatmaps:", HEATMAPS), ("Blender: ", draw.BLEND)):
@@ -119,7 +111,7 @@ def _show_regions(results: StudyResults, console: Console) -> None:
     table = _table(title, ("patch", *figures), right=figures)
     utility = results.utility
     for row in best_regions(utility, results.patches):
-        interval = interval_text(row["low"], row["high"], headline.mean_caution(utility))
+        interval = notes.interval_text(row["low"], row["high"], headline.mean_caution(utility))
         equal = "yes" if row["as_good"] else "no"
         table.add_row(row["name"], f"{row['expected']:.3f}", interval, equal, f"{row['f1']:.3f}")
     console.print(table)
@@ -166,7 +158,7 @@ def show_answer(advice: Advice, utility: UtilityMap, console: Console) -> None:
     _say(headline.spot_caution(advice.best, utility), console, "bold yellow")
     _say(headline.mean_sentence(utility), console, "")
     console.print(f"{headline.confidence_sentence(utility, advice.best)}.")
-    if warning := interval_caution(utility):
+    if warning := notes.interval_caution(utility):
         console.print(f"Caution: {warning}.", style="yellow")
 
 

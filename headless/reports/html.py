@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w report`: a finished study as one page that opens in any browser, without a network."""
 
-from __future__ import annotations
-
 import base64
 import json
 from pathlib import Path
@@ -94,9 +92,7 @@ def write_report(out: Path, project: str | None = None) -> Path:
         worn = {**worn, "places": named}
     together = [sensor["patch"] for sensor in worn["places"]] if worn else []
     shown = [product["patch"] for product in answer["products"][:NUMBERED]] or [patch]
-    less = [
-        product for product in answer["products"][NUMBERED:] if product["name"] == answer["compared_with"]
-    ]
+    less = [each for each in answer["products"][NUMBERED:] if each["name"] == answer["compared_with"]]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
     clips = clip_counts(summary["clips"]["found"], [clip.activity for clip in study.clips], utility)
@@ -108,12 +104,9 @@ def write_report(out: Path, project: str | None = None) -> Path:
         counts=counts_sentence(clips, utility),
         caution=interval_caution(utility),
         mean_caution=headline.mean_caution(utility),
-        can_rank=utility.can_rank,
         spot_caution=headline.spot_caution(best, utility),
         answer=answer,
-        products=answer["products"],
         first_products=[*answer["products"][:NUMBERED], *less][: NUMBERED + 1],
-        cards=summary["cards"],
         still=still_picture(study, body, shown, together),
         repeats=headline.confidence_sentence(utility, best),
         notes=_notes(summary, len(study.patches)),

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A picture of one sensor's signal: specific force, angular velocity and whatever else it records."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The report's body where nothing turns, front and back: for print, mail and screen readers."""
 
-from __future__ import annotations
-
 import base64
 import io
 from typing import Any

@@ -8,8 +8,6 @@ the ridge map took 1.05 times, so it multiplies by NumPy. Its Cython interface, 
 Python one, lets go of the interpreter's lock and takes parts of larger arrays as they lie.
 """
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Callable
 from functools import lru_cache

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From clips with labels to a ranking of patches: what the panel, the command line and Python do last."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -50,14 +48,14 @@ class WindowLabels:
     is_test: np.ndarray
 
     @classmethod
-    def of(cls, clips: Sequence[LabelledClip], windows: Sequence[ClipWindows]) -> WindowLabels:
+    def of(cls, clips: Sequence[LabelledClip], windows: Sequence[ClipWindows]) -> Self:
         """Labels of the windows of ranked clips, one clip after another."""
         counts = [len(found.is_test) for found in windows]
         labels = ([getattr(clip, name) for clip in clips] for name in ("activity", "motion_key", "subject"))
         is_test = np.concatenate([found.is_test for found in windows])
         return cls(*(np.repeat(values, counts) for values in labels), is_test)
 
-    def some(self, rows: np.ndarray) -> WindowLabels:
+    def some(self, rows: np.ndarray) -> Self:
         """Of some windows, by their numbers or a mask."""
         return WindowLabels(self.activity[rows], self.motion[rows], self.subject[rows], self.is_test[rows])
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scores as colours: one perceptual colour map for every heatmap, colour bar and overlay."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

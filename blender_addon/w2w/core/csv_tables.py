@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Tables as csv text: read from spreadsheets of any country, written so that no cell runs as a formula."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Read npz files from anywhere: no pickles, no more memory than the file honestly holds, only ValueErrors."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 import json
@@ -56,6 +54,11 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
     except BaseException:
         Path(temporary).unlink(missing_ok=True)
         raise
+
+
+def folder_beside(path: Path) -> tempfile.TemporaryDirectory[str]:
+    """A temporary folder beside a path: what is made in it takes its name by a rename."""
+    return tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem[:40]}.", suffix=UNFINISHED)
 
 
 def write_npz(path: str | Path, arrays: Mapping[str, Any], compress: bool = False) -> None:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Low-pass filters and resampling along the last axis of regularly sampled signals."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from functools import lru_cache
 

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A finished study: its results folder, read back to rank or choose again without baking, and its clips."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -45,7 +43,7 @@ class StudyResults:
     parameters: dict[str, Any]
 
     @classmethod
-    def load(cls, out: Path) -> StudyResults:
+    def load(cls, out: Path) -> Self:
         """Read a results folder; ValueError if `out` is not that of a finished run."""
         try:
             summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))

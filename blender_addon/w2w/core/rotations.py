@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rotations as quaternions: from world matrices, their turns and rates. The component comes first."""
 
-from __future__ import annotations
-
 import numpy as np
 
 RIGID_TOLERANCE = 0.01

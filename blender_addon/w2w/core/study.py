@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A study's parameters and the order of its steps, from a motion to a recommendation."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from numbers import Real
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -174,7 +172,7 @@ class StudyConfig:
         return values
 
     @classmethod
-    def from_dict(cls, parameters: Mapping[str, Any]) -> StudyConfig:
+    def from_dict(cls, parameters: Mapping[str, Any]) -> Self:
         """The config that `as_dict` gave; what is not given takes its default.
 
         Raises

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Threads for numerical work on independent parts of one array."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -28,6 +26,11 @@ def for_each(work: Callable[[Part], None], parts: Sequence[Part]) -> None:
             return
         with ThreadPoolExecutor(n_threads()) as pool:
             list(pool.map(work, parts))
+
+
+def chunks(count: int, size: int) -> list[slice]:
+    """Ranges of this size, the last one shorter, that make up a whole."""
+    return [slice(start, min(start + size, count)) for start in range(0, count, size)]
 
 
 def unthreaded_products() -> AbstractContextManager[None]:

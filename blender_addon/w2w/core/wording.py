@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Names, file names and sentences, written for people and read from them."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Collection

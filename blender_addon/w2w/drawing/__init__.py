@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Heatmaps on the body as pictures: no Blender, no window."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Expected F1 as colour attributes of a body's mesh, and a second map on a copy beside the body."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import bpy

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The user interface: what registers with Blender, in the order in which it must."""
 
-from __future__ import annotations
-
 from types import ModuleType
 
 import bpy

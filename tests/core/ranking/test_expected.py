@@ -45,10 +45,10 @@ def test_a_real_lead_is_found_and_promised_as_it_is():
     for seed in range(30):
         truth = np.repeat(0.5 + 0.1 * rng.normal(size=(1, N)), A, axis=0)
         found, other = world(truth, 0.01, 0.1, seed)
-        best = found.mean.argmax()
+        best = found.expected_mean.argmax()
         assert found.can_rank
         assert found.as_good.mean() < 0.7
-        promised.append(found.mean[best])
+        promised.append(found.expected_mean[best])
         given.append(other.mean(axis=0)[best])
         lead.append(truth[0, best] - 0.5)
     assert np.mean(lead) > 0.15
@@ -57,8 +57,8 @@ def test_a_real_lead_is_found_and_promised_as_it_is():
 
 def test_the_naive_promise_would_be_too_high():
     found, other = zip(*(world(np.full((A, N), 0.5), 0.0, 0.1, seed) for seed in range(60)), strict=True)
-    delivered = np.mean([o.mean(axis=0)[f.mean.argmax()] for f, o in zip(found, other, strict=True)])
-    assert np.mean([f.mean.max() for f in found]) == pytest.approx(delivered, abs=0.02)
+    delivered = np.mean([o.mean(axis=0)[f.expected_mean.argmax()] for f, o in zip(found, other, strict=True)])
+    assert np.mean([f.expected_mean.max() for f in found]) == pytest.approx(delivered, abs=0.02)
 
 
 def test_intervals_hold_other_clips_f1_about_as_often_as_two_samples_of_one_thing_should():
@@ -69,7 +69,7 @@ def test_intervals_hold_other_clips_f1_about_as_often_as_two_samples_of_one_thin
         truth = np.repeat(0.5 + 0.05 * rng.normal(size=(1, N)), A, axis=0)
         found, other = world(truth, 0.03, 0.05, seed)
         mean = other.mean(axis=0)
-        held.append(((found.low <= mean) & (mean <= found.high)).mean())
+        held.append(((found.expected_low <= mean) & (mean <= found.expected_high)).mean())
     assert 0.7 < np.mean(held) < 0.95
 
 
@@ -82,7 +82,7 @@ def test_intervals_narrow_where_all_clips_bring_f1_nearer_to_one_than_halves_do(
     for whole, halves in ((0.5, 0.5), (0.9, 0.8), (0.9, 0.9)):
         maps = np.concatenate([whole + noise[:1] / 2, halves + noise])
         found = expect(maps, work, Pooling.none(N), 0.95, 0)
-        widths.append(np.median(found.high - found.low))
+        widths.append(np.median(found.expected_high - found.expected_low))
     alike, nearer, still = widths
     assert nearer == pytest.approx(alike * np.sqrt(0.9 * 0.1 / (0.8 * 0.2)), rel=0.06)
     assert still == pytest.approx(alike, rel=0.02)
@@ -95,7 +95,7 @@ def test_intervals_hold_the_truth_where_few_halvings_tell_of_the_level():
         rng = np.random.default_rng(100 + seed)
         truth = np.repeat(0.5 + 0.02 * rng.normal(size=(1, N)), A, axis=0)
         found, _ = world(truth, 0.05, 0.02, seed)
-        held.append(((found.low <= truth[0]) & (truth[0] <= found.high)).mean())
+        held.append(((found.expected_low <= truth[0]) & (truth[0] <= found.expected_high)).mean())
     assert np.mean(held) > 0.885
 
 
@@ -104,7 +104,7 @@ def test_f1_of_one_everywhere_leaves_an_interval():
     halves = 0.9 + 0.05 * np.random.default_rng(2).normal(size=(2 * len(work.pairs), A, N))
     maps = np.concatenate([np.ones((1, A, N)), halves])
     found = expect(maps, work, Pooling.none(N), 0.95, 0)
-    assert (found.high > found.low).all()
+    assert (found.expected_high > found.expected_low).all()
 
 
 def test_clips_that_cannot_be_halved_rank_nothing():
@@ -114,6 +114,6 @@ def test_clips_that_cannot_be_halved_rank_nothing():
     found = expect(raw, work, Pooling.none(N), 0.95, 0)
     assert not found.can_rank
     assert found.as_good.all()
-    assert (found.low == 0).all()
-    assert (found.high == 1).all()
-    assert np.ptp(found.mean) < np.ptp(raw[0].mean(axis=0))
+    assert (found.expected_low == 0).all()
+    assert (found.expected_high == 1).all()
+    assert np.ptp(found.expected_mean) < np.ptp(raw[0].mean(axis=0))

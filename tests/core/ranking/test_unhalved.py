@@ -31,10 +31,10 @@ def test_their_signal_counts_and_their_noise_is_in_the_interval():
         maps = np.stack([truth + noise * rng.normal(size=(10, N)), *halves])
         found = expect(maps, work, Pooling.none(N), 0.95, seed)
         other = (truth + noise * rng.normal(size=(10, N))).mean(axis=0)
-        best = found.mean.argmax()
-        promised.append(found.mean[best] - found.mean.mean())
+        best = found.expected_mean.argmax()
+        promised.append(found.expected_mean[best] - found.expected_mean.mean())
         given.append(truth.mean(axis=0)[best] - truth.mean())
-        held.append(((found.low <= other) & (other <= found.high)).mean())
+        held.append(((found.expected_low <= other) & (other <= found.expected_high)).mean())
     assert np.mean(given) > 0.15
     assert np.mean(promised) == pytest.approx(np.mean(given), abs=0.03)
     assert 0.8 < np.mean(held) <= 1

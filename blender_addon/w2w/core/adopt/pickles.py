@@ -5,8 +5,6 @@ The official files are Python 2 pickles that name classes of numpy, scipy.sparse
 can name any function and have it called, so only stand-ins written here are ever found.
 """
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Callable, Collection
 from pathlib import Path

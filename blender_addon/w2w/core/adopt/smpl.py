@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A user's own SMPL body: official model files, or a mesh with SMPL's faces and no rig."""
 
-from __future__ import annotations
-
 import zipfile
 from pathlib import Path
 from typing import Any

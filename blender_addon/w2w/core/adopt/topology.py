@@ -6,8 +6,6 @@ of a mesh. A digest of the walk tells whether the mesh is SMPL's; one number a v
 SMPL's own order back. Neither holds a position or a list of faces.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections import Counter, deque
 from dataclasses import dataclass

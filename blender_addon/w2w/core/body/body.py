@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A body in its rest pose: mesh, joints and skinning weights, read from and written to npz."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
 from ..files import load_arrays, write_npz
-from .skeleton import JOINT_NAMES, N_JOINTS, PARENTS
+from .skeleton import N_JOINTS, PARENTS
 
 PACKAGE = Path(__file__).resolve().parents[2]
 _TEMPLATES = (PACKAGE / "templates", PACKAGE.parents[1] / "assets" / "templates")
@@ -67,23 +65,17 @@ class Body:
     mirror: np.ndarray | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        _set(self, "vertices", np.ascontiguousarray(self.vertices, dtype=np.float64))
-        _set(self, "faces", np.ascontiguousarray(self.faces, dtype=np.int32))
-        _set(self, "joints", np.ascontiguousarray(self.joints, dtype=np.float64))
-        _set(self, "weights", np.ascontiguousarray(self.weights, dtype=np.float64))
-        if self.mirror is not None:
-            _set(self, "mirror", np.ascontiguousarray(self.mirror, dtype=np.int32))
+        kinds = {"vertices": np.float64, "faces": np.int32, "joints": np.float64, "weights": np.float64}
+        for name, kind in (kinds | ({} if self.mirror is None else {"mirror": np.int32})).items():
+            values = np.ascontiguousarray(getattr(self, name), dtype=kind)
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
         _check(self)
 
     @property
     def parents(self) -> tuple[int, ...]:
         """Parent of each joint, -1 for the root."""
         return PARENTS
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of the 24 joints."""
-        return JOINT_NAMES
 
     @property
     def height(self) -> float:
@@ -97,34 +89,23 @@ class Body:
 
     def save(self, path: str | Path) -> None:
         """Write the body to an npz file, whole or not at all."""
-        arrays = {
-            "vertices": self.vertices,
-            "faces": self.faces,
-            "joints": self.joints,
-            "weights": self.weights.astype(np.float32),
-            "name": np.array(self.name),
-        }
+        arrays = {"vertices": self.vertices, "faces": self.faces, "joints": self.joints}
+        arrays |= {"weights": self.weights.astype(np.float32), "name": np.array(self.name)}
         if self.mirror is not None:
             arrays["mirror"] = self.mirror
         write_npz(path, arrays)
 
     @classmethod
-    def load(cls, path: str | Path) -> Body:
+    def load(cls, path: str | Path) -> Self:
         """Read a body that `save` wrote; a ValueError says where the file is no W2W body."""
         needed = ("vertices", "faces", "joints", "weights", "name")
-        data = load_arrays(path, needed, "is not a W2W body", ("mirror",))
+        data: dict[str, Any] = load_arrays(path, needed, "is not a W2W body", ("mirror",))
         weights = data["weights"].astype(np.float64)
-        return cls(
-            vertices=data["vertices"],
-            faces=data["faces"],
-            joints=data["joints"],
-            weights=weights / weights.sum(axis=1, keepdims=True),
-            name=str(data["name"]),
-            mirror=data.get("mirror"),
-        )
+        data |= {"weights": weights / weights.sum(axis=1, keepdims=True), "name": str(data["name"])}
+        return cls(**data)
 
     @classmethod
-    def bundled(cls) -> Body:
+    def bundled(cls) -> Self:
         """The CC0 body that comes with W2W."""
         return cls.load(BUNDLED_BODY)
 
@@ -138,11 +119,6 @@ def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
         np.add.at(normals, faces[:, corner], face_normals)
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     return normals / np.maximum(lengths, np.finfo(float).tiny)
-
-
-def _set(body: Body, name: str, value: np.ndarray) -> None:
-    value.setflags(write=False)
-    object.__setattr__(body, name, value)
 
 
 def _check(body: Body) -> None:
@@ -160,10 +136,8 @@ def _check(body: Body) -> None:
     for name in ("vertices", "joints", "weights"):
         if not np.isfinite(getattr(body, name)).all():
             raise ValueError(f"{name} holds values that are not finite")
-    if (
-        np.abs(body.weights.sum(axis=1) - 1).max() > WEIGHT_TOLERANCE
-        or body.weights.min() < -WEIGHT_TOLERANCE
-    ):
+    wrong = max(np.abs(body.weights.sum(axis=1) - 1).max(), -body.weights.min())
+    if wrong > WEIGHT_TOLERANCE:
         raise ValueError("skinning weights must be non-negative and sum to 1 at every vertex")
     if body.mirror is not None and body.mirror.shape != (n_vertices,):
         raise ValueError(f"mirror must have shape ({n_vertices},), not {body.mirror.shape}")

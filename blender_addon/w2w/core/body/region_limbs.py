@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Names of the regions of arms, hands, legs and feet, from the place along the bones and around them."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
@@ -100,9 +98,8 @@ def _fingers(
         return {"fingers": vertices[(body.vertices[vertices] - joints[3]) @ axis > 0.35 * axis @ axis]}
     to_thumb = np.cross(dorsal, axis)
     to_thumb *= np.sign(to_thumb @ (FORWARD + UP))
-    members = sorted(
-        (vertices[branch] for branch in branches), key=lambda m: -body.vertices[m].mean(0) @ to_thumb
-    )
+    members = [vertices[branch] for branch in branches]
+    members.sort(key=lambda finger: -body.vertices[finger].mean(axis=0) @ to_thumb)
     return dict(zip(FINGERS, members, strict=True))
 
 

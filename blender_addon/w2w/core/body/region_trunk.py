@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Names of the regions of trunk, neck and head, from height and the way round."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .body import Body, template
-from .skeleton import JOINT_INDEX
+from .skeleton import JOINT_INDEX, midpoint
 
 TRUNK_BANDS: dict[str, dict[str, float]] = template("regions.json")["trunk"]
 """Regions of the trunk by side and height, 0 at the hip joints and 1 at the shoulder joints.
@@ -40,7 +38,7 @@ def groin_height(body: Body, lower: np.ndarray) -> np.ndarray:
     x = across(body)
     edges = body.faces[lower[body.faces].all(axis=1)][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
     crossing = edges[(x[edges[:, 0]] <= 0) & (x[edges[:, 1]] >= 0)]
-    left, right = _joint(body, "left_hip"), _joint(body, "right_hip")
+    left, right = (body.joints[JOINT_INDEX[f"{side}_hip"]] for side in ("left", "right"))
     hip = (left + right) / 2
     crotch = body.vertices[crossing, 2].min() if len(crossing) else hip[2]
     out = np.abs(x) / abs(left[0] - right[0]) * 2
@@ -51,10 +49,7 @@ def groin_height(body: Body, lower: np.ndarray) -> np.ndarray:
 
 def trunk_names(body: Body, vertices: np.ndarray) -> np.ndarray:
     """Names of the regions of vertices of the trunk, shape (K,) of str."""
-    hips, shoulders = (
-        (_joint(body, f"left_{joint}")[2] + _joint(body, f"right_{joint}")[2]) / 2
-        for joint in ("hip", "shoulder")
-    )
+    hips, shoulders = (midpoint(body.joints, part)[2] for part in ("hip", "shoulder"))
     level = (body.vertices[vertices, 2] - hips) / (shoulders - hips)
     azimuth = _trunk_azimuth(body, vertices, level)
     sector = np.searchsorted(SECTOR_ENDS, azimuth)
@@ -107,8 +102,7 @@ def head_names(body: Body, vertices: np.ndarray) -> np.ndarray:
         (level > 0.15, "* eye"),
     ]
     conditions, called = zip(*rules, strict=True)
-    names = np.select(conditions, called, "* cheek")
-    return _with_side(body, vertices, names)
+    return _with_side(body, vertices, np.select(conditions, called, "* cheek"))
 
 
 def _ears(points: np.ndarray, x: np.ndarray, level: np.ndarray) -> np.ndarray:
@@ -145,7 +139,3 @@ def _with_side(body: Body, vertices: np.ndarray, names: np.ndarray) -> np.ndarra
     """Put left or right for the "*" in names."""
     sides = np.where(across(body)[vertices] >= 0, "left", "right")
     return np.char.replace(names, "*", sides)
-
-
-def _joint(body: Body, name: str) -> np.ndarray:
-    return body.joints[JOINT_INDEX[name]]

@@ -7,8 +7,6 @@ side and little finger side; elsewhere on the limbs front, back, lateral and med
 limb may be meant by leaving the side out: "left wrist" is the four regions of the left wrist.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np
@@ -112,8 +110,7 @@ def _stray(adjacency: csr_matrix, codes: np.ndarray) -> np.ndarray:
 
 
 def _adjacency(faces: np.ndarray, n_vertices: int) -> csr_matrix:
-    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    edges = np.concatenate([edges, edges[:, ::-1]])
+    edges = faces[:, [0, 1, 1, 2, 2, 0, 1, 0, 2, 1, 0, 2]].reshape(-1, 2)
     graph = coo_matrix((np.ones(len(edges), np.int32), edges.T), shape=(n_vertices, n_vertices)).tocsr()
     graph.data[:] = 1
     return graph

@@ -68,25 +68,17 @@ class ShapeTargets:
 
     def save(self, path: str | Path) -> None:
         """Write an npz file, whole or not at all."""
-        arrays = {
-            "names": np.array(self.names),
-            "vertices": self.vertices.astype(np.float32),
-            "joints": self.joints.astype(np.float32),
-            "faces_digest": np.array(self.faces_digest),
-        }
-        write_npz(path, arrays, compress=True)
+        moves = {"vertices": self.vertices.astype(np.float32), "joints": self.joints.astype(np.float32)}
+        digest = np.array(self.faces_digest)
+        write_npz(path, {"names": np.array(self.names), **moves, "faces_digest": digest}, compress=True)
 
     @classmethod
     def load(cls, path: str | Path) -> ShapeTargets:
         """Read what `save` wrote."""
         needed = ("names", "vertices", "joints", "faces_digest")
         data = load_arrays(path, needed, "does not hold shape targets")
-        return cls(
-            names=tuple(data["names"].tolist()),
-            vertices=data["vertices"].astype(np.float64),
-            joints=data["joints"].astype(np.float64),
-            faces_digest=str(data["faces_digest"]),
-        )
+        vertices, joints = (data[name].astype(np.float64) for name in ("vertices", "joints"))
+        return cls(tuple(data["names"].tolist()), vertices, joints, str(data["faces_digest"]))
 
     def fit(self, body: Body) -> bool:
         """Whether a body has the vertex order of these targets."""
@@ -177,15 +169,9 @@ class _Blend:
     """Sum of targets with everything settled but how tall and how stout."""
 
     def __init__(
-        self,
-        body: Body,
-        targets: ShapeTargets,
-        gender: float,
-        muscle: float,
-        age: float,
-        arms: float,
+        self, body: Body, targets: ShapeTargets, gender: float, muscle: float, age: float, arms: float,
         legs: float,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._body = body
         self._targets = targets
         self._shares = {"female": (1 - gender) / 2, "male": (1 + gender) / 2}
@@ -230,15 +216,10 @@ class _Blend:
     def solve(self, height: float | None, weight: float | None) -> tuple[float, float]:
         """How tall and how stout it takes to reach a height and a weight."""
 
-        def tallness_at(stoutness: float) -> float:
+        def tallness_at(stout: float) -> float:
             if height is None:
                 return 0.0
-            return _solve(
-                lambda tallness: float(np.ptp(self.vertices(tallness, stoutness)[:, 2])),
-                height,
-                "height",
-                "m",
-            )
+            return _solve(lambda tall: float(np.ptp(self.vertices(tall, stout)[:, 2])), height, "height", "m")
 
         def weight_at(stoutness: float) -> float:
             vertices = self.vertices(tallness_at(stoutness), stoutness)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The 24-joint SMPL skeleton: joint names, parents, the turn from y-up to z-up, and lengths of a body."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -4,8 +4,6 @@
 The arrays are (windows, channels, time) with labels; the table has a row a sample and sensor.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -90,10 +88,7 @@ def write_arrays(folder: Path, signals: StudySignals) -> int:
         rate = recording.rate
     if not windows:
         raise ValueError("no clip of the run is long enough for a window")
-    arrays = {
-        "X": np.concatenate(windows).astype(np.float32, copy=False),
-        "is_test": np.concatenate(is_test),
-    }
+    arrays = {"X": np.concatenate(windows).astype(np.float32, copy=False), "is_test": np.concatenate(is_test)}
     for name, column in zip(("y", "clip", "subject"), zip(*labels, strict=True), strict=True):
         arrays[name] = np.array(column, dtype=np.str_)
     for name, values in arrays.items():
@@ -158,9 +153,7 @@ def write_parquet(folder: Path, signals: StudySignals) -> int:
                 for index, words_of in zip(numbers, one, strict=True)
             ]
             columns.append(arrow.array(np.tile(recording.time, n_sensors)))
-            columns += [
-                arrow.array(np.ascontiguousarray(values[:, channel])) for channel in range(len(channels))
-            ]
+            columns += [arrow.array(np.ascontiguousarray(column)) for column in values.T]
             writer.write_table(arrow.Table.from_arrays(columns, schema=schema))
             count += 1
     return count

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """For OpenSim and Xsens's tools: orientations (.sto), joint centres (.trc), MT Manager's text."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 

@@ -7,8 +7,6 @@ acceleration without gravity and ``vrot`` (T, N, 3, 3) orientation, both in a wo
 60 Hz. An orientation is that of the sensor against its own in the T-pose, as after their calibration.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any

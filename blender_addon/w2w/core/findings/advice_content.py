@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A choice of sensors as plain values on file."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from typing import Any
 
@@ -13,12 +11,7 @@ from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
 from ..selection.answer import Answer, PlaceScore
-from ..selection.headline import (
-    as_good_as,
-    confidence_sentence,
-    mean_sentence,
-    more_clips,
-)
+from ..selection.headline import as_good_as, confidence_sentence, mean_sentence, more_clips
 from ..selection.promise import Promise
 from .notes import interval_caution
 
@@ -56,8 +49,7 @@ def answer_content(answer: Answer, patches: PatchSet) -> dict[str, Any]:
         "ties": answer.ties,
         "patch": answer.patch,
         "name": patches.names[answer.patch],
-        "expected_f1": rounded(answer.expected),
-        "expected_f1_interval": [rounded(answer.low), rounded(answer.high)],
+        **interval_content("expected_f1", answer.expected, answer.low, answer.high),
         "places_differ": answer.differs,
         "recommended": [score.name for score in answer.named],
         "compared_with": answer.other.name if answer.other else "",
@@ -72,8 +64,7 @@ def place_content(score: PlaceScore, patches: PatchSet) -> dict[str, Any]:
         "side": score.side,
         "patch": score.patch,
         "patch_name": patches.names[score.patch],
-        "expected_f1": rounded(score.expected),
-        "expected_f1_interval": [rounded(score.low), rounded(score.high)],
+        **interval_content("expected_f1", score.expected, score.low, score.high),
         "costs": rounded(score.costs),
         "as_good": score.as_good,
     }
@@ -126,9 +117,13 @@ def next_worn(advice: Advice, patches: PatchSet) -> dict[str, Any] | None:
 
 def expected_content(made: Promise, sensors: int, suffix: str = "") -> dict[str, Any]:
     """Expected F1 of the first `sensors` of a set on other clips."""
-    name = f"expected_f1{suffix}"
-    interval = [rounded(made.low[sensors - 1]), rounded(made.high[sensors - 1])]
-    return {name: rounded(made.mean[sensors - 1]), f"{name}_interval": interval}
+    of_size = (values[sensors - 1] for values in (made.mean, made.low, made.high))
+    return interval_content(f"expected_f1{suffix}", *of_size)
+
+
+def interval_content(name: str, value: float, low: float, high: float) -> dict[str, Any]:
+    """A score by a name, and its interval."""
+    return {name: rounded(value), f"{name}_interval": [rounded(low), rounded(high)]}
 
 
 def patch_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
@@ -138,10 +133,8 @@ def patch_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[st
         "name": patches.names[patch],
         "region": patches.regions[patch],
         "vertex": int(patches.vertices[patch]),
-        "mean_f1": rounded(utility.mean[patch]),
-        "mean_f1_interval": [rounded(utility.mean_low[patch]), rounded(utility.mean_high[patch])],
-        "expected_f1": rounded(utility.expected_mean[patch]),
-        "expected_f1_interval": [rounded(utility.expected_low[patch]), rounded(utility.expected_high[patch])],
+        **interval_content("mean_f1", utility.mean[patch], utility.mean_low[patch], utility.mean_high[patch]),
+        **interval_content("expected_f1", *(values[patch] for values in utility.expected)),
         "rank_interval": [int(utility.rank_low[patch]), int(utility.rank_high[patch])],
         "f1": dict(zip(utility.activities, map(rounded, utility.f1[patch]), strict=True)),
     }

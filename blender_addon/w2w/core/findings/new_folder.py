@@ -1,24 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A results folder of a study that no run has made, as `w2w run` would have left it."""
 
-from __future__ import annotations
-
 import shutil
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ..clip_files import (
-    WORK,
-    ClipWindows,
-    copy_file,
-    features_file,
-    motion_file,
-    recordings_of,
-    signals_file,
-)
-from ..files import UNFINISHED, write_json
+from ..clip_files import WORK, ClipWindows, copy_file, features_file, motion_file, recordings_of, signals_file
+from ..files import folder_beside, write_json
 from ..garments.cover import FITTED, Cover, save_covers
 from ..imu.recording import ImuRecording
 from ..motion.motion import Motion
@@ -45,9 +34,7 @@ def write_folder(
     check_new(folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
     found, clips = study.results, []
-    with tempfile.TemporaryDirectory(
-        dir=folder.parent, prefix=f".{folder.name[:40]}.", suffix=UNFINISHED
-    ) as temporary:
+    with folder_beside(folder) as temporary:
         out = Path(temporary) / "results"
         for name in FOLDERS:
             (out / name).mkdir(parents=True)

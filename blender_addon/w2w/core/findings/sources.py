@@ -5,8 +5,6 @@ Simulated sensors recognise the recording system of a clip (docs/truth.md): an a
 alone is told by the system.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -41,17 +39,13 @@ def system_of(skeleton: str, rate: float) -> str:
 def shown_in(study: Study) -> list[Shown]:
     """Where the ranked clips of a study are from."""
     ranked = study.results.utility.activities
-    return [
-        Shown(
-            clip.activity,
-            clip.source,
-            system_of(details.get("skeleton", ""), details.get("frame_rate", 0.0)),
-            clip.file.rpartition("/")[0].partition("/")[0],
-            clip.subject,
-        )
-        for clip, details in ((result.clip, result.details) for result in study.used)
-        if clip.activity in ranked
-    ]
+    found = []
+    for clip, details in ((result.clip, result.details) for result in study.used):
+        if clip.activity in ranked:
+            system = system_of(details.get("skeleton", ""), details.get("frame_rate", 0.0))
+            folder = clip.file.rpartition("/")[0].partition("/")[0]
+            found.append(Shown(clip.activity, clip.source, system, folder, clip.subject))
+    return found
 
 
 def source_caution(clips: Sequence[Shown]) -> str:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A finished study as plain values on file: summary, table, configuration."""
 
-from __future__ import annotations
-
 import math
 import platform
 import sys
@@ -26,7 +24,7 @@ from ..ranking.utility import UtilityMap
 from ..ranking.windows import WindowSpec
 from ..results_folder import UTILITY, ClipResult, Study
 from ..wording import plain_words
-from .advice_content import advice_content, patch_content, rounded
+from .advice_content import advice_content, interval_content, patch_content, rounded
 from .notes import clip_counts, few_clips, label_content
 from .sources import shown_in, source_caution
 
@@ -262,8 +260,7 @@ def _regions(utility: UtilityMap, patches: PatchSet) -> dict[str, dict[str, Any]
             "patches": int(here.sum()),
             "as_good": int(utility.as_good[here].sum()),
             "best_patch": row["patch"],
-            "best_expected_f1": rounded(row["expected"]),
-            "best_expected_f1_interval": [rounded(row["low"]), rounded(row["high"])],
+            **interval_content("best_expected_f1", row["expected"], row["low"], row["high"]),
             "average_expected_f1": rounded(utility.expected_mean[here].mean()),
             "best_mean_f1": rounded(utility.mean[here].max()),
             "average_mean_f1": rounded(utility.mean[here].mean()),

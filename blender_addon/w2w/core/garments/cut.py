@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A loose T-shirt and loose trousers for any body: its skin there, moved off by some ease and smoothed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sensors that sit on cloth, and cloth that has caught on the body: its sensors feel nonsense."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -43,7 +41,7 @@ class ClothSensors:
     rate: float
     caught: tuple[int, ...] = ()
 
-    def carried(self, there: np.ndarray, here: np.ndarray) -> ClothSensors:
+    def carried(self, there: np.ndarray, here: np.ndarray) -> Self:
         """The same over a body in another pose: each sensor keeps its place relative to its patch.
 
         `there` and `here` (T, K, 4, 4) are world matrices of the patches on the skin, in the simulated

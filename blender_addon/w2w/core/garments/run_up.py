@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The run-up before a clip in which cloth settles: from the T-pose it was cut in, at rest, up to speed."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

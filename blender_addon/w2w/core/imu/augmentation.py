@@ -5,12 +5,10 @@ Variants of a motion are synthesised anew, so their signals are those of a body 
 so. All keep the clip's name: a clip and its variants are one group and never straddle a split.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -57,21 +55,19 @@ class Augmentation:
                 raise ValueError(f"{name} must be between 0 and {limit:g}, not {getattr(self, name)}")
 
     @classmethod
-    def only(cls, switches: Collection[str], copies: int = 4) -> Augmentation:
+    def only(cls, switches: Collection[str], copies: int = 4) -> Self:
         """Some of `SWITCHES` at their usual strength, the others off; ValueError where a name is unknown."""
         unknown = sorted(set(switches) - set(SWITCHES))
         if unknown:
             raise ValueError(f"'{unknown[0]}' is no augmentation; there are {', '.join(SWITCHES)}")
-        off: dict[str, Any] = {"tempo": 0.0, "amplitude": 0.0, "warp": 0.0, "remount": 0.0}
+        off: dict[str, Any] = {"tempo": 0.0, "amplitude": 0.0, "warp": 0.0, "remount_deg": 0.0}
         off |= {"mirror": False, "bodies": False, "noise": False}
-        wanted = {name: value for name, value in off.items() if name not in switches}
-        if "remount" in wanted:
-            wanted["remount_deg"] = wanted.pop("remount")
-        return cls(copies=copies, **wanted)
+        return cls(copies, **{name: off[name] for name in off if name.removesuffix("_deg") not in switches})
 
     def motions(self, motion: Motion, seed: int) -> Iterator[Motion]:
         """Variants of a motion, under its own labels; the same seed gives the same ones."""
-        mirror = self.mirror and not names_side(motion.activity)
+        # the mirror image of an activity that names its side is another activity
+        mirror = self.mirror and SIDES.isdisjoint(re.findall("[a-z]+", motion.activity.lower()))
         for copy in range(self.copies):
             rng = np.random.default_rng([seed, copy])
             variant = mirrored(motion) if mirror and copy % 2 == 0 else motion
@@ -93,11 +89,6 @@ def parse_augmentation(text: str, copies: int) -> Augmentation | None:
     if not names or not copies:
         return None
     return Augmentation.only(SWITCHES if names == ["all"] else names, copies)
-
-
-def names_side(activity: str) -> bool:
-    """Whether an activity says on which side it is done: its mirror image is another activity."""
-    return not SIDES.isdisjoint(re.findall("[a-z]+", activity.lower()))
 
 
 def mirrored(motion: Motion) -> Motion:
@@ -136,12 +127,13 @@ def scaled(motion: Motion, factor: float, joints: Collection[str] = JOINT_NAMES[
     for joint in (JOINT_NAMES.index(name) for name in joints):
         poses = Rotation.from_matrix(rotations[:, joint])
         mean = poses.mean()
-        rotations[:, joint] = (
-            mean * Rotation.from_rotvec(factor * (mean.inv() * poses).as_rotvec())
-        ).as_matrix()
+        away = Rotation.from_rotvec(factor * (mean.inv() * poses).as_rotvec())
+        rotations[:, joint] = (mean * away).as_matrix()
     pelvis = motion.pelvis
     if {"left_hip", "right_hip"} <= set(joints):
-        line = _straight_line(pelvis)
+        time = np.linspace(-1.0, 1.0, len(pelvis))[:, None]
+        slope = (time * pelvis).sum(axis=0) / max((time**2).sum(), 1e-12)
+        line = pelvis.mean(axis=0) + time * slope  # least squares
         pelvis = line + factor * (pelvis - line)
     return replace(motion, rotations=rotations, pelvis=pelvis)
 
@@ -159,15 +151,11 @@ def time_warped(motion: Motion, strength: float, rng: np.random.Generator) -> Mo
     clock = PchipInterpolator(np.linspace(0, 1, n_knots), pace / pace[-1])
     frames = np.linspace(0, 1, motion.n_frames)
     moments = np.clip(clock(frames), 0.0, 1.0)
-    rotations = np.stack(
-        [
-            Slerp(frames, Rotation.from_matrix(motion.rotations[:, joint]))(moments).as_matrix()
-            for joint in range(N_JOINTS)
-        ],
-        axis=1,
-    )
-    pelvis = PchipInterpolator(frames, motion.pelvis)(moments)
-    return replace(motion, rotations=rotations, pelvis=pelvis)
+    rotations = np.empty_like(motion.rotations)
+    for joint in range(N_JOINTS):
+        turns = Slerp(frames, Rotation.from_matrix(motion.rotations[:, joint]))
+        rotations[:, joint] = turns(moments).as_matrix()
+    return replace(motion, rotations=rotations, pelvis=PchipInterpolator(frames, motion.pelvis)(moments))
 
 
 def remounted(recording: ImuRecording, angle_deg: float, rng: np.random.Generator) -> ImuRecording:
@@ -175,10 +163,9 @@ def remounted(recording: ImuRecording, angle_deg: float, rng: np.random.Generato
 
     The angle has a standard deviation of `angle_deg`, about an axis drawn evenly from the sphere.
     """
-    n_sensors = recording.acc.shape[1]
-    axis = rng.normal(size=(n_sensors, 3))
+    axis = rng.normal(size=(recording.n_sensors, 3))
     axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-    angle = np.radians(angle_deg) * rng.normal(size=(n_sensors, 1))
+    angle = np.radians(angle_deg) * rng.normal(size=(recording.n_sensors, 1))
     turns = Rotation.from_rotvec(axis * angle)
     turned = turns.as_matrix()
     kinds = [name for name in ("acc", "gyr", "magnetometer") if getattr(recording, name) is not None]
@@ -188,9 +175,3 @@ def remounted(recording: ImuRecording, angle_deg: float, rng: np.random.Generato
         after = before * Rotation.from_quat(np.tile(turns.as_quat(), (recording.n_samples, 1)))
         changed["orientation"] = after.as_quat()[:, [3, 0, 1, 2]].reshape(recording.orientation.shape)
     return replace(recording, **changed)
-
-
-def _straight_line(path: np.ndarray) -> np.ndarray:
-    """Least-squares line through a path, shape (T, 3), against time."""
-    time = np.linspace(-1.0, 1.0, len(path))[:, None]
-    return path.mean(axis=0) + time * (time * path).sum(axis=0) / max((time**2).sum(), 1e-12)

@@ -5,8 +5,6 @@ The fit is a property of the sensor and its site, not of a motion: how it sat, t
 noise. Each recording's shift in time is found on the way.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -46,9 +44,7 @@ def mounting(pairs: Sequence[Pair]) -> Rotation:
 def turned(recording: ImuRecording, rotation: Rotation) -> ImuRecording:
     """A one-sensor recording in other axes."""
     acc, gyr = (rotation.apply(values[:, 0])[:, None] for values in (recording.acc, recording.gyr))
-    return ImuRecording(
-        acc, gyr, recording.rate, recording.sites, recording.activity, recording.subject, recording.clip
-    )
+    return replace(recording, acc=acc, gyr=gyr)
 
 
 ROUNDS = 2
@@ -111,11 +107,8 @@ class Calibration:
     def sensor(self, base: SensorModel, name: str) -> SensorModel:
         """The sensor with what was found: how it sat, its tissue and its noise; the rest as it was."""
         worn = self.turn.inv().as_rotvec(degrees=True)
-        tissue: dict[str, Any] = {"soft_tissue_hz": None}
-        if self.tissue is not None:
-            tissue = dict(
-                zip(("soft_tissue_hz", "soft_tissue_damping", "soft_tissue_gain"), self.tissue, strict=True)
-            )
+        names = ("soft_tissue_hz", "soft_tissue_damping", "soft_tissue_gain")
+        tissue: dict[str, Any] = dict(zip(names, self.tissue or (None,), strict=self.tissue is not None))
         return replace(
             base,
             name=name,
@@ -169,22 +162,16 @@ def shift_between(real: ImuRecording, made: ImuRecording, longest_s: float) -> i
     """
     n, reach = min(real.n_samples, made.n_samples), round(longest_s * real.rate)
     if n - reach < 2 * real.rate / FIT_BELOW_HZ * 5:
-        raise ValueError(
-            f"{real.clip or 'a recording'} is too short: {n / real.rate:.1f} s, "
-            f"with shifts up to {longest_s:g} s"
-        )
+        short = f"{real.clip or 'a recording'} is too short: {n / real.rate:.1f} s"
+        raise ValueError(f"{short}, with shifts up to {longest_s:g} s")
     sizes = []
     for recording in (real, made):
-        lengths = [
-            np.linalg.norm(smooth(values[:n, 0], recording.rate), axis=1)
-            for values in (recording.acc, recording.gyr)
-        ]
+        signals = (smooth(values[:n, 0], recording.rate) for values in (recording.acc, recording.gyr))
+        lengths = (np.linalg.norm(values, axis=1) for values in signals)
         sizes.append(np.stack([(v - v.mean()) / (v.std() + 1e-9) for v in lengths]))
-    first, second = sizes
+    a, b = sizes
     lags = np.arange(-reach, reach + 1)
-    alike = [
-        (first[:, max(0, k) : n + min(0, k)] * second[:, max(0, -k) : n - max(0, k)]).mean() for k in lags
-    ]
+    alike = [(a[:, max(0, k) : n + min(0, k)] * b[:, max(0, -k) : n - max(0, k)]).mean() for k in lags]
     return int(lags[int(np.argmax(alike))])
 
 

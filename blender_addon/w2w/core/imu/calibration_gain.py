@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The gain from a calibration, on recordings or people that it was not fitted to."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -57,12 +55,8 @@ def alike(real: ImuRecording, made: ImuRecording, known: Calibration, longest_sh
     sides = []
     for simulated in (made, known.applied(made)):
         one, other = shifted(real, simulated, shift_between(real, simulated, longest_shift_s))
-        sides.append(
-            [
-                vector_r(getattr(one, kind)[:, 0], getattr(other, kind)[:, 0], one.rate)
-                for kind in ("acc", "gyr")
-            ]
-        )
+        signals = ((one.acc, other.acc), (one.gyr, other.gyr))
+        sides.append([vector_r(first[:, 0], second[:, 0], one.rate) for first, second in signals])
     before, after = sides
     return Alike(*zip(before, after, strict=True))
 

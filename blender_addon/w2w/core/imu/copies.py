@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Augmented copies of a clip: its variants on other bodies, with sensors worn again, to train on only."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterator
 from dataclasses import replace
@@ -44,7 +42,8 @@ def record_copies(
     `body` is the clip's, and the copies' unless the plan has other bodies. Raises ValueError if it has, and
     the body is not W2W's own.
     """
-    own = _clip_seed(seed, motion.clip)
+    # a seed for each clip, so that the copies of two clips do not vary alike
+    own = int.from_bytes(hashlib.sha256(f"{seed}/{motion.clip}".encode()).digest()[:6], "little")
     for copy, variant in enumerate(plan.motions(motion, own)):
         wearer, moved = body, variant
         if plan.bodies:
@@ -82,8 +81,3 @@ def _variant(copy: int, seed: int) -> Body:
         arms=arms,
         legs=legs,
     )
-
-
-def _clip_seed(seed: int, clip: str) -> int:
-    """A seed for each clip, so that the copies of two clips do not vary alike."""
-    return int.from_bytes(hashlib.sha256(f"{seed}/{clip}".encode()).digest()[:6], "little")

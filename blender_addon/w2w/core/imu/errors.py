@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The single errors of an inertial sensor, as functions on signals of shape (sensors, axes, samples)."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 from functools import lru_cache
@@ -181,11 +179,6 @@ def bias_drift(
     steps = numbers[:, 1] * np.float64(walk_density * np.sqrt(DRIFT_STEP_S))
     steps[..., 0] = 0
     return lfilter([1.0], [1.0, -memory], driven, axis=-1) + np.cumsum(steps, axis=-1)
-
-
-def count_drift_steps(times: np.ndarray) -> int:
-    """Steps of a drift that cover the times."""
-    return int(times[-1] / DRIFT_STEP_S) + 2
 
 
 def join(knots: np.ndarray, times: np.ndarray) -> np.ndarray:

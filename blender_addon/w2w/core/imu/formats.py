@@ -5,8 +5,6 @@ Text holds one sensor a file. Numbers are written with enough digits that readin
 single-precision values.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -155,12 +153,7 @@ def read_recording(path: str | Path, format: str = "") -> ImuRecording:  # noqa:
         If the format is unknown or the file does not hold it.
     """
     kind = format or _format_of(Path(path))
-    readers = {
-        "npz": ImuRecording.load,
-        "csv": read_csv,
-        "xsens": _read_xsens,
-        "x-io": read_x_io,
-    }
+    readers = {"npz": ImuRecording.load, "csv": read_csv, "xsens": _read_xsens, "x-io": read_x_io}
     if kind not in readers:
         raise ValueError(f"no format is called {kind!r}; there are {', '.join(FORMATS)}")
     return readers[kind](path)

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sensors that some parts have beside accelerometer and gyroscope: orientation, magnetometer, barometer."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass
 
@@ -13,6 +11,7 @@ from ..blas import multiply
 from ..filtering import count_resampled
 from ..parameters import parameter
 from ..rotations import decompose
+from ..threads import chunks
 from . import errors
 from .errors import SensorStreams
 from .gaps import bridge
@@ -76,9 +75,7 @@ class FurtherSensors:
     def __post_init__(self) -> None:
         for name in (*self.record, *self.features):
             if name not in FURTHER:
-                raise ValueError(
-                    f"what can be recorded beside acc and gyr is {', '.join(FURTHER)}, not {name!r}"
-                )
+                raise ValueError(f"beside acc and gyr there are {', '.join(FURTHER)}, not {name!r}")
         missing = [name for name in self.features if name not in self.record]
         if missing:
             raise ValueError(f"{', '.join(missing)} must be recorded to recognise activities by")
@@ -122,8 +119,7 @@ def further_signals(
     n_frames, n_sensors = poses.shape[:2]
     n_samples = count_resampled(n_frames, rate, settings.rate_hz)
     signals = {name: np.empty((n_samples, n_sensors, FURTHER[name]), np.float32) for name in further.record}
-    for start in range(0, n_sensors, CHUNK_SENSORS):
-        part = slice(start, min(start + CHUNK_SENSORS, n_sensors))
+    for part in chunks(n_sensors, CHUNK_SENSORS):
         numbers = range(first_sensor + part.start, first_sensor + part.stop)
         turned, heights = _placed(poses[:, part], rate, settings, sensor, clip, seed, numbers)
         for name, values in signals.items():

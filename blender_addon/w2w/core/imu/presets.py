@@ -15,8 +15,6 @@ table ("copied"), and which are quoted from memory of the document ("recalled") 
 before work that leans on them.
 """
 
-from __future__ import annotations
-
 from ..body.body import template
 from .sensor import SensorModel
 from .sensor_fields import sensor_with
@@ -56,10 +54,9 @@ def preset(name: str) -> SensorModel:
         raise ValueError(
             f"a sensor is a preset's name or a SensorModel (read_sensor reads a file), not {name!r}"
         )
-    wanted = _plain(name)
-    for known, model in PRESETS.items():
-        if _plain(known) == wanted:
-            return model
+    found = next((model for known, model in PRESETS.items() if _plain(known) == _plain(name)), None)
+    if found is not None:
+        return found
     raise ValueError(f"there is no sensor preset {name!r}; choose one of {', '.join(PRESETS)}")
 
 

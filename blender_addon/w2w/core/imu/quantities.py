@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Numbers with units as datasheets print them: "160 ug/sqrt(Hz)", "0.07 dps", "8 g"."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -104,7 +102,7 @@ class Quantity:
             return ""
         number = self._number(value, "")
         meant = (
-            unit for unit, size in self.units.items() if size != 1 and self.least < number * size <= self.most
+            unit for unit, size in self.units.items() if size != 1 and self.least < size * number <= self.most
         )
         unit = next(meant, None)
         return (

@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A recording of one or more inertial sensors: its channels and their units, and its npz file."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -36,7 +34,8 @@ FURTHER = {reading.name: len(reading.channels) for reading in READINGS[2:]}
 """Readings beside acc and gyr -> the numbers in a sample of each."""
 
 
-FIELDS = ("acc", "gyr", "rate", "sites", "activity", "subject", "clip", *FURTHER)
+LABELS = ("activity", "subject", "clip")
+FIELDS = ("acc", "gyr", "rate", "sites", *LABELS, *FURTHER)
 MAX_BYTES = 8 * 2**30
 """No recording is larger; hours of hundreds of sensors are less."""
 
@@ -94,19 +93,14 @@ class ImuRecording:
             raise ValueError("the recording holds infinite values")
         if not (np.isfinite(self.rate) and self.rate > 0):
             raise ValueError(f"the sample rate must be positive, not {self.rate}")
-        for name, values in FURTHER.items():
-            self._check_further(name, values)
+        for name, array in self.further.items():
+            array = np.ascontiguousarray(array, dtype=np.float32)
+            object.__setattr__(self, name, array)
+            wanted = (*self.acc.shape[:2], FURTHER[name])
+            if array.shape != wanted or np.isinf(array).any():
+                raise ValueError(f"{name} must have shape {wanted} and be finite, not {array.shape}")
         if self.sites and len(self.sites) != self.n_sensors:
             raise ValueError(f"sites must name all {self.n_sensors} sensors or none, not {len(self.sites)}")
-
-    def _check_further(self, name: str, values: int) -> None:
-        if (given := getattr(self, name)) is None:
-            return
-        array = np.ascontiguousarray(given, dtype=np.float32)
-        object.__setattr__(self, name, array)
-        wanted = (*self.acc.shape[:2], values)
-        if array.shape != wanted or np.isinf(array).any():
-            raise ValueError(f"{name} must have shape {wanted} and be finite, not {array.shape}")
 
     @property
     def further(self) -> dict[str, np.ndarray]:
@@ -124,13 +118,13 @@ class ImuRecording:
         """All that it holds, shape (T, N, K), the channels in the order of `readings`."""
         return np.concatenate([getattr(self, reading.name) for reading in self.readings], axis=2)
 
-    def at(self, sensors: Sequence[int]) -> ImuRecording:
+    def at(self, sensors: Sequence[int]) -> Self:
         """The recording of some of its sensors."""
         chosen = list(sensors)
         arrays = {reading.name: getattr(self, reading.name)[:, chosen] for reading in self.readings}
         return replace(self, sites=tuple(self.sites[sensor] for sensor in chosen if self.sites), **arrays)
 
-    def labelled(self, sites: tuple[str, ...], activity: str, subject: str, clip: str) -> ImuRecording:
+    def labelled(self, sites: tuple[str, ...], activity: str, subject: str, clip: str) -> Self:
         """The recording under other labels."""
         return replace(self, sites=sites, activity=activity, subject=subject, clip=clip)
 
@@ -151,22 +145,13 @@ class ImuRecording:
 
     def save(self, path: str | Path) -> None:
         """Write the recording to an npz file, whole or not at all; equal recordings give equal bytes."""
-        write_npz(
-            path,
-            {
-                "acc": self.acc,
-                "gyr": self.gyr,
-                "rate": np.array(self.rate),
-                "sites": np.array(self.sites, dtype=np.str_),
-                "activity": np.array(self.activity),
-                "subject": np.array(self.subject),
-                "clip": np.array(self.clip),
-                **self.further,
-            },
-        )
+        sites = np.array(self.sites, dtype=np.str_)
+        labels = {name: np.array(getattr(self, name)) for name in LABELS}
+        held = {"acc": self.acc, "gyr": self.gyr, "rate": np.array(self.rate), "sites": sites}
+        write_npz(path, held | labels | self.further)
 
     @classmethod
-    def load(cls, path: str | Path) -> ImuRecording:
+    def load(cls, path: str | Path) -> Self:
         """Read a recording that `save` wrote.
 
         Raises
@@ -179,12 +164,9 @@ class ImuRecording:
             missing = {"acc", "gyr", "rate"} - data.keys()
             if missing:
                 raise ValueError(f"it lacks {', '.join(sorted(missing))}")
-            labels: dict[str, Any] = {
-                name: str(data[name]) for name in ("activity", "subject", "clip") if name in data
-            }
+            labels: dict[str, Any] = {name: str(data[name]) for name in LABELS if name in data}
             sites = tuple(np.atleast_1d(data["sites"]).astype(str).tolist()) if "sites" in data else ()
             further: dict[str, Any] = {name: data[name] for name in FURTHER if name in data}
-            rate = float(data["rate"])
-            return cls(acc=data["acc"], gyr=data["gyr"], rate=rate, sites=sites, **labels, **further)
+            return cls(data["acc"], data["gyr"], float(data["rate"]), sites, **labels, **further)
         except (ValueError, TypeError) as error:
             raise ValueError(f"{path} is not a W2W recording: {error}") from error

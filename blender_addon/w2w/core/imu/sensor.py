@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..filtering import butterworth, count_resampled, resample
-from ..threads import for_each
+from ..threads import chunks, for_each
 from . import errors
 from .errors import SensorStreams
 from .recording import ImuRecording
@@ -88,7 +88,7 @@ class Triad:
             raise ValueError("lowpass_of_rate must be at most 0.5, and stand without lowpass_hz")
         if not self.correlation_s >= errors.DRIFT_STEP_S:
             raise ValueError(
-                f"correlation_s must be at least {errors.DRIFT_STEP_S} s, not {self.correlation_s}"
+                f"correlation_s must be at least {errors.DRIFT_STEP_S}, not {self.correlation_s}"
             )
         if not 1 <= self.lowpass_order <= 8:
             raise ValueError(f"lowpass_order must be 1 to 8, not {self.lowpass_order}")
@@ -209,10 +209,6 @@ class SensorModel:
         acc = np.empty((n_samples, recording.n_sensors, 3), dtype=np.float32)
         gyr = np.empty_like(acc)
         size = max(1, CHUNK_VALUES // (6 * recording.n_samples))
-        chunks = [
-            slice(start, min(start + size, recording.n_sensors))
-            for start in range(0, recording.n_sensors, size)
-        ]
 
         def fill(chunk: slice) -> None:
             sensors = range(first_sensor + chunk.start, first_sensor + chunk.stop)
@@ -223,7 +219,7 @@ class SensorModel:
             for out, values in zip((acc, gyr), read, strict=True):
                 out[:, chunk] = values.transpose(2, 0, 1)
 
-        for_each(fill, chunks)
+        for_each(fill, chunks(recording.n_sensors, size))
         return replace(recording, acc=acc, gyr=gyr, rate=rate)
 
     def _misalign(
@@ -265,12 +261,8 @@ class SensorModel:
             turns = np.radians(self.mounting_turn_deg) * numbers[:, 0]
             acc, gyr = errors.mount(acc, gyr, rate, turns, self.mounting_shift_m * numbers[:, 1])
         if self.soft_tissue_hz is not None and self.soft_tissue_hz < rate / 2:
-            acc, gyr = (
-                errors.soft_tissue_artefact(
-                    values, rate, self.soft_tissue_hz, self.soft_tissue_damping, self.soft_tissue_gain
-                )
-                for values in (acc, gyr)
-            )
+            tissue = (self.soft_tissue_hz, self.soft_tissue_damping, self.soft_tissue_gain)
+            acc, gyr = (errors.soft_tissue_artefact(values, rate, *tissue) for values in (acc, gyr))
         return acc, gyr
 
     def _sample(
@@ -280,10 +272,9 @@ class SensorModel:
         if self.jitter_s:
             offsets = streams.normal("jitter", n_samples) * np.float32(self.jitter_s * rate)
             read = [errors.jitter(values, offsets) for values in read]
-        acc, gyr = (
-            errors.quantise(values, triad.full_scale, triad.resolution)
-            for values, triad in zip(read, (self.accelerometer, self.gyroscope), strict=True)
-        )
+        triads = (self.accelerometer, self.gyroscope)
+        steps = [(triad.full_scale, triad.resolution) for triad in triads]
+        acc, gyr = (errors.quantise(values, *step) for values, step in zip(read, steps, strict=True))
         if self.drop_fraction:
             mean_length = max(1.0, self.drop_duration_s * rate)
             for row, generator in enumerate(streams.generators("drops")):
@@ -318,7 +309,7 @@ def _sense(
         values = values + np.float32(triad.turn_on_bias) * streams.constants(f"{kind} bias", 3, 1)
     if triad.bias_instability or triad.random_walk:
         times = np.arange(values.shape[-1]) / rate
-        numbers = streams.normal(f"{kind} drift", 2, 3, errors.count_drift_steps(times))
+        numbers = streams.normal(f"{kind} drift", 2, 3, int(times[-1] / errors.DRIFT_STEP_S) + 2)
         deviation = triad.bias_instability * errors.FLICKER_FLOOR / errors.GAUSS_MARKOV_PEAK
         knots = errors.bias_drift(numbers, deviation, triad.correlation_s, triad.random_walk)
         drifting = errors.join(knots, times)

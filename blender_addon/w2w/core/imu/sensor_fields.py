@@ -4,29 +4,17 @@
 `FIGURES` are those of an own part that a form asks for, in a datasheet's units.
 """
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from .errors import DRIFT_STEP_S
-from .quantities import (
-    ACCELERATION,
-    ANGLE,
-    HERTZ,
-    METRES,
-    SECONDS,
-    SHARE,
-    TURNING,
-    Quantity,
-    rooted,
-)
+from .quantities import ACCELERATION, ANGLE, HERTZ, METRES, SECONDS, SHARE, TURNING, Quantity, rooted
 from .sensor import SensorModel, Triad
 
 
-def _triad(units: Mapping[str, float], most: Mapping[str, float]) -> dict[str, Quantity]:
+def _triad(units: Mapping[str, float], **most: float) -> dict[str, Quantity]:
     """The fields of three axes; `most` holds the highest values that depend on the kind."""
     return {
         "full_scale": Quantity(units, 0, most["full_scale"], above=True, may_be_off=True),
@@ -47,18 +35,12 @@ def _triad(units: Mapping[str, float], most: Mapping[str, float]) -> dict[str, Q
 
 TRIADS = {
     "accelerometer": _triad(
-        ACCELERATION,
-        {
-            "full_scale": 1e4, "resolution": 10.0, "noise_density": 1.0, "bias_instability": 1.0,
-            "random_walk": 1.0, "turn_on_bias": 20.0,
-        },
+        ACCELERATION, full_scale=1e4, resolution=10.0, noise_density=1.0, bias_instability=1.0,
+        random_walk=1.0, turn_on_bias=20.0,
     ),
     "gyroscope": _triad(
-        TURNING,
-        {
-            "full_scale": 200.0, "resolution": 1.0, "noise_density": 0.1, "bias_instability": 0.1,
-            "random_walk": 0.1, "turn_on_bias": 1.0,
-        },
+        TURNING, full_scale=200.0, resolution=1.0, noise_density=0.1, bias_instability=0.1,
+        random_walk=0.1, turn_on_bias=1.0,
     ),
 }  # fmt: skip
 """Fields of each triad."""
@@ -93,9 +75,7 @@ GIVEN_ELSEWHERE = {
 def sensor_with(base: SensorModel, content: Mapping[str, Any], name: str) -> SensorModel:
     """A sensor with the fields that JSON content gives and the others of `base`; errors name a wrong one."""
     _refuse_unknown(content, (*OTHERS, *TRIADS, *WHOLE), "")
-    given: dict[str, Any] = {
-        field: WHOLE[field].read(content[field], field) for field in WHOLE if field in content
-    }
+    given: dict[str, Any] = {name: WHOLE[name].read(content[name], name) for name in WHOLE if name in content}
     if "zero_phase" in content:
         given["zero_phase"] = content["zero_phase"]
         if not isinstance(given["zero_phase"], bool):

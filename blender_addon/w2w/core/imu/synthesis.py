@@ -19,7 +19,7 @@ from ..blas import multiply
 from ..filtering import butterworth, count_resampled
 from ..parameters import parameter
 from ..rotations import decompose, double_inverse, into_frame, rate_in_frame, turn_between
-from ..threads import for_each
+from ..threads import chunks, for_each
 from .gaps import bridge
 from .recording import ImuRecording
 from .trajectory import MIN_FRAMES, spline_windows
@@ -29,22 +29,16 @@ FILTER_ORDER = 4
 
 
 def difference_signals(
-    positions: np.ndarray,
-    quaternions: np.ndarray,
-    rate: float,
-    settings: Synthesis,
-    acc: np.ndarray,
-    gyr: np.ndarray,
+    p: np.ndarray, q: np.ndarray, rate: float, settings: Synthesis, acc: np.ndarray, gyr: np.ndarray
 ) -> None:
     """Fill `acc` and `gyr`, shape (samples, n, 3), from differences between frames at `rate`.
 
-    Positions are (3, T, n), continuous quaternions (4, T, n) turn sensor to world.
+    Positions p are (3, T, n), continuous quaternions q (4, T, n) turn sensor to world.
 
     Physical: f = R^T (p'' - g) with the central second difference, omega = log(R(t-h)^T R(t+h)) / 2h. As
     the paper prints it: a + R^-1 g with a in the world frame, and log(R(t) R(t-h)^-1), here over h so that
     the unit is rad/s. The first and last frame have no central difference and take their neighbour's.
     """
-    p, q = positions, quaternions
     acceleration = np.pad((p[:, 2:] - 2 * p[:, 1:-1] + p[:, :-2]) * rate**2, ((0, 0), (1, 1), (0, 0)), "edge")
     gravity = np.array(settings.gravity)[:, None, None]
     force = np.empty_like(acceleration)
@@ -184,7 +178,6 @@ def synthesize(matrices: Poses, rate: float, settings: Synthesis = Synthesis()) 
     acc = np.empty((n_samples, n_sensors, 3), dtype=np.float32)
     gyr = np.empty_like(acc)
     size = max(1, min(CHUNK_SENSORS, CHUNK_BYTES // (BYTES_PER_POSE * n_frames)))
-    chunks = [slice(start, min(start + size, n_sensors)) for start in range(0, n_sensors, size)]
     signals: Callable = _spline_signals if settings.method == "spline" else difference_signals
 
     def fill(chunk: slice) -> None:
@@ -192,7 +185,7 @@ def synthesize(matrices: Poses, rate: float, settings: Synthesis = Synthesis()) 
         bridge(positions, quaternions, rate, settings.max_gap_s, chunk.start)
         signals(positions, quaternions, rate, settings, acc[:, chunk], gyr[:, chunk])
 
-    for_each(fill, chunks)
+    for_each(fill, chunks(n_sensors, size))
     return ImuRecording(acc=acc, gyr=gyr, rate=settings.rate_hz)
 
 
@@ -209,23 +202,18 @@ def _check_poses(matrices: Poses, rate: float) -> tuple[int, int]:
 
 
 def _spline_signals(
-    positions: np.ndarray,
-    quaternions: np.ndarray,
-    rate: float,
-    settings: Synthesis,
-    acc: np.ndarray,
-    gyr: np.ndarray,
+    p: np.ndarray, q: np.ndarray, rate: float, settings: Synthesis, acc: np.ndarray, gyr: np.ndarray
 ) -> None:
-    """Fill `acc` and `gyr`, shape (samples, n, 3), from splines through poses, (3, T, n) and (4, T, n).
+    """Fill `acc` and `gyr`, shape (samples, n, 3), from splines through poses, as `difference_signals`.
 
     The rotation follows a quintic spline of the quaternion's components, normalised: as smooth on the
     rotation group as the spline is. Differences are taken in double precision, all else in single.
     """
-    bend = _steps(np.diff(positions, axis=1))
-    steps = _steps(quaternions)
-    frames = quaternions.astype(np.float32)
+    bend = _steps(np.diff(p, axis=1))
+    steps = _steps(q)
+    frames = q.astype(np.float32)
     gravity = np.array(settings.gravity, dtype=np.float32)[:, None, None]
-    for window in spline_windows(positions.shape[1], rate, settings.rate_hz, settings.band_hz):
+    for window in spline_windows(p.shape[1], rate, settings.rate_hz, settings.band_hz):
         value, first, second = window.operators
         start, stop = window.frames.start, window.frames.stop
         acceleration = multiply(second, bend[:, start : stop - 2])

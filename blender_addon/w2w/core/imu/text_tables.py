@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Numbers as text tables, and their units: what the text formats of recordings share."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -7,8 +7,6 @@ influence dies out exponentially with distance, so long clips are cut into overl
 matrices stay small; interior windows share theirs.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
@@ -75,7 +73,9 @@ def spline_windows(
         raise ValueError(f"a clip needs at least {MIN_FRAMES} frames to have an acceleration, not {n_frames}")
     degree = min(DEGREE, n_frames - 1)
     penalty = 0.0 if cutoff_hz is None else _penalty(rate / cutoff_hz)
-    reach = _reach(penalty)
+    # frames on either side that a sample depends on
+    time_constant = penalty ** (1 / (2 * SMOOTHNESS)) / np.sin(np.pi / (2 * SMOOTHNESS))
+    reach = int(np.ceil(max(INTERPOLATION_REACH, SMOOTHING_REACH * time_constant)))
     n_samples = count_resampled(n_frames, rate, sample_rate)
     step = Fraction(rate / sample_rate).limit_denominator(10_000)
     exact = abs(float(step) * sample_rate / rate - 1) < 1e-12
@@ -90,20 +90,13 @@ def spline_windows(
         last = min(n_frames, int(np.ceil(end)) + 1 + reach)
         first = max(0, min(first, last - degree - 1))
         grid = (round(begin - first, 9), step, stop - start)
-        yield Window(
-            slice(first, last), slice(start, stop), _operators(last - first, degree, penalty, grid, rate)
-        )
+        operators = _operators(last - first, degree, penalty, grid, rate)
+        yield Window(slice(first, last), slice(start, stop), operators)
 
 
 def _penalty(frames_per_cycle: float) -> float:
     """Weight of the roughness, in units of frames, that puts the -3 dB point at the cut-off."""
     return (frames_per_cycle / (2 * np.pi)) ** (2 * SMOOTHNESS) * (np.sqrt(2) - 1)
-
-
-def _reach(penalty: float) -> int:
-    """Frames on either side that a sample depends on."""
-    time_constant = penalty ** (1 / (2 * SMOOTHNESS)) / np.sin(np.pi / (2 * SMOOTHNESS))
-    return int(np.ceil(max(INTERPOLATION_REACH, SMOOTHING_REACH * time_constant)))
 
 
 @lru_cache(maxsize=32)

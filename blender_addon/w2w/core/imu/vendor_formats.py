@@ -5,8 +5,6 @@ One sensor a file, except OpenSim's orientations. Numbers are written with enoug
 back gives the same single-precision values.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -145,9 +143,7 @@ def write_orientation_sto(
     """
     quaternions = np.asarray(quaternions, dtype=np.float64)
     if quaternions.ndim != 3 or quaternions.shape[1:] != (len(sites), 4):
-        raise ValueError(
-            f"quaternions must have shape (T, {len(sites)}, 4), one a site, not {quaternions.shape}"
-        )
+        raise ValueError(f"quaternions must have shape (T, {len(sites)}, 4), not {quaternions.shape}")
     if any(set("\t\r\n") & set(site) for site in sites):
         raise ValueError(f"names of sites may hold no tabs or line ends: {sites}")
     head = [f"DataRate={rate!r}", "DataType=Quaternion", "version=3", "OpenSimVersion=4.5", "endheader"]

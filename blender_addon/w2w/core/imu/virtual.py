@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Recordings of sensors all over a moving body: skinning, synthesis and sensor model, part by part."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -49,29 +48,22 @@ def record_motion(
     n_samples = count_resampled(n_ideal, settings.rate_hz, rate)
     acc = np.empty((n_samples, len(patches.triangles), 3), dtype=np.float32)
     gyr = np.empty_like(acc)
-    others = {name: np.empty((*acc.shape[:2], FURTHER[name]), np.float32) for name in further.record}
+    others: dict[str, Any] = {
+        name: np.empty((*acc.shape[:2], FURTHER[name]), np.float32) for name in further.record
+    }
     transforms = skinning_transforms(body, motion)
     size = max(1, min(SENSORS_AT_ONCE, BYTES_AT_ONCE // (24 * n_ideal)))
     for start in range(0, len(patches.triangles), size):
         part = slice(start, start + size)
         poses = _SkinnedPatches(body, transforms, patches.triangles[part])
-        ideal = synthesize(poses, motion.rate, settings)
-        labelled = ImuRecording(acc=ideal.acc, gyr=ideal.gyr, rate=ideal.rate, clip=motion.clip)
-        read = sensor.apply(labelled, seed, first_sensor=start)
+        ideal = replace(synthesize(poses, motion.rate, settings), clip=motion.clip)
+        read = sensor.apply(ideal, seed, first_sensor=start)
         acc[:, part], gyr[:, part] = read.acc, read.gyr
         found = further_signals(poses, motion.rate, settings, sensor, further, motion.clip, seed, start)
         for name, values in found.items():
             others[name][:, part] = values
-    return ImuRecording(
-        acc=acc,
-        gyr=gyr,
-        rate=rate,
-        sites=patches.names,
-        activity=motion.activity,
-        subject=motion.subject,
-        clip=motion.clip,
-        **others,
-    )
+    whole = ImuRecording(acc, gyr, rate, **others)
+    return whole.labelled(patches.names, motion.activity, motion.subject, motion.clip)
 
 
 class _SkinnedPatches:
@@ -92,13 +84,8 @@ def sensors_at(body: Body, sites: Mapping[str, str | SensorSite]) -> PatchSet:
 
     Raises ValueError if a name means no place, or two sites are at one vertex.
     """
-    return patches_at(
-        body,
-        {
-            name: place(site, body) if isinstance(site, str) else site.vertex(body)
-            for name, site in sites.items()
-        },
-    )
+    at = {name: place(to, body) if isinstance(to, str) else to.vertex(body) for name, to in sites.items()}
+    return patches_at(body, at)
 
 
 def sensor_at(body: Body, name: str, sample: Callable[[Body], PatchSet]) -> PatchSet:
@@ -110,11 +97,11 @@ def sensor_at(body: Body, name: str, sample: Callable[[Body], PatchSet]) -> Patc
         found = sensors_at(body, {name: name})
         return replace(found, own_names=found.regions)
     except ValueError:
-        patches = sample(body)
-        names = [patch.lower() for patch in patches.names]
-        if plain_words(name) not in names:
+        patches, words = sample(body), plain_words(name)
+        called = [patch for patch, own in enumerate(patches.names) if own.lower() == words]
+        if not called:
             raise
-        return at_patches(patches, [names.index(plain_words(name))])
+        return at_patches(patches, called[:1])
 
 
 def at_patches(patches: PatchSet, chosen: list[int]) -> PatchSet:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A sensor model in words: its errors, how it is worn, and which of straps and tissue are in its signals."""
 
-from __future__ import annotations
-
 from .sensor import SensorModel
 
 

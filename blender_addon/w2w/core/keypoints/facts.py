@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Facts about joint positions: their rate and unit, which way is up, which joints they are."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from ..motion.source import UnusableMotion
 from ..wording import shown
@@ -67,7 +65,7 @@ class PoseFacts:
             if value is not None and value not in known:
                 raise ValueError(f"the pose's {name} must be one of {', '.join(known)}, not {value!r}")
 
-    def completed(self, other: PoseFacts) -> PoseFacts:
+    def completed(self, other: Self) -> Self:
         """These facts, the missing ones from the other."""
         missing = {item.name for item in fields(self) if getattr(self, item.name) is None}
         return replace(self, **{name: getattr(other, name) for name in missing})

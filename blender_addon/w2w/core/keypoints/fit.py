@@ -5,8 +5,6 @@ No optimiser runs: trunk frames come from hips and shoulders, limb segments from
 the planes that elbows and knees bend in (`limb_rotations`), each in closed form for all frames at once.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal, NamedTuple

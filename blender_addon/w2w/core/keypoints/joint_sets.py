@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Joint sets that pose estimators write, and the landmarks of the body that their joints are."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from ..body.body import template

@@ -6,8 +6,6 @@ a knee bends in: the better the more it is bent. Where it is straight the twist 
 time and an anatomical prior: no twist but the one that the smallest rotation from the T-pose gives.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

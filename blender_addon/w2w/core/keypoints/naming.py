@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find the joint set of an array: by the joints' names, by their number, by the body they make."""
 
-from __future__ import annotations
-
 import re
 from typing import NamedTuple
 
@@ -102,9 +100,7 @@ def _unsteadiness(joint_set: JointSet, positions: np.ndarray) -> float:
                 return np.inf
             lengths[start, end] = found
     middle = {bone: float(np.median(found)) for bone, found in lengths.items()}
-    changes = [
-        float(np.median(np.abs(found - middle[bone]))) / middle[bone] for bone, found in lengths.items()
-    ]
+    changes = [float(np.median(np.abs(own - middle[bone]))) / middle[bone] for bone, own in lengths.items()]
     half = len(BONES) // 2
     apart = [
         abs(middle[a] - middle[b]) / (middle[a] + middle[b])

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Raw 3D joint positions made into smooth paths of landmarks whose bones keep their lengths."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

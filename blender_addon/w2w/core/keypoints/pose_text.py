@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Joint positions as text: csv by named columns, json of W2W's own layout or MMPose's."""
 
-from __future__ import annotations
-
 import csv
 import json
 from pathlib import Path

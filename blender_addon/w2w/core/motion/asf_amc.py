@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Acclaim's skeleton (.asf) and motion (.amc) files, as CMU and HDM05 publish their motion capture."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -197,10 +195,8 @@ def _frames(lines: list[str], bones: list[_Bone]) -> tuple[dict[str, np.ndarray]
     return values, values[ROOT][:, shifts]
 
 
-def _source(
-    bones: list[_Bone], values: dict[str, np.ndarray], position: np.ndarray, rate: float
-) -> SourceMotion:
-    n_frames = len(position)
+def _source(bones: list[_Bone], values: dict[str, np.ndarray], root: np.ndarray, rate: float) -> SourceMotion:
+    n_frames = len(root)
     rest = np.tile(np.eye(4), (len(bones), 1, 1))
     moved = np.tile(np.eye(4), (n_frames, len(bones), 1, 1))
     rest_end, end = np.zeros((len(bones), 3)), np.zeros((n_frames, len(bones), 3))
@@ -211,7 +207,7 @@ def _source(
             turn = moved[:, bone.parent, :3, :3] @ turn
             rest[number, :3, 3], moved[:, number, :3, 3] = rest_end[bone.parent], end[:, bone.parent]
         else:
-            moved[:, number, :3, 3] = position
+            moved[:, number, :3, 3] = root
         moved[:, number, :3, :3] = turn
         rest_end[number] = rest[number, :3, 3] + reach
         end[:, number] = moved[:, number, :3, 3] + turn @ reach

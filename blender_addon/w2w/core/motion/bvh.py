@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """BVH files as motions: the joints' channels as world matrices, z up."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Read a BVH file's joints, frame rate and numbers, or say what is wrong with it."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator

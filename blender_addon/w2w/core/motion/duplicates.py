@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A short description of a motion by which two downloads of one motion are known as the same."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..body.skeleton import JOINT_INDEX, MIRRORED_JOINTS

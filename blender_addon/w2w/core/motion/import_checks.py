@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Check glTF, VRM and USD files before Blender imports them, and make plain glTF of VRM."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

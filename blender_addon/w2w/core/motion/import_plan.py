@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Plan an import: the files to take, their labels, and the files to leave out, each with the reason."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 from collections.abc import Iterable, Sequence
@@ -109,11 +107,7 @@ def without_known(plan: ImportPlan, known: Iterable[Path]) -> ImportPlan:
     """A plan less the files that were taken before, be it under another name."""
     taken = dict.fromkeys(path.absolute() for path in known)
     first = same_files([*taken, *(clip.path.absolute() for clip in plan.clips)])
-    again = [
-        clip
-        for clip in plan.clips
-        if clip.path.absolute() in taken or first.get(clip.path.absolute()) in taken
-    ]
+    again = [clip for clip in plan.clips if {path := clip.path.absolute(), first.get(path)} & taken.keys()]
     new = tuple(clip for clip in plan.clips if clip not in again)
     return replace(plan, clips=new, known=tuple(clip.file for clip in again))
 
@@ -166,8 +160,6 @@ def _without_copies(plan: ImportPlan) -> ImportPlan:
     """A plan less files that are the same as another of it: they would be tested on what they trained."""
     file_of = {clip.path: clip.file for clip in plan.clips}
     copies = same_files([clip.path for clip in plan.clips])
-    left_out = tuple(
-        (file_of[path], f"it is the same file as {file_of[first]}") for path, first in copies.items()
-    )
+    left_out = [(file_of[path], f"it is the same file as {file_of[first]}") for path, first in copies.items()]
     clips = tuple(clip for clip in plan.clips if clip.path not in copies)
     return replace(plan, clips=clips, left_out=(*plan.left_out, *left_out))

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Labels from a csv file: which row means which clip, and what in it is of no use."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections import Counter

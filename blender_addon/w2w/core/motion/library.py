@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A folder of motion files: which clips it holds and what each shows."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

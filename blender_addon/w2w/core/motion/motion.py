@@ -94,17 +94,9 @@ class Motion:
         in_smpl_axes = in_axes(self.rotations, Y_UP_TO_Z_UP)
         in_smpl_axes[:, 0] = self.rotations[:, 0] @ Y_UP_TO_Z_UP
         poses = Rotation.from_matrix(in_smpl_axes.reshape(-1, 3, 3)).as_rotvec()
-        write_npz(
-            path,
-            {
-                "poses": poses.reshape(self.n_frames, -1),
-                "trans": self.pelvis - SMPL_PELVIS,
-                "mocap_framerate": np.array(self.rate),
-                "gender": np.array("neutral"),
-                "betas": np.zeros(10),
-                **{name: np.array(getattr(self, name)) for name in LABELS},
-            },
-        )
+        moved = {"poses": poses.reshape(self.n_frames, -1), "trans": self.pelvis - SMPL_PELVIS}
+        facts = {"mocap_framerate": np.array(self.rate), "gender": np.array("neutral"), "betas": np.zeros(10)}
+        write_npz(path, moved | facts | {name: np.array(getattr(self, name)) for name in LABELS})
 
     @classmethod
     def load(cls, path: str | Path) -> Motion:
@@ -197,12 +189,10 @@ def _motion_of(arrays: dict[str, np.ndarray], z_up: bool) -> Motion:
 def _read_arrays(path: Path, further: Sequence[str] = ()) -> dict[str, np.ndarray]:
     """The small arrays of an npz; object arrays and unreasonable sizes are refused."""
     parts = [name for pair in POSE_PARTS for name in pair]
-    arrays = read_arrays(
-        path, ("poses", SMPL_CONTAINER, *parts, *TRANS_KEYS, *RATE_KEYS, *further), MAX_BYTES
-    )
-    if not (
-        {"poses", SMPL_CONTAINER} & arrays.keys() or any(arrays.keys() >= set(pair) for pair in POSE_PARTS)
-    ):
+    names = ("poses", SMPL_CONTAINER, *parts, *TRANS_KEYS, *RATE_KEYS, *further)
+    arrays = read_arrays(path, names, MAX_BYTES)
+    holders = ({"poses"}, {SMPL_CONTAINER}, *map(set, POSE_PARTS))
+    if not any(arrays.keys() >= holder for holder in holders):
         held = ", ".join(sorted(array_names(path))[:8])
         raise UnusableMotion(f"it is not an AMASS-style motion: it holds {held} and no 'poses'")
     return arrays
@@ -290,13 +280,10 @@ def at_rate(motion: Motion, rate: float) -> Motion:
     own = np.arange(motion.n_frames) / motion.rate
     times = np.arange(count_resampled(motion.n_frames, motion.rate, rate)) / rate
     times = np.minimum(times, own[-1])  # rounding
-    rotations = np.stack(
-        [
-            RotationSpline(own, Rotation.from_matrix(motion.rotations[:, joint]))(times).as_matrix()
-            for joint in range(motion.rotations.shape[1])
-        ],
-        axis=1,
-    )
+    rotations = np.empty((len(times), N_JOINTS, 3, 3))
+    for joint in range(N_JOINTS):
+        turns = RotationSpline(own, Rotation.from_matrix(motion.rotations[:, joint]))
+        rotations[:, joint] = turns(times).as_matrix()
     return replace(motion, rotations=rotations, pelvis=CubicSpline(own, motion.pelvis)(times), rate=rate)
 
 

@@ -29,14 +29,8 @@ REST_FRAMES = ("tpose", "identity", "npose")
 
 CHAINS = (
     ("Pelvis", "L5", "L3", "T12", "T8", "Neck", "Head"),
-    *(
-        ("T8", f"{side}Shoulder", f"{side}UpperArm", f"{side}ForeArm", f"{side}Hand")
-        for side in ("Left", "Right")
-    ),
-    *(
-        ("Pelvis", f"{side}UpperLeg", f"{side}LowerLeg", f"{side}Foot", f"{side}Toe")
-        for side in ("Left", "Right")
-    ),
+    *(("T8", f"{s}Shoulder", f"{s}UpperArm", f"{s}ForeArm", f"{s}Hand") for s in ("Left", "Right")),
+    *(("Pelvis", f"{s}UpperLeg", f"{s}LowerLeg", f"{s}Foot", f"{s}Toe") for s in ("Left", "Right")),
 )
 """Segments from the pelvis outwards (Xsens MVN User Manual, 23 segments)."""
 
@@ -141,16 +135,12 @@ def _source(content: _Content) -> SourceMotion:
     if rest is None:
         raise UnusableMotion("it holds no calibration pose (tpose, identity or npose) to start from")
     place = {name: number for number, name in enumerate(names)}
-    parents = [
-        place.get(PARENT.get(name, "Pelvis"), 0) if number else -1 for number, name in enumerate(names)
-    ]
+    parents = [place.get(PARENT.get(name, "Pelvis"), 0) if n else -1 for n, name in enumerate(names)]
     if any(parent >= number for number, parent in enumerate(parents)):
         raise UnusableMotion("its segments are not in MVN's order, from the pelvis outwards")
-    matrices = np.stack([_matrices(frame, len(names)) for frame in content.frames])
-    people = max(1, content.subjects)
-    return SourceMotion(
-        names, np.array(parents), _matrices(rest, len(names)), matrices, content.rate, people=people
-    )
+    stood, *matrices = (_matrices(frame, len(names)) for frame in (rest, *content.frames))
+    moved, people = np.stack(matrices), max(1, content.subjects)
+    return SourceMotion(names, np.array(parents), stood, moved, content.rate, people=people)
 
 
 def _matrices(frame: dict[str, list[float]], n_segments: int) -> np.ndarray:

@@ -5,8 +5,6 @@ A BVH file has no rest pose: its offsets are one only where the exporter's bones
 start with a T-pose that is no part of the motion, and some are z-up though the format is y-up.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -8,8 +8,6 @@ segment on the source's, carried down the chain. A T-pose, an A-pose and arms ha
 thus all give the same motion.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -27,12 +25,14 @@ from ..body.skeleton import (
     midpoint,
     trunk_line,
 )
-from ..rotations import frame_of, smallest_rotation
+from ..rotations import frame_of, smallest_rotation, unit
 from .bone_maps import BoneMap, best_match, missing_joints
 from .motion import Motion
 from .skinning import on_the_ground, relative_to_parents
 from .source import SourceMotion, UnusableMotion, unscaled_rotations
 from .structure_match import match_by_structure, with_whole_spine
+
+SIDES = ("left", "right")
 
 CRUMPLED = 1e-3
 """Left and right joints of a rest pose closer than this part of its extent show no side."""
@@ -90,17 +90,10 @@ def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> 
             "that nothing between them is left"
         )
     scale = limb_length(body.joints) / length
-    motion = Motion(
-        rotations=relative_to_parents(rotations),
-        pelvis=_pelvis_path(source, matched, body, rotations[:, 0], scale),
-        rate=source.rate,
-    )
-    return Retargeting(
-        motion=on_the_ground(body, motion),
-        bone_map=skeleton,
-        bones={JOINT_NAMES[joint]: source.bones[bone] for joint, bone in sorted(matched.items())},
-        scale=scale,
-    )
+    pelvis = _pelvis_path(source, matched, body, rotations[:, 0], scale)
+    motion = Motion(relative_to_parents(rotations), pelvis, source.rate)
+    bones = {JOINT_NAMES[joint]: source.bones[bone] for joint, bone in sorted(matched.items())}
+    return Retargeting(on_the_ground(body, motion), skeleton, bones, scale)
 
 
 def matched_joints(source: SourceMotion, maps: Iterable[BoneMap] = ()) -> tuple[str, dict[int, int]]:
@@ -118,7 +111,11 @@ def matched_joints(source: SourceMotion, maps: Iterable[BoneMap] = ()) -> tuple[
         return bone_map.name, matched if bone_map in maps else with_whole_spine(source, matched)
     matched = match_by_structure(source)
     if missing_joints(matched):
-        raise UnusableMotion(_unmatched(source, missing))
+        names, bones = ", ".join(missing).replace("_", " "), source.bones[source.first_bone :]
+        raise UnusableMotion(
+            f"no bone was found, by name or by structure, for {len(missing)} needed joints ({names}) "
+            f"among its {len(bones)} bones ({', '.join(bones[:8])}, ...): give a bone map for this rig"
+        )
     return BY_STRUCTURE, matched
 
 
@@ -128,11 +125,11 @@ def is_crumpled(rest: dict[int, np.ndarray]) -> bool:
     `rest` has the position (3,) of each matched joint; pairs that are not both matched are ignored.
     """
     extent = np.ptp(list(rest.values()), axis=0).max() if rest else 0.0
-    pairs = ([JOINT_INDEX[f"{side}_{part}"] for side in ("left", "right")] for part in ("hip", "shoulder"))
-    return any(
-        left in rest and right in rest and np.linalg.norm(rest[left] - rest[right]) <= CRUMPLED * extent
-        for left, right in pairs
+    pairs = ([JOINT_INDEX[f"{side}_{part}"] for side in SIDES] for part in ("hip", "shoulder"))
+    apart = (
+        np.linalg.norm(rest[left] - rest[right]) for left, right in pairs if {left, right} <= rest.keys()
     )
+    return any(distance <= CRUMPLED * extent for distance in apart)
 
 
 def rest_alignment(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
@@ -143,34 +140,24 @@ def rest_alignment(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
     torso = _torso_frame(body, rest)
     alignment = np.tile(torso, (N_JOINTS, 1, 1))
     for joint in range(1, N_JOINTS):
-        parent = PARENTS[joint]
         if JOINT_NAMES[joint].endswith(("ankle", "foot")):
             alignment[joint] = _foot_alignment(joint, alignment, torso, body, rest)
             continue
-        if JOINT_NAMES[joint].endswith(("hip", "collar", "spine1", "spine2", "spine3", "neck", "head")):
-            start = torso
-        else:
-            start = alignment[parent]
+        on_torso = ("hip", "collar", "spine1", "spine2", "spine3", "neck", "head")
+        start = torso if JOINT_NAMES[joint].endswith(on_torso) else alignment[PARENTS[joint]]
         alignment[joint] = _laid_along(joint, SEGMENT_END.get(joint), start, body, rest)
     return alignment
 
 
 def _torso_frame(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
     """Rotation from the body's rest axes (left +x, up +z) to those of the source's torso."""
-    left = _unit(_across(rest, "hip")) + _unit(_across(rest, "shoulder"))
-    trunk = _unit(trunk_line(rest))
+    pairs = ([rest[JOINT_INDEX[f"{side}_{part}"]] for side in SIDES] for part in ("hip", "shoulder"))
+    left = sum(unit(on_left - on_right) for on_left, on_right in pairs)
+    trunk = unit(trunk_line(rest))
     if trunk[2] >= UPRIGHT:
         return frame_of(left, np.array([0.0, 0.0, 1.0]))
-    own = _unit(trunk_line({joint: body.joints[joint] for joint in rest}))
+    own = unit(trunk_line({joint: body.joints[joint] for joint in rest}))
     return frame_of(left, trunk) @ frame_of(np.array([1.0, 0.0, 0.0]), own).T
-
-
-def _unit(vector: np.ndarray) -> np.ndarray:
-    return vector / np.linalg.norm(vector)
-
-
-def _across(positions: dict[int, np.ndarray], part: str) -> np.ndarray:
-    return positions[JOINT_INDEX[f"left_{part}"]] - positions[JOINT_INDEX[f"right_{part}"]]
 
 
 def _laid_along(
@@ -241,12 +228,3 @@ def _moving_leg_length(source: SourceMotion, matched: dict[int, int]) -> float:
     heads = source.matrices[:, legs][..., :3, 3].reshape(source.n_frames, 2, len(LEG), 3)
     lengths = np.linalg.norm(np.diff(heads, axis=2), axis=-1).sum(axis=-1)
     return float(np.median(lengths.mean(axis=1)))
-
-
-def _unmatched(source: SourceMotion, missing: list[str]) -> str:
-    names = ", ".join(name.replace("_", " ") for name in missing)
-    bones = source.bones[source.first_bone :]
-    return (
-        f"no bone was found, by name or by structure, for {len(missing)} needed joints ({names}) "
-        f"among its {len(bones)} bones ({', '.join(bones[:8])}, ...): give a bone map for this rig"
-    )

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Forward kinematics and linear blend skinning, only for the vertices asked for."""
 
-from __future__ import annotations
+from dataclasses import replace
 
 import numpy as np
 
@@ -147,4 +147,4 @@ def on_the_ground(body: Body, motion: Motion) -> Motion:
     lowest = skin(body, heights, slice(None, None, GROUND_SAMPLE))[:, :, 0].min(axis=1)
     pelvis = motion.pelvis.copy()
     pelvis[:, 2] -= np.percentile(lowest, GROUND_PERCENTILE)
-    return Motion(motion.rotations, pelvis, motion.rate, motion.activity, motion.subject, motion.clip)
+    return replace(motion, pelvis=pelvis)

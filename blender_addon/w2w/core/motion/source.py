@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Motion files before retargeting: which can be opened, what they hold, and why some are refused."""
 
-from __future__ import annotations
-
 import errno
 import stat
 from dataclasses import dataclass

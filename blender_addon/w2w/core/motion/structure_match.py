@@ -6,8 +6,6 @@ spine runs between the two partings, the neck beyond them. Left and right follow
 sides where they tell, else from where toes and knees point.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -194,10 +192,8 @@ def _limb_start(tree: _Tree, pair: _Pair) -> int:
     for chain in pair.chains:
         lengths = np.array([tree.distance(a, b) for a, b in pairwise(chain)] + [0.0])
         upper, lower, onward = lengths[:-2], lengths[1:-1], lengths[2:]
-        longer = np.maximum(np.maximum(upper, lower), 1e-12)
-        score = (
-            (upper + lower) * np.minimum(upper, lower) / longer * lower / np.maximum(lower + onward, 1e-12)
-        )
+        most = np.maximum(np.maximum(upper, lower), 1e-12)
+        score = (upper + lower) * np.minimum(upper, lower) / most * lower / np.maximum(lower + onward, 1e-12)
         scores += score[: len(scores)]
     return int(np.argmax(scores))
 

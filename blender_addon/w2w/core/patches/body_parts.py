@@ -6,8 +6,6 @@ trouser pocket, ankle band, shoe, earbud); the three unusual ones are those the 
 seldom used.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The tape-measure card of a sensor: where it goes, where its arrow points, how far it may slip and turn."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -6,8 +6,6 @@ turns over. So the carrier of a patch is chosen among triples of vertices around
 enough, near equilateral, facing outward and steady against its bone in a library of poses.
 """
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -8,8 +8,6 @@ that is nearest, of the same part of the body and facing the same way.
 `likeness` gives our body the character's proportions first, as far as its shape goes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

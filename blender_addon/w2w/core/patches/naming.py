@@ -5,8 +5,6 @@ A name means a vertex of the skin, on any body: a sensor that is simulated for i
 map it means the nearest patch, if that is near enough.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 from difflib import get_close_matches

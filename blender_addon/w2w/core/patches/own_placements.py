@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Patches at placements of one's own: names with the vertex or the position where a sensor is worn."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral
 from pathlib import Path
@@ -106,12 +104,8 @@ def check_apart(names: Sequence[str], vertices: Sequence[int]) -> None:
 
 def names_elsewhere(patches: PatchSet, vertices: Sequence[int]) -> list[str]:
     """Names of the patches at other vertices than these: no placement there may be called so."""
-    at = set(vertices)
-    return [
-        name
-        for name, vertex in zip(patches.names, patches.vertices.tolist(), strict=True)
-        if vertex not in at
-    ]
+    at, pairs = set(vertices), zip(patches.names, patches.vertices.tolist(), strict=True)
+    return [name for name, vertex in pairs if vertex not in at]
 
 
 def read_placements(path: str | Path) -> dict[str, int | str | tuple[float, float, float]]:

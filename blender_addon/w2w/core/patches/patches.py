@@ -154,12 +154,7 @@ class PatchSet:
         )
 
 
-def sample_patches(
-    body: Body,
-    n: int = DEFAULT_PATCHES,
-    seed: int = 0,
-    symmetric: bool = False,
-) -> PatchSet:
+def sample_patches(body: Body, n: int = DEFAULT_PATCHES, seed: int = 0, symmetric: bool = False) -> PatchSet:
     """Sample patches evenly over a body by geodesic farthest-point sampling.
 
     The bundled body has, for seed 0, one fixed order of patches, in which every number of patches is a

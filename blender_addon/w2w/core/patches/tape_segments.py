@@ -11,8 +11,6 @@ Unlike the proposal, a hand ends at the fingertips, a head begins at the chin, a
 is a segment of its own, the pelvis.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any

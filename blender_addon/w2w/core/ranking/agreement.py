@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rank correlation of two rankings of the same patches or sites, its interval and its chance."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Expected F1 on other clips: a map pooled, shrunk to what repeats, with honest intervals."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from scipy.stats import norm, t
@@ -40,23 +38,18 @@ Pairs = Sequence[tuple[np.ndarray, np.ndarray]]
 class Expected:
     """F1 as other clips, or other people, would show it."""
 
-    f1: np.ndarray  # (N, A), float32
-    mean: np.ndarray  # (N,), float32: macro F1
-    low: np.ndarray  # (N,): its interval, in which the clips trained on vary too
-    high: np.ndarray
-    as_good: np.ndarray  # (N,), bool: not to be told from the best of `mean`, the choice among N included
+    expected_f1: np.ndarray  # (N, A), float32
+    expected_mean: np.ndarray  # (N,), float32: macro F1
+    expected_low: np.ndarray  # (N,): its interval, in which the clips trained on vary too
+    expected_high: np.ndarray
+    as_good: np.ndarray  # (N,), bool: not to be told from the best by the mean, the choice among N included
     can_rank: bool  # the best patch is `SURE` to beat the average one, and some patch can be told from it
     reliability: float  # correlation over patches with as many other clips; NaN where clips cannot be halved
-    beats_average: float  # chance that the best of `mean` scores above the average patch on other clips
+    beats_average: float  # chance that the best by the mean scores above the average patch on other clips
 
 
 def expect(
-    f1: np.ndarray,
-    plan: Plan,
-    pooling: Pooling,
-    level: float,
-    seed: int,
-    weights: np.ndarray | None = None,
+    f1: np.ndarray, plan: Plan, pooling: Pooling, level: float, seed: int, weights: np.ndarray | None = None
 ) -> Expected:
     """Expected scores of all patches from the F1 of all clips and of disjoint halves of them.
 
@@ -81,10 +74,10 @@ def expect(
     lead = float(mean.max() - mean.mean())
     chance = float(norm.cdf(lead / np.sqrt(repeat.of_lead))) if repeat.of_lead > 0 else float(lead > 0)
     return Expected(
-        f1=np.clip(by_activity, 0, 1).T.astype(np.float32),
-        mean=np.clip(mean, 0, 1).astype(np.float32),
-        low=np.maximum(mean - reach, 0).astype(np.float32),
-        high=np.minimum(mean + reach, 1).astype(np.float32),
+        expected_f1=np.clip(by_activity, 0, 1).T.astype(np.float32),
+        expected_mean=np.clip(mean, 0, 1).astype(np.float32),
+        expected_low=np.maximum(mean - reach, 0).astype(np.float32),
+        expected_high=np.minimum(mean + reach, 1).astype(np.float32),
         as_good=as_good,
         can_rank=chance >= SURE and not as_good.all(),
         reliability=repeat.reliability,
@@ -179,10 +172,8 @@ def _noise_ratio(whole: np.ndarray, halves: Pairs, clips: np.ndarray, weights: n
     more than half. Fewer errors than half a clip count as half a clip.
     """
     f1_of_halves = np.mean([half.mean(axis=1) for pair in halves for half in pair], axis=0)
-    shares = (
-        np.minimum(whole.mean(axis=1), 1 - 0.5 / clips),
-        np.minimum(f1_of_halves, 1 - 0.5 / (clips / 2)),
-    )
+    means = ((whole.mean(axis=1), clips), (f1_of_halves, clips / 2))
+    shares = (np.minimum(f1, 1 - 0.5 / count) for f1, count in means)
     of_whole, of_half = ((weights**2 * p * (1 - p)).sum() for p in shares)
     return max(float(of_whole / of_half), 0.0) if of_half > 0 else 1.0
 
@@ -230,7 +221,7 @@ class Unhalved:
     clips_of_halved: np.ndarray  # (H,)
 
     @classmethod
-    def of(cls, weights: np.ndarray, both: np.ndarray, clips: np.ndarray) -> Unhalved:
+    def of(cls, weights: np.ndarray, both: np.ndarray, clips: np.ndarray) -> Self:
         """From what each activity (A,) counts, whether both halves show it, and its clips."""
         rows = ~both & (weights > 0)
         shares = weights / weights.sum()

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scores of predictions: F1 with its uncertainty (a bootstrap over clips), ROC areas, and sums of trials."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from scipy.stats import rankdata
@@ -228,7 +226,7 @@ class Tried(NamedTuple):
     f1: np.ndarray  # (trials, A, N): F1 by window; NaN where an activity was not tested
 
     @classmethod
-    def joined(cls, parts: Sequence[Tried]) -> Tried:
+    def joined(cls, parts: Sequence[Self]) -> Self:
         """Results for all patches, from those for some after others."""
         return cls(*(np.concatenate(of_parts, axis=-1) for of_parts in zip(*parts, strict=True)))
 

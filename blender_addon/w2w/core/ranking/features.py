@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Statistics and spectra of windows: what the feature-based classifiers see."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 

@@ -211,9 +211,8 @@ def _halve_subjects(fold: np.ndarray, seed: int, halvings: int) -> list[np.ndarr
 
 
 def _in_two_folds(labels: np.ndarray, fold: np.ndarray, among: np.ndarray) -> np.ndarray:
-    return np.array(
-        [len(np.unique(fold[among & (labels == label)])) > 1 for label in range(labels.max() + 1)]
-    )
+    folds = (np.unique(fold[among & (labels == label)]) for label in range(labels.max() + 1))
+    return np.array([len(found) > 1 for found in folds])
 
 
 def _votes(labels: np.ndarray, vote: np.ndarray, windows: np.ndarray) -> np.ndarray:

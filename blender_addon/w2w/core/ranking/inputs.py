@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Features or windows of a whole library, read from its clips' files some patches at a time."""
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import ClassVar, Protocol, Self, runtime_checkable
 from zipfile import ZIP_STORED, ZipFile
 
 import numpy as np
@@ -31,7 +29,7 @@ class StoredArray:
     dtype: np.dtype
 
     @classmethod
-    def find(cls, path: Path, name: str) -> StoredArray:
+    def find(cls, path: Path, name: str) -> Self:
         """Find an array that `files.write_npz` wrote; a ValueError if it holds none, or compresses it."""
         try:
             with ZipFile(path) as archive:
@@ -200,14 +198,9 @@ class WindowFiles:
 
     def __init__(self, paths: Sequence[Path], windows: Sequence[int], spec: WindowSpec) -> None:
         self._paths, self._spec = list(paths), spec
-        self._parts = [
-            (
-                StoredArray.find(path, "acc"),
-                StoredArray.find(path, "gyr"),
-                float(load_arrays(path, ("rate",), "is no recording")["rate"]),
-            )
-            for path in paths
-        ]
+        rates = (float(load_arrays(path, ("rate",), "is no recording")["rate"]) for path in paths)
+        found = ((StoredArray.find(path, "acc"), StoredArray.find(path, "gyr")) for path in paths)
+        self._parts = [(acc, gyr, rate) for (acc, gyr), rate in zip(found, rates, strict=True)]
         self._ends = np.cumsum(windows)
         self._counts = list(windows)
         self._chosen: dict[int, np.ndarray] = {}
@@ -225,9 +218,8 @@ class WindowFiles:
         for clip, (count, end) in enumerate(zip(self._counts, self._ends, strict=True)):
             acc, gyr, rate = self._parts[clip]
             recording = ImuRecording(acc.columns(first, last), gyr.columns(first, last), rate)
-            block[end - count : end] = cut_windows(
-                recording, self._spec, self._starts(clip, acc.shape[0], rate)
-            ).signals
+            starts = self._starts(clip, acc.shape[0], rate)
+            block[end - count : end] = cut_windows(recording, self._spec, starts).signals
         return block
 
     def _starts(self, clip: int, n_samples: int, rate: float) -> np.ndarray | None:

@@ -82,11 +82,10 @@ class JointScores:
         bases = list(self._parallel(lambda dual: dual.kernels(worn), self._duals))
 
         def add(candidate: int) -> np.ndarray:
-            scores = [
-                dual.scores(dual.kernels([candidate]).plus(base), len(worn) + 1)
-                for dual, base in zip(self._duals, bases, strict=True)
-            ]
-            return np.concatenate(scores)
+            own = (dual.kernels([candidate]) for dual in self._duals)
+            sums = (_Kernels(*map(np.add, *both)) for both in zip(own, bases, strict=True))
+            pairs = zip(self._duals, sums, strict=True)
+            return np.concatenate([dual.scores(kernels, len(worn) + 1) for dual, kernels in pairs])
 
         return add
 
@@ -125,9 +124,6 @@ class _Kernels(NamedTuple):
     tested_within: np.ndarray  # (v, n)
     tested_means: np.ndarray  # (v, A)
     means_means: np.ndarray  # (A,): of each class mean with itself
-
-    def plus(self, other: _Kernels) -> _Kernels:
-        return _Kernels(*map(np.add, self, other))
 
     def add(self, within: np.ndarray, means: np.ndarray, tested: np.ndarray) -> None:
         """Take in the rows of one more patch, or of several side by side."""

@@ -61,9 +61,8 @@ def same_motion_groups(
     if keys is not None:
         edges.append(_equal_pairs([key or None for key in keys]))
     if signatures is not None:
-        equal = _equal_pairs(
-            [hashlib.blake2b(row.tobytes()).digest() if len(row) else None for row in signatures]
-        )
+        digests = [hashlib.blake2b(row.tobytes()).digest() if len(row) else None for row in signatures]
+        equal = _equal_pairs(digests)
         edges += [equal, _near_pairs(signatures, np.unique(equal[0]), tolerance, mirrored, alike, columns)]
     first, second = np.concatenate(edges, axis=1)
     graph = coo_array((np.ones(len(first)), (first, second)), shape=(len(clips), len(clips)))
@@ -155,8 +154,10 @@ def _near_pairs(
     nearness = _Nearness(scale, tolerance * np.sqrt(used.sum()), alike)
     rows = _Rows(signatures, distinct)
     for_axes = rows.some(slice(None, None, -(-len(distinct) // FOR_AXES)))[:, used] * scale[used]
+    centred = for_axes - for_axes.mean(axis=0)
+    principal = np.linalg.eigh(centred.T @ centred)[1][:, ::-1][:, :AXES]  # the greatest first
     axes = np.zeros((len(scale), AXES))
-    axes[used, : min(AXES, used.sum())] = scale[used, None] * _principal_axes(for_axes)
+    axes[used, : min(AXES, used.sum())] = scale[used, None] * principal
     own = _Projected.of(rows, axes)
     pairs = [*_pairs_within(own, own, nearness)]
     if mirrored is not None:
@@ -176,12 +177,6 @@ def _pairs_within(one: _Projected, other: _Projected, nearness: _Nearness) -> It
         near = a[block] @ b[low:high].T - half_b[low:high] >= half_a[block, None] - far**2 / 2
         i, j = np.nonzero(near)
         yield _within(one.rows, other.rows, one.order[start + i], other.order[low + j], nearness)
-
-
-def _principal_axes(rows: np.ndarray) -> np.ndarray:
-    """Directions (K, `AXES`) along which rows (C, K) differ most, the greatest first."""
-    centred = rows - rows.mean(axis=0)
-    return np.linalg.eigh(centred.T @ centred)[1][:, ::-1][:, :AXES]
 
 
 def _within(one: _Rows, other: _Rows, i: np.ndarray, j: np.ndarray, nearness: _Nearness) -> np.ndarray:

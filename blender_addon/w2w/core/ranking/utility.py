@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The utility map: cross-validated F1 of every patch and activity, and how sure it is."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -165,7 +163,7 @@ class UtilityMap:
         write_npz(path, known, compress=True)
 
     @classmethod
-    def load(cls, path: str | Path) -> UtilityMap:
+    def load(cls, path: str | Path) -> Self:
         """Read a file that `save` wrote; a ValueError if it is not a utility map."""
         names = [field.name for field in fields(cls) if field.name not in OPTIONAL]
         content = load_arrays(path, names, "is not a utility map", OPTIONAL)
@@ -247,14 +245,7 @@ def utility_map(
         f1=f1,
         mean=mean_over(f1, weights),
         **boot._asdict(),
-        expected_f1=expected.f1,
-        expected_mean=expected.mean,
-        expected_low=expected.low,
-        expected_high=expected.high,
-        as_good=expected.as_good,
-        can_rank=expected.can_rank,
-        reliability=expected.reliability,
-        beats_average=expected.beats_average,
+        **vars(expected),
         confusion=confusion,
         predictions=predictions,
         truth=truth,

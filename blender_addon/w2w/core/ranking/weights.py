@@ -4,8 +4,6 @@
 Equal weights take the plain mean, to the last bit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 

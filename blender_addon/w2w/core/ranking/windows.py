@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cut a recording into windows: overlapping ones to train on, separate ones to test on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 
@@ -87,7 +85,7 @@ class WindowSpec:
             raise ValueError(f"longest_gap_s must be 0 or more seconds, not {self.longest_gap_s}")
 
     @classmethod
-    def of_length(cls, length_s: float, stride_s: float | None = None) -> WindowSpec:
+    def of_length(cls, length_s: float, stride_s: float | None = None) -> Self:
         """Windows whose stride follows their length where none is given."""
         return cls(length_s, STRIDE * length_s if stride_s is None else stride_s)
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Advice for a designer: the best spot, the sensors to wear together, equivalent patches."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -114,16 +112,9 @@ def advise(
     said = answer(scored)
     alone = [score.patch for score in said.named] or [said.patch]
     recommended = dict.fromkeys([*alone, *(worn.order if worn else ())])
-    return Advice(
-        best=scored.best,
-        answer=said,
-        worn=worn,
-        alternatives=swaps,
-        clusters=redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION),
-        cards=tuple(card(body, patches, utility.expected_mean, patch) for patch in recommended),
-        products=products,
-        allowed=terms.allowed,
-    )
+    clusters = redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION)
+    cards = tuple(card(body, patches, utility.expected_mean, patch) for patch in recommended)
+    return Advice(scored.best, said, worn, swaps, clusters, cards, products, terms.allowed)
 
 
 def _at_products(terms: Terms, products: dict[int, str], constraints: Constraints) -> Terms:

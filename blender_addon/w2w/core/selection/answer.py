@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One answer to "where should the sensor go?": products that can be worn, or a region, in one sentence."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -146,7 +144,8 @@ def answer(scored: Scored) -> Answer:
     utility, allowed, products = scored.utility, scored.allowed, scored.products
     tying = [score for score in products if score.as_good]
     named: list[PlaceScore] = []
-    other = next(iter(sorted((score for score in products if not score.as_good), key=_rarity)), None)
+    worse, by_rarity = [score for score in products if not score.as_good], list(PRODUCTS)
+    other = min(worse, key=lambda score: by_rarity.index(score.name), default=None)
     differs = utility.can_rank and not len(scored.group) == allowed.sum() > 1
     if not differs:
         where = "anywhere on the body" if allowed.all() else "anywhere that is allowed"
@@ -162,19 +161,9 @@ def answer(scored: Scored) -> Answer:
     else:
         where, patch = _region(scored)
         f1 = [float(values[patch]) for values in utility.expected]
-    return Answer(
-        where,
-        patch,
-        expected=f1[0],
-        low=f1[1],
-        high=f1[2],
-        caution=mean_caution(utility),
-        differs=differs,
-        other=other,
-        ties=ties_text(scored.group, scored.patches) if differs else "",
-        named=tuple(named),
-        products=products,
-    )
+    caution, ties = mean_caution(utility), ties_text(scored.group, scored.patches) if differs else ""
+    expected, low, high = f1
+    return Answer(where, patch, expected, low, high, caution, differs, other, ties, tuple(named), products)
 
 
 def compare(scored: Scored, words: Sequence[str]) -> tuple[PlaceScore, ...]:
@@ -214,7 +203,7 @@ def ties_text(group: np.ndarray, patches: PatchSet) -> str:
             inside = parts == stem
             if tie[inside].mean() >= MOST_OF and not covered[inside].any():
                 sided = any(side_of(part_of(patches.regions[patch]))[0] for patch in np.flatnonzero(inside))
-                said.append(_plural(stem) if sided else stem)
+                said.append({"foot": "feet"}.get(stem, f"{stem}s") if sided else stem)
                 covered |= inside
     if not said:
         return ""
@@ -242,12 +231,3 @@ def _extent(points: np.ndarray) -> tuple[float, float]:
     axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
     long, wide = np.ptp(points @ axes[:2].T, axis=0)
     return 100 * float(long), 100 * float(wide)
-
-
-def _rarity(score: PlaceScore) -> int:
-    """0 for the commonest product."""
-    return list(PRODUCTS).index(score.name)
-
-
-def _plural(stem: str) -> str:
-    return "feet" if stem == "foot" else f"{stem}s"

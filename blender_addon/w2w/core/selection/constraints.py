@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A designer's constraints, in words, and the terms of a choice among patches that follow from them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -135,7 +133,7 @@ class Terms:
         allowed: np.ndarray | None = None,
         required: Sequence[Requirement] = (),
         cost: np.ndarray | None = None,
-    ) -> Terms:
+    ) -> Self:
         mask = open_mask(allowed, n_patches)
         price = np.ones(n_patches) if cost is None else np.asarray(cost, dtype=np.float64)
         if price.shape != (n_patches,) or not (np.isfinite(price) & (price > 0)).all():
@@ -144,9 +142,7 @@ class Terms:
         for wish in required:
             patches = np.atleast_1d(np.asarray(wish, dtype=np.int64))
             if not mask[patches].any():
-                raise ValueError(
-                    f"one of the patches {patches.tolist()} is required, but none of them is allowed"
-                )
+                raise ValueError(f"one of the patches {patches.tolist()} is required, but none is allowed")
             options.append(patches[mask[patches]])
         limit = int(mask.sum()) if max_size is None else max_size
         if limit < max(1, len(options)):

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How sure an answer is, in sentences that console, report and panel share."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..ranking.expected import WANTED, clips_needed

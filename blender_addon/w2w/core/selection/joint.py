@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sets chosen by the classifier that will be worn, and what such a set would reach on other clips."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -164,20 +162,13 @@ def choose_together(
         enough, reached = _enough(tests, terms, target, every_activity, order, made)
         if reached or (len(order) > fewest(order, terms.required) and made.mean[-1] <= made.mean[-2]):
             break
+    chosen, further = order[:enough], order[enough:]
+    cost = float(terms.cost[list(chosen)].sum())
+    with_next = made.first(enough + 1) if further else None
     return JointSet(
-        order[:enough],
-        made.first(enough),
-        tests.activities,
-        target,
-        every_activity,
-        reached,
-        float(terms.cost[list(order[:enough])].sum()),
-        tests.weights,
-        order[enough:],
-        made.first(enough + 1) if enough < len(order) else None,
-        len(order),
-        float(made.mean[-1]),
-    )
+        chosen, made.first(enough), tests.activities, target, every_activity, reached, cost, tests.weights,
+        further, with_next, len(order), float(made.mean[-1]),
+    )  # fmt: skip
 
 
 def _enough(

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A motion as an action of a body's armature and back, and actions kept when a body gets another shape."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 
 import bpy

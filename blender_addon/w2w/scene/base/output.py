@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What Blender and its importers print, kept off the user's screen."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import sys

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Patches in the scene: empties that ride on the triangles of a body's mesh."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import bpy

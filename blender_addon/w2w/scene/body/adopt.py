@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A user's own body from Blender: a rigged FBX, or a mesh in the scene, with SMPL's bone names or faces."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import bpy

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Somebody's own character in the scene: our body's map on its meshes, our sensors on its skin."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -106,10 +104,7 @@ def carry_heatmaps(body: bpy.types.Object, mesh: bpy.types.Object) -> None:
 
 
 def place_marks(
-    body: bpy.types.Object,
-    vertices: Sequence[int],
-    meshes: Sequence[bpy.types.Object],
-    size: float,
+    body: bpy.types.Object, vertices: Sequence[int], meshes: Sequence[bpy.types.Object], size: float
 ) -> list[bpy.types.Object]:
     """Balls on a character where sensors are on our body; they follow its skin, whatever moves that.
 

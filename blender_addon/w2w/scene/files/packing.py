@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Patches and ranking packed into the .blend as text: a saved file reopens complete on any machine."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import io

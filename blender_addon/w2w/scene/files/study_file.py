@@ -5,8 +5,6 @@ For W2W's panel it holds the small files of the results folder, packed as a text
 is only data; nothing in it is ever run.
 """
 
-from __future__ import annotations
-
 import base64
 import io
 import json
@@ -22,7 +20,7 @@ import numpy as np
 from ...core.body.body import Body
 from ...core.clip_files import WORK, signals_key
 from ...core.colours import LEAST_SPAN
-from ...core.files import DAMAGED, UNFINISHED
+from ...core.files import DAMAGED, folder_beside
 from ...core.motion.motion import Motion
 from ...core.patches.patches import PatchSet
 from ...core.results_folder import UTILITY, StudyResults
@@ -177,8 +175,7 @@ def _set_up_view(mesh: bpy.types.Object, height: float) -> None:
 
 def _save(path: Path) -> None:
     """Save beside the file and rename, so that no half-written file ever stands under its name."""
-    prefix = f".{path.stem[:40]}."
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=prefix, suffix=UNFINISHED) as folder:
+    with folder_beside(path) as folder:
         temporary = Path(folder) / "study.blend"
         bpy.ops.wm.save_as_mainfile(filepath=str(temporary), compress=True, copy=True)
         temporary.replace(path)

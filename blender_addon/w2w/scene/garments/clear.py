@@ -6,8 +6,6 @@ that leads to a clip's first pose was recorded by nobody: legs that swing past e
 other there, and arms in the trunk.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -6,8 +6,6 @@ frame squared. So it keeps real time at the root of 1,000 frames per second, and
 set for the frame rate.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Garments that follow a body through a clip, frame by frame, once their cloth has settled."""
 
-from __future__ import annotations
-
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
@@ -100,9 +98,7 @@ def _settled(
         stack.enter_context(coarse_collider(mesh))
         for item in garments:
             stack.enter_context(_simulated_over(item, frames, scene_rate()))
-        followed = [
-            Followed(item, own, len(frames) - before) for item, own in zip(garments, covers, strict=True)
-        ]
+        followed = [Followed(*each, len(frames) - before) for each in zip(garments, covers, strict=True)]
         with closing(each_frame(frames)) as numbers:
             for number in numbers:
                 if number >= before:

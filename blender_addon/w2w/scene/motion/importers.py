@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Blender's importers: FBX files are checked by their bytes, glTF, VRM and USD made ready for it."""
 
-from __future__ import annotations
-
 import re
 import struct
 import sys
@@ -50,9 +48,7 @@ def check_fbx(path: Path, python_importer: bool = False) -> None:
     if binary:
         _check_binary_fbx(path, size, head)
     elif b"FBX" not in head:
-        raise UnusableMotion(
-            "it is not an FBX file: it has neither the binary mark nor FBX text at its start"
-        )
+        raise UnusableMotion("it is no FBX file: it has neither the binary mark nor FBX text at its start")
     version = _version(head)
     if version is not None and version < OLDEST:
         raise UnusableMotion(
@@ -93,9 +89,7 @@ def _spoken(version: int) -> str:
 def _check_binary_fbx(path: Path, size: int, head: bytes) -> None:
     """Follow the top-level records: each tells where it ends, and the file must reach there."""
     if size <= FBX_HEADER_SIZE:
-        raise UnusableMotion(
-            f"it is cut short: {size} bytes, which is no more than the header of an FBX file"
-        )
+        raise UnusableMotion(f"it is cut short: {size} bytes, no more than the header of an FBX file")
     version = struct.unpack_from("<I", head, 23)[0]
     layout = "<Q" if version >= 7500 else "<I"
     position = FBX_HEADER_SIZE
@@ -114,9 +108,7 @@ def _check_binary_fbx(path: Path, size: int, head: bytes) -> None:
                     f"{size:,}"
                 )
             if end <= position:
-                raise UnusableMotion(
-                    f"it is damaged: a record at byte {position} claims to end before it begins"
-                )
+                raise UnusableMotion(f"it is damaged: the record at byte {position} ends before it begins")
             position = end
 
 

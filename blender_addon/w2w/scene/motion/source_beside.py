@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A clip's own armature beside the body, for comparison."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import bpy

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Export: map, table, signals and report of the panel's study, as Python and the command line write them."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tempfile
@@ -29,7 +27,7 @@ from ..jobs.preferences import EXTENSION
 from ..steps.baking import body_as_run, ranked_clips
 from ..study import signal_cache
 from ..study.counting import is_as_ranked
-from ..study.operators import AsksForFile, OnBody, OnRanking
+from ..study.operators import AsksForFile, AsksForFolder, OnBody, OnRanking
 from ..study.scores import EXPECTED, beside_of, colour_range, minus_index, shown_scores, view_index
 from ..study.state import config_of, current_body, patches_of, utility_of
 from ..viewport.legend import legend
@@ -205,17 +203,13 @@ class W2W_OT_export_report(Export, bpy.types.Operator):
     steps = staticmethod(report_steps)
 
 
-class W2W_OT_export_signals(AsksForFile, OnBody, bpy.types.Operator):
+class W2W_OT_export_signals(AsksForFolder, OnBody, bpy.types.Operator):
     """Save what sensors would have recorded: of the patch looked at, or of all patches, a file a clip"""
 
     bl_idname = "w2w.export_signals"
     bl_label = "Export Signals"
     bl_options = {"REGISTER"}
 
-    directory: StringProperty(
-        name="Folder", description="Folder for the files", subtype="DIR_PATH", options={"SKIP_SAVE"}
-    )
-    filter_folder: BoolProperty(default=True, options={"HIDDEN"})
     which: EnumProperty(
         name="Patches",
         description="Whose signals are saved",
@@ -241,8 +235,7 @@ class W2W_OT_export_signals(AsksForFile, OnBody, bpy.types.Operator):
         chosen = [patch for patch in picks(context, body) if patch < len(patches_of(body))]
         if self.which == "PICKED" and not chosen:
             return jobs.show_error(self, "Click a spot on the body first, with the tool Pick Patch")
-        folder = Path(bpy.path.abspath(self.directory))
-        steps = signal_steps(body, folder, chosen if self.which == "PICKED" else None, self.kind)
+        steps = signal_steps(body, self.path(), chosen if self.which == "PICKED" else None, self.kind)
         return jobs.start(self, context, self.bl_label, steps)
 
 
@@ -250,7 +243,6 @@ class W2W_MT_export(bpy.types.Menu):
     """All that can be taken out of a study."""
 
     bl_label = "Export"
-    bl_idname = "W2W_MT_export"
 
     def draw(self, context: Context) -> None:
         layout = self.layout

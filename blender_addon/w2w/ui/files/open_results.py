@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Finished runs in the panel: results folders, .blend files that runs have saved, folders that moved."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Generator
 from pathlib import Path
@@ -27,7 +25,7 @@ from ..results.results import hide_patches
 from ..steps.body import add_study, make_study
 from ..study import signal_cache
 from ..study.lists import list_labels, take_over
-from ..study.operators import AsksForFile, OnDrop
+from ..study.operators import AsksForFile, OnDrop, Works
 from ..study.state import bodies, current_body
 from ..viewport.framing import BESIDE, extent, fold_soon, frame_answer
 
@@ -41,12 +39,6 @@ class ChoosesResults(AsksForFile):
 
     bl_options = {"REGISTER"}
 
-    filepath: StringProperty(
-        name="Results",
-        description="A results folder, or the summary.json in it",
-        subtype="FILE_PATH",
-        options={"SKIP_SAVE"},
-    )
     filter_glob: StringProperty(default=SUMMARY, options={"HIDDEN"})
 
     def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
@@ -73,7 +65,7 @@ class W2W_OT_open_results(ChoosesResults, bpy.types.Operator):
         return jobs.start(self, context, TITLE, open_steps(self.folder))
 
 
-class W2W_OT_locate_results(ChoosesResults, bpy.types.Operator):
+class W2W_OT_locate_results(ChoosesResults, Works, bpy.types.Operator):
     """Say where the results folder is now that holds the signals of this study"""
 
     bl_idname = "w2w.locate_results"
@@ -86,8 +78,8 @@ class W2W_OT_locate_results(ChoosesResults, bpy.types.Operator):
         cls.poll_message_set("Only for signals in a results folder that is no longer where it was")
         return jobs.running is None and body is not None and misses_folder(body.w2w)
 
-    def execute(self, context: Context) -> set[str]:
-        study, folder = current_body(context).w2w, self.folder
+    def work(self, context: Context, body: bpy.types.Object) -> str:
+        study, folder = body.w2w, self.folder
         before, study.results_folder = study.results_folder, str(folder.resolve())
         stored = [clip for clip in study.clips if clip.signals.startswith(STORED)]
         found = sum(signal_cache.has(clip) for clip in stored)
@@ -95,17 +87,16 @@ class W2W_OT_locate_results(ChoosesResults, bpy.types.Operator):
             study.results_folder = before
             text = f"{folder} does not hold the signals of this study"
             hint = "choose the results folder that it was opened from or saved in"
-            return jobs.show_error(self, f"{text}: {hint}")
+            raise ValueError(f"{text}: {hint}")
         text = f"Found the signals of {found} clips in {folder}"
         if found < len(stored):
             text += f"; those of {len(stored) - found} are not there: bake them again (step 4)"
-        return jobs.show_done(self, text)
+        return text
 
 
 class W2W_FH_results(OnDrop, bpy.types.FileHandler):
     """The summary.json of a results folder, dropped on the 3D view, opens the folder."""
 
-    bl_idname = "W2W_FH_results"
     bl_label = "Results of W2W"
     bl_import_operator = "w2w.open_results"
     bl_file_extensions = ".json"

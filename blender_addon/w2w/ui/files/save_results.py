@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Save Results: the panel's study as a results folder, which the command line and Python read."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import bpy
-from bpy.props import StringProperty
 
 from ...core.clip_files import signals_key
 from ...core.findings.new_folder import check_new, write_folder
@@ -20,26 +17,20 @@ from ..jobs.jobs import Step, Steps, in_thread, on_body, part, start
 from ..steps.choosing import advised_steps, counted_clips
 from ..study import counting, state
 from ..study.garments import covers_steps
-from ..study.operators import AsksForFile, OnRanking
+from ..study.operators import AsksForFolder, OnRanking
 
 TITLE = "Save Results"
 
 
-class W2W_OT_save_results(AsksForFile, OnRanking, bpy.types.Operator):
+class W2W_OT_save_results(AsksForFolder, OnRanking, bpy.types.Operator):
     """Save the study as a results folder, as w2w run leaves one, in a new or empty folder"""
 
     bl_idname = "w2w.save_results"
     bl_label = TITLE
     bl_options = {"REGISTER"}
 
-    directory: StringProperty(
-        name="Folder", description="A new or empty folder", subtype="DIR_PATH", options={"SKIP_SAVE"}
-    )
-    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
-
     def execute(self, context: bpy.types.Context) -> set[str]:
-        folder = Path(bpy.path.abspath(self.directory))
-        return start(self, context, TITLE, save_steps(state.current_body(context), folder, stay=True))
+        return start(self, context, TITLE, save_steps(state.current_body(context), self.path(), stay=True))
 
 
 @on_body

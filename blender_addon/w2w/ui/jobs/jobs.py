@@ -7,8 +7,6 @@ operator (`windows`) runs it a few milliseconds at a time; without one it runs t
 body ends with an error if that body is removed or edited meanwhile (`on_body`).
 """
 
-from __future__ import annotations
-
 import time
 import traceback
 from collections.abc import Callable, Generator

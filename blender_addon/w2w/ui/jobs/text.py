@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Texts and messages in the sidebar, in as many lines as its width needs."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 import blf

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A job in Blender's windows: a timer drives it, input waits, every status bar shows how far it is."""
 
-from __future__ import annotations
-
 import time
 
 import bpy

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Base classes of panels: those of the five steps say what they wait for and what their buttons did."""
 
-from __future__ import annotations
-
 import bpy
 
 from ..jobs import jobs

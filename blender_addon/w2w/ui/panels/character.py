@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The user's own character: a rigged figure of the scene that shows the map and the sensors."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 
 import bpy
@@ -19,6 +17,7 @@ from ..jobs.jobs import is_there
 from ..results import results
 from ..steps.body import add_study
 from ..steps.import_dialog import source_armatures
+from ..study.operators import Works
 from ..study.state import body_of_object, current_body, without_updates
 from ..viewport import legend
 from ..viewport.framing import BESIDE
@@ -37,12 +36,11 @@ def armature_meant(item: bpy.types.Object | None) -> bpy.types.Object | None:
     return moving_armature(item) or parent
 
 
-class W2W_OT_use_character(bpy.types.Operator):
+class W2W_OT_use_character(Works, bpy.types.Operator):
     """Show map and sensors on the active character too: any rig of a human, its meshes in any topology"""
 
     bl_idname = "w2w.use_character"
     bl_label = "Use Character"
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -51,21 +49,19 @@ class W2W_OT_use_character(bpy.types.Operator):
             return False
         return armature_meant(context.object) in source_armatures(context.scene)
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object | None) -> None:
         armature = armature_meant(context.object)
         meshes = character_meshes(armature, context.scene)
         if not meshes:
-            return jobs.show_error(self, f"No mesh of the scene is moved by '{armature.name}'")
+            raise ValueError(f"No mesh of the scene is moved by '{armature.name}'")
         if any(mesh.data.library is not None for mesh in meshes):
-            return jobs.show_error(
-                self, f"'{armature.name}' is linked from another file: make it local first"
-            )
+            raise ValueError(f"'{armature.name}' is linked from another file: make it local first")
         try:
             figure = read_character(armature, meshes)
-            body = current_body(context) or _own_likeness(context, figure)
+            body = body or _own_likeness(context, figure)
             gap = tie(figure, meshes, body_of(body))
         except (UnusableMotion, ValueError) as error:
-            return jobs.show_error(self, f"{armature.name}: {error}")
+            raise ValueError(f"{armature.name}: {error}") from error
         forget(body, meshes)
         study = body.w2w
         study.character = armature
@@ -77,24 +73,21 @@ class W2W_OT_use_character(bpy.types.Operator):
         )
         results.carry(body)
         jobs.dismiss()
-        return {"FINISHED"}
 
 
-class W2W_OT_forget_character(bpy.types.Operator):
+class W2W_OT_forget_character(Works, bpy.types.Operator):
     """Take map and sensors off the character; the character itself stays"""
 
     bl_idname = "w2w.forget_character"
     bl_label = "Forget Character"
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         body = current_body(context)
         return body is not None and body.w2w.character is not None and context.mode == "OBJECT"
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        forget(current_body(context))
-        return {"FINISHED"}
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
+        forget(body)
 
 
 def forget(body: bpy.types.Object, tied: Collection[bpy.types.Object] = ()) -> None:
@@ -127,7 +120,6 @@ class W2W_PT_character(W2WPanel, bpy.types.Panel):
     """The character that shows the map."""
 
     bl_label = "Own Character"
-    bl_idname = "W2W_PT_character"
     bl_parent_id = "W2W_PT_body"
     bl_options = {"DEFAULT_CLOSED"}
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Menus: ticking clips, Add > Mesh, File > Import, dropped files, presets, the keymap."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import bpy
@@ -55,7 +53,6 @@ class W2W_MT_tick_clips(bpy.types.Menu):
     """Choices of clips to tick."""
 
     bl_label = "Tick Clips"
-    bl_idname = "W2W_MT_tick_clips"
 
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.operator_enum("w2w.tick_clips", "which")
@@ -65,7 +62,6 @@ class W2W_MT_study(bpy.types.Menu):
     """All that can be done with a body, so that Blender's search (F3) finds it too."""
 
     bl_label = "Where to Wear"
-    bl_idname = "W2W_MT_study"
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
@@ -80,7 +76,6 @@ class W2W_MT_study_presets(bpy.types.Menu):
     """Presets of sensor and window."""
 
     bl_label = "Study Presets"
-    bl_idname = "W2W_MT_study_presets"
     preset_subdir = PRESET_FOLDER
     preset_operator = "script.execute_preset"
 
@@ -112,7 +107,6 @@ class W2W_OT_add_study_preset(AddPresetBase, bpy.types.Operator):
 class W2W_FH_motions(OnDrop, bpy.types.FileHandler):
     """Motion files dropped on the 3D view go onto the body."""
 
-    bl_idname = "W2W_FH_motions"
     bl_label = "Motions for W2W"
     bl_import_operator = "w2w.import_motions"
     bl_file_extensions = ";".join(MOTION_SUFFIXES)
@@ -125,7 +119,7 @@ def _add_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
 
 def _object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.separator()
-    self.layout.menu(W2W_MT_study.bl_idname)
+    self.layout.menu(W2W_MT_study.__name__)
 
 
 def _import_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sensor Placement: wishes, the best spot they leave, and the set to wear together with its promise."""
 
-from __future__ import annotations
-
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
@@ -32,15 +30,11 @@ class W2W_OT_add_wish(OnPatches, bpy.types.Operator):
     bl_label = "Add Wish"
 
     kind: EnumProperty(name="Wish", description="What is wished for", items=KINDS, default=FORBID)
-    place: StringProperty(
-        name="Place", description="Where: 'left wrist', 'head', 'waist'", options={"SKIP_SAVE"}
-    )
+    place: StringProperty(name="Place", description="Such as 'left wrist', 'head'", options={"SKIP_SAVE"})
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
+    def work(self, context: Context, body: bpy.types.Object) -> None:
         add_wish(body.w2w, self.kind, self.place)
         results.choose(body)
-        return {"FINISHED"}
 
 
 class W2W_OT_wish_picked(OnPatches, bpy.types.Operator):
@@ -55,15 +49,13 @@ class W2W_OT_wish_picked(OnPatches, bpy.types.Operator):
     def missing(context: Context, body: bpy.types.Object) -> str:
         return OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
+    def work(self, context: Context, body: bpy.types.Object) -> None:
         study = body.w2w
         there = {(wish.kind, wish.place) for wish in study.wishes}
         for where in dict.fromkeys(spot_name(body, patch) for patch in picks(context, body)):
             if (self.kind, where) not in there or self.kind == COST:
                 add_wish(study, self.kind, where)
         results.choose(body)
-        return {"FINISHED"}
 
 
 class W2W_OT_remove_wish(OnPatches, bpy.types.Operator):
@@ -87,7 +79,6 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
     """Wishes, and the sensors to wear together."""
 
     bl_label = "Sensor Placement"
-    bl_idname = "W2W_PT_placement"
     bl_order = 3
     titles = (TITLE,)
 

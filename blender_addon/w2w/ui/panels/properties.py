@@ -113,9 +113,7 @@ class W2W_PG_study(SensorProperties, Group):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")
-    has_shape: BoolProperty(
-        name="Has a Shape", description="This is W2W's own body, whose shape can be changed"
-    )
+    has_shape: BoolProperty(name="Has a Shape", description="W2W's own body, whose shape can be changed")
     shape: PointerProperty(type=W2W_PG_shape, name="Shape")
     show_armature: BoolProperty(
         name="Show Armature", description="Show the body's bones", default=False, update=rows.show_armature

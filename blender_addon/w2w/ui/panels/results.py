@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The results below step 5: the findings, the heatmap, a second one beside it, activities and regions."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -47,7 +45,6 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
     """The best place for one sensor, and how reliable that is."""
 
     bl_label = "Where to Wear One"
-    bl_idname = "W2W_PT_findings"
     bl_order = 1
 
     def draw(self, context: Context) -> None:
@@ -76,7 +73,6 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
     """How sure the answer is."""
 
     bl_label = "How Sure"
-    bl_idname = "W2W_PT_sure"
     bl_parent_id = "W2W_PT_findings"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -129,7 +125,6 @@ class W2W_PT_activities(PartPanel, bpy.types.Panel):
     """Weights of activities; after the ranking the list stands under Heatmap."""
 
     bl_label = "Activities"
-    bl_idname = "W2W_PT_activities"
     bl_parent_id = "W2W_PT_utility"
 
     @classmethod
@@ -146,7 +141,6 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
     """Choice of the heatmap and its colours."""
 
     bl_label = "Heatmap"
-    bl_idname = "W2W_PT_heatmap"
     bl_order = 2
 
     def draw(self, context: Context) -> None:
@@ -184,8 +178,7 @@ class W2W_OT_side_by_side(OnRanking, bpy.types.Operator):
     bl_idname = "w2w.side_by_side"
     bl_label = "Side by Side"
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
+    def work(self, context: Context, body: bpy.types.Object) -> None:
         study = body.w2w
         if beside_of(study) is not None:
             legend.remove(body)
@@ -199,14 +192,12 @@ class W2W_OT_side_by_side(OnRanking, bpy.types.Operator):
             frame([body, study.beside])
         results.paint(body)
         jobs.redraw(context)
-        return {"FINISHED"}
 
 
 class W2W_PT_regions(ResultPanel, bpy.types.Panel):
     """The best regions."""
 
     bl_label = "Top Regions"
-    bl_idname = "W2W_PT_regions"
     bl_order = 5
 
     def draw(self, context: Context) -> None:

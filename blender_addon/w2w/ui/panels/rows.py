@@ -256,11 +256,7 @@ class W2W_PG_wish(Group):
     """A wish of a designer's."""
 
     kind: EnumProperty(
-        name="Wish",
-        description="What is wished for",
-        items=KINDS,
-        default=FORBID,
-        update=choose_patches,
+        name="Wish", description="What is wished for", items=KINDS, default=FORBID, update=choose_patches
     )
     place: StringProperty(
         name="Place",
@@ -288,9 +284,7 @@ class W2W_PG_own(Group):
 
     name: StringProperty(name="Name", description="What it is called", options={"HIDDEN"})
     title: StringProperty(
-        name="Name",
-        description="What you call this placement; wishes may name it",
-        update=rename_placement,
+        name="Name", description="What you call this placement; wishes may name it", update=rename_placement
     )
     vertex: IntProperty(name="Vertex", description="Vertex of the body that it is at")
 

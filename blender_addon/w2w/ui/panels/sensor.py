@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sensor and Bands, below step 4: the figures of an own part, its file, the bands and the convention."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import bpy
@@ -36,11 +34,9 @@ class W2W_OT_start_sensor(OnBody, bpy.types.Operator):
         name="Preset", description="Whose figures to take", items=[(name, name, "") for name in PRESETS]
     )
 
-    def execute(self, context: Context) -> set[str]:
-        study = current_body(context).w2w
-        keep_own_sensor(study, preset(self.like))
-        study.sensor = OWN
-        return {"FINISHED"}
+    def work(self, context: Context, body: bpy.types.Object) -> None:
+        keep_own_sensor(body.w2w, preset(self.like))
+        body.w2w.sensor = OWN
 
 
 class W2W_OT_load_sensor(AsksForFile, OnBody, bpy.types.Operator):
@@ -49,21 +45,16 @@ class W2W_OT_load_sensor(AsksForFile, OnBody, bpy.types.Operator):
     bl_idname = "w2w.load_sensor"
     bl_label = "Load Sensor"
 
-    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
 
-    def execute(self, context: Context) -> set[str]:
+    def work(self, context: Context, body: bpy.types.Object) -> str:
         path = self.path()
         try:
-            model = read_sensor(path)
+            keep_own_sensor(body.w2w, read_sensor(path))
         except OSError as error:
-            return jobs.show_error(self, f"{path.name} cannot be read: {error.strerror or error}")
-        except ValueError as error:
-            return jobs.show_error(self, str(error))
-        study = current_body(context).w2w
-        keep_own_sensor(study, model)
-        study.sensor = OWN
-        return jobs.show_done(self, f"Read the sensor {own_sensor(study).name} from {path.name}")
+            raise ValueError(f"{path.name} cannot be read: {error.strerror or error}") from error
+        body.w2w.sensor = OWN
+        return f"Read the sensor {own_sensor(body.w2w).name} from {path.name}"
 
 
 class W2W_OT_save_sensor(OnBody, bpy.types.Operator, ExportHelper):
@@ -75,20 +66,19 @@ class W2W_OT_save_sensor(OnBody, bpy.types.Operator, ExportHelper):
     filename_ext = ".json"
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
 
-    def execute(self, context: Context) -> set[str]:
+    def work(self, context: Context, body: bpy.types.Object) -> str:
         path = Path(bpy.path.abspath(self.filepath))
         try:
-            write_sensor(path, own_sensor(current_body(context).w2w))
+            write_sensor(path, own_sensor(body.w2w))
         except OSError as error:
-            return jobs.show_error(self, f"{path.name} cannot be written: {error.strerror or error}")
-        return jobs.show_done(self, f"Saved {path.name}")
+            raise ValueError(f"{path.name} cannot be written: {error.strerror or error}") from error
+        return f"Saved {path.name}"
 
 
 class W2W_PT_sensor(PartPanel, bpy.types.Panel):
     """Bands, convention, further sensors and the figures of a part."""
 
     bl_label = "Sensor and Bands"
-    bl_idname = "W2W_PT_sensor"
     bl_parent_id = "W2W_PT_signals"
 
     def draw(self, context: Context) -> None:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The W2W tab of the 3D view's sidebar: five steps, each saying what it still needs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import bpy
@@ -34,7 +32,6 @@ class W2W_PT_main(W2WPanel, bpy.types.Panel):
     """The top: which body, what is going on."""
 
     bl_label = "Where to Wear"
-    bl_idname = "W2W_PT_main"
 
     def draw_header_preset(self, context: Context) -> None:
         self.layout.prop(context.scene.w2w, "show_overlay", text="", icon="OVERLAY", emboss=False)
@@ -58,7 +55,6 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
     """Step 1."""
 
     bl_label = "1  Body"
-    bl_idname = "W2W_PT_body"
     titles = ("Load SMPL Body", "Open Results")
 
     def is_done(self, body: bpy.types.Object) -> bool:
@@ -88,7 +84,6 @@ class W2W_PT_shape(PartPanel, bpy.types.Panel):
     """The shape of W2W's own body."""
 
     bl_label = "Shape"
-    bl_idname = "W2W_PT_shape"
     bl_parent_id = "W2W_PT_body"
 
     @classmethod
@@ -128,7 +123,6 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
     """Step 2."""
 
     bl_label = "2  Motions"
-    bl_idname = "W2W_PT_motions"
     titles = ("Import Motions",)
 
     def missing(self, body: Body) -> str:
@@ -191,7 +185,6 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
     """Step 3."""
 
     bl_label = "3  Patches"
-    bl_idname = "W2W_PT_patches"
     titles = ("Place Patches",)
 
     def missing(self, body: Body) -> str:
@@ -218,7 +211,6 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
     """Step 4."""
 
     bl_label = "4  Signals"
-    bl_idname = "W2W_PT_signals"
     titles = ("Bake Signals",)
 
     def missing(self, body: Body) -> str:
@@ -258,7 +250,6 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
     """Step 5."""
 
     bl_label = "5  Utility"
-    bl_idname = "W2W_PT_utility"
     titles = ("Rank Patches", "Export Map", "Export Table", "Export Report", "Export Signals", "Save Results")
 
     def missing(self, body: Body) -> str:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Below step 3: your placements, spots that you name by a click or a table; and what the body wears."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import bpy
@@ -11,7 +9,7 @@ from bpy.props import EnumProperty, IntProperty, StringProperty
 from ...core.garments.cut import KINDS
 from ...core.ranking.utility import UtilityMap
 from ...core.selection.headline import mean_caution
-from ...core.wording import capital, free_name
+from ...core.wording import free_name
 from ...scene.garments.bake import check_garment
 from ...scene.garments.cloth import KIND, NAMES, dress, lie_on, lies_on_nothing
 from ..jobs import jobs
@@ -54,17 +52,12 @@ class W2W_OT_add_placement(OnPatches, bpy.types.Operator):
         self.name = free_name(f"my {region}", {name.lower() for name in own_placements.listed(body.w2w)})
         return context.window_manager.invoke_props_dialog(self)
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
+    def work(self, context: Context, body: bpy.types.Object) -> None:
         vertex = self.vertex if self.vertex >= 0 else spot(context, body)
         if vertex >= len(body.data.vertices):
-            return jobs.show_error(self, f"'{body.name}' has no vertex {vertex}")
-        try:
-            own_placements.add(body, self.name, vertex)
-        except ValueError as error:
-            return jobs.show_error(self, capital(error))
+            raise ValueError(f"'{body.name}' has no vertex {vertex}")
+        own_placements.add(body, self.name, vertex)
         jobs.dismiss_error()
-        return {"FINISHED"}
 
 
 class W2W_OT_load_placements(AsksForFile, OnBody, bpy.types.Operator):
@@ -73,17 +66,12 @@ class W2W_OT_load_placements(AsksForFile, OnBody, bpy.types.Operator):
     bl_idname = "w2w.load_placements"
     bl_label = "Load Placements"
 
-    filepath: StringProperty(name="Table", subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default="*.csv", options={"HIDDEN"})
 
-    def execute(self, context: Context) -> set[str]:
-        path = self.path()
-        try:
-            count = own_placements.load(current_body(context), path)
-        except (ValueError, OSError) as error:
-            return jobs.show_error(self, capital(error))
-        text = f"Read {count} placement{'s' * (count != 1)} from {path.name}"
-        return jobs.show_done(self, f"{text}. 'Run All' or 'Place Again' puts them among the patches")
+    def work(self, context: Context, body: bpy.types.Object) -> str:
+        count = own_placements.load(body, self.path())
+        text = f"Read {count} placement{'s' * (count != 1)} from {self.path().name}"
+        return f"{text}. 'Run All' or 'Place Again' puts them among the patches"
 
 
 class W2W_OT_remove_placement(OnBody, bpy.types.Operator):
@@ -97,12 +85,11 @@ class W2W_OT_remove_placement(OnBody, bpy.types.Operator):
         listed = 0 <= body.w2w.own_index < len(body.w2w.own)
         return "" if listed else "There is no placement of yours"
 
-    def execute(self, context: Context) -> set[str]:
-        study = current_body(context).w2w
+    def work(self, context: Context, body: bpy.types.Object) -> None:
+        study = body.w2w
         study.own.remove(study.own_index)
         with without_updates():
             study.own_index = max(min(study.own_index, len(study.own) - 1), 0)
-        return {"FINISHED"}
 
 
 def spot(context: Context, body: bpy.types.Object) -> int:
@@ -132,7 +119,6 @@ class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
     """Spots that were named, beside the sampled patches."""
 
     bl_label = "Your Placements"
-    bl_idname = "W2W_PT_own_placements"
     bl_parent_id = "W2W_PT_patches"
 
     @classmethod
@@ -185,15 +171,10 @@ class W2W_OT_add_garment(OnBody, bpy.types.Operator):
 
     kind: EnumProperty(name="Garment", items=GARMENTS)
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
-        try:
-            item = dress(body, self.kind)
-        except ValueError as error:
-            return jobs.show_error(self, str(error))
+    def work(self, context: Context, body: bpy.types.Object) -> None:
+        item = dress(body, self.kind)
         body.w2w.garments.add().item = item
         jobs.dismiss()
-        return {"FINISHED"}
 
 
 class W2W_OT_wear_garment(OnBody, bpy.types.Operator):
@@ -209,17 +190,13 @@ class W2W_OT_wear_garment(OnBody, bpy.types.Operator):
             return "Select the mesh of a garment that is not worn yet"
         return ""
 
-    def execute(self, context: Context) -> set[str]:
-        body, item = current_body(context), context.object
-        try:
-            check_garment(item, body)
-        except ValueError as error:
-            return jobs.show_error(self, str(error))
+    def work(self, context: Context, body: bpy.types.Object) -> None:
+        item = context.object
+        check_garment(item, body)
         if any(modifier.type == "CLOTH" for modifier in item.modifiers):
             lie_on(body)
         body.w2w.garments.add().item = item
         jobs.dismiss()
-        return {"FINISHED"}
 
 
 class W2W_OT_take_off(OnBody, bpy.types.Operator):
@@ -252,7 +229,6 @@ class W2W_PT_garments(PartPanel, bpy.types.Panel):
     """What the body wears."""
 
     bl_label = "Garments (Experimental)"
-    bl_idname = "W2W_PT_garments"
     bl_parent_id = "W2W_PT_patches"
 
     def draw(self, context: Context) -> None:

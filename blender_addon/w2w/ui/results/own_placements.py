@@ -5,8 +5,6 @@ The list says what is wanted; only those among the patches have signals and scor
 again makes both alike.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from dataclasses import replace

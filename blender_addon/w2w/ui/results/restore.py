@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A finished run as a study of the panel's: from the record in a .blend file, or from a results folder."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Mapping
@@ -103,9 +101,7 @@ def clips_of(
     except (TypeError, ValueError) as error:
         raise ValueError(f"{run.out}: what summary.json says of clips is damaged: {error}") from error
     skipped = [(entry["file"], entry["reason"]) for entry in run.summary.get("skipped", [])]
-    return used + [
-        {"name": shown(Path(file).name), "file": file, "problem": reason} for file, reason in skipped
-    ]
+    return used + [{"name": shown(Path(file).name), "file": file, "problem": why} for file, why in skipped]
 
 
 def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]]) -> None:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A ranking on the body: heatmaps, the chosen sensors and the table of regions."""
 
-from __future__ import annotations
-
 import bpy
 import numpy as np
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What follows by itself when people undo, leave Edit Mode or delete a body."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import bpy

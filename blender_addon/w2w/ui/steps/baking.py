@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Signals of a study's clips and the ranking made of them, as jobs."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Sequence
 from operator import attrgetter

@@ -17,10 +17,10 @@ from ...scene.base.body import add_body, armature_of, body_of
 from ...scene.body.adopt import adopt_mesh
 from ...scene.files.study_file import has_record
 from ..jobs import jobs
-from ..jobs.jobs import Step, Steps, dismiss, in_thread, show_error
+from ..jobs.jobs import Step, Steps, dismiss, in_thread
 from ..results.restore import restore
-from ..study.operators import AsksForFile, OnBody
-from ..study.state import body_of_object, current_body, is_silent, usable, without_updates
+from ..study.operators import AsksForFile, OnBody, Works
+from ..study.state import body_of_object, is_silent, usable, without_updates
 from ..viewport.framing import frame
 
 Context = bpy.types.Context
@@ -100,12 +100,11 @@ def draw_sliders(layout: bpy.types.UILayout, shape: bpy.types.bpy_struct) -> Non
         layout.prop(shape, name, slider=True)
 
 
-class W2W_OT_add_body(bpy.types.Operator):
+class W2W_OT_add_body(Works, bpy.types.Operator):
     """Add the body that comes with W2W; its shape can be changed at any time"""
 
     bl_idname = "w2w.add_body"
     bl_label = "Add Body"
-    bl_options = {"REGISTER", "UNDO"}
 
     __annotations__ = sliders()
 
@@ -114,18 +113,13 @@ class W2W_OT_add_body(bpy.types.Operator):
     def draw(self, context: Context) -> None:
         draw_sliders(self.layout, self)
 
-    def execute(self, context: Context) -> set[str]:
-        try:
-            body = shaped_body(self)
-        except ValueError as error:
-            return show_error(self, str(error))
-        mesh = add_study(context, body, "Body")
+    def work(self, context: Context, _body: bpy.types.Object | None) -> None:
+        mesh = add_study(context, shaped_body(self), "Body")
         mesh.w2w.has_shape = True
         with without_updates():
             for name in NAMES:
                 setattr(mesh.w2w.shape, name, getattr(self, name))
         frame([mesh])
-        return {"FINISHED"}
 
 
 class W2W_OT_reset_shape(OnBody, bpy.types.Operator):
@@ -138,13 +132,11 @@ class W2W_OT_reset_shape(OnBody, bpy.types.Operator):
     def missing(context: Context, body: bpy.types.Object) -> str:
         return "" if body.w2w.has_shape else "Only W2W's own body has a shape to reset"
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
+    def work(self, context: Context, body: bpy.types.Object) -> None:
         with without_updates():
             for name in NAMES:
                 body.w2w.shape.property_unset(name)
         apply_shape(body)
-        return {"FINISHED"}
 
 
 class W2W_OT_load_body(AsksForFile, bpy.types.Operator):
@@ -154,7 +146,6 @@ class W2W_OT_load_body(AsksForFile, bpy.types.Operator):
     bl_label = "Load SMPL Body"
     bl_options = {"REGISTER"}
 
-    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default="*.npz;*.pkl;*.obj;*.ply", options={"HIDDEN"})
 
     poll = classmethod(jobs.can_start)
@@ -163,12 +154,11 @@ class W2W_OT_load_body(AsksForFile, bpy.types.Operator):
         return jobs.start(self, context, self.bl_label, load_steps(self.path()))
 
 
-class W2W_OT_use_mesh(bpy.types.Operator):
+class W2W_OT_use_mesh(Works, bpy.types.Operator):
     """Work on the active mesh: one that an armature with SMPL's bones moves, in any spelling"""
 
     bl_idname = "w2w.use_mesh"
     bl_label = "Use Active Mesh"
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -180,30 +170,25 @@ class W2W_OT_use_mesh(bpy.types.Operator):
             return False
         return found.type == "MESH" or body_of_object(found) is not None
 
-    def execute(self, context: Context) -> set[str]:
+    def work(self, context: Context, _body: bpy.types.Object | None) -> None:
         mesh = body_of_object(context.object) or context.object
         try:
             body_of(mesh)
         except ValueError:
             return self.adopt(context, mesh)
-        try:
-            if has_record(mesh) and not mesh.w2w.is_body:
-                restore(mesh)
-        except ValueError as error:
-            return show_error(self, str(error))
+        if has_record(mesh) and not mesh.w2w.is_body:
+            restore(mesh)
         make_study(context, mesh)
         dismiss()
-        return {"FINISHED"}
 
-    def adopt(self, context: Context, mesh: bpy.types.Object) -> set[str]:
+    def adopt(self, context: Context, mesh: bpy.types.Object) -> None:
         """Make a body of a mesh whose rig spells SMPL's bones otherwise (m_avg_Pelvis)."""
         try:
             body = adopt_mesh(mesh)
         except ValueError as error:
             hint = "; for map and sensors on any rigged character, press Use Character (Own Character)"
-            return show_error(self, f"{error}{hint if mesh.find_armature() else ''}")
+            raise ValueError(f"{error}{hint if mesh.find_armature() else ''}") from error
         add_study(context, body, mesh.name)
-        return {"FINISHED"}
 
 
 class W2W_OT_select_body(OnBody, bpy.types.Operator):
@@ -212,9 +197,8 @@ class W2W_OT_select_body(OnBody, bpy.types.Operator):
     bl_idname = "w2w.select_body"
     bl_label = "Select Body"
 
-    def execute(self, context: Context) -> set[str]:
-        select_only(context, current_body(context))
-        return {"FINISHED"}
+    def work(self, context: Context, body: bpy.types.Object) -> None:
+        select_only(context, body)
 
 
 def load_steps(path: Path) -> Steps:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bone maps of one's own: edited here or loaded, and used for every later file of that rig."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 
@@ -18,7 +16,7 @@ from ...core.wording import capital
 from ...scene.base.body import armature_of, body_of
 from ...scene.motion.load import carry, read_motion
 from ..jobs import jobs
-from ..study.operators import AsksForFile, OnClips
+from ..study.operators import AsksForFile, OnClips, Works
 from ..study.state import current_body
 from .motion_import import map_folder, saved_maps, set_motion
 
@@ -84,41 +82,37 @@ class W2W_OT_map_bones(OnClips, bpy.types.Operator):
             line.alert = number < len(REQUIRED_JOINTS) and not row.bone
             line.prop_search(row, "bone", self, "bones", text=capital(row.name.replace("_", " ")))
 
-    def execute(self, context: Context) -> set[str]:
+    def work(self, context: Context, mesh: bpy.types.Object) -> str:
         joints = {row.name: [row.bone] for row in self.joints if row.bone}
         if missing := [joint for joint in REQUIRED_JOINTS if joint not in joints]:
-            return jobs.show_error(self, f"No bone is given for: {', '.join(missing).replace('_', ' ')}")
+            raise ValueError(f"No bone is given for: {', '.join(missing).replace('_', ' ')}")
         rig = self.rig.strip() or "own rig"
         path = _path_of(rig)
         write_json(path, {"name": rig, "joints": joints})
-        mesh = current_body(context)
         clip = mesh.w2w.clips[mesh.w2w.clip_index]
         file = Path(clip.file)
         try:
             carried = carry(_with_bones(file), body_of(mesh), [BoneMap.load(path)])
             clip.source_sha256 = file_sha256(file)
         except jobs.EXPECTED as error:
-            return jobs.show_error(self, f"{clip.name}: {error}")
+            raise ValueError(f"{clip.name}: {error}") from error
         set_motion(armature_of(mesh), clip, carried)
-        return jobs.show_done(self, f"{clip.name} was read by the bone map '{rig}', kept in {path}")
+        return f"{clip.name} was read by the bone map '{rig}', kept in {path}"
 
 
-class W2W_OT_load_bone_map(AsksForFile, bpy.types.Operator):
+class W2W_OT_load_bone_map(AsksForFile, Works, bpy.types.Operator):
     """Keep a bone map from a file, for all motions imported from now on"""
 
     bl_idname = "w2w.load_bone_map"
     bl_label = "Load Bone Map"
+    bl_options = {"REGISTER"}
 
-    filepath: StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"})
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
 
-    def execute(self, context: Context) -> set[str]:
-        try:
-            rig = BoneMap.load(self.path()).name
-            write_text(_path_of(rig), self.path().read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            return jobs.show_error(self, str(error))
-        return jobs.show_done(self, f"Files of the rig '{rig}' are read by this bone map from now on")
+    def work(self, context: Context, _body: bpy.types.Object | None) -> str:
+        rig = BoneMap.load(self.path()).name
+        write_text(_path_of(rig), self.path().read_text(encoding="utf-8"))
+        return f"Files of the rig '{rig}' are read by this bone map from now on"
 
 
 def _path_of(rig: str) -> Path:

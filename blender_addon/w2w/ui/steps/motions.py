@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Step 2: fill the list of motions, label them, play them on the body."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import bpy
@@ -19,7 +17,7 @@ from ...scene.motion.load import carry
 from ...scene.motion.takes import best_take
 from ..jobs import jobs
 from ..study.lists import list_labels
-from ..study.operators import AsksForFile, OnBody, OnClips
+from ..study.operators import AsksForFile, AsksForFolder, OnBody, OnClips, Works
 from ..study.state import current_body, selected, without_updates
 from .motion_import import Wanted, add_clip, import_steps, remove_clips, saved_maps, wanted
 
@@ -75,14 +73,11 @@ class W2W_OT_import_motions(_Import, bpy.types.Operator):
         return plan_files(folder / name for name in self.names())
 
 
-class W2W_OT_import_folder(_Import, bpy.types.Operator):
+class W2W_OT_import_folder(_Import, AsksForFolder, bpy.types.Operator):
     """Import all motion files of a folder; a labels.csv, the folders in it or file names label them"""
 
     bl_idname = "w2w.import_folder"
     bl_label = "Import Folder"
-
-    directory: StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE"})
-    filter_folder: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
     plan = staticmethod(plan_folder)
 
 
@@ -99,26 +94,24 @@ class W2W_OT_add_armature_motion(OnBody, bpy.types.Operator):
             return ""
         return "Select an animated armature that is not the body's own"
 
-    def execute(self, context: Context) -> set[str]:
-        mesh, source = current_body(context), context.object
+    def work(self, context: Context, mesh: bpy.types.Object) -> None:
+        source = context.object
         playing = active_action(source)
         try:
             take = best_take([source], None if playing is None else [playing])
             carried = carry(take, body_of(mesh), saved_maps())
         except jobs.EXPECTED as error:
-            return jobs.show_error(self, f"{source.name}: {error}")
+            raise ValueError(f"{source.name}: {error}") from error
         add_clip(mesh, armature_of(mesh), carried, Wanted(Path(), source.name, ""))
         mesh.w2w.clip_index = len(mesh.w2w.clips) - 1
         jobs.dismiss()
-        return {"FINISHED"}
 
 
-class W2W_OT_preview_clip(bpy.types.Operator):
+class W2W_OT_preview_clip(Works, bpy.types.Operator):
     """Play this clip on the body"""
 
     bl_idname = "w2w.preview_clip"
     bl_label = "Preview Clip"
-    bl_options = {"REGISTER", "UNDO"}
 
     index: IntProperty(name="Clip", description="Number of the clip in the list", default=-1)
 
@@ -127,14 +120,14 @@ class W2W_OT_preview_clip(bpy.types.Operator):
         cls.poll_message_set("Import motions first")
         return current_body(context) is not None and len(current_body(context).w2w.clips) > 0
 
-    def execute(self, context: Context) -> set[str]:
+    def work(self, context: Context, mesh: bpy.types.Object) -> None:
         """Let the armature play it at its speed over the preview range; the scene's own is left alone."""
-        mesh, scene = current_body(context), context.scene
+        scene = context.scene
         if self.index >= 0:
             mesh.w2w.clip_index = min(self.index, len(mesh.w2w.clips) - 1)
         clip = mesh.w2w.clips[mesh.w2w.clip_index]
         if clip.action is None:
-            return jobs.show_error(self, f"{clip.name}: {clip.problem}")
+            raise ValueError(f"{clip.name}: {clip.problem}")
         keep_pace(clip.action)
         source_beside.keep_pace_beside(clip.name)
         show_action(armature_of(mesh), clip.action)
@@ -142,7 +135,6 @@ class W2W_OT_preview_clip(bpy.types.Operator):
         scene.frame_preview_start = int(FIRST_FRAME)
         scene.frame_preview_end = round(FIRST_FRAME + (clip.n_frames - 1) * key_rate(clip.action) / clip.rate)
         scene.frame_set(int(FIRST_FRAME))
-        return {"FINISHED"}
 
 
 class W2W_OT_show_source(OnBody, bpy.types.Operator):
@@ -157,19 +149,17 @@ class W2W_OT_show_source(OnBody, bpy.types.Operator):
         has_one = len(clips) > 0 and has_source(clips[body.w2w.clip_index])
         return "" if has_one else "The active clip has no armature of its own"
 
-    def execute(self, context: Context) -> set[str]:
-        mesh = current_body(context)
+    def work(self, context: Context, mesh: bpy.types.Object) -> None:
         clip = mesh.w2w.clips[mesh.w2w.clip_index]
         if source_beside.source_collections(clip.name):
             source_beside.remove_source(clip.name)
-            return {"FINISHED"}
+            return
         source_beside.remove_source()
         try:
             source_beside.show_source(mesh, clip.name, Path(clip.file), clip.scale)
         except UnusableMotion as error:
-            return jobs.show_error(self, f"{clip.name}: {error}")
+            raise ValueError(f"{clip.name}: {error}") from error
         bpy.ops.w2w.preview_clip(index=mesh.w2w.clip_index)
-        return {"FINISHED"}
 
 
 class W2W_OT_relabel_clips(OnClips, bpy.types.Operator):
@@ -185,17 +175,16 @@ class W2W_OT_relabel_clips(OnClips, bpy.types.Operator):
         self.activity = clips[0].activity if clips else ""
         return context.window_manager.invoke_props_dialog(self)
 
-    def execute(self, context: Context) -> set[str]:
+    def work(self, context: Context, body: bpy.types.Object) -> None:
         label = self.activity.strip()
         if not label:
-            return jobs.show_error(self, "Type an activity: clips without one cannot be ranked")
-        clips = selected(current_body(context).w2w)
+            raise ValueError("Type an activity: clips without one cannot be ranked")
+        clips = selected(body.w2w)
         with without_updates():
             for clip in clips:
                 clip.activity = label
-        list_labels(current_body(context).w2w)
+        list_labels(body.w2w)
         self.report({"INFO"}, f"{len(clips)} clips are now '{label}'")
-        return {"FINISHED"}
 
 
 class W2W_OT_remove_clips(OnClips, bpy.types.Operator):
@@ -204,14 +193,12 @@ class W2W_OT_remove_clips(OnClips, bpy.types.Operator):
     bl_idname = "w2w.remove_clips"
     bl_label = "Remove Clips"
 
-    def execute(self, context: Context) -> set[str]:
-        mesh = current_body(context)
+    def work(self, context: Context, mesh: bpy.types.Object) -> None:
         clips = mesh.w2w.clips
         ticked = [index for index, clip in enumerate(clips) if clip.selected] or [mesh.w2w.clip_index]
         for index in ticked:
             source_beside.remove_source(clips[index].name)
         remove_clips(mesh, ticked)
-        return {"FINISHED"}
 
 
 class W2W_OT_tick_clips(OnClips, bpy.types.Operator):
@@ -231,8 +218,8 @@ class W2W_OT_tick_clips(OnClips, bpy.types.Operator):
         ),
     )
 
-    def execute(self, context: Context) -> set[str]:
-        study = current_body(context).w2w
+    def work(self, context: Context, body: bpy.types.Object) -> None:
+        study = body.w2w
         active = study.clips[study.clip_index].activity
         for clip in study.clips:
             clip.selected = {
@@ -242,7 +229,6 @@ class W2W_OT_tick_clips(OnClips, bpy.types.Operator):
                 "ACTIVITY": clip.activity == active,
                 "PROBLEM": bool(clip.problem),
             }[self.which]
-        return {"FINISHED"}
 
 
 def has_source(clip: bpy.types.PropertyGroup) -> bool:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Patches on the body: spread them, and look at one, from a list or by the pick tool."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import bpy
@@ -17,7 +15,7 @@ from ...scene.files.packing import pack
 from ..jobs import jobs
 from ..results import own_placements, results
 from ..study.operators import IsJob, OnBody, OnPatches, OnRanking
-from ..study.state import config_of, current_body, keep_own_placed, patches_of
+from ..study.state import config_of, keep_own_placed, patches_of
 from ..viewport.framing import fold_soon
 from ..viewport.legend import owner_of
 from .baking import body_as_run
@@ -78,9 +76,8 @@ class W2W_OT_remove_patches(OnBody, bpy.types.Operator):
     def missing(context: Context, body: bpy.types.Object) -> str:
         return "" if body.w2w.patch_collection is not None else "There are no patches"
 
-    def execute(self, context: Context) -> set[str]:
-        remove_all(current_body(context))
-        return {"FINISHED"}
+    def work(self, context: Context, body: bpy.types.Object) -> None:
+        remove_all(body)
 
 
 class W2W_OT_select_patch(OnPatches, bpy.types.Operator):
@@ -97,13 +94,11 @@ class W2W_OT_select_patch(OnPatches, bpy.types.Operator):
         self.compare = event.shift
         return self.execute(context)
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
+    def work(self, context: Context, body: bpy.types.Object) -> None:
         count = len(patches_of(body))
         if self.patch >= count:
-            return jobs.show_error(self, f"The body has {count} patches, no number {self.patch}")
+            raise ValueError(f"The body has {count} patches, no number {self.patch}")
         pick(context, body, self.patch, self.compare)
-        return {"FINISHED"}
 
 
 class W2W_OT_clear_pick(OnBody, bpy.types.Operator):
@@ -116,11 +111,9 @@ class W2W_OT_clear_pick(OnBody, bpy.types.Operator):
     def missing(context: Context, body: bpy.types.Object) -> str:
         return "" if body.w2w.picked >= 0 else "No patch is looked at"
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
+    def work(self, context: Context, body: bpy.types.Object) -> None:
         body.w2w.picked = body.w2w.compared = -1
         select_only(context, body)
-        return {"FINISHED"}
 
 
 class W2W_OT_fit_range(OnRanking, bpy.types.Operator):
@@ -129,9 +122,8 @@ class W2W_OT_fit_range(OnRanking, bpy.types.Operator):
     bl_idname = "w2w.fit_range"
     bl_label = "Fit Range to All"
 
-    def execute(self, context: Context) -> set[str]:
-        results.fit_range(current_body(context))
-        return {"FINISHED"}
+    def work(self, context: Context, body: bpy.types.Object) -> None:
+        results.fit_range(body)
 
 
 def pick(

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run All: from imported motions to sensors in one go; what was done stays when it is ended early."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import bpy

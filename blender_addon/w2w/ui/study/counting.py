@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The part of each activity: counted by its weight, background (trained against, in no mean) or left out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import bpy

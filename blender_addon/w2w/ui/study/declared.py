@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Properties made of the parameters that a study's records declare, and numbers as they were given to one."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any, get_args
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The garments of a study's body, and bakers of patches that garments may cover."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Callable, Generator

@@ -4,8 +4,6 @@
 A choice is kept as `w2w place` writes it.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from functools import lru_cache

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Base classes of operators: their needs, the file they ask for, the job they start."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import bpy
+from bpy.props import BoolProperty, StringProperty
 
 from ..jobs import jobs
 from .state import current_body, patches_of, utility_of
@@ -13,10 +12,21 @@ from .state import current_body, patches_of, utility_of
 Context = bpy.types.Context
 
 
-class OnBody:
-    """An operator that works on a body which no job is changing."""
+class Works:
+    """An operator whose `work` returns what was done, in a sentence if at all, and raises what went wrong."""
 
     bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: Context) -> set[str]:
+        try:
+            done = self.work(context, current_body(context))
+        except (ValueError, OSError) as error:
+            return jobs.show_error(self, str(error))
+        return jobs.show_done(self, done) if done else {"FINISHED"}
+
+
+class OnBody(Works):
+    """An operator that works on a body which no job is changing."""
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -60,7 +70,9 @@ class OnRanking(OnBody):
 
 
 class AsksForFile:
-    """An operator that asks for a file or a folder first."""
+    """An operator that asks for a file first."""
+
+    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
 
     def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
         context.window_manager.fileselect_add(self)
@@ -69,6 +81,17 @@ class AsksForFile:
     def path(self) -> Path:
         """The file that was chosen."""
         return Path(bpy.path.abspath(self.filepath))
+
+
+class AsksForFolder(AsksForFile):
+    """An operator that asks for a folder first."""
+
+    directory: StringProperty(name="Folder", subtype="DIR_PATH", options={"SKIP_SAVE"})
+    filter_folder: BoolProperty(default=True, options={"HIDDEN"})
+
+    def path(self) -> Path:
+        """The folder that was chosen."""
+        return Path(bpy.path.abspath(self.directory))
 
 
 class OnDrop:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scores that a study shows: of which activities, expected or on these clips, and in which heatmap."""
 
-from __future__ import annotations
-
 import bpy
 import numpy as np
 

@@ -4,8 +4,6 @@
 The part is kept whole, as the text of a file that `w2w run --sensor` reads; its fields read and write that.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import replace

@@ -5,8 +5,6 @@ The cache folder is laid out as a results folder. Equal content has an equal key
 undo and files saved under another name find theirs.
 """
 
-from __future__ import annotations
-
 from collections import OrderedDict
 from collections.abc import Sequence
 from pathlib import Path, PurePath

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The study of a body: its parts as core's types, and what is missing before a step makes sense."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections import Counter

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """On a 3D view, in pixels and from within a draw handler: shapes and text, and where patches are in it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import blf

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Look at the body: 3D views from the side of a spot, the Outliner without a row for each patch."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import bpy

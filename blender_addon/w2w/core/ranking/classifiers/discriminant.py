@@ -54,12 +54,7 @@ class Discriminant:
 
     @classmethod
     def by_features(
-        cls,
-        within: np.ndarray,
-        whole: np.ndarray,
-        means: np.ndarray,
-        windows: np.ndarray,
-        ridges: np.ndarray,
+        cls, within: np.ndarray, whole: np.ndarray, means: np.ndarray, windows: np.ndarray, ridges: np.ndarray
     ) -> Discriminant:
         """From sums over the windows trained on, in single precision.
 

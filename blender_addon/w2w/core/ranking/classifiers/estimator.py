@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Any scikit-learn estimator as a classifier of windows, patch by patch."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
@@ -98,11 +96,8 @@ class EstimatorClassifier:
 
 def own(classifier: Any) -> Any:
     """The user's own classifier, checked to be one."""
-    if (
-        not isinstance(classifier, type)
-        and hasattr(classifier, "inputs")
-        and hasattr(classifier, "predict_folds")
-    ):
+    is_one = hasattr(classifier, "inputs") and hasattr(classifier, "predict_folds")
+    if is_one and not isinstance(classifier, type):
         return classifier
     if hasattr(classifier, "fit") and hasattr(classifier, "predict"):
         name = classifier.__name__ if isinstance(classifier, type) else type(classifier).__name__

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The IMU branch of Multi3Net at every patch, all patches trained together; needs PyTorch."""
 
-from __future__ import annotations
-
 import importlib.util
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -93,24 +91,13 @@ class Multi3Net:
         return min(1.0, step / WARM_UP) * 0.5 * (1 + math.cos(math.pi * step / steps))
 
     @classmethod
-    def full(cls, **changes: object) -> Multi3Net:
+    def full(cls, **changes: object) -> Self:
         """The published sizes and schedule: weeks, not minutes, for hundreds of patches."""
         published = {
-            "width": 256,
-            "hidden": 1536,
-            "embedding": 256,
-            "spectrum": 0,
-            "learning_rate": 1e-3,
-            "batch_size": 32,
-            "epochs": 300,
-            "weight_decay": 0.0,
-            "label_smoothing": 0.0,
-            "mixup": 0.0,
-            "early_stopping": True,
-            "patience": 30,
-            "lr_patience": 10,
-            "group": 4,
-        }
+            "width": 256, "hidden": 1536, "embedding": 256, "spectrum": 0, "learning_rate": 1e-3,
+            "batch_size": 32, "epochs": 300, "weight_decay": 0.0, "label_smoothing": 0.0, "mixup": 0.0,
+            "early_stopping": True, "patience": 30, "lr_patience": 10, "group": 4,
+        }  # fmt: skip
         return cls(**(published | changes))
 
     @staticmethod

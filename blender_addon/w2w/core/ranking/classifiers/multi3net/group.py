@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The work of `Multi3Net` that is trained and saved in one piece: some patches and one fold."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -45,17 +43,10 @@ class Group:
             return saved
         settings = self.settings
         device = settings.device or ("cuda" if torch.cuda.is_available() else "cpu")
-        examples = Examples.prepare(
-            self.windows, self.labels, self.train, self.validation, device, settings.spectrum
-        )
-        network = Network(
-            samples=examples.windows.shape[1],
-            channels=examples.windows.shape[2],
-            classes=int(self.labels.max()) + 1,
-            width=settings.width,
-            hidden=settings.hidden,
-            embedding=settings.embedding,
-        )
+        given = (self.windows, self.labels, self.train, self.validation)
+        examples = Examples.prepare(*given, device, settings.spectrum)
+        sizes = (settings.width, settings.hidden, settings.embedding)
+        network = Network(*examples.windows.shape[1:3], int(self.labels.max()) + 1, *sizes)
         saved = self._saved(*(field.name for field in fields(State)))
         state = State.restore(saved, device, self.windows.shape[1], network.n_weights) if saved else None
         state = train(network, examples, settings, self._generator, state, self._save_state)
@@ -93,9 +84,7 @@ class Group:
         """Hash of all that decides the outcome: signals, labels, splits, settings and the program."""
         settings = self.settings
         free = ("group", "device", "block_bytes", "checkpoints", "checkpoint_epochs")
-        chosen = {
-            field.name: getattr(settings, field.name) for field in fields(settings) if field.name not in free
-        }
+        chosen = {name: value for name, value in vars(settings).items() if name not in free}
         facts = (PROGRAM, str(torch.__version__), sorted(chosen.items()), self.fold, self.windows.shape)
         digest = hashlib.sha256(repr(facts).encode())
         for rows in (self.labels, self.train, self.validation, self.test):

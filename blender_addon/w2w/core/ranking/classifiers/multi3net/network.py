@@ -4,11 +4,9 @@
 Its inputs, too: each channel's samples, and beside them its spectrum.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import torch
@@ -39,7 +37,7 @@ class Examples:
         validation: np.ndarray,
         device: str,
         spectrum: int = 0,
-    ) -> Examples:
+    ) -> Self:
         """Scale windows (W, P, samples, channels) by mean and deviation of each patch's training windows.
 
         The amplitudes of the `spectrum` lowest frequencies but zero are shown as well; see `shape_of`.
@@ -50,14 +48,10 @@ class Examples:
         parts = [_scaled(signals, rows, (1, 3))]
         if spectrum:
             parts.append(_scaled(shape_of(signals, std, spectrum), rows, (3,)))
-        return cls(
-            torch.cat(parts, dim=1),
-            torch.as_tensor(labels, device=device),
-            rows,
-            torch.as_tensor(validation, device=device),
-        )
+        shown, checked = (torch.as_tensor(values, device=device) for values in (labels, validation))
+        return cls(torch.cat(parts, dim=1), shown, rows, checked)
 
-    def of(self, patches: Tensor) -> Examples:
+    def of(self, patches: Tensor) -> Self:
         """The same windows of some of the patches."""
         return replace(self, windows=self.windows[patches])
 

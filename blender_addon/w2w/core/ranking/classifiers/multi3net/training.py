@@ -140,9 +140,9 @@ def train(
         if not settings.early_stopping:
             state.best, state.epochs = state.weights, torch.full_like(state.epochs, state.epoch)
         else:
-            score = (
-                validation_score(network, state.weights, active) if len(examples.validation) else -sum(losses)
-            )
+            score = -sum(losses)
+            if len(examples.validation):
+                score = validation_score(network, state.weights, active)
             if _judge(state, score, settings):
                 active = examples.of(state.patches)
         if after_epoch is not None:
