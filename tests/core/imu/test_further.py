@@ -153,7 +153,7 @@ def test_samples_are_lost_together():
 
 
 def test_what_cannot_be_is_refused():
-    with pytest.raises(ValueError, match="is orientation, magnetometer, barometer, not 'gps'"):
+    with pytest.raises(ValueError, match="there are orientation, magnetometer, barometer, not 'gps'"):
         FurtherSensors(("gps",))
     with pytest.raises(ValueError, match="barometer must be recorded"):
         FurtherSensors(("orientation",), ("barometer",))

@@ -48,7 +48,8 @@ class BoneMap:
             }
             name = str(content["name"])
         except (json.JSONDecodeError, KeyError, TypeError, AttributeError) as error:
-            raise ValueError(f"{path} is no bone map (JSON with 'name' and 'joints'): {error!r}") from error
+            why = f"{path} is not a bone map (JSON with 'name' and 'joints'): {error!r}"
+            raise ValueError(why) from error
         unknown = set(joints) - set(JOINT_NAMES)
         if unknown:
             raise ValueError(f"{path} names joints that SMPL does not have: {', '.join(sorted(unknown))}")

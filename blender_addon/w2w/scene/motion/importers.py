@@ -48,7 +48,7 @@ def check_fbx(path: Path, python_importer: bool = False) -> None:
     if binary:
         _check_binary_fbx(path, size, head)
     elif b"FBX" not in head:
-        raise UnusableMotion("it is no FBX file: it has neither the binary mark nor FBX text at its start")
+        raise UnusableMotion("it is not an FBX file: neither the binary mark nor FBX text is at its start")
     version = _version(head)
     if version is not None and version < OLDEST:
         raise UnusableMotion(
