@@ -118,6 +118,12 @@ class StudyOptions(DeclaredOptions):
     scheduler: option(
         str, "Dask scheduler (tcp://host:port or a scheduler file) to run on a cluster.", rich_help_panel=RUN
     ) = ""
+    verify: option(
+        bool,
+        "Read what an earlier run left again, not only its sizes and times.",
+        "--verify",
+        rich_help_panel=RUN,
+    ) = False
     strict: option(bool, "Fail (exit code 3) if any clip is skipped.", rich_help_panel=RUN) = False
     verbose: option(bool, "List every clip, activity and region.", "--verbose", rich_help_panel=RUN) = False
     log_json: option(
@@ -154,7 +160,7 @@ class StudyOptions(DeclaredOptions):
         pose = options.pose_facts(self.pose_rate, self.pose_unit, self.pose_up, self.pose_joints)
         bone_maps = tuple(BoneMap.load(path) for path in self.bone_map or ())
         memory = round(self.clip_memory * 2**30)
-        return Engine(self.workers, self.scheduler, self.clip_limit, bone_maps, memory, pose)
+        return Engine(self.workers, self.scheduler, self.clip_limit, bone_maps, memory, pose, self.verify)
 
     def monitor(self, console: Console) -> RunMonitor:
         """The monitor for people, or for machines with --log-json."""

@@ -30,7 +30,17 @@ from w2w.core.threads import unthreaded_products
 from w2w.scene.base.output import quiet_output
 
 from ..blender import NoBlenderError, forget_scripts_path, needs_blender
-from .clip_task import ClipTask, finished, mark_source, marked_source, unfinished, write_record
+from .clip_task import (
+    ClipTask,
+    distrust,
+    finished,
+    mark_source,
+    marked_source,
+    stamp,
+    unfinished,
+    untouched,
+    write_record,
+)
 from .guard import allowed_memory, crashed, guarded, timed_out, untimed
 
 SAMPLE_BYTES = 24
@@ -113,11 +123,16 @@ def do_clip(task: ClipTask) -> ClipResult:
 
     The result says what is wrong with a clip; a NoBlenderError means that no clip could be read here.
     """
+    if not task.engine.verify and (done := untouched(task)) is not None:
+        return ClipResult(task.clip, done[0]["reason"], done[0]["details"], done[1])
+    before = stamp(task.clip.path)
     try:
         return _do_clip(task)
     finally:
         for path in (task.motion_file, task.signals_file):
             unfinished(path).unlink(missing_ok=True)
+        if stamp(task.clip.path) != before:
+            distrust(task)
 
 
 def _do_clip(task: ClipTask) -> ClipResult:

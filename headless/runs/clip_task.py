@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,7 +32,8 @@ class Engine:
     """Who does the clips, and how they are read.
 
     `scheduler` is the address or file of a Dask scheduler, which brings its own workers; a clip may take
-    `limit_s` seconds and `memory` bytes; `bone_maps` are the user's own, tried before the bundled ones.
+    `limit_s` seconds and `memory` bytes; `bone_maps` are the user's own, tried before the bundled ones;
+    `verify` reads all that an earlier run left again.
     """
 
     workers: int = 1
@@ -39,6 +42,7 @@ class Engine:
     bone_maps: tuple[BoneMap, ...] = ()
     memory: int = MEMORY
     pose: PoseFacts = NO_FACTS
+    verify: bool = False
 
 
 @dataclass(frozen=True)
@@ -132,6 +136,8 @@ def write_record(task: ClipTask, result: ClipResult, files: tuple[Path, ...]) ->
         "reason": result.reason,
         "details": result.details,
         "files": {name: file_sha256(path) for name, path in names.items()},
+        "source": {"sha256": result.source_sha256, "bytes": source_size(task.clip.path)},
+        "bytes": {name: path.stat().st_size for name, path in names.items()},
     }
     write_json(task.record_file, content)
     for name, path in names.items():
@@ -152,6 +158,49 @@ def marked_source(task: ClipTask) -> str:
     except OSError:
         return ""
     return first if re.fullmatch("[0-9a-f]{64}", first) else ""
+
+
+def source_size(path: Path) -> int | None:
+    """Bytes of a clip's file; None where it is gone."""
+    return path.stat().st_size if path.exists() else None
+
+
+def stamp(path: Path) -> tuple[int, ...]:
+    """What changes with a clip's file or the link to it: its size, and times that nobody can set back."""
+    try:
+        found, link = path.stat(), path.lstat()
+    except OSError:
+        return ()
+    return found.st_size, found.st_mtime_ns, found.st_ctime_ns, link.st_mtime_ns, link.st_ctime_ns
+
+
+def distrust(task: ClipTask) -> None:
+    """Let no later run believe the clip's record by times alone: its file changed while it was read."""
+    with suppress(OSError):
+        os.utime(task.record_file, (0, 0))
+
+
+def untouched(task: ClipTask) -> tuple[dict[str, Any], str] | None:
+    """The record of an earlier run and its source's hash, if sizes and times say that all is as it was.
+
+    Neither the clip's file nor what was made of it is read: nothing was written after the record, as `make`
+    tells, and sizes are the record's.
+    """
+    try:
+        done, at = json.loads(task.record_file.read_text("utf-8")), task.record_file.stat().st_mtime_ns
+        source, sizes = done["source"], done["bytes"]
+        size, *times = stamp(task.clip.path)
+        if size != source["bytes"] or max(times) > at or done["key"] != task.key(source["sha256"]):
+            return None
+        for name in done["files"]:
+            made = (task.out / name).stat()
+            if made.st_size != sizes[name] or made.st_mtime_ns > at:
+                return None
+        if isinstance(done["reason"], str) and isinstance(done["details"], dict):
+            return done, source["sha256"]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        pass
+    return None
 
 
 def finished(task: ClipTask, key: str) -> dict[str, Any] | None:
