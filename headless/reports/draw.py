@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import tempfile
 import threading
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -12,6 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from w2w.core.clip_ranking import LabelledClip
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.answer import best_single
@@ -30,6 +32,9 @@ if TYPE_CHECKING:
     from w2w.drawing.body import BodyPictures  # Pillow and matplotlib are slow to import
 
 BLEND = "study.blend"
+
+MOST_ACTIONS, SHOWN = 100, 3
+"""Clips up to which the Blender file holds the motions of all, and how many an activity it holds of more."""
 
 EXPECTED = "Expected F1"
 """What the colours of every heatmap mean."""
@@ -156,7 +161,7 @@ def write_blend(out: Path) -> None:
         out / BLEND,
         body,
         study.patches,
-        (study.motion(clip.name) for clip in study.clips),
+        (study.motion(clip.name) for clip in clips_in_blend(study.clips)),
         utility.expected_f1,
         utility.activities,
         utility.expected_mean,
@@ -164,6 +169,19 @@ def write_blend(out: Path) -> None:
         results=study,
         span=utility.colour_span,
     )
+
+
+def clips_in_blend(clips: Sequence[LabelledClip]) -> list[LabelledClip]:
+    """The clips whose motions the Blender file holds: all, or of many the first of each activity."""
+    if len(clips) <= MOST_ACTIONS:
+        return list(clips)
+    seen: Counter[str] = Counter()
+    kept = []
+    for clip in clips:
+        seen[clip.activity] += 1
+        if seen[clip.activity] <= SHOWN:
+            kept.append(clip)
+    return kept
 
 
 class Marked(NamedTuple):

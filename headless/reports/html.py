@@ -38,6 +38,7 @@ from w2w.core.wording import capital
 from ..console import USAGE, ending
 from ..options import argument, option, window_warning
 from ..runs.own_files import claimed
+from .draw import clips_in_blend
 from .still_picture import still_picture
 
 REPORT = "report.html"
@@ -102,6 +103,7 @@ def write_report(out: Path, project: str | None = None) -> Path:
         config=config,
         clips=clips,
         counts=counts_sentence(clips, utility),
+        in_blend=len(clips_in_blend(study.clips)),
         caution=interval_caution(utility),
         mean_caution=headline.mean_caution(utility),
         spot_caution=headline.spot_caution(best, utility),

@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from w2w.core.clip_ranking import LabelledClip
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
-from w2w.headless.reports.draw import draw_side_by_side, marked, write_pictures
+from w2w.headless.reports.draw import clips_in_blend, draw_side_by_side, marked, write_pictures
 from w2w.studies.commands.study_rehab import FIGURE, draw_figure
 from w2w.studies.paper.subsets import Subset
 
@@ -97,3 +98,10 @@ def test_pictures_and_file_mark_the_set_worn_together(drawn_results, tmp_path):
     (out / "summary.json").write_text(json.dumps(summary | {"worn_together": None}))
     shown, best = marked(StudyResults.load(out)), summary["answer"]
     assert shown == ([best["patch"]], [best["expected_f1"]], None, best["sentence"])
+
+
+def test_of_many_clips_three_an_activity_are_in_the_blender_file():
+    clips = [LabelledClip(f"{activity}_{n}", activity, "", "") for activity in "abc" for n in range(40)]
+    kept = [clip.name for clip in clips_in_blend(clips)]
+    assert kept == [f"{activity}_{n}" for activity in "abc" for n in range(3)]
+    assert clips_in_blend(clips[:100]) == clips[:100]

@@ -154,17 +154,18 @@ def open_steps(folder: Path) -> Steps:
 
 def _act(
     armature: bpy.types.Object, run: StudyResults, low: float, high: float
-) -> Generator[Step, None, dict[str, bpy.types.Action]]:
-    """Write the run's motions as actions, and play the first; a motion that is gone has none."""
-    actions = {}
+) -> Generator[Step, None, dict[str, bpy.types.Action | None]]:
+    """Write the run's motions as actions, and play the first; None for a motion that is gone."""
+    actions: dict[str, bpy.types.Action | None] = {}
     for number, clip in enumerate(run.clips):
         begin, end = (low + (high - low) * done / len(run.clips) for done in (number, number + 1))
         try:
             motion = yield from in_thread(lambda _, name=clip.name: run.motion(name), clip.name, begin, end)
         except EXPECTED:
+            actions[clip.name] = None
             continue
         actions[clip.name] = write_action(armature, motion, clip.name)
-    for action in [*actions.values()][:1]:
+    for action in [action for action in actions.values() if action is not None][:1]:
         show_action(armature, action)
     return actions
 

@@ -30,6 +30,7 @@ SUMMARY = "summary.json"
 """File that a results folder is known by."""
 
 GONE = "its motion is no longer where the run left it"
+UNHELD = "its motion is not in this file, which holds three an activity: 'Open Results' has all"
 
 
 def restore(mesh: bpy.types.Object) -> str:
@@ -78,6 +79,7 @@ def clips_of(
 
     ValueError if the run's summary does not say what is needed of a clip.
     """
+    held = {clip: "" if action is not None else GONE for clip, action in actions.items()}
     try:
         used = [
             {
@@ -90,7 +92,7 @@ def clips_of(
                 "scale": float(entry.get("scale", 1.0)),
                 "signals": signals.get(clip.name, ""),
                 "stored_as": clip.name,
-                "problem": "" if actions.get(clip.name) is not None else GONE,
+                "problem": held.get(clip.name, UNHELD),
                 "source_sha256": run.source_hashes.get(entry["file"], ""),
             }
             for entry, clip in zip(run.summary["used"], run.clips, strict=True)
