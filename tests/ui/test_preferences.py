@@ -5,12 +5,15 @@ from __future__ import annotations
 
 import os
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import bpy
 import pytest
 
+from w2w.core.study import StudyConfig
+from w2w.core.threads import n_threads
 from w2w.ui.jobs import preferences
 
 pytestmark = pytest.mark.usefixtures("blender")
@@ -33,9 +36,19 @@ def test_pytorch_is_found_in_a_folder_of_one_s_own(tmp_path: Path, monkeypatch: 
     assert preferences.torch_status()[0] is False
 
 
-def test_the_gpu_can_be_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(preferences.GPU_VARIABLE, raising=False)
-    preferences._choose_gpu(SimpleNamespace(use_gpu=False), bpy.context)
-    assert os.environ[preferences.GPU_VARIABLE] == ""
-    preferences._choose_gpu(SimpleNamespace(use_gpu=True), bpy.context)
-    assert preferences.GPU_VARIABLE not in os.environ
+def test_the_gpu_and_threads_are_w2ws_own_affair(monkeypatch: pytest.MonkeyPatch) -> None:
+    before, config = dict(os.environ), StudyConfig(classifier="multi3net", seed=3)
+    chosen = SimpleNamespace(threads=1, use_gpu=False)
+    monkeypatch.setattr(preferences, "_preferences", lambda: chosen)
+    kept_off = preferences.classifier_of(config)
+    assert (kept_off.name, kept_off.device, kept_off.seed) == ("multi3net", "cpu", 3)
+    assert preferences.classifier_of(replace(config, classifier="ridge")) == "ridge"
+    chosen.use_gpu = True
+    assert preferences.classifier_of(config) == "multi3net"
+    usual = n_threads()
+    preferences._limit_threads(chosen, bpy.context)
+    assert n_threads() == 1
+    chosen.threads = 0
+    preferences._limit_threads(chosen, bpy.context)
+    assert n_threads() == usual
+    assert dict(os.environ) == before  # Cycles and other add-ons read it

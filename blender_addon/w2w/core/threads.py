@@ -13,6 +13,8 @@ from threadpoolctl import ThreadpoolController
 
 Part = TypeVar("Part")
 
+_most = 0
+
 
 def for_each(work: Callable[[Part], None], parts: Sequence[Part]) -> None:
     """Do `work` on every part, in all threads that this process may use.
@@ -44,8 +46,16 @@ def _libraries() -> ThreadpoolController:
     return ThreadpoolController()
 
 
+def use_threads(most: int) -> None:
+    """Let this process use at most so many threads for numerical work; 0 takes `most` back."""
+    global _most
+    _most = most
+
+
 def n_threads() -> int:
-    """The number that ``OMP_NUM_THREADS`` allows (process pools set it), else that of usable cores."""
+    """What `use_threads` or ``OMP_NUM_THREADS`` allow (process pools set it), else that of usable cores."""
+    if _most:
+        return _most
     allowed = os.environ.get("OMP_NUM_THREADS", "")
     if allowed.isdigit() and int(allowed) > 0:
         return int(allowed)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import importlib
-import os
 import sys
 import tempfile
 from importlib import metadata, util
@@ -14,6 +13,9 @@ import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 
 from ...core.clip_files import WORK
+from ...core.ranking.classifiers.multi3net.classifier import Multi3Net
+from ...core.study import StudyConfig
+from ...core.threads import use_threads
 from .text import wrapped
 
 EXTENSION = __package__.removesuffix(".w2w.ui.jobs").removesuffix(".blender_addon")
@@ -21,10 +23,6 @@ EXTENSION = __package__.removesuffix(".w2w.ui.jobs").removesuffix(".blender_addo
 
 SIGNALS_SUFFIX = ".w2w"
 """Suffix of cached signals: the chosen folder may hold other files, even a run's."""
-
-THREADS_VARIABLE = "OMP_NUM_THREADS"
-GPU_VARIABLE = "CUDA_VISIBLE_DEVICES"
-"""PyTorch sees no GPU where this is empty, if it was so when it first looked for one."""
 
 _torch_folders: list[str] = []
 """Folders put on the path for PyTorch."""
@@ -57,18 +55,15 @@ def own_folder(name: str) -> Path:
 
 
 def _limit_threads(preferences: W2W_AddonPreferences, _context: bpy.types.Context) -> None:
-    """core.threads and the matrix libraries read the number of threads from the environment."""
-    if preferences.threads:
-        os.environ[THREADS_VARIABLE] = str(preferences.threads)
-    else:
-        os.environ.pop(THREADS_VARIABLE, None)
+    use_threads(preferences.threads)
 
 
-def _choose_gpu(preferences: W2W_AddonPreferences, _context: bpy.types.Context) -> None:
-    if not preferences.use_gpu:
-        os.environ[GPU_VARIABLE] = ""
-    elif os.environ.get(GPU_VARIABLE) == "":
-        del os.environ[GPU_VARIABLE]
+def classifier_of(config: StudyConfig) -> str | Multi3Net:
+    """A config's classifier, kept off the GPU where the user wants that."""
+    preferences = _preferences()
+    if config.classifier == Multi3Net.name and preferences is not None and not preferences.use_gpu:
+        return Multi3Net(seed=config.seed, device="cpu")
+    return config.classifier
 
 
 def _find_torch(preferences: W2W_AddonPreferences, _context: bpy.types.Context) -> None:
@@ -130,10 +125,8 @@ class W2W_AddonPreferences(bpy.types.AddonPreferences):
     )
     use_gpu: BoolProperty(
         name="Train on the GPU",
-        description="Let PyTorch use the GPU where it can; "
-        "a change counts for rankings after the next start of Blender if PyTorch is at work already",
+        description="Let PyTorch train Multi3Net on the GPU where it can",
         default=True,
-        update=_choose_gpu,
     )
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -180,14 +173,12 @@ def register() -> None:
     preferences = _preferences()
     if preferences is None:
         return
-    if preferences.threads:
-        _limit_threads(preferences, bpy.context)
+    use_threads(preferences.threads)
     if preferences.torch_folder:
         _find_torch(preferences, bpy.context)
-    if not preferences.use_gpu:
-        _choose_gpu(preferences, bpy.context)
 
 
 def unregister() -> None:
     """Take back what `register` did."""
+    use_threads(0)
     leave_torch_folders()
