@@ -79,6 +79,7 @@ FOLDER = {  # commands that write into a folder, and a name in it that they need
     "study rehab": ("study rehab --out OUT", "results/figure.png"),
     "study rehab, quality": ("study rehab --out OUT", "quality/report.html"),
     "study truth": ("study truth motions --out OUT --dsads data.npz", "truth.md"),
+    "challenge": ("challenge --out OUT --dsads data.npz", "challenge.md"),
     "demo": ("demo --out OUT", "results/summary.json"),
     "demo, its library": ("demo --out OUT", "library/sit_to_stand/Sit To Stand (1).npz"),
     "demo, its labels": ("demo --out OUT", "library/labels.csv"),
