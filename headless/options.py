@@ -197,7 +197,8 @@ def window_spec(window: float, stride: float | None) -> WindowSpec:
     if not math.isfinite(window):
         raise ValueError(f"--window must be a number of seconds, not {window:g}")
     if stride is not None and not 0 < stride <= window:
-        raise ValueError(f"--stride must be at most the window's length ({window:g}), not {stride:g}")
+        longest = f"the window's length (--window {window:g})"
+        raise ValueError(f"--stride must be at most {longest}, not {stride:g}")
     return WindowSpec.of_length(window, stride)
 
 
