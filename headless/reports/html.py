@@ -82,7 +82,7 @@ def write_report(out: Path, project: str | None = None) -> Path:
     """
     study = StudyResults.load(out)
     body, utility, summary = study.body(), study.utility, study.summary
-    if "cards" not in summary:
+    if not all("in_words" in card for card in summary.get("cards", [{}])):
         raise ValueError(f"{out} is from an earlier W2W: run `w2w place {out} --redraw` first")
     config = json.loads((out / "config.json").read_text(encoding="utf-8"))
     answer, best = summary["answer"], summary["best_single_patch"]["patch"]
