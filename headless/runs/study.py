@@ -10,6 +10,8 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
 from w2w.core.clip_files import WORK, ClipWindows, ranking_inputs
@@ -89,6 +91,8 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
         try:
             advice = advised(results, config, pooling)
+        except np.linalg.LinAlgError as error:
+            raise StudyError("the clips show too few different motions to choose sensors by") from error
         except ValueError as error:
             raise StudyError(f"the constraints cannot be met: {error}") from error
     return Study(plan.library, config, body, clips, results, advice)

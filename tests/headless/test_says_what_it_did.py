@@ -17,6 +17,7 @@ from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.headless.app import APP
 from w2w.headless.options import _folder_name
+from w2w.headless.runs import study
 from w2w.headless.runs.folder import picture_names
 from w2w.ranking import Ranking
 from w2w.studies.placements.score_table import ScoreRow, score_table
@@ -244,3 +245,16 @@ def test_a_source_for_each_activity_is_warned_of(places, tmp_path):
     assert f"Caution: t{caution}" in done.output
     assert f"t{caution}" in json.loads((tmp_path / "out" / "summary.json").read_text())["source_caution"]
     assert f'<p class="warning">T{caution}' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.usefixtures("one_worker")
+def test_clips_too_much_alike_to_choose_by_are_no_fault_of_wishes(motions, tmp_path, monkeypatch):
+    def alike(*_):
+        raise np.linalg.LinAlgError("the matrix is not positive definite")  # 2,000 copies of four clips do
+
+    monkeypatch.setattr(study, "advised", alike)
+    done = w2w("run", motions, "--out", tmp_path / "out", "--patches", "4", "--no-pictures", "--folds", "2")
+    assert done.exit_code == 1
+    said = " ".join(done.output.split())
+    assert "too few different motions" in said
+    assert "constraints" not in said
