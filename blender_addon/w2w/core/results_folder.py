@@ -177,25 +177,44 @@ def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = 
     """Choose in a ranked study, as `choose_to_wear`: the step of a run, of `w2w place` and of the panel."""
     tests = prepared_tests(study, config, pooling)
     advice = choose_to_wear(study.utility, study.patches, study.body(), config, tests)
-    recordings = [signals_file(*place) for place in study.places]
+    chosen = _evenly([clip.activity for clip in study.clips])
+    recordings = [signals_file(*study.places[number]) for number in chosen]
     known = config.classifier == Ridge.name and not config.further.features
     if not known or not all(map(Path.exists, recordings)):
         return advice
-    turns = _turns(study, config, recordings, [one.patch for one in advice.cards])
+    patches = [one.patch for one in advice.cards]
+    turns = _turns(
+        [study.clips[n] for n in chosen], [study.windows[n] for n in chosen], recordings, config, patches
+    )
     cards = [replace(one, turn_deg=turn) for one, turn in zip(advice.cards, turns, strict=True)]
     return replace(advice, cards=tuple(cards))
 
 
+TURNED_CLIPS = 200
+"""Clips of an activity, evenly taken, that say how far sensors may turn: memory stays small with many."""
+
+
+def _evenly(activities: Sequence[str]) -> list[int]:
+    """Numbers of the clips that are taken of each activity, ascending."""
+    numbers = [[n for n, name in enumerate(activities) if name == one] for one in set(activities)]
+    taken = ((of[k * len(of) // TURNED_CLIPS] for k in range(TURNED_CLIPS)) for of in numbers)
+    return sorted({n for of in taken for n in of})
+
+
 def _turns(
-    study: StudyResults, config: StudyConfig, recordings: Sequence[Path], patches: Sequence[int]
+    clips: Sequence[LabelledClip],
+    windows: Sequence[ClipWindows],
+    recordings: Sequence[Path],
+    config: StudyConfig,
+    patches: Sequence[int],
 ) -> list[int]:
     """How far the sensor on each patch may be turned, degrees; augmented copies take no part."""
-    counts = [found.counts for found in study.windows]
+    counts = [found.counts for found in windows]
     own = np.concatenate([np.arange(sum(of)) < of[0] for of in counts])
-    protocol = study.labels().some(own).protocol(config)
-    windows = WindowFiles(recordings, [of[0] for of in counts], config.windows)
+    protocol = WindowLabels.of(clips, windows).some(own).protocol(config)
+    cut = WindowFiles(recordings, [of[0] for of in counts], config.windows)
     rate = config.synthesis.rate_hz
-    return [may_turn(windows.patches(one, one + 1)[:, 0], rate, protocol, DROP) for one in patches]
+    return [may_turn(cut.patches(one, one + 1)[:, 0], rate, protocol, DROP) for one in patches]
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ import pytest
 
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.turned import TURNS, may_turn
+from w2w.core.results_folder import TURNED_CLIPS, _evenly
 
 RATE, CLIPS = 50.0, 12
 
@@ -51,3 +52,10 @@ def test_a_drop_that_is_allowed_lets_it_turn_further():
     signals, protocol = windows(swinging((1, 0, 0), 1.5), swinging((0, 1, 0), 1.5))
     strict, lax = (may_turn(signals, RATE, protocol, drop) for drop in (0.02, 1.0))
     assert strict < lax == TURNS[-1]
+
+
+def test_few_clips_are_all_asked_and_many_evenly():
+    chosen = np.array(_evenly(["rare"] * 3 + ["common"] * 5 * TURNED_CLIPS))
+    assert chosen[:3].tolist() == [0, 1, 2]
+    assert (np.diff(chosen[3:]) == 5).all()
+    assert len(chosen) == 3 + TURNED_CLIPS
