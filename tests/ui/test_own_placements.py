@@ -12,15 +12,18 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.own_placements import read_placements
 from w2w.core.results_folder import StudyResults
-from w2w.core.study import place_patches
+from w2w.core.study import place_patches, record_baked
 from w2w.headless.app import APP
 from w2w.scene.base.body import body_of
 from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs, preferences
 from w2w.ui.panels.wearing import in_short, in_words
 from w2w.ui.results.own_placements import is_pending, listed, patch_of_own, scores_of_own
+from w2w.ui.steps import baking
+from w2w.ui.study import signal_cache
 from w2w.ui.study.state import (
     BAKED,
     bake_settings,
@@ -109,6 +112,32 @@ def test_placements_are_patches_with_signals_scores_and_a_rank(
     assert bpy.ops.w2w.save_results(directory=str(tmp_path / "saved")) == {"FINISHED"}
     summary = json.loads((tmp_path / "saved" / "summary.json").read_text())
     assert summary["own_placements"] == [scores_of_own(ranked, own) for own in study.own]
+
+
+def test_those_added_later_are_all_that_is_baked(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    body, sensors = make_study(library), []
+
+    def counted(*given: object) -> ImuRecording:
+        sensors.append(len(given[2]))
+        return record_baked(*given)
+
+    monkeypatch.setattr(baking, "record_baked", counted)
+    clips = body.w2w.clips
+    before = signal_cache.recording(clips[0])
+    click(body, 1234)
+    bpy.ops.w2w.add_placement(name="Strap pod")
+    bpy.ops.w2w.place_patches()
+    assert bpy.ops.w2w.bake_signals() == {"FINISHED"}
+    assert sensors == [1] * len(clips)
+    added = [signal_cache.recording(clip) for clip in clips]
+    np.testing.assert_array_equal(added[0].acc[:, :N_PATCHES], before.acc)
+    assert added[0].sites == patches_of(body).names
+    for clip in clips:
+        clip.selected = True
+    assert bpy.ops.w2w.bake_signals(which="TICKED") == {"FINISHED"}
+    assert sensors[len(clips) :] == [N_PATCHES + 1] * len(clips)
+    for clip, had in zip(clips, added, strict=True):
+        np.testing.assert_allclose(had.values, signal_cache.recording(clip).values, atol=1e-3)
 
 
 @pytest.mark.slow

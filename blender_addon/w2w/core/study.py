@@ -253,12 +253,14 @@ def record_baked(
     config: StudyConfig,
     root: np.ndarray | None = None,
     on_cloth: ClothSensors | None = None,
+    first_sensor: int = 0,
 ) -> ImuRecording:
     """Recording of sensors on all patches of a surface that Blender has moved.
 
     `matrices`, shape (T, N, 4, 4), are the patches' in the world, `labels` activity, subject and clip.
-    `root`, shape (T, 3), is the path of the body's root in the world. ValueError if it is to be band-limited
-    and not known, or if the motion is too short for the synthesis.
+    `first_sensor` is the number of the first where the patches are the last of a larger set. `root`, shape
+    (T, 3), is the path of the body's root in the world. ValueError if it is to be band-limited and not known,
+    or if the motion is too short for the synthesis.
     """
     if config.root_band_hz is not None and config.root_band_hz < rate / 2:
         if root is None or on_cloth is not None:
@@ -271,9 +273,9 @@ def record_baked(
     named = ImuRecording(ideal.acc, ideal.gyr, ideal.rate, patches.names, *labels)
     sensor = config.sensor_model()
     others = further_signals(
-        matrices, rate, config.synthesis, sensor, config.further, named.clip, config.seed
+        matrices, rate, config.synthesis, sensor, config.further, named.clip, config.seed, first_sensor
     )
-    return replace(sensor.apply(named, seed=config.seed), **others)
+    return replace(sensor.apply(named, config.seed, first_sensor), **others)
 
 
 def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, np.ndarray]:

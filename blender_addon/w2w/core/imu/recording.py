@@ -124,6 +124,14 @@ class ImuRecording:
         arrays = {reading.name: getattr(self, reading.name)[:, chosen] for reading in self.readings}
         return replace(self, sites=tuple(self.sites[sensor] for sensor in chosen if self.sites), **arrays)
 
+    def with_sensors_of(self, other: Self) -> Self:
+        """The recording with the sensors of another of the same motion after its own."""
+        arrays = {
+            name: np.concatenate([getattr(self, name), getattr(other, name)], axis=1)
+            for name in (reading.name for reading in self.readings)
+        }
+        return replace(self, sites=(*self.sites, *other.sites), **arrays)
+
     def labelled(self, sites: tuple[str, ...], activity: str, subject: str, clip: str) -> Self:
         """The recording under other labels."""
         return replace(self, sites=sites, activity=activity, subject=subject, clip=clip)

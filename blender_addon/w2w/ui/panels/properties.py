@@ -157,6 +157,7 @@ class W2W_PG_study(SensorProperties, Group):
     )
     patches_text: StringProperty(options={"HIDDEN"})
     patches_key: StringProperty(options={"HIDDEN"})
+    patches_before: StringProperty(options={"HIDDEN"})  # key and number of those that only got more
 
     sensor: EnumProperty(
         **declared("sensor", description="The part whose noise, bias and range the signals get"),

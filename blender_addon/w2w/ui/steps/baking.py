@@ -3,6 +3,7 @@
 
 import hashlib
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from operator import attrgetter
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from ...core.clip_ranking import LabelledClip, copies_among, rank_clips
 from ...core.findings.notes import copies_sentence
 from ...core.garments.on_cloth import HAS_CAUGHT
 from ...core.imu.recording import ImuRecording
+from ...core.imu.virtual import at_patches
 from ...core.motion.duplicates import motion_signature
 from ...core.motion.source import reason_of
 from ...core.ranking.pooling import Pooling
@@ -55,7 +57,7 @@ def bake_steps(
     study, patches = mesh.w2w, state.patches_of(mesh)
     baked = attrgetter("signals", "baked_as", "bake_path")
     before = {index: baked(study.clips[index]) for index in indices}
-    baker, failed = (yield from baker_steps(mesh, patches, low)), []
+    bakers, failed = {0: (yield from baker_steps(mesh, patches, low))}, []
     try:
         for number, index in enumerate(indices):
             share = (high - low) / len(indices)
@@ -63,7 +65,12 @@ def bake_steps(
             name = study.clips[index].name
             yield Step(fraction, name)
             try:
-                yield from _bake_clip(mesh, baker, index, fraction, fraction + share)
+                clip = study.clips[index]
+                first = state.kept_patches(study, clip) if signal_cache.has(clip) else 0
+                if first not in bakers:  # only patches that were added
+                    added = at_patches(patches, list(range(first, len(patches))))
+                    bakers[first] = PatchBaker(mesh, replace(added, own_names=patches.names[first:]))
+                yield from _bake_clip(mesh, bakers[first], first, index, fraction, fraction + share)
             except Exception as error:  # even a fault of ours costs this clip alone
                 reason = reason_of(error)
                 failed.append(f"{name} ({reason})")
@@ -79,21 +86,25 @@ def bake_steps(
 
 
 def _bake_clip(
-    mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, index: int, low: float, high: float
+    mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, first: int, index: int, low: float, high: float
 ) -> Steps:
-    """Bake one clip: its signals and features into the cache."""
+    """Bake one clip from the baker's `first` patch on: its signals and features into the cache."""
     study, folder = mesh.w2w, cache_folder()
     settings, config = state.bake_settings(study), state.config_of(study)
     clip, between = study.clips[index], low + 0.8 * (high - low)
     name, labels = clip.name, (clip.activity, clip.subject, clip.name)
+    place, names = signal_cache.place_of(clip), state.patches_of(mesh).names
     bake = yield from as_steps(baker.by_frame(clip.action), f"{name}, evaluated by Blender", low, between)
 
     def work(told: Callable[[float], None]) -> str:
         recording = record_baked(
-            bake.matrices, bake.rate, baker.patches, labels, config, bake.root, bake.on_cloth
+            bake.matrices, bake.rate, baker.patches, labels, config, bake.root, bake.on_cloth, first
         )
         told(0.5)
         windows = describe(recording, config)
+        if first:
+            recording, windows = signal_cache.with_added(place, recording, windows)
+            recording = recording.labelled(names, *labels)
         key = _key(recording, windows[0], settings)
         # an action that no motion tells has no signature: it is like no other
         signature = np.empty(0) if bake.motion is None else motion_signature(bake.motion)

@@ -30,6 +30,7 @@ CLICK = {"type": "LEFTMOUSE", "value": "PRESS"}
 def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     """Sample in a thread, then replace the empties."""
     body, study = body_as_run(mesh), mesh.w2w
+    before, key = patches_of(mesh), study.patches_key
     own, count = list(own_placements.listed(study).items()), study.patch_count
     config = replace(config_of(study), seed=study.patch_seed, placements=tuple(own))
     text = f"spreading {count} patches"
@@ -40,6 +41,8 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     home = mesh.users_collection[0] if mesh.users_collection else None
     study.patch_collection = place_patches(mesh, patches, f"Patches: {mesh.name}", study.patch_size, home)
     study.patches_text, study.patches_key = pack(patches)
+    same = before is not None and np.array_equal(before.triangles, patches.triangles[: len(before)])
+    study.patches_before = f"{key} {len(before)}" if same else ""
     keep_own_placed(study, own, count)
     results.hide_patches(study)
     fold_soon()

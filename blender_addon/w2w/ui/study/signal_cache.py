@@ -13,6 +13,7 @@ import bpy
 import numpy as np
 
 from ...core.clip_files import STORED, features_file, signals_file, signals_key, write_features
+from ...core.files import load_arrays
 from ...core.imu.recording import ImuRecording
 from ..jobs.preferences import SIGNALS_SUFFIX, cache_folder
 
@@ -65,6 +66,16 @@ def save(
         path.parent.mkdir(parents=True, exist_ok=True)
     write_features(features_file(*place), [features], is_test, signature)
     recording.save(signals_file(*place))
+
+
+def with_added(
+    place: tuple[Path, str], added: ImuRecording, windows: tuple[np.ndarray, np.ndarray]
+) -> tuple[ImuRecording, tuple[np.ndarray, np.ndarray]]:
+    """Signals and windows that a clip has, with those of patches that were added after them."""
+    before = load_arrays(features_file(*place), ("features",), "does not hold a clip's windows")["features"]
+    own = before[: len(windows[1])]  # those of copies come after them
+    features = np.concatenate([own, windows[0]], axis=1)
+    return ImuRecording.load(signals_file(*place)).with_sensors_of(added), (features, windows[1])
 
 
 def recording(clip: bpy.types.PropertyGroup) -> ImuRecording | None:

@@ -182,6 +182,13 @@ def bake_settings(study: Group) -> str:
     return " ".join(part for part in parts if part)
 
 
+def kept_patches(study: Group, clip: Group) -> int:
+    """How many of the first patches a clip has signals of, as they are wanted, since others were added."""
+    before, _, count = study.patches_before.partition(" ")
+    key, _, rest = bake_settings(study).partition(" ")
+    return int(count) if before and key != before and clip.baked_as == f"{before} {rest}" else 0
+
+
 def _signals_text(study: Group) -> str:
     """The own part, what is not as at first of bands and convention, and what is recorded beside."""
     usual = study.bl_rna.properties
