@@ -31,6 +31,7 @@ import numpy as np
 from w2w.core.files import write_json
 from w2w.headless.app import main as main_command
 from w2w.headless.runs.monitor import read_state
+from w2w.headless.runs.records import read_records
 
 ROOT = Path(__file__).resolve().parents[1]
 DATA = ROOT.parent / "shared" / "data" / "mixamo"
@@ -55,8 +56,8 @@ AFTERWARDS = (
 """Steps of a run, as it writes them down for `w2w status`."""
 
 KINDS = {"clips": 0.5, "afterwards": 0.25, "anywhere": 0.25}
-UNLIKE = ("state.json", "holder", "lock")
-"""Files that tell of the run itself."""
+UNLIKE = ("state.json", "holder", "lock", "records.jsonl")
+"""Files that tell of the run itself, or when it was."""
 
 POLL_S = 0.002
 
@@ -135,9 +136,9 @@ def hashes(out: Path) -> dict[str, str]:
     }
 
 
-def finished_clips(out: Path) -> dict[Path, int]:
-    """The records of finished clips and when they were written."""
-    return {path: path.stat().st_mtime_ns for path in out.glob(".w2w/clips/*.json")}
+def finished_clips(out: Path) -> dict[str, int]:
+    """The finished clips and when their records were written."""
+    return {clip: record["at"] for clip, record in read_records(out).items()}
 
 
 def _undisturbed(library: Path, out: Path) -> Pace:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A study from its library to its results, with its progress on the console and its exit code."""
 
+import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import combinations
@@ -8,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import typer
+from rich.markup import escape
 
 from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK
@@ -23,6 +25,7 @@ from ..blender import NoBlenderError, check_installed
 from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, too_little_memory
 from ..options import parse_bodies
 from ..reports import console_tables, draw, html
+from ..runs.current import is_current, note_current
 from ..runs.folder import (
     HEATMAPS,
     SUMMARY,
@@ -36,7 +39,7 @@ from ..runs.folder import (
 )
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError, check, claimed, remove_written
-from ..runs.study import RunPlan, StudyError, make_shard, run_study, write_config
+from ..runs.study import RunPlan, StudyError, make_signals, rank_study, write_config
 from ..runs.workers import EngineError
 from ..study_options import StudyOptions
 
@@ -61,14 +64,20 @@ def refused(monitor: RunMonitor) -> Iterator[None]:
         raise ended(str(error), USAGE, monitor) from error
 
 
-def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:
-    """Run a study and write everything down; without a result, a typer.Exit has the exit code."""
+def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study | None:
+    """Run a study and write everything down; without a result, a typer.Exit has the exit code.
+
+    None where everything was there already, unless the plan has it made `again`.
+    """
     with _in_folder(out, monitor):
         check_folder(plan, out)
         make_folders(out)
         monitor.begin(plan.library, body.name, out)
-        with only_run(out / WORK), claimed(out, _written_by(plan)):
+        with only_run(out / WORK):
             study, failed = _execute(plan, body, out, monitor)
+    if study is None:
+        _say_unchanged(out, monitor)
+        return None
     console_tables.show_outcome(study, plan, failed, monitor.console)
     for name, why in failed.items():
         monitor.log("not_drawn", what=name, reason=why)
@@ -89,7 +98,7 @@ def execute_shard(
             monitor.begin(plan.library, body.name, folder, kept=False)
             with only_shard(folder / WORK, shard):
                 try:
-                    clips = make_shard(plan, body, folder, monitor)
+                    clips = make_signals(plan, body, folder, monitor, shard).clips
                 except (StudyError, EngineError, NoBlenderError, MemoryError) as error:
                     why = too_little_memory(error) if isinstance(error, MemoryError) else str(error)
                     raise ended(f"No result: {why}", NOTHING_TO_DO, monitor) from error
@@ -113,17 +122,24 @@ def _in_folder(out: Path, monitor: RunMonitor) -> Iterator[None]:
         raise ended(text, NOTHING_TO_DO, monitor) from error
 
 
-def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple[Study, dict[str, str]]:
-    failed = {}
+def _execute(
+    plan: RunPlan, body: Body, out: Path, monitor: RunMonitor
+) -> tuple[Study | None, dict[str, str]]:
+    """The study, None where its results are all there, and what could not be drawn, with the reason."""
     try:
-        study = run_study(plan, body, out, monitor)
-        with monitor.step("writing results"):
-            write_config(study)
-            write_results(study)
-            if plan.report:
-                html.write_report(out)
-        if plan.pictures:  # last, for Blender may fail to draw where all else is well
-            failed = draw.draw_folder(out, study.results.utility.activities, monitor)
+        made = make_signals(plan, body, out, monitor)
+        if not plan.again and is_current(plan, made, out):
+            monitor.announce("finished")
+            return None, {}
+        with claimed(out, _written_by(plan)):
+            study = rank_study(plan, made, out, monitor)
+            with monitor.step("writing results"):
+                write_config(study)
+                write_results(study)
+                if plan.report:
+                    html.write_report(out)
+            # last, for Blender may fail to draw where all else is well
+            failed = draw.draw_folder(out, study.results.utility.activities, monitor) if plan.pictures else {}
     except (StudyError, EngineError, NoBlenderError, MemoryError) as error:
         why = too_little_memory(error) if isinstance(error, MemoryError) else str(error)
         monitor.announce("failed", why)
@@ -131,13 +147,27 @@ def _execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple
         if isinstance(error, StudyError):  # an earlier run's results would contradict the summary
             results = {*TABLES, draw.BLEND, html.REPORT, *plan.more} - {SUMMARY}
             remove_written(out, lambda name: name in results or name.startswith(f"{HEATMAPS}/"))
-        write_failure(out, plan.library, why, clips)
+        with claimed(out, [SUMMARY]):
+            write_failure(out, plan.library, why, clips)
         if isinstance(error, StudyError):
             console_tables.show_skipped(clips, plan.library, monitor.console, plan.verbose)
             console_tables.show_window_warning(clips, plan.config.windows, monitor.console)
         raise ended(f"No result: {why}", NOTHING_TO_DO, monitor) from error
+    if not failed:
+        note_current(plan, made, out)
     monitor.announce("finished", "; ".join(f"no {name}: {why}" for name, why in failed.items()))
     return study, failed
+
+
+def _say_unchanged(out: Path, monitor: RunMonitor) -> None:
+    """Say that an earlier run's results are those of this one, too."""
+    summary = json.loads((out / SUMMARY).read_text(encoding="utf-8"))
+    monitor.console.print(f"\n[bold]{escape(summary['answer']['sentence'])}[/bold]", highlight=False)
+    monitor.console.print(
+        f"Nothing has changed since the last run, whose results are in {out} as they were.", markup=False
+    )
+    clips = summary["clips"]
+    monitor.log("result", out=str(out), used=clips["used"], ranked=clips["ranked"], skipped=clips["skipped"])
 
 
 def check_folder(plan: RunPlan, out: Path) -> None:

@@ -64,6 +64,7 @@ def run(
         engine = asked.engine()
         plan = RunPlan(found, config, engine, asked.pictures, asked.report, verbose=asked.verbose)
         bodies = ready_for(plan, asked, out)
+        plan = replace(plan, again=asked.strict or asked.verify or len(bodies) > 1)
     if shard:
         plan = replace(plan, library=replace(found, clips=found.clips[part - 1 :: parts]))
         execute_shard(plan, bodies, out, f"{part}-of-{parts}", monitor)

@@ -30,18 +30,9 @@ from w2w.core.threads import unthreaded_products
 from w2w.scene.base.output import quiet_output
 
 from ..blender import NoBlenderError, forget_scripts_path, needs_blender
-from .clip_task import (
-    ClipTask,
-    distrust,
-    finished,
-    mark_source,
-    marked_source,
-    stamp,
-    unfinished,
-    untouched,
-    write_record,
-)
+from .clip_task import ClipTask, mark_source, marked_source, stamp
 from .guard import allowed_memory, crashed, guarded, timed_out, untimed
+from .records import distrust, finished, last_record, unfinished, untouched, write_record
 
 SAMPLE_BYTES = 24
 """Bytes of one sample of one sensor: six values in single precision."""
@@ -123,8 +114,8 @@ def do_clip(task: ClipTask) -> ClipResult:
 
     The result says what is wrong with a clip; a NoBlenderError means that no clip could be read here.
     """
-    if not task.engine.verify and (done := untouched(task)) is not None:
-        return ClipResult(task.clip, done[0]["reason"], done[0]["details"], done[1])
+    if not task.engine.verify and (done := untouched(task, last_record(task))) is not None:
+        return done
     before = stamp(task.clip.path)
     try:
         return _do_clip(task)

@@ -14,6 +14,7 @@ from asyncio import CancelledError
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +32,9 @@ ANSWER_S = 20.0
 """Seconds to wait for a scheduler to answer, and for it to have a worker."""
 
 LOOK_EVERY_S = 0.1
+
+AHEAD = 3
+"""Clips handed out at a time for each thread of a worker."""
 
 NAMED = 3
 """Workers that a sentence names."""
@@ -105,18 +109,27 @@ def _check_workers(client: Client, scheduler: str) -> None:
 
 def wait_for(client: Client, future: Future) -> Future:
     """Wait until a future is done, while there are workers."""
-    return next(_finished(client, [future]))
+    return next(_finished(client, iter([future])))
 
 
-def _finished(client: Client, futures: Sequence[Future]) -> Iterator[Future]:
-    """Futures as they are done; an EngineError where there are no workers for long."""
+def _finished(client: Client, futures: Iterator[Future]) -> Iterator[Future]:
+    """Futures as they are done, some taken ahead for each worker.
+
+    An EngineError says that there are no workers for long.
+    """
     from distributed import as_completed
 
-    waiting, seen = as_completed(futures), time.monotonic()
-    while waiting.count():
+    waiting, seen, workers = as_completed(), time.monotonic(), client.scheduler_info(n_workers=-1)["workers"]
+    while True:
+        threads = sum(worker["nthreads"] for worker in workers.values())
+        waiting.update(list(islice(futures, max(0, AHEAD * max(1, threads) - waiting.count()))))
+        if waiting.is_empty():
+            return
         batch = waiting.next_batch(block=False)
         yield from batch
-        if batch or client.scheduler_info(n_workers=-1)["workers"]:
+        if not batch:
+            workers = client.scheduler_info(n_workers=-1)["workers"]
+        if batch or workers:
             seen = time.monotonic()
         if time.monotonic() - seen > ANSWER_S:
             raise EngineError(
@@ -139,12 +152,19 @@ def run_on_cluster(
     with connected(scheduler) as client:
         from distributed import KilledWorker
 
-        suspects, futures = [], {_submit(client, task): task for task in tasks}
-        for future in _finished(client, list(futures)):
+        suspects, task_of = [], {}
+
+        def submitted() -> Iterator[Future]:
+            for task in tasks:
+                task_of[future := _submit(client, task)] = task
+                yield future
+
+        for future in _finished(client, submitted()):
+            task = task_of.pop(future)
             try:
                 keep(future.result())
             except KilledWorker:
-                suspects.append(futures[future])
+                suspects.append(task)
         for task in suspects:
             keep(try_alone(task, partial(_once, client)))
     return results

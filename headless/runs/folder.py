@@ -20,8 +20,8 @@ from w2w.core.files import UNFINISHED
 from w2w.core.findings.summary import PLACEMENTS
 from w2w.core.motion.library import Library, unique_names
 
-from .clip_task import recorded
 from .own_files import check, remove_own
+from .records import given_names, read_records, tidy
 
 
 class FolderBusyError(Exception):
@@ -102,11 +102,10 @@ def make_folders(out: Path) -> None:
 
 def check_results(out: Path, library: Library, names: Sequence[str]) -> None:
     """`check` a folder for a run that writes `names`, and a motion and signals for each clip."""
-    clips = [
-        name
-        for clip in library.clips
-        for name in {f"motions/{clip.name}.npz", f"signals/{clip.name}.npz"} - recorded(out, clip.name).keys()
-    ]
+    records, clips = read_records(out), []
+    for clip in library.clips:
+        ours = given_names(out, clip.name, records[clip.name]) if clip.name in records else ()
+        clips += {f"motions/{clip.name}.npz", f"signals/{clip.name}.npz"}.difference(ours)
     inside = [f"{folder}/any" for folder in FOLDERS]  # each must be a folder of its own, not a link
     check(out, [*names, *inside, *clips])
 
@@ -123,10 +122,11 @@ def remove_leftovers(out: Path, used: set[str]) -> None:
 
     Motions and signals go where they are as a record says; the work folder is all ours.
     """
-    for record in (out / WORK / "clips").glob("*.json"):
-        if record.stem not in used and (files := recorded(out, record.stem)):
-            remove_own(out, files)
-            record.unlink()  # that of a clip without use stays, or it would be tried again
+    stale = {clip: record for clip, record in read_records(out).items() if clip not in used}
+    files = {clip: given_names(out, clip, record) for clip, record in stale.items()}
+    for of_clip in files.values():
+        remove_own(out, of_clip)
+    tidy(out, [clip for clip in files if files[clip]])  # one of no use stays, or it would be tried again
     for path in (out / WORK / "features").glob("*.npz"):
         if path.stem not in used:
             path.unlink()
@@ -149,16 +149,48 @@ def remove_unfinished(out: Path) -> None:
 HEADLESS = Path(__file__).resolve().parents[1]
 
 
+NO_SIGNALS = (
+    "core/selection", "core/findings", "core/exports", "core/ranking", "core/clip_ranking.py",
+    "core/results_folder.py", "scene/files", "scene/heatmap.py", "drawing", "reports",
+)  # fmt: skip
+SIGNALS_AFTER_ALL = ("core/ranking/features.py", "core/ranking/windows.py")
+"""Code that a clip's own files do not depend on, as it ranks, chooses and tells, and what of it they do."""
+
+
+def _code() -> list[tuple[str, Path]]:
+    """The code and templates that results depend on, each file by its name in the package."""
+    rooms = {"core": PACKAGE / "core", "scene": PACKAGE / "scene", "drawing": PACKAGE / "drawing"}
+    rooms |= {name: HEADLESS / name for name in ("runs", "reports")}
+    files = [(name, root, path) for name, root in rooms.items() for path in root.rglob("*.py")]
+    files += [("reports", HEADLESS / "reports", path) for path in HEADLESS.rglob("*.html")]
+    templates = (*TEMPLATES.glob("*.np[yz]"), *TEMPLATES.rglob("*.json"))
+    files += [("templates", TEMPLATES, path) for path in templates]
+    return [(f"{name}/{path.relative_to(root).as_posix()}", path) for name, root, path in sorted(files)]
+
+
+def code_of_signals() -> list[tuple[str, Path]]:
+    """What of it signals and features depend on."""
+    return [
+        (name, path) for name, path in _code() if not name.startswith(NO_SIGNALS) or name in SIGNALS_AFTER_ALL
+    ]
+
+
 @cache
 def code_sha256() -> str:
     """Hash of the code and templates that results depend on."""
+    return _hash(_code())
+
+
+@cache
+def signals_code_sha256() -> str:
+    """Hash of the code and templates that signals and features depend on."""
+    return _hash(code_of_signals())
+
+
+def _hash(files: Sequence[tuple[str, Path]]) -> str:
     digest = hashlib.sha256()
-    hashed = {"core": PACKAGE / "core", "scene": PACKAGE / "scene", "runs": HEADLESS / "runs"}
-    files = [(name, root, path) for name, root in hashed.items() for path in root.rglob("*.py")]
-    templates = (*TEMPLATES.glob("*.np[yz]"), *TEMPLATES.rglob("*.json"))
-    files += [("templates", TEMPLATES, path) for path in templates]
-    for name, root, path in sorted(files):
-        digest.update(f"{name}/{path.relative_to(root).as_posix()}".encode())
+    for name, path in files:
+        digest.update(name.encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
 

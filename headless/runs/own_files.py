@@ -140,6 +140,12 @@ def remove_own(folder: Path, hashes: Mapping[str, str]) -> None:
             (folder / name).unlink()
 
 
+def is_whole(folder: Path) -> bool:
+    """Whether all files on a folder's list are there as they were written."""
+    files = ((folder / name, value) for name, value in _read(folder).items())
+    return all(path.is_file() and file_sha256(path) == value for path, value in files)
+
+
 def _refuse(folder: Path, foreign: list[str]) -> None:
     """Name the files that are in the way, if any."""
     if not foreign:

@@ -6,7 +6,8 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -29,10 +30,14 @@ from w2w.core.study import StudyConfig, place_patches
 
 from .clip_task import ClipTask
 from .cluster import spread_over
-from .folder import code_sha256, forget_running, preparing, remove_leftovers
+from .folder import code_sha256, forget_running, preparing, remove_leftovers, signals_code_sha256
 from .garments import fit_garments
 from .monitor import RunMonitor
+from .records import gather, read_records, tidy, untouched
 from .workers import Engine, clip_workers, run_tasks, spread_here
+
+GATHER = 256
+"""Clips whose records go into the list at once."""
 
 
 class StudyError(Exception):
@@ -47,7 +52,8 @@ class StudyError(Exception):
 class RunPlan:
     """What a run is to do, whatever the body and the folder.
 
-    `pictures` are the heatmaps and `study.blend`; `more` are files that the command writes after the run.
+    `pictures` are the heatmaps and `study.blend`; `more` are files that the command writes after the run;
+    `again` has all results made even where they would be as they are.
     """
 
     library: Library
@@ -56,27 +62,44 @@ class RunPlan:
     pictures: bool = True
     report: bool = True
     more: tuple[str, ...] = ()
+    again: bool = True
     verbose: bool = False  # list every clip, activity and region on the console
 
 
-def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study:
-    """Bake every clip and rank every patch, in a folder made by `make_folders`.
+@dataclass(frozen=True)
+class Made:
+    """A study up to the signals of its clips."""
 
-    Raises a StudyError where there is no result, an EngineError where the workers cannot go on, and an
-    OSError where the folder cannot be written.
+    body: Body
+    patches: PatchSet
+    clips: tuple[ClipResult, ...]
+
+
+def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shard: str = "") -> Made:
+    """Bake every clip of a plan in a folder made by `make_folders`, or a part of a study's beside others.
+
+    Raises a StudyError where no clip can be used, an EngineError where the workers cannot go on, an OSError
+    where the folder cannot be written, and for a shard a FolderBusyError where a run holds the folder.
     """
-    config = plan.config
     with clip_workers(plan.engine, plan.library.clips) as workers:
-        with monitor.step("placing patches", "Placing patches on the body"):
+        alone = preparing(out / WORK) if shard else nullcontext()
+        with monitor.step("placing patches", "Placing patches on the body"), alone:
             patches = _prepare(plan, body, out)
-        with ThreadPoolExecutor(1) as aside:  # takes seconds, while workers leave this process idle
-            pooled = aside.submit(Pooling.on, body, patches)
-            clips = tuple(_bake(plan, out, monitor, workers))
-    used = [result.clip for result in clips if result.used]
-    if not used:
-        raise StudyError("no clip can be used; the table lists the reasons", clips)
-    remove_leftovers(out, {clip.name for clip in used})
-    pooling = pooled.result()
+        clips = tuple(_bake(plan, out, monitor, workers, shard))
+    if not shard:
+        if not any(result.used for result in clips):
+            raise StudyError("no clip can be used; the table lists the reasons", clips)
+        remove_leftovers(out, {result.clip.name for result in clips if result.used})
+    return Made(body, patches, clips)
+
+
+def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Study:
+    """Rank every patch by the signals that were made, and choose.
+
+    Raises a StudyError where there is no result, and an EngineError where the workers cannot go on.
+    """
+    config, used = plan.config, [result.clip for result in made.clips if result.used]
+    pooling = Pooling.on(made.body, made.patches)
     try:
         utility, ranked = _rank(used, pooling, plan, out, monitor)
     except ValueError as error:
@@ -85,9 +108,9 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
         windows = [ClipWindows.read(out, clip.name) for clip in used]
         copies = copies_sentence(copies_among(used, same_motions(used, windows)))
         raise StudyError(
-            f"{error}. Clips used by activity: {found}{'. ' * bool(copies)}{copies}", clips
+            f"{error}. Clips used by activity: {found}{'. ' * bool(copies)}{copies}", made.clips
         ) from error
-    results = StudyResults(out, utility, patches, ranked, config.as_dict())
+    results = StudyResults(out, utility, made.patches, ranked, config.as_dict())
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
         try:
             advice = advised(results, config, pooling)
@@ -95,18 +118,7 @@ def run_study(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Stud
             raise StudyError("the clips show too few different motions to choose sensors by") from error
         except ValueError as error:
             raise StudyError(f"the constraints cannot be met: {error}") from error
-    return Study(plan.library, config, body, clips, results, advice)
-
-
-def make_shard(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> tuple[ClipResult, ...]:
-    """Bake the clips of a plan that is a part of a study's, and rank nothing; other parts may be at work.
-
-    Raises as `run_study` does, and a FolderBusyError where a run holds the folder.
-    """
-    with clip_workers(plan.engine, plan.library.clips) as workers:
-        with monitor.step("placing patches", "Placing patches on the body"), preparing(out / WORK):
-            _prepare(plan, body, out)
-        return tuple(_bake(plan, out, monitor, workers))
+    return Study(plan.library, config, made.body, made.clips, results, advice)
 
 
 def write_config(study: Study) -> None:
@@ -148,27 +160,46 @@ def _save_new(what: Body | PatchSet, path: Path) -> None:
         fresh.replace(path)
 
 
-def _bake(plan: RunPlan, out: Path, monitor: RunMonitor, workers: Executor | None) -> list[ClipResult]:
+def _bake(
+    plan: RunPlan, out: Path, monitor: RunMonitor, workers: Executor | None, shard: str
+) -> list[ClipResult]:
     config, engine = plan.config, plan.engine
     files = [f"{WORK}/body.npz", f"{WORK}/patches.npz", *([FITTED] if config.garments else ())]
     inputs = hashlib.sha256(
         b"".join((out / name).read_bytes() for name in files)
         + repr((config.signal_parameters(), engine.bone_maps, engine.pose)).encode()
-        + code_sha256().encode()
+        + signals_code_sha256().encode()
     ).hexdigest()
     out = out.resolve()
-    tasks = [
-        # the absolute path keeps a link's own name, which says its kind
-        ClipTask(replace(clip, path=clip.path.absolute()), out, config, inputs, engine)
-        for clip in plan.library.clips
-    ]
-    with monitor.bar("turning motions to signals", len(tasks), "Motions to signals") as advance:
+    records = read_records(out) if shard else tidy(out)
+    results: dict[str, ClipResult] = {}
+    due, own_files = [], []
+    with monitor.bar("turning motions to signals", len(plan.library.clips), "Motions to signals") as advance:
 
-        def progress(result: ClipResult) -> None:
+        def done(result: ClipResult) -> None:
+            results[result.clip.name] = result
             monitor.clip_done(result)
             advance(1)
 
-        return run_tasks(tasks, engine.workers, engine.scheduler, progress, workers)
+        def made(result: ClipResult) -> None:
+            done(result)
+            own_files.append(result.clip.name)
+            if len(own_files) == GATHER:
+                gather(out, own_files, shard)
+                own_files.clear()
+
+        for clip in plan.library.clips:
+            # the absolute path keeps a link's own name, which says its kind
+            clip = replace(clip, path=clip.path.absolute())
+            task = ClipTask(clip, out, config, inputs, engine, records.get(clip.name))
+            as_it_was = None if engine.verify else untouched(task, task.before)
+            if as_it_was is None:
+                due.append(task)
+            else:
+                done(as_it_was)
+        run_tasks(due, engine.workers, engine.scheduler, made, workers)
+        gather(out, own_files, shard)
+    return [results[clip.name] for clip in plan.library.clips]
 
 
 def _rank(

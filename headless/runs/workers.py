@@ -11,9 +11,11 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Executor, as_completed
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor
+from concurrent.futures import wait as wait_for
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from functools import partial
+from itertools import islice
 from multiprocessing.connection import wait
 from typing import Any, TypeVar
 
@@ -42,6 +44,9 @@ Result = TypeVar("Result")
 
 MAX_BREAKS = 5
 """Times in a row that all workers may die with no clip to blame before the run gives up."""
+
+AHEAD = 4
+"""Clips handed out at a time for each worker: none waits, and memory stays small whatever the library."""
 
 MANY_WINDOWS = 1000
 """Windows from which on workers rank patches faster than threads, their start included."""
@@ -94,7 +99,7 @@ def _on_this_machine(
     while waiting:
         fresh = local_executor(min(workers, len(waiting))) if ready is None else nullcontext(ready)
         with fresh as executor:
-            broken = _collect(executor, waiting, results, progress)
+            broken = _collect(executor, workers, waiting, results, progress)
         ready = None
         if not broken:
             break
@@ -131,28 +136,34 @@ def _once(task: ClipTask) -> ClipResult | None:
     """Do a task in a worker of its own; None where the worker died."""
     found: dict[str, ClipResult] = {}
     with local_executor(1) as executor:
-        _collect(executor, [task], found, lambda _: None)
+        _collect(executor, 1, [task], found, lambda _: None)
     return found.get(task.clip.name)
 
 
 def _collect(
     executor: Executor,
+    workers: int,
     tasks: Sequence[ClipTask],
     results: dict[str, ClipResult],
     progress: Callable[[ClipResult], None],
 ) -> bool:
     """Hand out tasks and gather results; True if the workers died before all were done."""
+    queue, pending = iter(tasks), set()
     try:
-        with deaf_children():
-            futures = [executor.submit(work_in_worker, task) for task in tasks]
-        for future in as_completed(futures):
-            result = future.result()
-            results[result.clip.name] = result
-            progress(result)
+        while True:
+            with deaf_children():
+                new = islice(queue, AHEAD * workers - len(pending))
+                pending |= {executor.submit(work_in_worker, task) for task in new}
+            if not pending:
+                return False
+            done, pending = wait_for(pending, return_when=FIRST_COMPLETED)
+            for future in done:
+                result = future.result()
+                results[result.clip.name] = result
+                progress(result)
     except BrokenExecutor:
         executor.shutdown(wait=True, kill_workers=True)  # those that live would go on with what is waiting
         return True
-    return False
 
 
 @contextmanager

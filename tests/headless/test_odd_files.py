@@ -30,7 +30,7 @@ GOOD = (
     ("lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Run.fbx", "running"),
     ("kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx", "running"),
 )
-FAST = ("--patches", "8", "--no-pictures", "--workers", "2")
+FAST = ("--patches", "8", "--no-pictures", "--workers", "2", "--verbose")
 BAD = {
     "loop.fbx": "it is a symbolic link that leads back to itself",
     "endless.fbx": "it is a link to a device, not a file",

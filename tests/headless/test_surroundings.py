@@ -23,7 +23,7 @@ from w2w.headless.commands import execute
 from w2w.headless.commands.status import describe
 from w2w.headless.console import too_little_memory
 from w2w.headless.runs import clip as clip_work
-from w2w.headless.runs import clip_task
+from w2w.headless.runs import clip_task, records
 from w2w.headless.runs import guard as worker_guard
 from w2w.headless.runs import monitor as watch
 from w2w.headless.runs.clip import WORK, do_clip, record_death
@@ -129,7 +129,8 @@ def test_writing_a_clips_results_is_not_its_own_time(task, monkeypatch):
         (clip_work, "file_sha256"),
         (clip_task, "file_sha256"),
         (clip_work, "write_features"),
-        (clip_task, "write_json"),
+        (records, "file_sha256"),
+        (records, "write_json"),
         (clip_work, "load_clip"),
         (clip_work, "describe"),
     ):
@@ -215,7 +216,7 @@ def test_a_run_that_finds_too_little_memory_says_so_and_keeps_it(motions, tmp_pa
     def too_much(*_):
         raise MemoryError("Unable to allocate 1.26 MiB")
 
-    monkeypatch.setattr(execute, "run_study", too_much)
+    monkeypatch.setattr(execute, "make_signals", too_much)
     done = CliRunner().invoke(APP, ["run", str(motions), "--out", str(tmp_path / "out")])
     assert done.exit_code == 1
     sentence = too_little_memory(MemoryError("Unable to allocate 1.26 MiB"))

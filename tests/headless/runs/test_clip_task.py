@@ -10,7 +10,7 @@ from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK
 from w2w.core.motion.library import Clip, read_library
 from w2w.core.study import StudyConfig, place_patches
-from w2w.headless.runs import clip, clip_task
+from w2w.headless.runs import clip, clip_task, records
 from w2w.headless.runs.clip import do_clip
 from w2w.headless.runs.clip_task import ClipTask, Engine
 from w2w.headless.runs.folder import make_folders
@@ -44,6 +44,7 @@ def test_what_is_as_it_was_is_not_read_again(task, monkeypatch):
     before = files(task)
     monkeypatch.setattr(clip, "file_sha256", None)
     monkeypatch.setattr(clip_task, "file_sha256", None)
+    monkeypatch.setattr(records, "file_sha256", None)
     assert do_clip(task) == first
     assert files(task) == before
 
@@ -94,6 +95,6 @@ def test_a_file_that_changes_while_it_is_read_is_read_again(task, monkeypatch):
 
     monkeypatch.setattr(clip, "_make", slowly)
     do_clip(task)
-    assert clip_task.untouched(task) is None
+    assert records.untouched(task, records.last_record(task)) is None
     monkeypatch.undo()
     assert do_clip(task).used

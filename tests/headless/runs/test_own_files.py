@@ -15,6 +15,7 @@ from w2w.core.files import file_sha256, write_json, write_npz
 from w2w.headless.app import APP
 from w2w.headless.runs.folder import TABLES, make_folders, remove_leftovers
 from w2w.headless.runs.own_files import ForeignFileError, check, new_file
+from w2w.headless.runs.records import read_records
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -79,7 +80,7 @@ def test_a_users_files_among_the_results_stay(library, tmp_path):
     assert [path.read_bytes() for path in (*mine, edited)] == [PRECIOUS] * (len(mine) + 1)
     kept = {path.stem for path in (out / "motions").glob("*.npz")}
     assert kept == {"calm_another", "calm_1", "wild_third", "wild_3", "mine"}
-    assert {path.stem for path in (out / ".w2w" / "clips").glob("*.json")} == kept - {"mine"}
+    assert read_records(out).keys() == kept - {"mine"}
 
 
 @pytest.mark.parametrize("place", ["itself", "a link to it", "its parent", "a link to its parent"])

@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What became of each clip, kept in the work folder so that a later run can take it up.
+
+A worker writes a clip's record as a file of its own, which no kill can cut in half. The run gathers them
+into a list, one line a clip: a hundred thousand are read in a second. A shard has a list of its own.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Collection, Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from w2w.core.clip_files import WORK, motion_file, signals_file
+from w2w.core.files import UNFINISHED, file_sha256, write_json, write_text
+from w2w.core.results_folder import ClipResult
+
+from .clip_task import ClipTask, stamp
+from .own_files import remove_own
+
+Record = dict[str, Any]
+
+LIST = "records"
+"""The list's file is called so, with the shard's name after it where it has one."""
+
+CLIP = re.compile(r'\{"clip": "((?:[^"\\]|\\.)*)"')
+"""How a line of the list begins, be the rest as damaged as it may."""
+
+
+def unfinished(path: Path) -> Path:
+    """Where a motion or recording is until the clip's record names it."""
+    return path.with_name(f".{path.name}{UNFINISHED}")
+
+
+def write_record(task: ClipTask, result: ClipResult, files: tuple[Path, ...]) -> None:
+    """Record what became of a clip and the hash of each of its files.
+
+    The record goes first and the files get their names after it, so that a kill at any moment
+    leaves no file of ours that no record names; `finished` names them where it did not come to it.
+    """
+    names = {}
+    for path in files:
+        nameless = unfinished(path)
+        names[path.relative_to(task.out).as_posix()] = nameless if nameless.exists() else path
+    if not files and (before := last_record(task)):
+        remove_own(task.out, given_names(task.out, task.clip.name, before))
+    path = task.clip.path
+    content = {
+        "key": task.key(result.source_sha256),
+        "reason": result.reason,
+        "details": result.details,
+        "files": {name: file_sha256(path) for name, path in names.items()},
+        "source": {"sha256": result.source_sha256, "bytes": path.stat().st_size if path.exists() else None},
+        "bytes": {name: path.stat().st_size for name, path in names.items()},
+    }
+    write_json(task.record_file, content)
+    for name, path in names.items():
+        path.replace(task.out / name)
+
+
+def distrust(task: ClipTask) -> None:
+    """Let no later run believe the clip's record by times alone: its file changed while it was read."""
+    with suppress(OSError):
+        os.utime(task.record_file, (0, 0))
+
+
+def last_record(task: ClipTask) -> Record | None:
+    """The clip's newest record: a file of its own, or as the run found it in the list."""
+    return _own_record(task.record_file) or task.before
+
+
+def _own_record(path: Path) -> Record | None:
+    """The record in a clip's own file and when it was written; empty where it is damaged."""
+    try:
+        at = path.stat().st_mtime_ns
+        return {"clip": path.stem, "at": at, **json.loads(path.read_text("utf-8"))}
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, TypeError, RecursionError):
+        return {"clip": path.stem, "at": 0}
+
+
+def read_records(out: Path) -> dict[str, Record]:
+    """The newest record of each clip; of one that is damaged no more than whose it is."""
+    found: dict[str, Record] = {}
+    for path in sorted((out / WORK).glob(f"{LIST}*.jsonl")):
+        with path.open(encoding="utf-8", errors="replace") as stream:
+            for record in filter(None, map(_listed, stream)):
+                if record["at"] >= found.get(record["clip"], record)["at"]:
+                    found[record["clip"]] = record
+    for path in (out / WORK / "clips").glob("*.json"):
+        if record := _own_record(path):
+            found[path.stem] = record
+    return found
+
+
+def _listed(line: str) -> Record | None:
+    """A line of the list; None of one that a kill cut short before the clip's name."""
+    try:
+        record = json.loads(line)
+        if isinstance(record["clip"], str) and isinstance(record["at"], int):
+            return record
+    except (ValueError, KeyError, TypeError, RecursionError):
+        pass
+    name = CLIP.match(line)
+    return {"clip": name[1], "at": 0} if name else None
+
+
+def gather(out: Path, clips: Iterable[str], shard: str = "") -> None:
+    """Move clips' records from their own files into the list."""
+    paths = [out / WORK / "clips" / f"{clip}.json" for clip in clips]
+    found = {path: record for path in paths if (record := _own_record(path))}
+    with _list_file(out, shard).open("a", encoding="utf-8") as stream:
+        stream.write("".join(map(_line, found.values())))
+        stream.flush()
+        os.fsync(stream.fileno())
+    for path in found:
+        path.unlink()
+
+
+def tidy(out: Path, without: Collection[str] = ()) -> dict[str, Record]:
+    """The records of a folder that no other run works in, less some clips', in one list from now on."""
+    records = read_records(out)
+    kept = {clip: record for clip, record in records.items() if clip not in without}
+    lists = set((out / WORK).glob(f"{LIST}*.jsonl"))
+    own = list((out / WORK / "clips").glob("*.json"))
+    if own or len(kept) < len(records) or lists != {_list_file(out)}:
+        write_text(_list_file(out), "".join(map(_line, kept.values())))
+        for path in (*own, *(lists - {_list_file(out)})):
+            path.unlink()
+    return kept
+
+
+def _list_file(out: Path, shard: str = "") -> Path:
+    return out / WORK / ".".join(filter(None, (LIST, shard, "jsonl")))
+
+
+def _line(record: Record) -> str:
+    """A line that begins anew, whatever a kill left before it."""
+    return "\n" + json.dumps(record)
+
+
+def given_names(out: Path, clip: str, record: Record) -> dict[str, str]:
+    """Hashes of the motion and signals that a record names, which is believed about no other file."""
+    names = [path.relative_to(out).as_posix() for path in (motion_file(out, clip), signals_file(out, clip))]
+    files = record.get("files")
+    if not isinstance(files, Mapping):
+        return dict.fromkeys(names, "")  # the record is damaged, but ours
+    return {name: str(files[name]) for name in names if name in files}
+
+
+def untouched(task: ClipTask, record: Record | None) -> ClipResult | None:
+    """The result in a record of an earlier run, if sizes and times say that all is as it was.
+
+    Neither the clip's file nor what was made of it is read: nothing was written after the record, as `make`
+    tells, and sizes are the record's.
+    """
+    try:
+        source, sizes, at = record["source"], record["bytes"], record["at"]
+        size, *times = stamp(task.clip.path)
+        if size != source["bytes"] or max(times) > at or record["key"] != task.key(source["sha256"]):
+            return None
+        for name in record["files"]:
+            made = (task.out / name).stat()
+            if made.st_size != sizes[name] or made.st_mtime_ns > at:
+                return None
+        if isinstance(record["reason"], str) and isinstance(record["details"], dict):
+            return ClipResult(task.clip, record["reason"], record["details"], source["sha256"])
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        pass
+    return None
+
+
+def finished(task: ClipTask, key: str) -> Record | None:
+    """The record of an earlier run, if its inputs are the same and its files are whole."""
+    done = last_record(task)
+    try:
+        if done["key"] != key or not isinstance(done["reason"], str) or not isinstance(done["details"], dict):
+            return None
+        whole = all(_is_whole(task.out / name, value) for name, value in done["files"].items())
+    except (OSError, KeyError, TypeError, AttributeError):
+        return None
+    return done if whole else None
+
+
+def _is_whole(path: Path, sha256: str) -> bool:
+    """Whether a file is as its record says; one that a kill left without its name gets it now."""
+    nameless = unfinished(path)
+    if nameless.exists() and file_sha256(nameless) == sha256:
+        nameless.replace(path)
+    return file_sha256(path) == sha256

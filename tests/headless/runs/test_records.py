@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The list of clips' records outlives kills and damage, and says which code a clip depends on."""
+
+import json
+import sys
+from dataclasses import replace
+
+import pytest
+
+from w2w.core.body.body import PACKAGE, Body
+from w2w.core.clip_files import WORK
+from w2w.core.motion.library import read_library
+from w2w.core.study import StudyConfig, place_patches
+from w2w.headless.runs.clip import do_clip
+from w2w.headless.runs.clip_task import ClipTask
+from w2w.headless.runs.folder import HEADLESS, code_of_signals, make_folders
+from w2w.headless.runs.records import gather, given_names, read_records, tidy, untouched
+
+
+@pytest.fixture
+def tasks(motions, bundled_body, tmp_path):
+    """Three clips of made motion, done."""
+    out, config = tmp_path / "out", StudyConfig(patches=4)
+    make_folders(out)
+    bundled_body.save(out / WORK / "body.npz")
+    place_patches(Body.bundled(), config).save(out / WORK / "patches.npz")
+    tasks = [ClipTask(clip, out, config, "inputs") for clip in read_library(motions).clips[:3]]
+    assert all(do_clip(task).used for task in tasks)
+    return tasks
+
+
+def names(tasks):
+    return [task.clip.name for task in tasks]
+
+
+def test_gathered_records_say_what_the_files_said(tasks):
+    out, before = tasks[0].out, read_records(tasks[0].out)
+    gather(out, names(tasks)[:2])
+    assert [task.record_file.exists() for task in tasks] == [False, False, True]
+    assert read_records(out) == before
+    assert tidy(out) == before == read_records(out)
+    assert not tasks[2].record_file.exists()
+    tasks = [replace(task, before=before[task.clip.name]) for task in tasks]
+    assert all(do_clip(task) == untouched(task, task.before) for task in tasks)
+    assert all(not task.record_file.exists() for task in tasks)  # none was made again
+
+
+def test_a_line_that_a_kill_cut_short_costs_no_other(tasks):
+    out, before = tasks[0].out, read_records(tasks[0].out)
+    gather(out, names(tasks)[:1])
+    listed = out / WORK / "records.jsonl"
+    listed.write_text(listed.read_text() + '\n{"clip": "nob')
+    gather(out, names(tasks)[1:])
+    assert read_records(out) == before
+
+
+def test_a_damaged_line_is_no_record_but_leaves_the_files_ours(tasks):
+    out, name = tasks[0].out, tasks[0].clip.name
+    gather(out, names(tasks))
+    listed = out / WORK / "records.jsonl"
+    lines = listed.read_text().split("\n")
+    (number,) = (n for n, line in enumerate(lines) if line.startswith(f'{{"clip": "{name}"'))
+    lines[number] = lines[number][:-40]
+    listed.write_text("\n".join(lines))
+    record = read_records(out)[name]
+    assert untouched(tasks[0], record) is None
+    assert given_names(out, name, record) == {f"motions/{name}.npz": "", f"signals/{name}.npz": ""}
+
+
+def test_the_newest_of_two_lists_counts_and_one_list_is_left(tasks):
+    out, name = tasks[0].out, tasks[0].clip.name
+    gather(out, names(tasks)[:2], "1-of-2")
+    gather(out, names(tasks)[2:], "2-of-2")
+    older = read_records(out)[name] | {"at": 5, "reason": "older"}
+    (out / WORK / "records.0-of-9.jsonl").write_text(f"\n{json.dumps(older)}\n")
+    assert tidy(out)[name]["reason"] == ""
+    assert [path.name for path in (out / WORK).glob("records*")] == ["records.jsonl"]
+
+
+def test_all_code_that_runs_for_a_clip_is_in_its_key(motions, bundled_body, tmp_path, shared_data):
+    out, config = tmp_path / "out", StudyConfig(patches=4)
+    make_folders(out)
+    bundled_body.save(out / WORK / "body.npz")
+    place_patches(Body.bundled(), config).save(out / WORK / "patches.npz")
+    clips = [read_library(folder).clips[0] for folder in (motions, shared_data / "bvh" / "bandai_namco")]
+    ran = set()
+    sys.setprofile(lambda frame, event, _: event == "call" and ran.add(frame.f_code))
+    try:
+        results = [do_clip(ClipTask(clip, out, config, "inputs")) for clip in clips]
+    finally:
+        sys.setprofile(None)
+    assert all(result.used for result in results)
+    rooms = [str(folder) for folder in (PACKAGE / "core", PACKAGE / "scene", HEADLESS / "runs")]
+    ours = {code.co_filename for code in ran if code.co_name != "<module>"}
+    ours = {file for file in ours if file.startswith(tuple(rooms))}
+    assert len(ours) > 20
+    assert ours <= {str(path) for _, path in code_of_signals()}
