@@ -60,7 +60,6 @@ def test_the_same_command_ranks_only_what_has_changed(ranked):
     (out / ".w2w" / "current.json").write_text("{")
     run(library, out, "--folds", "2")
     assert len(times) == 3
-    assert hashes(out) == before
     clips[0].rename(clips[-1].with_name("moved.npz"))
     run(library, out, "--folds", "2")
     assert len(times) == 4
