@@ -19,7 +19,7 @@ demo: setup
 # Lint and the arithmetic: no Blender, no network trained, no adopted body.
 check: setup lint
 	.venv/bin/python -m pytest -q -n 2 --dist worksteal -m "not slow and not later" tests/core tests/drawing tests/test_mirror.py \
-		$(addprefix --ignore=tests/core/,adopt ranking/classifiers/multi3net)
+		--ignore=tests/core/adopt
 
 test: setup lint
 	.venv/bin/python -m pytest -n 3 --dist worksteal -m "not slow" $(TESTS)

@@ -28,12 +28,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from w2w.core.ranking.agreement import spearman_rows
-from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
 from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.inputs import BLOCK_BYTES, ITEM_BYTES, ArrayBlocks, PatchBlocks, SomeWindows
-from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, utility_map
+from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, maker, utility_map
 from w2w.core.results_folder import StudyResults
+from w2w.studies.classifiers.multi3net.classifier import Multi3Net
 
 RESAMPLES = 300
 
@@ -206,7 +206,7 @@ def main() -> None:
     for name, (rho, *f1) in compare(first, again, compared, tested=tested).items():
         _print_line(name, rho, f1)
     if options.other_seed is not None:
-        other = CLASSIFIERS[options.classifier](seed=options.other_seed)
+        other = maker(options.classifier)(seed=options.other_seed)
         once_more = rank_again(study, other, places, None, options.least)
         rho, *f1 = compare(again, once_more, range(len(places)))["mean"]
         _print_line(f"{again.classifier}, both seeds", rho, f1)

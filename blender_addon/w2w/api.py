@@ -132,8 +132,8 @@ def rank(
     signals : Signals
         From `synthesize`; their labels are the activities to recognise.
     classifier : str or object
-        "ridge", "trees", "multi3net", or a classifier of your own: an `EstimatorClassifier` around any
-        scikit-learn estimator, or an object with `inputs` and `predict_folds` as `Ridge` has them.
+        "ridge", "trees", "multi3net", or one of your own: a scikit-learn estimator, one in an
+        `EstimatorClassifier`, or an object with `inputs` and `predict_folds` as `Ridge` has them.
     window, stride : float
         Length of a window and step from one to the next, seconds; half a window by default.
     folds : int

@@ -21,7 +21,9 @@ def command(tmp_path):
 def test_an_unknown_classifier_is_named_and_so_are_those_that_exist(command, tmp_path):
     result = command("--classifier", "oracle")
     assert result.exit_code == 2
-    assert "no classifier is called 'oracle'; there are ridge, trees, multi3net" in result.output
+    assert "no classifier is called 'oracle' here; there are ridge, multi3net, trees" in " ".join(
+        result.output.split()
+    )
     assert not (tmp_path / "out").exists()
 
 

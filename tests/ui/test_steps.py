@@ -8,6 +8,7 @@ import io
 import zlib
 from dataclasses import fields, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -226,7 +227,7 @@ def test_a_classifier_that_cannot_work_here_says_why_and_can_be_changed(
             return "the classifier needs PyTorch"
 
     with monkeypatch.context() as patched:
-        patched.setitem(CLASSIFIERS, body.w2w.classifier, Unavailable)
+        patched.setitem(CLASSIFIERS, body.w2w.classifier, SimpleNamespace(load=lambda: Unavailable))
         assert missing_for_rank(body).startswith("The classifier needs PyTorch")
         assert missing_for_any_rank(body) == ""
         assert not bpy.ops.w2w.rank_patches.poll()

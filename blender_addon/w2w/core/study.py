@@ -86,7 +86,8 @@ class StudyConfig:
     augmentation: Augmentation | None = None
     classifier: str = parameter(
         "ridge",
-        "Classifier for each patch: ridge (seconds), trees (minutes), multi3net (needs PyTorch).",
+        "Classifier for each patch: ridge (seconds), and with W2W from pip trees (minutes) and multi3net "
+        "(needs PyTorch).",
         title="Classifier",
     )
     folds: int = parameter(

@@ -135,7 +135,7 @@ def test_mmfit_by_another_classifier_without_noise_and_with_rests_as_background(
 @pytest.mark.parametrize(
     ("option", "value", "words"),
     [
-        ("--classifier", "oracle", "--classifier must be ridge, trees, multi3net, not oracle"),
+        ("--classifier", "oracle", "--classifier must be ridge, multi3net, trees, not oracle"),
         ("--sensor", "sundial", "there is no sensor preset 'sundial'"),
         ("--non-activity", "maybe", "--non-activity must be activity, background, out, not maybe"),
     ],

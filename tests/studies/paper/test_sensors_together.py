@@ -2,6 +2,7 @@
 """Chosen sensors tested together by the run's own classifier, where that is a network on their windows."""
 
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,9 +11,9 @@ from w2w.core.clip_files import features_file, write_features
 from w2w.core.clip_ranking import LabelledClip
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking import utility
-from w2w.core.ranking.classifiers.multi3net.classifier import Multi3Net
 from w2w.core.results_folder import StudyResults
 from w2w.headless.runs.folder import make_folders
+from w2w.studies.classifiers.multi3net.classifier import Multi3Net
 from w2w.studies.paper.joint_test import sensors_together
 
 RATE, SAMPLES, CLIPS = 25.0, 50, 8
@@ -60,7 +61,7 @@ def test_one_network_reads_the_windows_of_all_sensors(study, monkeypatch):
     pytest.importorskip("torch")
     monkeypatch.setattr(Spied, "channels", [], raising=False)
     small = partial(Spied, width=8, hidden=16, embedding=8, batch_size=16, epochs=40)
-    monkeypatch.setitem(utility.CLASSIFIERS, "multi3net", small)
+    monkeypatch.setitem(utility.CLASSIFIERS, "multi3net", SimpleNamespace(load=lambda: small))
     alone, together = sensors_together(study, [1, 0])
     assert (alone.classifier, together.classifier) == ("multi3net", "multi3net")
     assert Spied.channels == [12, 6]  # what takes longest first

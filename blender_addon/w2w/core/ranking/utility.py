@@ -5,6 +5,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from functools import partial
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, Self
 
@@ -12,8 +13,7 @@ import numpy as np
 
 from ..colours import LEAST_SPAN
 from ..files import load_arrays, write_npz
-from .classifiers.estimator import extra_trees, own
-from .classifiers.multi3net.classifier import Multi3Net
+from .classifiers.estimator import own
 from .classifiers.ridge import Ridge
 from .expected import expect
 from .f1 import TASK_PATCHES, Spread, Tried, score_patches, try_patches
@@ -23,7 +23,13 @@ from .inputs import PatchBlocks, SomeWindows, as_blocks
 from .pooling import Pooling
 from .weights import alike, counted_columns, mean_over
 
-CLASSIFIERS: dict[str, Callable[..., Any]] = {"ridge": Ridge, "trees": extra_trees, "multi3net": Multi3Net}
+PLUG_INS = "w2w.classifiers"
+"""Entry points of packages that bring classifiers and the libraries these need: W2W's own from pip does."""
+
+CLASSIFIERS: dict[str, EntryPoint | None] = {
+    "ridge": None,
+    **{point.name: point for point in sorted(entry_points(group=PLUG_INS))},
+}
 """Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, like `Ridge`."""
 
 OPTIONAL = ("half_f1", "weights")
@@ -281,19 +287,29 @@ def _try_all(
 
 def inputs_of(classifier: Any) -> str:
     """Inputs of a classifier, given as for `utility_map`: "features" or "windows"."""
+    if isinstance(classifier, str) and classifier not in CLASSIFIERS:
+        return "features"  # results by a classifier that is not here can be read all the same
     return _model(classifier).inputs
 
 
 def unavailable(classifier: str) -> str:
-    """Why a classifier of CLASSIFIERS cannot be used here, in a sentence; empty where it can."""
-    return getattr(CLASSIFIERS[classifier], "unavailable", str)()
+    """Why a classifier cannot be used here, in a sentence; empty where it can."""
+    if classifier not in CLASSIFIERS:
+        return f"no classifier is called {classifier!r} here; there are {', '.join(CLASSIFIERS)}"
+    return getattr(maker(classifier), "unavailable", str)()
+
+
+def maker(name: str) -> Callable[..., Any]:
+    """What makes the classifier of this name in CLASSIFIERS, given its `seed`."""
+    point = CLASSIFIERS[name]
+    return Ridge if point is None else point.load()
 
 
 def _model(classifier: Any, seed: int = 0, work: Path | None = None) -> Any:
     if not isinstance(classifier, str):
         return own(classifier)
     if classifier not in CLASSIFIERS:
-        raise ValueError(f"no classifier is called {classifier!r}; there are {', '.join(CLASSIFIERS)}")
-    model = CLASSIFIERS[classifier](seed=seed)
+        raise ValueError(unavailable(classifier))
+    model = maker(classifier)(seed=seed)
     resumes = work is not None and hasattr(model, "checkpoints")
     return replace(model, checkpoints=work / model.name) if resumes else model

@@ -1,31 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The extension's preferences: where signals are kept, how many cores may work, where PyTorch is."""
+"""The extension's preferences: where signals are kept, how many cores may work."""
 
 from __future__ import annotations
 
-import importlib
-import sys
 import tempfile
-from importlib import metadata, util
 from pathlib import Path
 
 import bpy
-from bpy.props import BoolProperty, IntProperty, StringProperty
+from bpy.props import IntProperty, StringProperty
 
 from ...core.clip_files import WORK
-from ...core.ranking.classifiers.multi3net.classifier import Multi3Net
-from ...core.study import StudyConfig
 from ...core.threads import use_threads
-from .text import wrapped
 
 EXTENSION = __package__.removesuffix(".w2w.ui.jobs").removesuffix(".blender_addon")
 """Name under which Blender knows the extension; the package's own where it runs as a plain module."""
 
 SIGNALS_SUFFIX = ".w2w"
 """Suffix of cached signals: the chosen folder may hold other files, even a run's."""
-
-_torch_folders: list[str] = []
-"""Folders put on the path for PyTorch."""
 
 
 def _preferences() -> W2W_AddonPreferences | None:
@@ -58,45 +49,6 @@ def _limit_threads(preferences: W2W_AddonPreferences, _context: bpy.types.Contex
     use_threads(preferences.threads)
 
 
-def classifier_of(config: StudyConfig) -> str | Multi3Net:
-    """A config's classifier, kept off the GPU where the user wants that."""
-    preferences = _preferences()
-    if config.classifier == Multi3Net.name and preferences is not None and not preferences.use_gpu:
-        return Multi3Net(seed=config.seed, device="cpu")
-    return config.classifier
-
-
-def _find_torch(preferences: W2W_AddonPreferences, _context: bpy.types.Context) -> None:
-    """Look in the chosen folder too, after Blender's own packages."""
-    leave_torch_folders()
-    if preferences.torch_folder:
-        folder = str(Path(bpy.path.abspath(preferences.torch_folder)).resolve())
-        sys.path.append(folder)
-        _torch_folders.append(folder)
-    importlib.invalidate_caches()
-
-
-def leave_torch_folders() -> None:
-    """Take the folders chosen for PyTorch off the path."""
-    sys.path[:] = [folder for folder in sys.path if folder not in _torch_folders]
-    _torch_folders.clear()
-
-
-def torch_status() -> tuple[bool, str]:
-    """Whether PyTorch is there, and a sentence about it; it is not imported for that."""
-    spec = util.find_spec("torch")
-    if spec is None or spec.origin is None:
-        return False, (
-            "PyTorch was not found. Only the classifier Multi3Net needs it. To have it, run in a terminal: "
-            f"{sys.executable} -m pip install --target FOLDER torch   and choose that folder above"
-        )
-    try:
-        version = metadata.version("torch")
-    except metadata.PackageNotFoundError:
-        version = "of an unknown version"
-    return True, f"PyTorch {version} in {Path(spec.origin).parent}"
-
-
 class W2W_AddonPreferences(bpy.types.AddonPreferences):
     """Preferences of the W2W extension."""
 
@@ -116,19 +68,6 @@ class W2W_AddonPreferences(bpy.types.AddonPreferences):
         update=_limit_threads,
     )
 
-    torch_folder: StringProperty(
-        name="PyTorch Folder",
-        description="Folder that PyTorch was installed to, for the classifier Multi3Net. "
-        "Empty: it is looked for among Blender's own packages",
-        subtype="DIR_PATH",
-        update=_find_torch,
-    )
-    use_gpu: BoolProperty(
-        name="Train on the GPU",
-        description="Let PyTorch train Multi3Net on the GPU where it can",
-        default=True,
-    )
-
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.use_property_split = True
@@ -137,16 +76,6 @@ class W2W_AddonPreferences(bpy.types.AddonPreferences):
             layout.label(text=f"Now {cache_folder()}", icon="BLANK1")
         layout.operator("w2w.clear_cache", icon="TRASH")
         layout.prop(self, "threads")
-        layout.prop(self, "torch_folder")
-        found, text = torch_status()
-        column = layout.column(align=True)
-        scale = context.preferences.system.ui_scale
-        for number, line in enumerate(wrapped(text, context.region.width - 60 * scale)):
-            icon = "BLANK1" if number else ("CHECKMARK" if found else "INFO")
-            column.label(text=line, icon=icon, translate=False)
-        row = layout.row()
-        row.active = found
-        row.prop(self, "use_gpu")
 
 
 class W2W_OT_clear_cache(bpy.types.Operator):
@@ -171,14 +100,10 @@ class W2W_OT_clear_cache(bpy.types.Operator):
 def register() -> None:
     """Let what was saved apply."""
     preferences = _preferences()
-    if preferences is None:
-        return
-    use_threads(preferences.threads)
-    if preferences.torch_folder:
-        _find_torch(preferences, bpy.context)
+    if preferences is not None:
+        use_threads(preferences.threads)
 
 
 def unregister() -> None:
     """Take back what `register` did."""
     use_threads(0)
-    leave_torch_folders()

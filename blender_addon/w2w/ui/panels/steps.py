@@ -5,6 +5,7 @@ from pathlib import Path
 
 import bpy
 
+from ...core.ranking.utility import CLASSIFIERS
 from ...core.wording import capital
 from ...scene.motion.source_beside import source_collections
 from ..files.open_results import draw_locate, misses_folder
@@ -263,8 +264,10 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
 
     def draw_step(self, context: Context, layout: Layout, body: Body) -> None:
         study = body.w2w
-        for name in ("window_s", "classifier", "by_subject"):
-            layout.prop(study, name)
+        layout.prop(study, "window_s")
+        if len(CLASSIFIERS) > 1:  # the extension has one, Python packages bring others
+            layout.prop(study, "classifier")
+        layout.prop(study, "by_subject")
         if not study.by_subject:
             layout.prop(study, "folds")
         row = layout.row(align=True)

@@ -28,7 +28,7 @@ from ...scene.bake import PatchBaker
 from ...scene.base.body import body_of
 from ...scene.garments.bake import GarmentBaker
 from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body
-from ..jobs.preferences import cache_folder, classifier_of
+from ..jobs.preferences import cache_folder
 from ..results import results
 from ..study import signal_cache, state
 from ..study.garments import baker_steps
@@ -138,13 +138,13 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     ranked_as, config = state.rank_settings(study), state.config_of(study)
     used = [as_labelled(clip) for clip in ranked_clips(study)]
     places = signal_cache.places_of(ranked_clips(study))
-    body, patches, classifier = body_as_run(mesh), state.patches_of(mesh), classifier_of(config)
+    body, patches = body_as_run(mesh), state.patches_of(mesh)
 
     def rank(told: Callable[[float], None]) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
         windows = [ClipWindows.read(*place) for place in places]
         inputs = ranking_inputs(places, windows, config.classifier, config.windows)
         pooling = Pooling.on(body, patches)
-        return rank_clips(used, windows, inputs, config, told, classifier=classifier, pooling=pooling)
+        return rank_clips(used, windows, inputs, config, told, pooling=pooling)
 
     low = 0.4 if lost else 0.0
     utility, ranked = yield from in_thread(rank, "training at every patch", low, 0.95)

@@ -22,7 +22,6 @@ from ...core.selection.advice import Advice
 from ...core.study import StudyConfig
 from ...core.wording import capital
 from ..jobs.jobs import Step, Steps, in_thread, on_body
-from ..jobs.preferences import classifier_of
 from ..results import results
 from ..study import counting, signal_cache
 from ..study.lists import keep_advice
@@ -124,8 +123,7 @@ def advised_steps(
     if left_out or reweighed:
         text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
         inputs, labels = found.inputs(config.classifier), found.labels()
-        classifier = classifier_of(config)
-        rank = partial(rank_windows, inputs, labels, config, classifier=classifier, pooling=pooling)
+        rank = partial(rank_windows, inputs, labels, config, pooling=pooling)
         found = replace(found, utility=(yield from in_thread(rank, text, 0.2, 0.3)))
     advice = yield from in_thread(
         lambda _told: advised(found, config, pooling), "choosing what to wear", 0.3, 1.0

@@ -7,6 +7,7 @@ from typing import Any, get_args
 import bpy
 
 from ...core.parameters import Parameter, parameters_of
+from ...core.ranking.utility import CLASSIFIERS
 from ...core.study import StudyConfig
 
 SINGLE, DIGITS = 1e-6, 7
@@ -63,6 +64,8 @@ def show_config(study: bpy.types.PropertyGroup, config: StudyConfig) -> None:
     """Let the panel's properties show a config."""
     for name in SHOWN:
         value = parameters_of(StudyConfig)[name].of(config)
+        if name == "classifier" and value not in CLASSIFIERS:  # kept, and not to be had here
+            continue
         setattr(study, PROPERTIES.get(name, name), 0 if value is None else value)
 
 

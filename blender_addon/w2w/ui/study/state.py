@@ -13,7 +13,7 @@ import bpy
 from ...core.body.shapes import RANGES
 from ...core.imu.sensor import SensorModel
 from ...core.patches.patches import PatchSet
-from ...core.ranking.utility import CLASSIFIERS, UtilityMap
+from ...core.ranking.utility import UtilityMap, unavailable
 from ...core.ranking.windows import WindowSpec
 from ...core.selection.constraints import Constraints
 from ...core.study import StudyConfig
@@ -287,6 +287,4 @@ def labels_problem(clips: Sequence[Group]) -> str:
 
 def classifier_problem(study: Group) -> str:
     """Why the chosen classifier cannot work here; empty where it can."""
-    unavailable = getattr(CLASSIFIERS[study.classifier], "unavailable", None)
-    text = unavailable() if unavailable is not None else ""
-    return f"{capital(text)}; the preferences tell where it is looked for" if text else ""
+    return capital(unavailable(study.classifier))

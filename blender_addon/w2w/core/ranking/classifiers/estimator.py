@@ -95,18 +95,13 @@ class EstimatorClassifier:
 
 
 def own(classifier: Any) -> Any:
-    """The user's own classifier, checked to be one."""
-    is_one = hasattr(classifier, "inputs") and hasattr(classifier, "predict_folds")
-    if is_one and not isinstance(classifier, type):
+    """The user's own classifier; an estimator becomes one of its features."""
+    if isinstance(classifier, type):
+        raise ValueError(f"the classifier must be made first: {classifier.__name__}(...)")
+    if hasattr(classifier, "inputs") and hasattr(classifier, "predict_folds"):
         return classifier
     if hasattr(classifier, "fit") and hasattr(classifier, "predict"):
-        name = classifier.__name__ if isinstance(classifier, type) else type(classifier).__name__
-        raise ValueError(f"wrap the estimator: w2w.EstimatorClassifier({name}(...))")
-    raise ValueError(f"a classifier is a name such as 'ridge' or an EstimatorClassifier, not {classifier!r}")
-
-
-def extra_trees(seed: int = 0) -> EstimatorClassifier:
-    """Extremely randomised trees, a baseline (Geurts et al. 2006, doi:10.1007/s10994-006-6226-1)."""
-    from sklearn.ensemble import ExtraTreesClassifier
-
-    return EstimatorClassifier(ExtraTreesClassifier(100, random_state=seed), name="trees")
+        return EstimatorClassifier(classifier)
+    raise ValueError(
+        f"a classifier is a name such as 'ridge' or a scikit-learn estimator, not {classifier!r}"
+    )

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from ....files import load_arrays, write_npz
+from w2w.core.files import load_arrays, write_npz
+
 from .classifier import Multi3Net
 from .network import Examples, Network
 from .training import State, name_windows, train
