@@ -2,7 +2,7 @@
 # `make demo` runs the main job, `make test` passes the tests (TESTS=files: only those); both set up what they need.
 # Three rings of tests: `make check` within a minute, `make test`, and `make test-slow` by night.
 
-.PHONY: check demo test test-slow docs-check lint setup extension extension-all test-blender-4.2 test-blender-5 test-window test-window-5.2 test-peers test-report
+.PHONY: check demo test test-slow docs-check lint setup extension extension-all test-blender-5 test-window test-window-5.2 test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
 ifeq ($(origin BLENDER),command line)
@@ -40,23 +40,21 @@ lint: setup
 
 # What reads, plays and writes through Blender, again with another of its series;
 # `make test-blender-5 MARK=slow` runs the slow tests.
-test-blender-4.2: BPY = 4.2.0
-test-blender-5: BPY = 5.0.1
-test-blender-4.2 test-blender-5: test-blender-%:
-	@tools/set_up.sh .venv-blender-$* $(BPY)
-	.venv-blender-$*/bin/python -m pytest -n 3 --dist worksteal -m "$(or $(MARK),not slow)" tests/scene tests/ui \
+test-blender-5:
+	@tools/set_up.sh .venv-blender-5 5.0.1
+	.venv-blender-5/bin/python -m pytest -n 3 --dist worksteal -m "$(or $(MARK),not slow)" tests/scene tests/ui \
 		tests/headless/test_bad_input.py $(addprefix tests/headless/commands/test_,run.py inspect.py)
 
 # Files read by the programs they are for (OpenSim, gaitmap, the BIDS validator), in environments of their own.
 test-peers: setup
 	PYTHON=$(CURDIR)/.venv/bin/python tools/test_peers.sh
 
-# `make extension BLENDER=/path/to/blender`: a zip for the Python of that Blender program instead.
+# A zip for each Python of Blender; `make extension BLENDER=/path/to/blender`: for that program's alone.
 extension:
 	@tools/set_up.sh
 	.venv/bin/python tools/build_extension.py $(if $(filter command line,$(origin BLENDER)),--blender "$(BLENDER)")
 
-# A zip for Windows and macOS too.
+# Zips for Windows and macOS, too.
 extension-all: setup
 	.venv/bin/python tools/build_extension.py --all
 
@@ -65,16 +63,16 @@ extension-all: setup
 WINDOW ?= $(addprefix tests/gui/test_,open_run.py program.py study_folder.py window.py zips.py)
 WINDOW_REPORT = .cache/$(notdir $(W2W_BLENDER_SANDBOX))/window/report.json
 test-window: export W2W_BLENDER_SANDBOX ?= $(CURDIR)/.sandbox/blender-4.3
-test-window: extension
+test-window:
 	tools/real_blender.sh
+	$(MAKE) extension BLENDER=tools/sandboxed_blender.sh
 	rm -f $(WINDOW_REPORT)
 	.venv/bin/python -m pytest --durations 12 $(WINDOW)
 	test -s $(WINDOW_REPORT)
 
 # The same in Blender 5.2 (Debian sid's, with Python 3.14) and with a zip for it.
 test-window-5.2:
-	W2W_DEBIAN=sid W2W_BLENDER_SANDBOX=$(CURDIR)/.sandbox/blender-5.2 \
-		$(MAKE) test-window BLENDER=tools/sandboxed_blender.sh
+	W2W_DEBIAN=sid W2W_BLENDER_SANDBOX=$(CURDIR)/.sandbox/blender-5.2 $(MAKE) test-window
 
 # The report in headless Chromium; fails where it cannot run.
 test-report: setup

@@ -1,20 +1,41 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Door of the Blender extension: hands registration on to `w2w`.
+"""Door of the Blender extension: hands registration on to `w2w`, which lies among its wheels.
 
-A Python that is started beside a clone called `w2w` finds this file for `import w2w`, and gets the package.
+In the source tree the package is the folder beside this file. A Python that is started beside a clone called
+`w2w` finds this file for `import w2w`, and gets the package.
 """
 
 import sys
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+_TREE = Path(__file__).parent / "blender_addon" / "w2w"
+
+
+def _load() -> None:
+    """Make the package of the source tree `w2w`, where this is the tree."""
+    if _TREE.is_dir():
+        spec = spec_from_file_location("w2w", _TREE / "__init__.py", submodule_search_locations=[str(_TREE)])
+        sys.modules["w2w"] = module_from_spec(spec)
+        spec.loader.exec_module(sys.modules["w2w"])
+
 
 if __name__ == "w2w":
-    from importlib.util import module_from_spec, spec_from_file_location
-    from pathlib import Path
-
-    _folder = Path(__file__).parent / "blender_addon" / "w2w"
-    _spec = spec_from_file_location("w2w", _folder / "__init__.py", submodule_search_locations=[str(_folder)])
-    sys.modules["w2w"] = module_from_spec(_spec)
-    _spec.loader.exec_module(sys.modules["w2w"])
+    _load()
 elif __package__:  # else it is pytest that looks in, from a folder whose name is no Python name
-    from .blender_addon.w2w import register, unregister
 
-    __all__ = ["register", "unregister"]
+    def register() -> None:
+        """Register with Blender, which knows the extension by this package's name."""
+        for name in [name for name in sys.modules if name.partition(".")[0] == "w2w"]:
+            del sys.modules[name]  # of the version before an update
+        _load()
+        import w2w
+
+        w2w.EXTENSION = __package__
+        w2w.register()
+
+    def unregister() -> None:
+        """Take back what `register` did."""
+        import w2w
+
+        w2w.unregister()

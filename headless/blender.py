@@ -9,11 +9,15 @@ from importlib.machinery import PathFinder
 from importlib.util import find_spec
 from pathlib import Path
 
-import w2w
-
 from .system_libraries import missing_library
 
 ROOT = Path(__file__).resolve().parents[1]
+
+LIBRARIES = (
+    "PIL", "filelock", "jinja2", "loky", "matplotlib", "numpy", "plyfile", "rich", "scipy", "threadpoolctl",
+    "typer",
+)  # fmt: skip
+"""Those that the extension brings, by the names of their imports; a test compares the two."""
 
 NOT_INSTALLED = (
     "Blender's Python module, bpy, is not installed. In W2W's folder run 'make setup', which makes .venv, "
@@ -73,7 +77,7 @@ def find_libraries() -> None:
 
     Where there are none for this Python, a SystemExit says how to get them.
     """
-    if not (missing := w2w.missing_libraries()):
+    if not (missing := [name for name in LIBRARIES if find_spec(name) is None]):
         return
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     folders = [

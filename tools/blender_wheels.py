@@ -11,24 +11,28 @@ from pathlib import Path
 PROJECT = Path(__file__).resolve().parents[1]
 
 NEEDED_BY_THEM = (
-    "annotated-doc", "annotated-types", "cloudpickle", "contourpy", "cycler", "fonttools", "kiwisolver",
-    "markdown-it-py", "MarkupSafe", "mdurl", "packaging", "pydantic", "pydantic_core", "Pygments",
-    "pyparsing", "python-dateutil", "shellingham", "typing-inspection", "typing_extensions", "tzdata",
+    "annotated-doc", "cloudpickle", "contourpy", "cycler", "fonttools", "kiwisolver", "markdown-it-py",
+    "MarkupSafe", "mdurl", "packaging", "Pygments", "pyparsing", "python-dateutil", "shellingham", "tzdata",
 )  # fmt: skip
 """What the libraries in pyproject.toml need themselves; a test asks their metadata. The versions are those of
 constraints.txt."""
 
 ON_WINDOWS = ("colorama",)
 
+PIP_ONLY = ("joblib", "scikit-learn")
+"""Libraries in pyproject.toml that studies and other classifiers than the ridge need, not the extension."""
+
 OTHER_VERSIONS = {
     ("contourpy", "3.11"): "1.3.2",
     ("contourpy", "3.13"): "1.3.2",
     ("matplotlib", "3.11"): "3.10.8",
     ("matplotlib", "3.13"): "3.10.8",
+    ("pillow", "3.11"): "11.0.0",
+    ("pillow", "3.13"): "11.0.0",
     ("scipy", "3.14"): "1.16.3",
 }
-"""Where the constrained version has no wheel for a Python, or wants a newer numpy than Blender 4.2 has
-(1.24): the one to take. Pythons that share a zip have the same: see `shipped_name`."""
+"""The version to take where the constrained one is much larger, wants a newer numpy than Blender's or has no
+wheel for a Python."""
 
 PLATFORMS = {
     "linux-x64": ("manylinux2014_x86_64", "manylinux_2_28_x86_64"),
@@ -46,7 +50,10 @@ ASK = "import sys; print('w2w-python', *sys.version_info[:2])"
 def versions_for(python: str, windows: bool = False) -> dict[str, str]:
     """Version of each library to install for a Python such as "3.13"."""
     names = (*dependencies(), *NEEDED_BY_THEM, *(ON_WINDOWS if windows else ()))
-    return {name: OTHER_VERSIONS.get((name, python), _constrained(name)) for name in names if name != "numpy"}
+    left_out = {"numpy", *PIP_ONLY}
+    return {
+        name: OTHER_VERSIONS.get((name, python), _constrained(name)) for name in names if name not in left_out
+    }
 
 
 def dependencies() -> list[str]:
@@ -56,27 +63,12 @@ def dependencies() -> list[str]:
     return re.findall(r'"(.+?)"', listed[1])
 
 
-def fetch_wheels(platform: str, pythons: tuple[str, ...]) -> list[Path]:
-    """Download the wheels that one platform needs, unless they are there, and list them."""
+def fetch_wheels(platform: str, python: str) -> list[Path]:
+    """Download the wheels that one platform and Python need, unless they are there, and list them."""
     cache = PROJECT / ".cache" / "wheels" / platform
     platforms = [f"--platform={tag}" for tag in PLATFORMS[platform]]
-    wheels = set()  # both Pythons take the same wheel of what is not compiled
-    for python in pythons:
-        for name, version in versions_for(python, platform.startswith("windows")).items():
-            wheels.add(_fetch(cache, name, version, python, platforms))
-    return sorted(wheels)
-
-
-def shipped_name(wheel: str, oldest: str) -> str:
-    """Name of a wheel in a zip whose oldest Python is such as "3.11".
-
-    Blender 4.2 does not ask which Python a wheel is for: of a library's wheels it takes the highest version,
-    and of one version the name that sorts last. With a build tag all but the oldest Python's sort before.
-    Later Blenders take the wheel for their Python.
-    """
-    name, version, rest = wheel.split("-", 2)
-    newer = rest.startswith("cp") and not rest.startswith(f"cp{oldest.replace('.', '')}-")
-    return f"{name}-{version}-1-{rest}" if newer else wheel
+    versions = versions_for(python, platform.startswith("windows"))
+    return sorted(_fetch(cache, name, version, python, platforms) for name, version in versions.items())
 
 
 def ask_blender(blender: str) -> str:

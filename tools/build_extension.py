@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Build the Blender extension: one zip a platform in dist/, with the wheels for Blender's Pythons.
+"""Build the Blender extension: one zip a platform and Python in dist/, W2W itself a wheel among the others.
 
 Run with the Python of an environment that holds the `bpy` package, whose extension tool writes the zip:
 
     python tools/build_extension.py [--all] [--blender BLENDER] [PLATFORM ...]
 
 Platforms are Blender's names; linux-x64 by default. --blender makes the zip for the Python of that Blender
-alone, such as a Linux distribution's that uses the system's Python. Wheels are downloaded to .cache/wheels
-once.
+alone, such as a Linux distribution's that uses the system's Python. Other wheels are downloaded to
+.cache/wheels once.
 """
 
 from __future__ import annotations
@@ -21,62 +21,81 @@ import sys
 import tempfile
 from pathlib import Path
 
-from blender_wheels import PLATFORMS, PROJECT, ask_blender, fetch_wheels, shipped_name
+from blender_wheels import PLATFORMS, PROJECT, ask_blender, fetch_wheels
 
 MANIFEST = "blender_manifest.toml"
-PARTS = (MANIFEST, "__init__.py", "LICENSE", "assets", "blender_addon", "headless")
-NOT_SHIPPED = shutil.ignore_patterns("__pycache__", "build", ".*")
+DOOR = ("__init__.py", "LICENSE")
 
-PYTHONS = ("3.11", "3.13")
-"""Blender 4.2 to 5.0 have Python 3.11, Blender 5.1 and Debian 13's 4.3 have 3.13."""
+SERIES = {"3.11": ("4.3.0", "5.1.0"), "3.13": ("5.1.0", "")}
+"""The first Blender that has a Python, and the first that has a later one."""
+
+OLDEST = "4.3.0"
+"""The oldest Blender that the tests run in."""
 
 
 def main() -> None:
     """Build the zips that the command line asks for and print their paths."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("platform", nargs="*", help=f"some of {', '.join(PLATFORMS)}; linux-x64 by default")
-    parser.add_argument("--all", action="store_true", help="a zip for every platform")
+    parser.add_argument("--all", action="store_true", help="zips for every platform")
     parser.add_argument("--blender", metavar="PROGRAM", help="only for the Python of this Blender program")
     options = parser.parse_args()
-    pythons = (ask_blender(options.blender),) if options.blender else PYTHONS
+    series = {ask_blender(options.blender): (OLDEST, "")} if options.blender else SERIES
     for platform in PLATFORMS if options.all else options.platform or ["linux-x64"]:
-        target = build(platform, pythons)
-        print(f"{target}  {target.stat().st_size / 1e6:.0f} MB")
+        for python, blenders in series.items():
+            target = build(platform, python, blenders)
+            print(f"{target}  {target.stat().st_size / 1e6:.1f} MB")
 
 
-def build(platform: str, pythons: tuple[str, ...] = PYTHONS) -> Path:
-    """Build the extension for one platform and some Pythons.
+def build(platform: str, python: str, blenders: tuple[str, str]) -> Path:
+    """Build the extension for one platform, one Python and the Blenders that have it.
 
     Returns
     -------
     Path
         The zip.
     """
-    wheels = {shipped_name(wheel.name, pythons[0]): wheel for wheel in fetch_wheels(platform, pythons)}
     destination = PROJECT / "dist"
     destination.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         stage = Path(folder) / "w2w"
-        stage.mkdir()
-        for part in PARTS:
-            copy = shutil.copytree if (PROJECT / part).is_dir() else shutil.copy
-            options = {"ignore": NOT_SHIPPED} if (PROJECT / part).is_dir() else {}
-            copy(PROJECT / part, stage / part, **options)
-        (stage / "wheels").mkdir()
-        for name, wheel in wheels.items():
-            shutil.copy(wheel, stage / "wheels" / name)
-        (stage / MANIFEST).write_text(manifest(platform, [*wheels]), encoding="utf-8")
+        (stage / "wheels").mkdir(parents=True)
+        for part in DOOR:
+            shutil.copy(PROJECT / part, stage / part)
+        for wheel in (*fetch_wheels(platform, python), own_wheel(Path(folder))):
+            shutil.copy(wheel, stage / "wheels")
+        wheels = sorted(path.name for path in (stage / "wheels").iterdir())
+        (stage / MANIFEST).write_text(manifest(platform, wheels, blenders), encoding="utf-8")
         version = re.search(r'^version = "(.+)"', (stage / MANIFEST).read_text("utf-8"), re.MULTILINE)[1]
-        only = "" if pythons == PYTHONS else "".join(f"-python{python}" for python in pythons)
-        target = destination / f"w2w-{version}-{platform}{only}.zip"
+        target = destination / f"w2w-{version}-{platform}-python{python}.zip"
         blender_tool("validate", str(stage))
         blender_tool("build", "--source-dir", str(stage), "--output-filepath", str(target))
     return target
 
 
-def manifest(platform: str, wheels: list[str]) -> str:
-    """The manifest of one platform's zip: the tree's own, with the wheels and without the build rules."""
+def own_wheel(folder: Path) -> Path:
+    """W2W itself as a wheel, without its studies."""
+    tree = folder / "tree"
+    ignore = shutil.ignore_patterns("__pycache__", "build", ".*")
+    for part in ("assets", "blender_addon", "headless"):
+        shutil.copytree(PROJECT / part, tree / part, ignore=ignore)
+    for part in ("README.md", "LICENSE"):
+        shutil.copy(PROJECT / part, tree)
+    packaging = (PROJECT / "pyproject.toml").read_text(encoding="utf-8").split("[tool.ruff]")[0]
+    kept = [line for line in packaging.splitlines(keepends=True) if "w2w.studies" not in line]
+    (tree / "pyproject.toml").write_text("".join(kept), encoding="utf-8")
+    pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
+    subprocess.run([*pip, str(tree), "-w", str(folder)], check=True)
+    return next(folder.glob("where_to_wear-*.whl"))
+
+
+def manifest(platform: str, wheels: list[str], blenders: tuple[str, str]) -> str:
+    """The manifest of one zip: the tree's own, with the wheels and without the build rules."""
     text = (PROJECT / MANIFEST).read_text(encoding="utf-8").split("[build]")[0]
+    first, end = blenders
+    most = f'blender_version_max = "{end}"\n' if end else ""
+    series = f'blender_version_min = "{first}"\n{most}'
+    text = re.sub(r"^blender_version_min = .*\n", series, text, flags=re.MULTILINE)
     lines = "".join(f'    "./wheels/{wheel}",\n' for wheel in wheels)
     return text.replace("[permissions]", f'platforms = ["{platform}"]\nwheels = [\n{lines}]\n\n[permissions]')
 

@@ -18,8 +18,6 @@ from __future__ import annotations
 
 import atexit
 import importlib
-import importlib.util
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -104,33 +102,12 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
 
 
-LIBRARIES = (
-    "PIL", "cmap", "filelock", "jinja2", "joblib", "loky", "matplotlib", "numpy", "plyfile", "rich", "scipy",
-    "sklearn", "threadpoolctl", "trimesh", "typer",
-)  # fmt: skip
-"""The dependencies in `pyproject.toml`, by the names of their imports; a test compares the two."""
-
-
-def missing_libraries() -> list[str]:
-    """Those of `LIBRARIES` that this Python cannot find."""
-    return [name for name in LIBRARIES if importlib.util.find_spec(name) is None]
+EXTENSION = "w2w"
+"""Name under which Blender knows the extension, which says it here; the package's own without one."""
 
 
 def register() -> None:
-    """Register everything with Blender.
-
-    Raises
-    ------
-    ImportError
-        If a library is missing, as in an extension that was built without its wheels.
-    """
-    if missing := missing_libraries():
-        raise ImportError(
-            f"W2W lacks the Python packages {', '.join(missing)} for this Blender's Python "
-            f"{sys.version_info.major}.{sys.version_info.minor}: install the extension from a zip made with "
-            "'make extension', which brings those for Python 3.11 and 3.13, or, for another Python, with "
-            "'make extension BLENDER=/path/to/this/blender'"
-        )
+    """Register everything with Blender."""
     from . import command_line, ui
 
     ui.register()

@@ -2,6 +2,7 @@
 """`blender --command w2w ...`: the whole `w2w` command line, from the installed extension alone."""
 
 import sys
+from importlib.machinery import PathFinder
 from pathlib import Path
 
 import bpy
@@ -31,7 +32,8 @@ def run(arguments: list[str]) -> int:
     int
         The exit code.
     """
-    sys.path.insert(0, str(FOLDER))  # an extension's own name depends on where it is installed
+    if PathFinder.find_spec("w2w") is None:  # the tree itself is the extension, and workers look for it, too
+        sys.path.append(str(FOLDER))
     from w2w.headless.start import run_arguments
 
     return run_arguments(arguments)

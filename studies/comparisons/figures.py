@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib import rcParams
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from w2w.core.colours import COLOUR_MAP
+from w2w.core.colours import colour_table
 from w2w.core.files import atomic_write
 from w2w.core.ranking.expected import WANTED
 from w2w.drawing.page import ACCENT, DPI, FAINT, FONT, HAIRLINE, INK
@@ -169,10 +170,8 @@ def _bare(ax) -> None:
     ax.tick_params(length=0, colors=INK)
 
 
-def _colour_map() -> object:
-    import cmap
-
-    return cmap.Colormap(COLOUR_MAP).to_matplotlib()
+def _colour_map() -> ListedColormap:
+    return ListedColormap(colour_table(steps=256))
 
 
 def _words(name: str) -> str:

@@ -6,7 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from w2w.core.colours import LEAST_SPAN, NEUTRAL_GREY, colour_table, score_colours, score_range, span_note
+from w2w.core.colours import (
+    COLOUR_MAPS,
+    LEAST_SPAN,
+    NEUTRAL_GREY,
+    colour_table,
+    score_colours,
+    score_range,
+    span_note,
+)
 
 COLOUR_BLINDNESS = {
     "protanopia": [
@@ -106,3 +114,14 @@ def test_the_legend_says_where_scores_lie_that_do_not_fill_the_colours():
 def test_a_range_that_is_none_is_refused(low, high):
     with pytest.raises(ValueError, match="colour range must run"):
         score_colours([0.5], low, high)
+
+
+@pytest.mark.parametrize("name", COLOUR_MAPS)
+def test_a_colour_map_is_the_published_one(name):
+    published = pytest.importorskip("cmap").Colormap(name)
+    np.testing.assert_allclose(colour_table(name, 500), published(np.linspace(0, 1, 500))[:, :3], atol=1e-12)
+
+
+def test_an_unknown_colour_map_is_named_and_so_are_those_that_exist():
+    with pytest.raises(ValueError, match="no colour map is called 'jet'; there are viridis, cividis"):
+        colour_table("jet")

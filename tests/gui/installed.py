@@ -21,7 +21,7 @@ def main(zip_path: str, report: str) -> None:
     """Install, study, report."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.extensions.package_install_files(filepath=zip_path, repo="user_default", enable_on_install=True)
-    modules = ("scipy", "sklearn", "trimesh", "joblib", "threadpoolctl", "cmap", "cloudpickle")
+    modules = ("w2w", "scipy", "matplotlib", "threadpoolctl", "loky", "cloudpickle")
     found = {name: importlib.import_module(name).__file__ for name in modules}
     bpy.ops.w2w.add_body()
     study = bpy.context.scene.w2w.body.w2w
@@ -52,8 +52,8 @@ def make_library(folder: Path) -> Path:
     import numpy as np
     from scipy.spatial.transform import Rotation
 
-    core = f"{PACKAGE}.blender_addon.w2w.core"
-    motion = importlib.import_module(f"{core}.motion.motion").Motion
+    from w2w.core.motion.motion import Motion
+
     time = np.arange(90) / 30
     for activity, joint in (("waving", 17), ("kicking", 1)):
         (folder / activity).mkdir(parents=True)
@@ -62,7 +62,7 @@ def make_library(folder: Path) -> Path:
             rotations = np.tile(np.eye(3), (len(time), 24, 1, 1))
             rotations[:, joint] = Rotation.from_rotvec(angles[:, None] * [1.0, 0.2, 0.0]).as_matrix()
             pelvis = np.tile([0.0, 0.0, 0.95], (len(time), 1))
-            motion(rotations, pelvis, 30.0).save(folder / activity / f"{activity} {number}.npz")
+            Motion(rotations, pelvis, 30.0).save(folder / activity / f"{activity} {number}.npz")
     return folder
 
 

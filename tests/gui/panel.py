@@ -18,7 +18,7 @@ import bpy
 from driver import Driver, Script, run
 
 OUT = Path(os.environ["W2W_OUT"])
-PACKAGE = "bl_ext.user_default.w2w.blender_addon.w2w"
+PACKAGE = "w2w"
 JOB_S = 1800.0
 """The longest that a job may take on a busy machine; garments take longest."""
 

@@ -34,11 +34,10 @@ def newest_zip() -> Path:
     if not (SANDBOX / ".ready").exists():
         pytest.skip("no real Blender here: run tools/real_blender.sh first")
     python = python_version()
-    only = "" if python == "3.13" else f"-python{python}"  # the usual zip is for 3.11 and 3.13
-    zips = (PROJECT / "dist").glob(f"w2w-*-linux-x64{only}.zip")
+    zips = (PROJECT / "dist").glob(f"w2w-*-linux-x64-python{python}.zip")
     newest = max(zips, key=lambda path: path.stat().st_mtime, default=None)
     if newest is None:
-        pytest.skip(f"no extension for Python {python} here: run 'make extension' first")
+        pytest.skip(f"no extension for Python {python} here: run 'make test-window' first")
     return newest
 
 

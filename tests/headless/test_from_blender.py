@@ -5,7 +5,6 @@ import sys
 
 import pytest
 
-import w2w
 from w2w.headless import blender as from_blender
 from w2w.headless import start
 
@@ -15,7 +14,7 @@ MISSING = "a_library_that_nobody_has"
 @pytest.fixture
 def tree(monkeypatch, tmp_path):
     monkeypatch.setattr(from_blender, "ROOT", tmp_path)
-    monkeypatch.setattr(w2w, "LIBRARIES", ("typer", MISSING))
+    monkeypatch.setattr(from_blender, "LIBRARIES", ("typer", MISSING))
     monkeypatch.setattr(sys, "path", [*sys.path])
     monkeypatch.setattr(sys.modules["bpy"].utils, "user_resource", lambda _: str(tmp_path / "extensions"))
     return tmp_path

@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
-import w2w
+from w2w.headless.blender import LIBRARIES
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tools"))
-from blender_wheels import ask_blender, dependencies, shipped_name, versions_for  # noqa: E402
+from blender_wheels import PIP_ONLY, ask_blender, dependencies, versions_for  # noqa: E402
 
 
 def answering(folder, answer):
@@ -53,26 +53,17 @@ def with_what_they_need(names):
     return found
 
 
-def test_start_up_looks_for_the_libraries_that_pip_installs():
+def test_start_up_looks_for_the_libraries_that_the_extension_brings():
     distributions = packages_distributions()
-    assert canonical(distributions[name][0] for name in w2w.LIBRARIES) == canonical(dependencies())
+    brought = canonical(distributions[name][0] for name in LIBRARIES)
+    assert brought == canonical(dependencies()) - canonical(PIP_ONLY)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a terminal's colours need one more there")
 def test_a_blender_gets_them_and_all_that_they_need():
-    assert canonical(versions_for("3.11")) == with_what_they_need(dependencies()) - {"numpy"}
+    assert canonical(versions_for("3.11")) == with_what_they_need({*dependencies()} - {*PIP_ONLY}) - {"numpy"}
 
 
 def test_each_python_gets_wheels_that_there_are_for_it():
-    assert versions_for("3.11")["matplotlib"] < versions_for("3.14")["matplotlib"]  # numpy of Blender 4.2
+    assert versions_for("3.11")["matplotlib"] < versions_for("3.14")["matplotlib"]  # numpy of Blender 4.5
     assert versions_for("3.14")["scipy"] != versions_for("3.13")["scipy"]
-
-
-def test_of_the_wheels_in_a_zip_blender_4_2_takes_those_of_its_python():
-    assert versions_for("3.11") == versions_for("3.13")  # it would take the higher version
-    theirs = "scipy-1.15.3-cp313-cp313-manylinux_2_17_x86_64.whl"
-    ours, pure = theirs.replace("cp313", "cp311"), "rich-15.0.0-py3-none-any.whl"
-    assert shipped_name(ours, "3.11") == ours > shipped_name(theirs, "3.11")
-    assert shipped_name(theirs, "3.11") == "scipy-1.15.3-1-cp313-cp313-manylinux_2_17_x86_64.whl"
-    assert shipped_name(pure, "3.11") == pure
-    assert shipped_name(theirs, "3.13") == theirs

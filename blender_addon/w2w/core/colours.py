@@ -2,10 +2,12 @@
 """Scores as colours: one perceptual colour map for every heatmap, colour bar and overlay."""
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
-from cmap import Colormap
 
+from .body.body import TEMPLATES
+from .files import load_arrays
 from .patches.patches import PatchSet
 
 COLOUR_MAP = "viridis"
@@ -19,6 +21,9 @@ DIFFERENCE_MAP = "vik"
 """Of differences: blue below none, brown above, pale at none; safe for colour-blind eyes (Crameri 2018,
 doi:10.5281/zenodo.1243862)."""
 
+COLOUR_MAPS = (COLOUR_MAP, "cividis", "magma", "batlow", DIFFERENCE_MAP)
+"""Those in `colour_maps.npz`, which `tools/make_colour_maps.py` takes from the `cmap` package."""
+
 LEAST_SPAN = 0.1
 """Least F1 that the colours of a map span: scores that hardly differ shall not look far apart."""
 
@@ -31,9 +36,9 @@ def score_colours(
     """Colours (..., 3) of scores (...), sRGB from 0 to 1; NaN becomes `NEUTRAL_GREY`.
 
     `low` and `high` are the scores at the two ends of the colour map, `score_range` by default; scores
-    outside get the colour of the nearer end. `colour_map` is a name that the `cmap` package knows.
+    outside get the colour of the nearer end. `colour_map` is one of COLOUR_MAPS.
 
-    Raises ValueError if `low` is above `high` or one of them is not finite.
+    Raises ValueError if there is no such colour map, if `low` is above `high` or one of them is not finite.
     """
     scores = np.asarray(scores, dtype=np.float64)
     own_low, own_high = score_range(scores)
@@ -108,4 +113,13 @@ def _own_range(scores: np.ndarray | Sequence[float]) -> tuple[float, float]:
 
 def colour_table(colour_map: str = COLOUR_MAP, steps: int = 1024) -> np.ndarray:
     """A colour map from its low to its high end, sRGB, shape (steps, 3)."""
-    return np.asarray(Colormap(colour_map)(np.linspace(0, 1, steps)), dtype=np.float64)[:, :3]
+    if colour_map not in COLOUR_MAPS:
+        raise ValueError(f"no colour map is called {colour_map!r}; there are {', '.join(COLOUR_MAPS)}")
+    table = _tables()[colour_map]
+    return table[np.minimum(np.linspace(0, len(table), steps).astype(np.intp), len(table) - 1)]
+
+
+@cache
+def _tables() -> dict[str, np.ndarray]:
+    """Each colour map at even steps, shape (256, 3), by its name."""
+    return load_arrays(TEMPLATES / "colour_maps.npz", COLOUR_MAPS, "does not hold the colour maps")

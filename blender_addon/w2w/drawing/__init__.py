@@ -42,7 +42,7 @@ def draw_heatmap(
     low, high : float, optional
         Scores at the two ends of the colours; the scores' own range by default.
     colour_map : str
-        A name that the `cmap` package knows.
+        A name in `colours.COLOUR_MAPS`.
     span : float
         F1 that the scores' own range spans at least; where it does, the legend says where they lie.
     """

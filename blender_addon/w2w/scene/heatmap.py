@@ -47,8 +47,8 @@ def add_heatmaps(
     """Paint colour attributes on the mesh for the mean (N,) and each activity (N, A), and show the mean.
 
     Heatmaps of an earlier call are replaced. `low` and `high` are the scores at the ends of the colour map, a
-    name that `cmap` knows; by default each heatmap has its own range, of at least `span`. `title` says what
-    the scores are: `MEAN` or `ON_THESE_CLIPS`. Returns the names of the attributes: the mean, then the
+    name in `colours.COLOUR_MAPS`; by default each heatmap has its own range, of at least `span`. `title` says
+    what the scores are: `MEAN` or `ON_THESE_CLIPS`. Returns the names of the attributes: the mean, then the
     activities. Raises `ValueError` if the scores do not fit the patches, or the patches the mesh.
     """
     utility_f1 = np.asarray(utility_f1, dtype=np.float64)

@@ -17,7 +17,6 @@ from scipy.sparse import csr_matrix, diags, identity
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
-from trimesh.triangles import closest_point, points_to_barycentric
 
 from ..body.body import Body, vertex_normals
 from ..body.skeleton import MIRRORED_JOINTS, N_JOINTS, PARENTS
@@ -53,6 +52,9 @@ NEAREST_FACES = 8
 SAME_SIDE = 0.3
 """Least cosine between the normals of a point and its match: skin matches skin of the same side."""
 
+TINY = 1e-30
+"""In place of the square of a side, m2, or the fourth power, of a triangle that is none."""
+
 REACH = 0.08
 """Points farther apart than this, metres, do not match."""
 
@@ -82,24 +84,35 @@ class Surface:
     def shares(self, points: np.ndarray, faces: np.ndarray) -> csr_matrix:
         """Barycentric coordinates (N, V) of the points nearest to some points (N, 3) on given faces (N,)."""
         triangles = self.vertices[self.faces[faces]]
-        share = barycentric(triangles, closest_point(triangles, points))
+        share = closest_shares(triangles, points)
         places = (share.ravel(), (np.repeat(np.arange(len(points)), 3), self.faces[faces].ravel()))
         return csr_matrix(places, shape=(len(points), len(self.vertices)))
 
 
 def closest_on(triangles: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Closest points (N, K, 3) on K triangles (N, K, 3, 3) for each of some points (N, 3), and distances."""
-    repeated = np.repeat(points, triangles.shape[1], axis=0)
-    found = closest_point(triangles.reshape(-1, 3, 3), repeated)
+    repeated, corners = np.repeat(points, triangles.shape[1], axis=0), triangles.reshape(-1, 3, 3)
+    found = np.einsum("nk,nka->na", closest_shares(corners, repeated), corners)
     distance = np.linalg.norm(found - repeated, axis=1)
     return found.reshape(*triangles.shape[:2], 3), distance.reshape(triangles.shape[:2])
 
 
-def barycentric(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Barycentric coordinates (N, 3) of points on triangles (N, 3, 3), never outside them."""
-    shares = points_to_barycentric(triangles, points)
-    shares = np.clip(np.nan_to_num(shares, nan=1 / 3), 0, 1)
-    return shares / shares.sum(axis=1, keepdims=True)
+def closest_shares(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Barycentric coordinates (N, 3) of the points on triangles (N, 3, 3) closest to points (N, 3)."""
+    away, following = points[:, None] - triangles, [1, 2, 0]
+    sides = triangles[:, following] - triangles
+    along = np.einsum("nka,nka->nk", away, sides) / np.maximum(np.einsum("nka,nka->nk", sides, sides), TINY)
+    along = np.clip(along, 0, 1)
+    nearest = np.linalg.norm(away - along[..., None] * sides, axis=2).argmin(axis=1)
+    rows = np.arange(len(points))
+    on_side = np.zeros((len(points), 3))
+    on_side[rows, nearest] = 1 - along[rows, nearest]
+    on_side[rows, (nearest + 1) % 3] = along[rows, nearest]
+    normal = np.cross(sides[:, 0], sides[:, 1])
+    opposite = np.cross(sides[:, following], away[:, following])
+    within = np.einsum("nka,na->nk", opposite, normal)
+    is_within = (within > 0).all(axis=1)
+    return np.where(is_within[:, None], within / np.maximum(within.sum(axis=1), TINY)[:, None], on_side)
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,7 +38,7 @@ AFTER_ACTIVITIES = ("mean", "mean_low", "mean_high", *EXPECTED, "rank_low", "ran
 MOST_REGIONS = 10
 """Regions listed."""
 
-LIBRARIES = ("numpy", "scipy", "scikit-learn", "trimesh", "bpy")
+LIBRARIES = ("numpy", "scipy", "scikit-learn", "bpy")
 """Those that results depend on."""
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..adopt.registration import barycentric, closest_on
+from ..adopt.registration import closest_on, closest_shares
 from ..adopt.rest_pose import metres_per_unit
 from ..body.body import Body, vertex_normals
 from ..body.shapes import RANGES, shaped
@@ -185,9 +185,9 @@ def _faces_around(body: Body) -> np.ndarray:
 def _nearest_points(points: np.ndarray, body: Body, faces: np.ndarray) -> SurfacePoints:
     """The nearest point on some faces (V, K) to each point (V, 3)."""
     triangles = body.vertices[body.faces[faces]]
-    found, distance = closest_on(triangles, points)
+    _, distance = closest_on(triangles, points)
     rows, best = np.arange(len(points)), distance.argmin(axis=1)
-    shares = barycentric(triangles[rows, best], found[rows, best])
+    shares = closest_shares(triangles[rows, best], points)
     return SurfacePoints(faces[rows, best], shares, distance[rows, best])
 
 

@@ -9,11 +9,9 @@ from pathlib import Path
 import bpy
 from bpy.props import IntProperty, StringProperty
 
+from ... import EXTENSION
 from ...core.clip_files import WORK
 from ...core.threads import use_threads
-
-EXTENSION = __package__.removesuffix(".w2w.ui.jobs").removesuffix(".blender_addon")
-"""Name under which Blender knows the extension; the package's own where it runs as a plain module."""
 
 SIGNALS_SUFFIX = ".w2w"
 """Suffix of cached signals: the chosen folder may hold other files, even a run's."""

@@ -18,9 +18,6 @@ PRESET_PROPERTIES = (
 )  # fmt: skip
 """Properties of a study that a preset sets, in this order."""
 
-REGISTERS_PRESETS = hasattr(bpy.utils, "register_preset_path")
-"""Blender 4.2 looks for presets in its own folders alone."""
-
 KEY = {"type": "W", "value": "PRESS", "ctrl": True, "alt": True}
 
 STEPS = (
@@ -80,11 +77,7 @@ class W2W_MT_study_presets(bpy.types.Menu):
     preset_operator = "script.execute_preset"
 
     def draw(self, context: bpy.types.Context) -> None:
-        if REGISTERS_PRESETS:
-            self.draw_preset(context)
-        else:
-            folders = [str(PRESETS / PRESET_FOLDER), *bpy.utils.preset_paths(PRESET_FOLDER)]
-            self.path_menu(folders, self.preset_operator, filter_ext=lambda ext: ext == ".py")
+        self.draw_preset(context)
         self.layout.separator()
         self.layout.operator("w2w.add_study_preset", text="New Preset", icon="ADD")
         remove = self.layout.operator("w2w.add_study_preset", text="Remove Last Used", icon="REMOVE")
@@ -131,8 +124,7 @@ def register() -> None:
     bpy.types.VIEW3D_MT_mesh_add.append(_add_menu)
     bpy.types.VIEW3D_MT_object.append(_object_menu)
     bpy.types.TOPBAR_MT_file_import.append(_import_menu)
-    if REGISTERS_PRESETS:
-        bpy.utils.register_preset_path(str(PRESETS.parent))
+    bpy.utils.register_preset_path(str(PRESETS.parent))
     configuration = bpy.context.window_manager.keyconfigs.addon
     if configuration is not None:  # there is none without a window
         keymap = configuration.keymaps.new(name="3D View", space_type="VIEW_3D")
@@ -146,8 +138,7 @@ def unregister() -> None:
     for keymap, item in _keymap_items:
         keymap.keymap_items.remove(item)
     _keymap_items.clear()
-    if REGISTERS_PRESETS:
-        bpy.utils.unregister_preset_path(str(PRESETS.parent))
+    bpy.utils.unregister_preset_path(str(PRESETS.parent))
     bpy.types.TOPBAR_MT_file_import.remove(_import_menu)
     bpy.types.VIEW3D_MT_object.remove(_object_menu)
     bpy.types.VIEW3D_MT_mesh_add.remove(_add_menu)
