@@ -30,8 +30,9 @@ elif __package__:  # else it is pytest that looks in, from a folder whose name i
             del sys.modules[name]  # of the version before an update
         _load()
         import w2w
+        import w2w.extension
 
-        w2w.EXTENSION = __package__
+        w2w.extension.NAME = __package__
         w2w.register()
 
     def unregister() -> None:

@@ -19,8 +19,8 @@ constraints.txt."""
 
 ON_WINDOWS = ("colorama",)
 
-PIP_ONLY = ("joblib", "scikit-learn")
-"""Libraries in pyproject.toml that studies and other classifiers than the ridge need, not the extension."""
+PIP_ONLY = ("scikit-learn",)
+"""Libraries in pyproject.toml that other classifiers than the ridge need, and not the extension."""
 
 OTHER_VERSIONS = {
     ("contourpy", "3.11"): "1.3.2",

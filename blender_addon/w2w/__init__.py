@@ -102,10 +102,6 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
 
 
-EXTENSION = "w2w"
-"""Name under which Blender knows the extension, which says it here; the package's own without one."""
-
-
 def register() -> None:
     """Register everything with Blender."""
     from . import command_line, ui

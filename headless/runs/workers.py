@@ -176,7 +176,7 @@ def local_executor(workers: int) -> Iterator[Executor]:
         with deaf_children():
             executor = ProcessPoolExecutor(
                 workers,
-                context=ctx_loky,  # by name it may be that of joblib's copy, with trackers of its own
+                context=ctx_loky,  # by name it may be another copy's, with trackers of its own
                 timeout=60,
                 initializer=end_with,
                 initargs=(os.getpid(),),

@@ -5,16 +5,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import shaped
@@ -30,9 +27,8 @@ from w2w.core.results_folder import StudyResults
 from w2w.core.study import copies_of, describe, place_patches, plain, record
 from w2w.core.threads import unthreaded_products
 from w2w.headless.blender import inside_blender
-from w2w.headless.runs.blender_executor import BlenderExecutor
 from w2w.headless.runs.folder import code_sha256
-from w2w.headless.runs.guard import end_with
+from w2w.headless.runs.workers import local_executor
 from w2w.headless.stopping import deaf_children
 
 from .cases import Case
@@ -116,18 +112,14 @@ class SweepMaps:
 
     def _in_workers(self, calls: list[tuple]) -> Iterator[bool]:
         """What `_bake_clip` gives, call by call."""
-        if not inside_blender():
-            parent = os.getpid()
-            work = (delayed(_bake_clip_for)(parent, *call) for call in calls)
-            with deaf_children():
-                baked = Parallel(n_jobs=self.workers, return_as="generator")(work)
-            yield from baked
+        given = list(zip(*calls, strict=True))
+        if self.workers == 1 and not inside_blender():
+            yield from map(_bake_clip, *given)
             return
-        executor = BlenderExecutor(min(self.workers, len(calls)))
-        try:
-            yield from executor.map(_bake_clip, *zip(*calls, strict=True))
-        finally:
-            executor.shutdown(kill_workers=True)
+        with local_executor(min(self.workers, len(calls))) as executor:
+            with deaf_children():
+                baked = executor.map(_bake_clip, *given)
+            yield from baked
 
     def _rank(self, case: Case, clips: list[LabelledClip], folder: Path) -> UtilityMap:
         places = [(folder, clip.name) for clip in clips]
@@ -135,12 +127,6 @@ class SweepMaps:
         labels = WindowLabels.of(clips, found)
         inputs = ranking_inputs(places, found, case.config.classifier, case.config.windows)
         return rank_windows(inputs, labels, case.config, pooling=self.pooling)
-
-
-def _bake_clip_for(parent: int, *call: Any) -> bool:
-    """`_bake_clip` in a worker that ends with the process that started it."""
-    _end_with_once(parent)
-    return _bake_clip(*call)
 
 
 def _bake_clip(
@@ -168,12 +154,6 @@ def _bake_clip(
                 continue
     write_features(features_file(folder, clip.name), parts, is_test, np.zeros(0))
     return True
-
-
-@cache
-def _end_with_once(parent: int) -> None:
-    if os.getpid() != parent:  # one worker is this process itself
-        end_with(parent)
 
 
 @cache

@@ -61,7 +61,15 @@ def main(library: str, out: str, report: str) -> None:
     clips = [clip for clip in read_library(library).clips if "good" in clip.file]
     limits = {"crash": 300.0, "hang": 10.0, "fill": 300.0, "": 300.0}
     tasks = [
-        BadTask(clip, folder, config, "inputs", Engine(limit_s=limit, memory=2 * 2**30), kind, os.getpid())
+        BadTask(
+            clip,
+            folder,
+            config,
+            "inputs",
+            Engine(limit_s=limit, memory=2 * 2**30),
+            kind=kind,
+            safe_process=os.getpid(),
+        )
         for clip, (kind, limit) in zip(clips, limits.items(), strict=True)
     ]
     told = []

@@ -27,7 +27,7 @@ PYTHONS = {
 """Pythons that have a Blender module; the extension must bring all else itself."""
 
 TIMEOUT_S = 600
-PIP_ONLY = {"joblib", "scikit-learn"}
+PIP_ONLY = {"scikit-learn"}
 """What W2W's own metadata asks for and the extension does without."""
 
 LARGEST = 60e6

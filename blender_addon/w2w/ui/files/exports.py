@@ -20,10 +20,10 @@ from ...core.imu.recording import ImuRecording
 from ...core.motion.library import unique_names
 from ...core.selection.advice import SAME_OPINION, redundancy_clusters
 from ...core.selection.headline import mean_title
+from ...extension import NAME as EXTENSION
 from ...scene.heatmap import MEAN, ON_THESE_CLIPS
 from ..jobs import jobs
 from ..jobs.jobs import Step, Steps, in_thread, on_body, part
-from ..jobs.preferences import EXTENSION
 from ..steps.baking import body_as_run, ranked_clips
 from ..study import signal_cache
 from ..study.counting import is_as_ranked

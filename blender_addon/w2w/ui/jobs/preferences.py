@@ -9,9 +9,9 @@ from pathlib import Path
 import bpy
 from bpy.props import IntProperty, StringProperty
 
-from ... import EXTENSION
 from ...core.clip_files import WORK
 from ...core.threads import use_threads
+from ...extension import NAME as EXTENSION
 
 SIGNALS_SUFFIX = ".w2w"
 """Suffix of cached signals: the chosen folder may hold other files, even a run's."""
