@@ -2,7 +2,7 @@
 # `make demo` runs the main job, `make test` passes the tests (TESTS=files: only those); both set up what they need.
 # Three rings of tests: `make check` within a minute, `make test`, and `make test-slow` by night.
 
-.PHONY: check demo test test-slow docs-check lint setup extension extension-all test-blender-5 test-window test-window-5.2 test-peers test-report
+.PHONY: check demo test test-slow docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
 ifeq ($(origin BLENDER),command line)
@@ -38,6 +38,10 @@ lint: setup
 	.venv/bin/lint-imports
 	.venv/bin/mypy
 
+# All that a release has, in dist/release: zips, their index, wheel, sdist, notes, checksums.
+release: setup
+	.venv/bin/python tools/make_release.py $(PLATFORMS)
+
 # What reads, plays and writes through Blender, again with another of its series;
 # `make test-blender-5 MARK=slow` runs the slow tests.
 test-blender-5:
@@ -60,11 +64,12 @@ extension-all: setup
 
 # In a real Blender 4.3, its window and its command line; fails where the window test cannot run at all. All of it,
 # Run All, Rigify and garments too, by `make test-window WINDOW=tests/gui`, by night. Pictures in .cache/blender-4.3.
-WINDOW ?= $(addprefix tests/gui/test_,open_run.py program.py study_folder.py window.py zips.py)
+WINDOW ?= $(addprefix tests/gui/test_,open_run.py program.py repository.py study_folder.py window.py zips.py)
 WINDOW_REPORT = .cache/$(notdir $(W2W_BLENDER_SANDBOX))/window/report.json
 test-window: export W2W_BLENDER_SANDBOX ?= $(CURDIR)/.sandbox/blender-4.3
 test-window:
 	tools/real_blender.sh
+	$(MAKE) extension
 	$(MAKE) extension BLENDER=tools/sandboxed_blender.sh
 	rm -f $(WINDOW_REPORT)
 	.venv/bin/python -m pytest --durations 12 $(WINDOW)

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
+import os
 import re
 import shutil
 import subprocess
@@ -28,6 +29,9 @@ DOOR = ("__init__.py", "LICENSE")
 
 SERIES = {"3.11": ("4.3.0", "5.1.0"), "3.13": ("5.1.0", "")}
 """The first Blender that has a Python, and the first that has a later one."""
+
+EPOCH = 1_767_225_600
+"""Time of all files in what is built, 2026-01-01: the same tree gives the same bytes."""
 
 OLDEST = "4.3.0"
 """The oldest Blender that the tests run in."""
@@ -47,7 +51,9 @@ def main() -> None:
             print(f"{target}  {target.stat().st_size / 1e6:.1f} MB")
 
 
-def build(platform: str, python: str, blenders: tuple[str, str]) -> Path:
+def build(
+    platform: str, python: str, blenders: tuple[str, str], destination: Path = PROJECT / "dist"
+) -> Path:
     """Build the extension for one platform, one Python and the Blenders that have it.
 
     Returns
@@ -55,7 +61,6 @@ def build(platform: str, python: str, blenders: tuple[str, str]) -> Path:
     Path
         The zip.
     """
-    destination = PROJECT / "dist"
     destination.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
         stage = Path(folder) / "w2w"
@@ -67,6 +72,8 @@ def build(platform: str, python: str, blenders: tuple[str, str]) -> Path:
         wheels = sorted(path.name for path in (stage / "wheels").iterdir())
         (stage / MANIFEST).write_text(manifest(platform, wheels, blenders), encoding="utf-8")
         version = re.search(r'^version = "(.+)"', (stage / MANIFEST).read_text("utf-8"), re.MULTILINE)[1]
+        for path in stage.rglob("*"):
+            os.utime(path, (EPOCH, EPOCH))
         target = destination / f"w2w-{version}-{platform}-python{python}.zip"
         blender_tool("validate", str(stage))
         blender_tool("build", "--source-dir", str(stage), "--output-filepath", str(target))
@@ -85,7 +92,8 @@ def own_wheel(folder: Path) -> Path:
     kept = [line for line in packaging.splitlines(keepends=True) if "w2w.studies" not in line]
     (tree / "pyproject.toml").write_text("".join(kept), encoding="utf-8")
     pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
-    subprocess.run([*pip, str(tree), "-w", str(folder)], check=True)
+    environment = os.environ | {"SOURCE_DATE_EPOCH": str(EPOCH)}
+    subprocess.run([*pip, str(tree), "-w", str(folder)], env=environment, check=True)
     return next(folder.glob("where_to_wear-*.whl"))
 
 

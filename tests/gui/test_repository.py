@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A folder of zips, served over loopback, is a repository: a real Blender installs from it and updates.
+
+Needs what `test_program.py` needs; skips where one is missing.
+"""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import shutil
+import subprocess
+import threading
+import tomllib
+import zipfile
+from collections.abc import Iterator
+
+import pytest
+
+from .sandbox import PROJECT, RESULTS, inside, newest_zip
+
+PLACE = RESULTS / "repository"
+NAME = "bl_ext.w2w_site.w2w"
+TIMEOUT_S = 600
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def site() -> Iterator[str]:
+    """The address of an empty folder, `PLACE / "site"`, served over loopback."""
+    newest_zip()
+    shutil.rmtree(PLACE, ignore_errors=True)
+    (PLACE / "site").mkdir(parents=True)
+    (PLACE / "resources").mkdir()
+    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=PLACE / "site")
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/index.json"
+        server.shutdown()
+
+
+def blender(*arguments: str) -> str:
+    """What a Blender with these resources says; it may go online."""
+    run = [
+        PROJECT / "tools" / "real_blender.sh",
+        "run",
+        f"BLENDER_USER_RESOURCES={inside(PLACE / 'resources')}",
+    ]
+    done = subprocess.run(
+        [*run, "blender", "--background", "--online-mode", *arguments],
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Traceback" not in done.stdout + done.stderr, done.stdout + done.stderr
+    return done.stdout
+
+
+def said_by(expression: str) -> str:
+    """What Blender prints as it runs some Python."""
+    return blender("--python-exit-code", "1", "--python-expr", expression)
+
+
+def publish(version: str) -> None:
+    """Put the zip under a version into the site, in place of what is there."""
+    for old in (PLACE / "site").iterdir():
+        old.unlink()
+    with (
+        zipfile.ZipFile(newest_zip()) as archive,
+        zipfile.ZipFile(PLACE / "site" / f"w2w-{version}.zip", "w") as other,
+    ):
+        for name in archive.namelist():
+            content = archive.read(name)
+            if name == "blender_manifest.toml":
+                was = f'\nversion = "{tomllib.loads(content.decode())["version"]}"\n'
+                content = content.decode().replace(was, f'\nversion = "{version}"\n').encode()
+            other.writestr(name, content)
+    blender("--command", "extension", "server-generate", "--repo-dir", inside(PLACE / "site"))
+
+
+def installed_version() -> str:
+    """The version in the manifest of what is installed."""
+    (manifest,) = (PLACE / "resources").rglob("w2w/blender_manifest.toml")
+    return tomllib.loads(manifest.read_text())["version"]
+
+
+def test_a_blender_installs_from_a_static_site_updates_and_keeps_its_settings(site: str) -> None:
+    publish("0.1.0")
+    blender("--command", "extension", "repo-add", "--name", "W2W", "--url", site, "w2w_site")
+    blender("--command", "extension", "install", "--sync", "--enable", "w2w_site.w2w")
+    assert installed_version() == "0.1.0"
+    found = said_by("import w2w; print('w2w in', w2w.__file__)")
+    assert "site-packages/w2w/__init__.py" in found
+    kept = f"import bpy; own = bpy.context.preferences.addons['{NAME}'].preferences; "
+    said_by(f"{kept} own.threads = 3; bpy.ops.wm.save_userpref()")
+    publish("0.1.1")
+    blender("--command", "extension", "update", "--sync")
+    assert installed_version() == "0.1.1"
+    assert "threads 3" in said_by(f"{kept} print('threads', own.threads)")
+    assert "0.1" in blender("--command", "w2w", "--version")

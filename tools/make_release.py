@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Build all that a release has into dist/release: `make release`.
+
+Extension zips for every platform and Python with the index that makes the folder a repository of Blender's,
+wheel and sdist for pip, notes and checksums. The same tree gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+
+from blender_wheels import PLATFORMS, PROJECT
+from build_extension import EPOCH, SERIES, blender_tool, build
+
+RELEASE = PROJECT / "dist" / "release"
+PACK = (
+    "import sys; from setuptools.build_meta import build_sdist, build_wheel; folder = sys.argv[1]; "
+    "build_wheel(folder); build_sdist(folder)"
+)
+
+
+def main(platforms: list[str]) -> None:
+    """Fill the folder anew."""
+    shutil.rmtree(RELEASE, ignore_errors=True)
+    RELEASE.mkdir(parents=True)
+    for platform in platforms:
+        for python, blenders in SERIES.items():
+            build(platform, python, blenders, RELEASE)
+    blender_tool("server-generate", "--repo-dir", str(RELEASE))
+    make_packages()
+    shutil.copyfile(PROJECT / "CHANGELOG.md", RELEASE / "NOTES.md")
+    files = sorted(RELEASE.iterdir())
+    lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files]
+    (RELEASE / "SHA256SUMS").write_text("".join(lines), encoding="utf-8")
+    print("".join(lines), end="")
+
+
+def make_packages() -> None:
+    """Wheel and sdist of the files that git knows."""
+    tree = RELEASE / "tree"
+    tracked = subprocess.run(["git", "ls-files", "-z"], cwd=PROJECT, capture_output=True, check=True).stdout
+    for name in tracked.decode().strip("\0").split("\0"):
+        (tree / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(PROJECT / name, tree / name)
+    environment = os.environ | {"SOURCE_DATE_EPOCH": str(EPOCH)}
+    command = [sys.executable, "-c", PACK, RELEASE]
+    subprocess.run(command, cwd=tree, env=environment, check=True, capture_output=True)
+    shutil.rmtree(tree)
+    (sdist,) = RELEASE.glob("*.tar.gz")
+    with tarfile.open(sdist) as packed:
+        members = {one: packed.extractfile(one) for one in sorted(packed, key=lambda one: one.name)}
+        zipped = gzip.GzipFile(sdist.with_suffix(".part"), "wb", mtime=EPOCH)
+        with zipped, tarfile.open(fileobj=zipped, mode="w") as again:
+            for one, content in members.items():
+                one.mtime, one.uid, one.gid, one.uname, one.gname = EPOCH, 0, 0, "", ""
+                one.pax_headers = {}
+                again.addfile(one, content)
+    sdist.with_suffix(".part").replace(sdist)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:] or list(PLATFORMS))
