@@ -5,7 +5,7 @@ import functools
 import inspect
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, make_dataclass
+from dataclasses import dataclass, field, fields, make_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
@@ -16,7 +16,7 @@ from w2w.core.imu.augmentation import SWITCHES, parse_augmentation
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.parameters import Parameter, parameters_of
 from w2w.core.patches.own_placements import read_placements
-from w2w.core.ranking.utility import unavailable
+from w2w.core.ranking.utility import inputs_of, unavailable
 from w2w.core.ranking.weights import read_weights
 from w2w.core.selection.constraints import Constraints
 from w2w.core.study import FILES, StudyConfig
@@ -118,6 +118,12 @@ class StudyOptions(DeclaredOptions):
     scheduler: option(
         str, "Dask scheduler (tcp://host:port or a scheduler file) to run on a cluster.", rich_help_panel=RUN
     ) = ""
+    signals: option(
+        bool,
+        "Keep the signals, MBs a clip; else exports, panel and w2w.stream make them again from motions.",
+        "--signals/--no-signals",
+        rich_help_panel=RUN,
+    ) = True
     verify: option(
         bool,
         "Read what an earlier run left again, not only its sizes and times.",
@@ -160,7 +166,11 @@ class StudyOptions(DeclaredOptions):
         pose = options.pose_facts(self.pose_rate, self.pose_unit, self.pose_up, self.pose_joints)
         bone_maps = tuple(BoneMap.load(path) for path in self.bone_map or ())
         memory = round(self.clip_memory * 2**30)
-        return Engine(self.workers, self.scheduler, self.clip_limit, bone_maps, memory, pose, self.verify)
+        if not self.signals and (self.garment or inputs_of(self.classifier) != "features"):
+            why = "garments" if self.garment else f"the classifier {self.classifier}"
+            raise ValueError(f"--no-signals: {why} cannot do without them")
+        engine = Engine(self.workers, self.scheduler, self.clip_limit, bone_maps, memory, pose)
+        return replace(engine, verify=self.verify, signals=self.signals)
 
     def monitor(self, console: Console) -> RunMonitor:
         """The monitor for people, or for machines with --log-json."""

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # so that editors and type checkers see signatures
     from .api import open_results as open_results
     from .api import rank as rank
+    from .api import stream as stream
     from .api import synthesize as synthesize
     from .core.body.body import Body as Body
     from .core.body.shapes import shaped as shaped
@@ -79,6 +80,7 @@ _HOMES = {
     "read_sensor": "core.imu.sensor_file",
     "sample_patches": "core.patches.patches",
     "shaped": "core.body.shapes",
+    "stream": "api",
     "synthesize": "api",
     "write_recording": "core.imu.formats",
 }

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, overload
@@ -22,6 +22,7 @@ from .core.imu.synthesis import Synthesis
 from .core.imu.virtual import record_motion
 from .core.motion.duplicates import motion_signature
 from .core.motion.motion import Motion
+from .core.patches.naming import resolve
 from .core.patches.patches import PatchSet
 from .core.ranking.features import window_features
 from .core.ranking.pooling import Pooling
@@ -231,3 +232,33 @@ def open_results(folder: str | Path) -> Ranking:
         config.classifier,
         left_out=study.utility.left_out,
     )
+
+
+def stream(folder: str | Path, placements: Sequence[str] | None = None) -> Iterator[ImuRecording]:
+    """Read the signals of a run's clips, one after another, in memory for one.
+
+    Where `w2w run --no-signals` kept none, they are made again from the motions, the same to the last bit.
+
+    Parameters
+    ----------
+    folder : str or Path
+        What `w2w run` left.
+    placements : sequence of str, optional
+        Places by name, such as "left wrist", or patches; all patches by default.
+
+    Yields
+    ------
+    ImuRecording
+        Of a clip, with its labels; `sites` names the patches.
+
+    Raises
+    ------
+    ValueError
+        If it is not the folder of a finished run, or a name means no place.
+    """
+    study = StudyResults.load(Path(folder))
+    chosen = None
+    if placements is not None:
+        chosen = [resolve(name, study.body(), study.patches) for name in placements]
+    for clip in range(len(study.clips)):
+        yield study.recording(clip, chosen)

@@ -180,14 +180,16 @@ def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     with untimed():
         write_features(task.features_file, [features, *copies], is_test, signature)
         motion.save(unfinished(task.motion_file))
-        recording.save(unfinished(task.signals_file))
+        if task.engine.signals:
+            recording.save(unfinished(task.signals_file))
     details = {**details, "windows": len(is_test), "test_windows": int(np.sum(is_test))}
     if on_cloth is not None:
         frames = dict(zip(_covers(task.out, task.inputs), on_cloth.caught, strict=True))
         details |= caught_content(frames, len(on_cloth.matrices))
     if task.config.augmentation is not None:
         details |= {"copies": len(copies), "copy_windows": sum(len(copy) for copy in copies)}
-    return details, (task.motion_file, task.signals_file, task.features_file, *copy_files)
+    kept = (task.signals_file,) if task.engine.signals else ()
+    return details, (task.motion_file, *kept, task.features_file, *copy_files)
 
 
 def _sensors_on_cloth(task: ClipTask, body: Body, patches: PatchSet, motion: Motion) -> ClothSensors | None:

@@ -28,7 +28,7 @@ class Engine:
 
     `scheduler` is the address or file of a Dask scheduler, which brings its own workers; a clip may take
     `limit_s` seconds and `memory` bytes; `bone_maps` are the user's own, tried before the bundled ones;
-    `verify` reads all that an earlier run left again.
+    `verify` reads all that an earlier run left again, and `signals` says whether they are kept.
     """
 
     workers: int = 1
@@ -38,6 +38,7 @@ class Engine:
     memory: int = MEMORY
     pose: PoseFacts = NO_FACTS
     verify: bool = False
+    signals: bool = True
 
 
 @dataclass(frozen=True)

@@ -46,8 +46,9 @@ def write_record(task: ClipTask, result: ClipResult, files: tuple[Path, ...]) ->
     for path in files:
         nameless = unfinished(path)
         names[path.relative_to(task.out).as_posix()] = nameless if nameless.exists() else path
-    if not files and (before := last_record(task)):
-        remove_own(task.out, given_names(task.out, task.clip.name, before))
+    if before := last_record(task):
+        others = given_names(task.out, task.clip.name, before).items()
+        remove_own(task.out, {name: value for name, value in others if name not in names})
     path = task.clip.path
     content = {
         "key": task.key(result.source_sha256),

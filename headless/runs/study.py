@@ -167,7 +167,7 @@ def _bake(
     files = [f"{WORK}/body.npz", f"{WORK}/patches.npz", *([FITTED] if config.garments else ())]
     inputs = hashlib.sha256(
         b"".join((out / name).read_bytes() for name in files)
-        + repr((config.signal_parameters(), engine.bone_maps, engine.pose)).encode()
+        + repr((config.signal_parameters(), engine.bone_maps, engine.pose, engine.signals)).encode()
         + signals_code_sha256().encode()
     ).hexdigest()
     out = out.resolve()

@@ -67,6 +67,18 @@ def test_all_of_the_run_is_there(opened: bpy.types.Object, finished_run: Path, s
     np.testing.assert_array_equal(signal_cache.recording(clip).gyr, stored.gyr)
 
 
+def test_signals_that_the_run_did_not_keep_are_made_again(finished_run: Path, tmp_path: Path) -> None:
+    lean = tmp_path / "lean"
+    shutil.copytree(finished_run, lean)
+    shutil.rmtree(lean / "signals")
+    assert bpy.ops.w2w.open_results(filepath=str(lean / "summary.json")) == {"FINISHED"}
+    study = bpy.context.scene.w2w.body.w2w
+    assert [state_of(clip, bake_settings(study)) for clip in study.clips] == [BAKED] * 9 + [FAILED]
+    for clip in study.clips[:9]:
+        stored = ImuRecording.load(signals_file(finished_run, clip.name))
+        np.testing.assert_array_equal(signal_cache.recording(clip).values, stored.values)
+
+
 def test_motions_keep_their_speed_and_the_patches_ride(opened: bpy.types.Object, finished_run: Path) -> None:
     run, clip = StudyResults.load(finished_run), opened.w2w.clips[4]
     baker = PatchBaker(opened, patches_of(opened))

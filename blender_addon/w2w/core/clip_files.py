@@ -97,13 +97,13 @@ STORED = "run-"
 
 
 def signals_key(out: Path, clip: str) -> str:
-    """A key of a clip's stored signals and windows; empty where they cannot be read.
+    """A key of a clip's windows and of its signals, where these are kept; empty where they cannot be read.
 
     It is made of the checksums that an npz file keeps of its arrays, which are not read themselves.
     """
-    digest = hashlib.sha256()
+    digest, signals = hashlib.sha256(), signals_file(out, clip)
     try:
-        for path in (signals_file(out, clip), features_file(out, clip)):
+        for path in (*([signals] if signals.exists() else ()), features_file(out, clip)):
             with ZipFile(path) as archive:
                 for member in archive.infolist():
                     digest.update(f"{member.filename} {member.file_size} {member.CRC}\n".encode())

@@ -13,20 +13,23 @@ import numpy as np
 from .body.body import Body
 from .clip_files import WORK, ClipWindows, motion_file, ranking_inputs, signals_file
 from .clip_ranking import LabelledClip, WindowLabels, copies_among, rank_windows, set_tests
+from .imu.recording import ImuRecording
 from .motion.library import Clip, Library
 from .motion.motion import Motion
 from .patches.card import DROP
 from .patches.patches import PatchSet
 from .ranking.classifiers.ridge import Ridge
-from .ranking.inputs import PatchBlocks, WindowFiles
+from .ranking.inputs import PatchBlocks
 from .ranking.pooling import Pooling
 from .ranking.turned import may_turn
 from .ranking.utility import UtilityMap
 from .ranking.weights import counting, weights_of
+from .ranking.windows import cut_windows
 from .selection.advice import Advice, advise
 from .selection.answer import PlaceScore, Scored, compare
 from .selection.set_tests import SetTests
-from .study import StudyConfig, plain
+from .study import StudyConfig, plain, record
+from .threads import unthreaded_products
 
 UTILITY = "utility.npz"
 """The whole ranking, with its intervals, confusions and predictions."""
@@ -81,6 +84,23 @@ class StudyResults:
         """The motion of a clip on the study's body."""
         return Motion.load(motion_file(self.out, clip))
 
+    def recording(self, clip: int, patches: Sequence[int] | None = None) -> ImuRecording:
+        """What the sensors on all patches, or some, record of a clip, by its number.
+
+        It is read where the run kept it, else made again from the motion, the same to the last bit.
+        """
+        kept = signals_file(*self.places[clip])
+        if kept.exists():
+            whole = ImuRecording.load(kept)
+            return whole if patches is None else whole.at(patches)
+        body, config = self._made_by
+        with unthreaded_products():
+            return record(body, self.patches, self.motion(self.clips[clip].name), config, chosen=patches)
+
+    @cached_property
+    def _made_by(self) -> tuple[Body, StudyConfig]:
+        return self.body(), self.config()
+
     @cached_property
     def summary(self) -> dict[str, Any]:
         """What `summary.json` says."""
@@ -108,6 +128,15 @@ class StudyResults:
     def labels(self) -> WindowLabels:
         """What is known of each window."""
         return WindowLabels.of(self.clips, self.windows)
+
+
+def stored_recording(out: Path, clip: str) -> ImuRecording:
+    """What the sensors of a run, or of a folder laid out like one's, record of a clip."""
+    kept = signals_file(out, clip)
+    if kept.exists():
+        return ImuRecording.load(kept)
+    study = StudyResults.load(out)
+    return study.recording([one.name for one in study.clips].index(clip))
 
 
 def _clips(used: list[dict[str, Any]]) -> tuple[LabelledClip, ...]:
@@ -177,15 +206,9 @@ def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = 
     """Choose in a ranked study, as `choose_to_wear`: the step of a run, of `w2w place` and of the panel."""
     tests = prepared_tests(study, config, pooling)
     advice = choose_to_wear(study.utility, study.patches, study.body(), config, tests)
-    chosen = _evenly([clip.activity for clip in study.clips])
-    recordings = [signals_file(*study.places[number]) for number in chosen]
-    known = config.classifier == Ridge.name and not config.further.features
-    if not known or not all(map(Path.exists, recordings)):
+    if config.classifier != Ridge.name or config.further.features:
         return advice
-    patches = [one.patch for one in advice.cards]
-    turns = _turns(
-        [study.clips[n] for n in chosen], [study.windows[n] for n in chosen], recordings, config, patches
-    )
+    turns = _turns(study, config, [one.patch for one in advice.cards])
     cards = [replace(one, turn_deg=turn) for one, turn in zip(advice.cards, turns, strict=True)]
     return replace(advice, cards=tuple(cards))
 
@@ -201,20 +224,16 @@ def _evenly(activities: Sequence[str]) -> list[int]:
     return sorted({n for of in taken for n in of})
 
 
-def _turns(
-    clips: Sequence[LabelledClip],
-    windows: Sequence[ClipWindows],
-    recordings: Sequence[Path],
-    config: StudyConfig,
-    patches: Sequence[int],
-) -> list[int]:
+def _turns(study: StudyResults, config: StudyConfig, patches: Sequence[int]) -> list[int]:
     """How far the sensor on each patch may be turned, degrees; augmented copies take no part."""
-    counts = [found.counts for found in windows]
+    numbers = _evenly([clip.activity for clip in study.clips])
+    counts = [study.windows[n].counts for n in numbers]
     own = np.concatenate([np.arange(sum(of)) < of[0] for of in counts])
-    protocol = WindowLabels.of(clips, windows).some(own).protocol(config)
-    cut = WindowFiles(recordings, [of[0] for of in counts], config.windows)
-    rate = config.synthesis.rate_hz
-    return [may_turn(cut.patches(one, one + 1)[:, 0], rate, protocol, DROP) for one in patches]
+    labels = WindowLabels.of([study.clips[n] for n in numbers], [study.windows[n] for n in numbers])
+    recordings = (study.recording(n, patches) for n in numbers)
+    cut = np.concatenate([cut_windows(one, config.windows).signals for one in recordings])
+    rate, protocol = config.synthesis.rate_hz, labels.some(own).protocol(config)
+    return [may_turn(cut[:, card], rate, protocol, DROP) for card in range(len(patches))]
 
 
 @dataclass(frozen=True)

@@ -211,16 +211,22 @@ def place_patches(body: Body, config: StudyConfig) -> PatchSet:
 
 
 def record(
-    body: Body, patches: PatchSet, motion: Motion, config: StudyConfig, on_cloth: ClothSensors | None = None
+    body: Body,
+    patches: PatchSet,
+    motion: Motion,
+    config: StudyConfig,
+    on_cloth: ClothSensors | None = None,
+    chosen: Sequence[int] | None = None,
 ) -> ImuRecording:
-    """Recording of sensors on all patches through one motion; `on_cloth` says how those on garments move.
+    """Recording of sensors on all patches, or the `chosen`, through one motion.
 
-    ValueError if the motion is too short for the synthesis.
+    `on_cloth` says how all those on garments move. ValueError if the motion is too short for the synthesis.
     """
     motion = measured(motion, config)
     if on_cloth is None:
+        sensor = config.sensor_model()
         return record_motion(
-            body, patches, motion, config.synthesis, config.sensor_model(), config.seed, config.further
+            body, patches, motion, config.synthesis, sensor, config.seed, config.further, chosen
         )
     ideal = record_motion(body, patches, motion, config.synthesis)
     return config.sensor_model().apply(on_cloth.over(ideal, config.synthesis), seed=config.seed)

@@ -12,7 +12,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..body.skeleton import N_JOINTS
-from ..clip_files import signals_file
 from ..imu.recording import READINGS, ImuRecording, Reading
 from ..imu.sensor import SensorModel
 from ..motion.motion import Motion, at_rate
@@ -83,8 +82,8 @@ class StudySignals:
     def recordings(self) -> Iterator[ImuRecording]:
         """The run's recording of each clip, at the places, under the clip's labels."""
         chosen = list(self.patches)
-        for clip in self.study.clips:
-            found = ImuRecording.load(signals_file(self.study.out, clip.name)).at(chosen)
+        for number, clip in enumerate(self.study.clips):
+            found = self.study.recording(number, chosen)
             labels = {"activity": clip.activity, "subject": clip.subject, "clip": clip.name}
             yield replace(found, sites=self.names, **labels)
 

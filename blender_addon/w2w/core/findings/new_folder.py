@@ -9,10 +9,9 @@ from pathlib import Path
 from ..clip_files import WORK, ClipWindows, copy_file, features_file, motion_file, recordings_of, signals_file
 from ..files import folder_beside, write_json
 from ..garments.cover import FITTED, Cover, save_covers
-from ..imu.recording import ImuRecording
 from ..motion.motion import Motion
 from ..patches.patches import PatchSet
-from ..results_folder import ClipResult, Study, StudyResults
+from ..results_folder import ClipResult, Study, StudyResults, stored_recording
 from .summary import config_content, write_results
 
 FOLDERS = ("motions", "signals", f"{WORK}/features", f"{WORK}/copies")
@@ -68,8 +67,7 @@ def _write_clip(
     if motion is not None:
         motion.save(motion_file(out, clip.name))
     labels = (clip.activity, clip.subject, clip.name)
-    recording = ImuRecording.load(signals_file(*place))
-    recording.labelled(patches.names, *labels).save(signals_file(out, clip.name))
+    stored_recording(*place).labelled(patches.names, *labels).save(signals_file(out, clip.name))
     shutil.copyfile(features_file(*place), features_file(out, clip.name))
     windows = ClipWindows.read(out, clip.name)
     copies = recordings_of(*place, windows)[1:]

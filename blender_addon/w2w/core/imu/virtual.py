@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Recordings of sensors all over a moving body: skinning, synthesis and sensor model, part by part."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -37,8 +37,9 @@ def record_motion(
     sensor: SensorModel = IDEAL,
     seed: int = 0,
     further: FurtherSensors = NOTHING,
+    chosen: Sequence[int] | None = None,
 ) -> ImuRecording:
-    """Recording of a sensor on every patch, in memory bounded by the recording itself.
+    """Recording of a sensor on every patch, or the `chosen`, in memory bounded by the recording itself.
 
     The same as `synthesize` on `patch_matrices` and `SensorModel.apply` on the whole, to rounding; named
     after the patches and labelled as the motion. `seed` is that of the sensors' errors.
@@ -55,6 +56,8 @@ def record_motion(
     size = max(1, min(SENSORS_AT_ONCE, BYTES_AT_ONCE // (24 * n_ideal)))
     for start in range(0, len(patches.triangles), size):
         part = slice(start, start + size)
+        if chosen is not None and not any(start <= patch < start + size for patch in chosen):
+            continue
         poses = _SkinnedPatches(body, transforms, patches.triangles[part])
         ideal = replace(synthesize(poses, motion.rate, settings), clip=motion.clip)
         read = sensor.apply(ideal, seed, first_sensor=start)
@@ -63,7 +66,8 @@ def record_motion(
         for name, values in found.items():
             others[name][:, part] = values
     whole = ImuRecording(acc, gyr, rate, **others)
-    return whole.labelled(patches.names, motion.activity, motion.subject, motion.clip)
+    whole = whole.labelled(patches.names, motion.activity, motion.subject, motion.clip)
+    return whole if chosen is None else whole.at(chosen)
 
 
 class _SkinnedPatches:

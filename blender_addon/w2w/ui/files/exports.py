@@ -12,12 +12,11 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
-from ...core.clip_files import signals_file
 from ...core.files import atomic_write, write_text
 from ...core.findings.summary import patch_table
 from ...core.imu.formats import FORMATS, HELD, write_recording
-from ...core.imu.recording import ImuRecording
 from ...core.motion.library import unique_names
+from ...core.results_folder import stored_recording
 from ...core.selection.advice import SAME_OPINION, redundancy_clusters
 from ...core.selection.headline import mean_title
 from ...extension import NAME as EXTENSION
@@ -104,13 +103,13 @@ def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None,
         raise ValueError(f"{folder} already holds {standing[0]}: choose another folder")
     folder.mkdir(parents=True, exist_ok=True)
     sources = {
-        name: (signals_file(*place), clip.activity, clip.subject)
+        name: (place, clip.activity, clip.subject)
         for name, place, clip in zip(names, places, clips, strict=True)
     }
 
     def write(name: str, patch: int | None, path: Path, _told: object) -> None:
-        file, activity, subject = sources[name]
-        whole = ImuRecording.load(file).labelled(patches.names, activity, subject, name)
+        place, activity, subject = sources[name]
+        whole = stored_recording(*place).labelled(patches.names, activity, subject, name)
         if patch is None:
             whole.save(path)
         else:

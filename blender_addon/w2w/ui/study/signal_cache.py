@@ -15,6 +15,7 @@ import numpy as np
 from ...core.clip_files import STORED, features_file, signals_file, signals_key, write_features
 from ...core.files import load_arrays
 from ...core.imu.recording import ImuRecording
+from ...core.results_folder import stored_recording
 from ..jobs.preferences import SIGNALS_SUFFIX, cache_folder
 
 KEPT = 4
@@ -75,7 +76,7 @@ def with_added(
     before = load_arrays(features_file(*place), ("features",), "does not hold a clip's windows")["features"]
     own = before[: len(windows[1])]  # those of copies come after them
     features = np.concatenate([own, windows[0]], axis=1)
-    return ImuRecording.load(signals_file(*place)).with_sensors_of(added), (features, windows[1])
+    return stored_recording(*place).with_sensors_of(added), (features, windows[1])
 
 
 def recording(clip: bpy.types.PropertyGroup) -> ImuRecording | None:
@@ -83,7 +84,7 @@ def recording(clip: bpy.types.PropertyGroup) -> ImuRecording | None:
     if clip.signals not in _recordings:
         try:
             (place,) = places_of([clip])
-            _recordings[clip.signals] = ImuRecording.load(signals_file(*place))
+            _recordings[clip.signals] = stored_recording(*place)
         except (OSError, ValueError):  # damaged is as good as gone: baked again
             return None
         while len(_recordings) > KEPT:
