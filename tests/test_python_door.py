@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import html
 import re
 import subprocess
 import sys
@@ -434,3 +435,14 @@ def test_background_and_weights_decide_the_mean(signals, ranking):
     np.testing.assert_allclose(worn.promise.mean, worn.promise.f1 @ shares, atol=0.05)
     with pytest.raises(ValueError, match="no clip is labelled jumping"):
         w2w.rank(signals, background=["jumping"])
+
+
+def test_what_a_notebook_shows_is_short_or_a_page(signals):
+    ranking = w2w.rank(signals)
+    for shown in (ranking, signals, signals[0], signals.motions, signals.motions[0], signals.patches):
+        assert len(repr(shown)) < 150
+    assert len(repr(signals.motions.body)) + len(repr(ranking.utility)) < 300
+    page = ranking._repr_html_()
+    assert page.startswith(f"<p><b>{html.escape(ranking.answer.sentence())}</b>")
+    assert "data:image/png;base64,iVBOR" in page
+    assert ranking.heatmap().get_size_inches().min() > 1

@@ -43,6 +43,9 @@ class Signals(Sequence[ImuRecording]):
     patches: PatchSet
     motions: Motions
 
+    def __repr__(self) -> str:
+        return f"<Signals: {len(self)} clips on {len(self.patches)} patches>"
+
     @overload
     def __getitem__(self, index: int) -> ImuRecording: ...
     @overload

@@ -30,6 +30,10 @@ class Motions(Sequence[Motion]):
     motion_keys: tuple[str, ...] = ()
     """As in a labels file: equal keys mark one recorded motion; empty where unknown."""
 
+    def __repr__(self) -> str:
+        activities = {motion.activity for motion in self.motions}
+        return f"<Motions: {len(self)} of {len(activities)} activities, {len(self.skipped)} files skipped>"
+
     @overload
     def __getitem__(self, index: int) -> Motion: ...
     @overload

@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """W2W from Python: a ranking's scores, its best patch, sets to wear, a table and a picture."""
 
+from __future__ import annotations
+
+import io
+from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from html import escape
 from numbers import Integral
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +19,7 @@ from .core.body.body import Body
 from .core.clip_ranking import WindowLabels, set_tests
 from .core.csv_tables import apart, csv_text
 from .core.files import write_text
+from .core.findings.notes import interval_caution
 from .core.patches.naming import resolve
 from .core.patches.patches import PatchSet
 from .core.ranking.inputs import PatchBlocks
@@ -22,10 +28,13 @@ from .core.ranking.utility import UtilityMap
 from .core.results_folder import choose_to_wear
 from .core.selection.answer import Answer, PlaceScore, Scored, answer, compare
 from .core.selection.constraints import Constraints
-from .core.selection.headline import mean_title
+from .core.selection.headline import mean_title, short, spot_caution
 from .core.selection.joint import JointSet
 from .core.selection.set_tests import SetTests
 from .core.study import StudyConfig
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DIGITS = 4
 
@@ -64,6 +73,31 @@ class Ranking:
     classifier: Any = "ridge"
     skipped: tuple[tuple[str, str], ...] = ()
     left_out: dict[str, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        best = f"{self.names[self.best]}, F1 {self.expected[self.best]:.2f}"
+        return f"<Ranking: {len(self.patches)} patches, {len(self.activities)} activities; best: {best}>"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the answer and what to mind, the products, the body."""
+        picture = io.BytesIO()
+        self.heatmap().savefig(picture, format="png")
+        rows = [
+            f"<tr><td>{escape(f'{one.side} {one.name}'.strip())}<td>{short(one.expected)}"
+            f"<td>{short(one.low)} to {short(one.high)}"
+            for one in self.answer.products
+        ]
+        parts = [
+            f"<p><b>{escape(self.answer.sentence())}</b></p>",
+            *(f"<p>{escape(text)}.</p>" for text in filter(None, self._cautions())),
+            f"<table><tr><th>One sensor on<th>F1<th>95 % interval{''.join(rows)}</table>",
+            f'<img alt="{escape(self.answer.sentence())}" style="max-width: 100%" '
+            f'src="data:image/png;base64,{b64encode(picture.getvalue()).decode()}">',
+        ]
+        return "".join(parts)
+
+    def _cautions(self) -> tuple[str, str]:
+        return spot_caution(self.best, self.utility), interval_caution(self.utility)
 
     @property
     def activities(self) -> tuple[str, ...]:
@@ -205,16 +239,23 @@ class Ranking:
         ]
         write_text(Path(path), csv_text([list(rows[0]), *cells]))
 
-    def heatmap(self, path: str | Path, activity: str | None = None, expected: bool = True) -> None:
-        """Draw the expected F1 on the body, front and back, to a PNG, SVG or PDF file.
+    def heatmap(
+        self, path: str | Path | None = None, activity: str | None = None, expected: bool = True
+    ) -> Figure:
+        """Draw the expected F1 on the body, front and back.
 
         Parameters
         ----------
-        path : str or Path
+        path : str or Path, optional
+            A PNG, SVG or PDF file to write.
         activity : str, optional
             One of `activities`; the mean over all by default.
         expected : bool
             F1 as other clips would show it; False for that on these clips.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
 
         Raises
         ------
@@ -235,6 +276,6 @@ class Ranking:
         subtitle = "" if self.utility.can_rank else "These clips cannot rank placements. "
         subtitle += f"Best patch: {self.names[best]} ({scores[best]:.2f})"
         label = "Expected F1" if expected else "F1 on these clips"
-        draw_heatmap(
+        return draw_heatmap(
             path, self.body, self.patches, scores, title, subtitle, label, span=self.utility.colour_span
         )

@@ -4,6 +4,7 @@
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from ..core.body.body import Body
 from ..core.colours import COLOUR_MAP, LEAST_SPAN, patch_colours, score_range, span_note
@@ -13,7 +14,7 @@ from .heatmap import VIEW_PIXELS, heatmap_figure
 
 
 def draw_heatmap(
-    path: str | Path,
+    path: str | Path | None,
     body: Body,
     patches: PatchSet,
     scores: np.ndarray,
@@ -24,13 +25,13 @@ def draw_heatmap(
     high: float | None = None,
     colour_map: str = COLOUR_MAP,
     span: float = LEAST_SPAN,
-) -> None:
+) -> Figure:
     """Draw scores of patches on the front and the back of a body.
 
     Parameters
     ----------
-    path : str or Path
-        The suffix decides the kind of file, as Matplotlib knows it.
+    path : str or Path or None
+        The suffix decides the kind of file, as Matplotlib knows it; None writes none.
     body : Body, V vertices
     patches : PatchSet, N patches
         Of the same body.
@@ -45,6 +46,10 @@ def draw_heatmap(
         A name in `colours.COLOUR_MAPS`.
     span : float
         F1 that the scores' own range spans at least; where it does, the legend says where they lie.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
     """
     own_low, own_high = score_range(scores, span)
     note = span_note(scores, own_low, own_high) if low is None and high is None else ""
@@ -52,4 +57,4 @@ def draw_heatmap(
     views = BodyPictures(body, size_for(body, VIEW_PIXELS)).coloured(
         patch_colours(patches, scores, low, high, colour_map)
     )
-    heatmap_figure(path, views, title, low, high, label, subtitle, colour_map=colour_map, note=note)
+    return heatmap_figure(path, views, title, low, high, label, subtitle, colour_map=colour_map, note=note)

@@ -39,7 +39,7 @@ SIDES = {"Front": ("R", "L"), "Back": ("L", "R")}
 
 
 def heatmap_figure(
-    path: str | Path,
+    path: str | Path | None,
     views: Sequence[np.ndarray],
     title: str,
     low: float,
@@ -49,8 +49,8 @@ def heatmap_figure(
     view_names: Sequence[str] = ("Front", "Back"),
     colour_map: str = COLOUR_MAP,
     note: str = "",
-) -> None:
-    """Write a picture of a heatmap: the views side by side, a title and a labelled colour bar.
+) -> Figure:
+    """A picture of a heatmap, written where a path is given: views side by side, title, labelled colour bar.
 
     `views` are pictures (H, W, 4), uint8, of `BodyPictures.coloured`, coloured by `colour_map` from the score
     `low` to `high`; `note` goes below the bar. The path's suffix decides the kind of file, as Matplotlib
@@ -60,7 +60,9 @@ def heatmap_figure(
     figure, left = _page(views, crop, BAR_COLUMN, title, subtitle)
     _draw_views(figure, views, crop, view_names)
     _draw_bar(figure, left + 0.3, low, high, label, colour_map, note)
-    page.save(figure, path)
+    if path is not None:
+        page.save(figure, path)
+    return figure
 
 
 def subset_figure(

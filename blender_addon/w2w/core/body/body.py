@@ -2,7 +2,7 @@
 """A body in its rest pose: mesh, joints and skinning weights, read from and written to npz."""
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
@@ -62,7 +62,10 @@ class Body:
     joints: np.ndarray
     weights: np.ndarray
     name: str = "body"
-    mirror: np.ndarray | None = field(default=None, repr=False)
+    mirror: np.ndarray | None = None
+
+    def __repr__(self) -> str:
+        return f"<Body {self.name!r}: {self.height:.2f} m, {len(self.vertices)} vertices>"
 
     def __post_init__(self) -> None:
         kinds = {"vertices": np.float64, "faces": np.int32, "joints": np.float64, "weights": np.float64}

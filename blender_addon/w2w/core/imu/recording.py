@@ -80,6 +80,10 @@ class ImuRecording:
     magnetometer: np.ndarray | None = None
     barometer: np.ndarray | None = None
 
+    def __repr__(self) -> str:
+        shape = f"{self.n_samples} samples of {self.n_sensors} sensors at {self.rate:g} Hz"
+        return f"<ImuRecording {self.clip!r}, {self.activity!r}: {shape}>"
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "acc", np.ascontiguousarray(self.acc, dtype=np.float32))
         object.__setattr__(self, "gyr", np.ascontiguousarray(self.gyr, dtype=np.float32))

@@ -60,6 +60,9 @@ class Motion:
     subject: str = ""
     clip: str = ""
 
+    def __repr__(self) -> str:
+        return f"<Motion {self.clip!r}, {self.activity!r}: {self.n_frames} frames at {self.rate:g} Hz>"
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "rotations", np.ascontiguousarray(self.rotations, dtype=np.float64))
         object.__setattr__(self, "pelvis", np.ascontiguousarray(self.pelvis, dtype=np.float64))

@@ -56,6 +56,9 @@ class PatchSet:
     interpolation: csr_matrix
     own_names: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        return f"<PatchSet: {len(self)} patches in {len(set(self.regions))} regions>"
+
     def __len__(self) -> int:
         return len(self.vertices)
 

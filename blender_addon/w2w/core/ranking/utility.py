@@ -113,6 +113,10 @@ class UtilityMap:
     weights: np.ndarray | None = None
     half_f1: np.ndarray | None = None
 
+    def __repr__(self) -> str:
+        n_patches, n_activities = self.f1.shape
+        return f"<UtilityMap: {n_patches} patches, {n_activities} activities, {self.classifier}>"
+
     def __post_init__(self) -> None:
         if self.weights is None:
             object.__setattr__(self, "weights", np.ones(len(self.activities)))
