@@ -116,7 +116,7 @@ class StudyResults:
         """The windows of each clip."""
         return tuple(ClipWindows.read(*place) for place in self.places)
 
-    @property
+    @cached_property
     def places(self) -> tuple[tuple[Path, str], ...]:
         """Folder of each clip's files, and their name in it."""
         return tuple((self.out, clip.name) for clip in self.clips)
