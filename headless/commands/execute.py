@@ -190,8 +190,8 @@ def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, 
     bodies = parse_bodies(asked.bodies)
     if len(bodies) > 1:
         check(out, [COMPARISON])
-    for name, _ in bodies:
-        check_folder(plan, out if len(bodies) == 1 else out / name)
+        for name, _ in bodies:  # one folder is checked when its run begins
+            check_folder(plan, out / name)
     return bodies
 
 

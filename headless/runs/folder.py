@@ -104,7 +104,7 @@ def check_results(out: Path, library: Library, names: Sequence[str]) -> None:
     """`check` a folder for a run that writes `names`, and a motion and signals for each clip."""
     records, clips = read_records(out), []
     for clip in library.clips:
-        ours = given_names(out, clip.name, records[clip.name]) if clip.name in records else ()
+        ours = given_names(clip.name, records[clip.name]) if clip.name in records else ()
         clips += {f"motions/{clip.name}.npz", f"signals/{clip.name}.npz"}.difference(ours)
     inside = [f"{folder}/any" for folder in FOLDERS]  # each must be a folder of its own, not a link
     check(out, [*names, *inside, *clips])
@@ -123,10 +123,11 @@ def remove_leftovers(out: Path, used: set[str]) -> None:
     Motions and signals go where they are as a record says; the work folder is all ours.
     """
     stale = {clip: record for clip, record in read_records(out).items() if clip not in used}
-    files = {clip: given_names(out, clip, record) for clip, record in stale.items()}
-    for of_clip in files.values():
-        remove_own(out, of_clip)
-    tidy(out, [clip for clip in files if files[clip]])  # one of no use stays, or it would be tried again
+    found = {clip: files for clip, record in stale.items() if (files := given_names(clip, record))}
+    for files in found.values():
+        remove_own(out, files)
+    if found:
+        tidy(out, found)  # a record of no use stays, or its clip would be tried again
     for path in (out / WORK / "features").glob("*.npz"):
         if path.stem not in used:
             path.unlink()

@@ -15,7 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from w2w.core.clip_files import WORK, motion_file, signals_file
+from w2w.core.clip_files import WORK
 from w2w.core.files import UNFINISHED, file_sha256, write_json, write_text
 from w2w.core.results_folder import ClipResult
 
@@ -47,7 +47,7 @@ def write_record(task: ClipTask, result: ClipResult, files: tuple[Path, ...]) ->
         nameless = unfinished(path)
         names[path.relative_to(task.out).as_posix()] = nameless if nameless.exists() else path
     if before := last_record(task):
-        others = given_names(task.out, task.clip.name, before).items()
+        others = given_names(task.clip.name, before).items()
         remove_own(task.out, {name: value for name, value in others if name not in names})
     path = task.clip.path
     content = {
@@ -145,10 +145,9 @@ def _line(record: Record) -> str:
     return "\n" + json.dumps(record)
 
 
-def given_names(out: Path, clip: str, record: Record) -> dict[str, str]:
+def given_names(clip: str, record: Record) -> dict[str, str]:
     """Hashes of the motion and signals that a record names, which is believed about no other file."""
-    names = [path.relative_to(out).as_posix() for path in (motion_file(out, clip), signals_file(out, clip))]
-    files = record.get("files")
+    names, files = (f"motions/{clip}.npz", f"signals/{clip}.npz"), record.get("files")
     if not isinstance(files, Mapping):
         return dict.fromkeys(names, "")  # the record is damaged, but ours
     return {name: str(files[name]) for name in names if name in files}

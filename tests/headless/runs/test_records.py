@@ -64,7 +64,7 @@ def test_a_damaged_line_is_no_record_but_leaves_the_files_ours(tasks):
     listed.write_text("\n".join(lines))
     record = read_records(out)[name]
     assert untouched(tasks[0], record) is None
-    assert given_names(out, name, record) == {f"motions/{name}.npz": "", f"signals/{name}.npz": ""}
+    assert given_names(name, record) == {f"motions/{name}.npz": "", f"signals/{name}.npz": ""}
 
 
 def test_the_newest_of_two_lists_counts_and_one_list_is_left(tasks):
