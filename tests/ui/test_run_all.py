@@ -66,7 +66,9 @@ def test_what_was_baked_when_it_is_ended_is_not_baked_again(
     monkeypatch.setattr(
         baking,
         "_bake_clip",
-        lambda mesh, baker, index, *ends: asked.append(index) or bake(mesh, baker, index, *ends),
+        lambda mesh, baker, first, index, *ends: (
+            asked.append(index) or bake(mesh, baker, first, index, *ends)
+        ),
     )
     assert bpy.ops.w2w.run_all() == {"FINISHED"}
     assert asked == [4, 5, 6, 7, 8]
