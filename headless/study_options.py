@@ -5,7 +5,7 @@ import functools
 import inspect
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, make_dataclass, replace
+from dataclasses import dataclass, field, fields, make_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
@@ -169,8 +169,8 @@ class StudyOptions(DeclaredOptions):
         if not self.signals and (self.garment or inputs_of(self.classifier) != "features"):
             why = "garments" if self.garment else f"the classifier {self.classifier}"
             raise ValueError(f"--no-signals: {why} cannot do without them")
-        engine = Engine(self.workers, self.scheduler, self.clip_limit, bone_maps, memory, pose)
-        return replace(engine, verify=self.verify, signals=self.signals)
+        how = self.workers, self.scheduler, self.clip_limit, bone_maps, memory, pose
+        return Engine(*how, self.verify, self.signals)
 
     def monitor(self, console: Console) -> RunMonitor:
         """The monitor for people, or for machines with --log-json."""

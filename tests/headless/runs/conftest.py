@@ -53,6 +53,16 @@ def tasks(library, bundled_body, tmp_path):
     return [ClipTask(clip, tmp_path, config, "inputs") for clip in clips]
 
 
+@pytest.fixture
+def four_patches(bundled_body, tmp_path):
+    """A folder ready for clips, and a config of four patches."""
+    out, config = tmp_path / "out", StudyConfig(patches=4)
+    make_folders(out)
+    bundled_body.save(out / WORK / "body.npz")
+    place_patches(Body.bundled(), config).save(out / WORK / "patches.npz")
+    return out, config
+
+
 @dataclass
 class Cluster:
     """A scheduler and its workers, each of them and its nanny a process group."""

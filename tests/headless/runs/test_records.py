@@ -7,23 +7,19 @@ from dataclasses import replace
 
 import pytest
 
-from w2w.core.body.body import PACKAGE, Body
+from w2w.core.body.body import PACKAGE
 from w2w.core.clip_files import WORK
 from w2w.core.motion.library import read_library
-from w2w.core.study import StudyConfig, place_patches
 from w2w.headless.runs.clip import do_clip
 from w2w.headless.runs.clip_task import ClipTask
-from w2w.headless.runs.folder import HEADLESS, code_of_signals, make_folders
+from w2w.headless.runs.folder import HEADLESS, code_of_signals
 from w2w.headless.runs.records import gather, given_names, read_records, tidy, untouched
 
 
 @pytest.fixture
-def tasks(motions, bundled_body, tmp_path):
+def tasks(motions, four_patches):
     """Three clips of made motion, done."""
-    out, config = tmp_path / "out", StudyConfig(patches=4)
-    make_folders(out)
-    bundled_body.save(out / WORK / "body.npz")
-    place_patches(Body.bundled(), config).save(out / WORK / "patches.npz")
+    out, config = four_patches
     tasks = [ClipTask(clip, out, config, "inputs") for clip in read_library(motions).clips[:3]]
     assert all(do_clip(task).used for task in tasks)
     return tasks
@@ -77,11 +73,8 @@ def test_the_newest_of_two_lists_counts_and_one_list_is_left(tasks):
     assert [path.name for path in (out / WORK).glob("records*")] == ["records.jsonl"]
 
 
-def test_all_code_that_runs_for_a_clip_is_in_its_key(motions, bundled_body, tmp_path, shared_data):
-    out, config = tmp_path / "out", StudyConfig(patches=4)
-    make_folders(out)
-    bundled_body.save(out / WORK / "body.npz")
-    place_patches(Body.bundled(), config).save(out / WORK / "patches.npz")
+def test_all_code_that_runs_for_a_clip_is_in_its_key(motions, four_patches, shared_data):
+    out, config = four_patches
     clips = [read_library(folder).clips[0] for folder in (motions, shared_data / "bvh" / "bandai_namco")]
     ran = set()
     sys.setprofile(lambda frame, event, _: event == "call" and ran.add(frame.f_code))
