@@ -43,6 +43,6 @@ fi
 echo "Setting up $venv with bpy $bpy (once; Blender's module is about 370 MB)"
 [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
 export PIP_CONSTRAINT="$PWD/constraints.txt" PIP_DISABLE_PIP_VERSION_CHECK=1
-"$venv/bin/python" -m pip install --quiet "bpy==$bpy" --editable ".[test]"
+"$venv/bin/python" -m pip install --quiet "bpy==$bpy" --editable ".[test,docs]"
 rm -f "$venv"/.ready-*
 touch "$stamp"

@@ -4,6 +4,7 @@
 import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from rich.markup import escape
 
 from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK
+from w2w.core.clip_list import CLIP_LIST
 from w2w.core.files import json_number, write_json
 from w2w.core.findings.advice_content import patch_content
 from w2w.core.findings.summary import study_counts, write_failure, write_results
@@ -71,7 +73,7 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study 
     """
     with _in_folder(out, monitor):
         check_folder(plan, out)
-        make_folders(out)
+        make_folders(out, len(plan.library.clips))
         monitor.begin(plan.library, body.name, out)
         with only_run(out / WORK):
             study, failed = _execute(plan, body, out, monitor)
@@ -87,18 +89,23 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study 
 
 
 def execute_shard(
-    plan: RunPlan, bodies: Sequence[tuple[str, Body]], out: Path, shard: str, monitor: RunMonitor
+    plan: RunPlan, bodies: Sequence[tuple[str, Body]], out: Path, shard: tuple[int, int], monitor: RunMonitor
 ) -> None:
-    """Make the signals of a part of a study's clips on each body; a typer.Exit where that fails."""
+    """Make the signals of a part of a study, such as (17, 400), on each body; a typer.Exit if that fails."""
+    (part, parts), whole = shard, plan.library
+    plan, called = (
+        replace(plan, library=replace(whole, clips=whole.clips[part - 1 :: parts])),
+        f"{part}-of-{parts}",
+    )
     for name, body in bodies:
         folder = out if len(bodies) == 1 else out / name
         with _in_folder(folder, monitor):
             check_results(folder, plan.library, ())
-            make_folders(folder)
+            make_folders(folder, len(whole.clips))
             monitor.begin(plan.library, body.name, folder, kept=False)
-            with only_shard(folder / WORK, shard):
+            with only_shard(folder / WORK, called):
                 try:
-                    clips = make_signals(plan, body, folder, monitor, shard).clips
+                    clips = make_signals(plan, body, folder, monitor, called).clips
                 except (StudyError, EngineError, NoBlenderError, MemoryError) as error:
                     why = too_little_memory(error) if isinstance(error, MemoryError) else str(error)
                     raise ended(f"No result: {why}", NOTHING_TO_DO, monitor) from error
@@ -134,8 +141,8 @@ def _execute(
         with claimed(out, _written_by(plan)):
             study = rank_study(plan, made, out, monitor)
             with monitor.step("writing results"):
-                write_config(study)
                 write_results(study)
+                write_config(study)
                 if plan.report:
                     html.write_report(out)
             # last, for Blender may fail to draw where all else is well
@@ -145,9 +152,9 @@ def _execute(
         monitor.announce("failed", why)
         clips = error.clips if isinstance(error, StudyError) else ()
         if isinstance(error, StudyError):  # an earlier run's results would contradict the summary
-            results = {*TABLES, draw.BLEND, html.REPORT, *plan.more} - {SUMMARY}
+            results = {*TABLES, draw.BLEND, html.REPORT, *plan.more} - {SUMMARY, CLIP_LIST}
             remove_written(out, lambda name: name in results or name.startswith(f"{HEATMAPS}/"))
-        with claimed(out, [SUMMARY]):
+        with claimed(out, [SUMMARY, CLIP_LIST]):
             write_failure(out, plan.library, why, clips)
         if isinstance(error, StudyError):
             console_tables.show_skipped(clips, plan.library, monitor.console, plan.verbose)

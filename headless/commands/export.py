@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.markup import escape
 
-from w2w.core.exports import arrays, bids, biomechanics, pose_packs
+from w2w.core.exports import arrays, bids, biomechanics, parquet, pose_packs
 from w2w.core.exports.study_signals import ALL, StudySignals, placed, worn
 from w2w.core.results_folder import StudyResults
 from w2w.core.wording import capital, shown
@@ -16,8 +16,8 @@ from ..console import NOTHING_TO_DO, USAGE, ending
 from ..options import argument, chosen_sensor, option, words
 from ..runs.own_files import check_whole, published
 
-WINDOWED = {"aeon": arrays.write_arrays, "torch": arrays.write_torch}
-RECORDED = {"bids": bids.write_bids, "parquet": arrays.write_parquet}
+WINDOWED = {"aeon": arrays.write_arrays, "torch": arrays.write_torch, "parquet": parquet.write_parquet}
+RECORDED = {"bids": bids.write_bids}
 WORN = ("opensim", "xsens")
 TOOLS = (*WINDOWED, *pose_packs.METHODS, *RECORDED, *WORN)
 

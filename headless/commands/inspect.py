@@ -16,7 +16,7 @@ from w2w.core.keypoints.facts import UNITS
 from w2w.core.keypoints.joint_sets import unseen
 from w2w.core.keypoints.pose_files import JointPositions
 from w2w.core.motion.bone_maps import BoneMap
-from w2w.core.motion.library import Clip, activity_in, read_library
+from w2w.core.motion.library import Clip, activity_of, read_library
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.retarget import BY_STRUCTURE
 from w2w.core.motion.skinning import joint_transforms
@@ -74,7 +74,7 @@ def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
     """How a run labels the file, in a sentence; a ValueError where it is not in the library."""
     file = Path(os.path.abspath(file))  # noqa: PTH100 - a link keeps its own name
     if library is None and labels is None:
-        inside, above = activity_in(file.parent, file), activity_in(file.parent.parent, file)
+        inside, above = (activity_of(shown(name)) for name in (file.name, f"{file.parent.name}/{file.name}"))
         if not file.parent.name:
             return f"A run labels it '{inside}' after its file name."
         return (

@@ -45,9 +45,9 @@ def run(
 ) -> None:
     """Find where on the body to wear a sensor, from a folder of motion files.
 
-    OUT then holds `report.html`, `summary.json`, `utility.csv`, `heatmaps/*.png`, `study.blend`,
-    `motions/*.npz`, `signals/*.npz` and `config.json`. Run the same command again to resume a run that
-    was stopped.
+    OUT then holds `report.html`, `summary.json`, `clips.jsonl`, `utility.csv`, `heatmaps/*.png`,
+    `study.blend`, `motions/*.npz`, `signals/*.npz` and `config.json`. Run the same command again to
+    resume a run that was stopped.
 
     Exit codes: 0 success, 1 no result (the message says why), 2 wrong arguments, 3 clips were skipped
     and --strict was given, 4 another run is using OUT; 130, 143 and 129 stopped by Ctrl-C,
@@ -66,8 +66,7 @@ def run(
         bodies = ready_for(plan, asked, out)
         plan = replace(plan, again=asked.strict or asked.verify or len(bodies) > 1)
     if shard:
-        plan = replace(plan, library=replace(found, clips=found.clips[part - 1 :: parts]))
-        execute_shard(plan, bodies, out, f"{part}-of-{parts}", monitor)
+        execute_shard(plan, bodies, out, (part, parts), monitor)
         monitor.log("finished", exit_code=0)
         return
     show_labels(found, console, asked.verbose)

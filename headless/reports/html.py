@@ -3,6 +3,7 @@
 
 import base64
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from markupsafe import Markup
 from rich.console import Console
 
 from w2w.core.body.body import Body
+from w2w.core.clip_list import Entry, is_used, read_clip_list
 from w2w.core.colours import colour_table
 from w2w.core.files import write_text
 from w2w.core.findings.notes import (
@@ -111,7 +113,7 @@ def write_report(out: Path, project: str | None = None) -> Path:
         first_products=[*answer["products"][:NUMBERED], *less][: NUMBERED + 1],
         still=still_picture(study, body, shown, together),
         repeats=headline.confidence_sentence(utility, best),
-        notes=_notes(summary, len(study.patches)),
+        notes=_notes(summary, read_clip_list(out), len(study.patches)),
         left_out=left_out_sentences(utility.left_out),
         worn=worn,
         body=body,
@@ -123,7 +125,9 @@ def write_report(out: Path, project: str | None = None) -> Path:
         regions=best_regions(utility, study.patches),
         activities=_activities(study, summary, patch),
         mistakes=_mistakes(utility, patch),
-        skipped=sorted(summary["skipped"], key=lambda entry: entry["file"]),
+        skipped=sorted(
+            (entry["file"], entry["skipped"]) for entry in read_clip_list(out) if not is_used(entry)
+        ),
         style=Markup((PAGE / "style.css").read_text(encoding="utf-8")),
         scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in SCRIPTS],
         data=Markup(as_script_json(view_data(body, study.patches, utility, shown, patch))),
@@ -155,14 +159,14 @@ def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list
     return rows
 
 
-def _notes(summary: dict[str, Any], n_patches: int) -> list[str]:
+def _notes(summary: dict[str, Any], clips: Iterable[Entry], n_patches: int) -> list[str]:
     """Notes on labels, copies, windows and garments."""
     notes = [f"Labels: {note}" for note in summary.get("labels", {}).get("notes", [])]
-    used = summary.get("used", [])
+    told = [entry for entry in clips if "same_motion_as" in entry or "cloth_caught" in entry]
     windows = window_warning(summary["windows"], summary["clips"]["used"]) if "windows" in summary else ""
     worn = garment_sentence(summary.get("garments", {}), n_patches)
-    caught = caught_sentences([(entry["clip"], entry) for entry in used])
-    copies = [(entry["file"], entry["same_motion_as"]) for entry in used if "same_motion_as" in entry]
+    caught = caught_sentences([(entry["clip"], entry) for entry in told])
+    copies = [(entry["file"], entry["same_motion_as"]) for entry in told if "same_motion_as" in entry]
     sentences = (copies_sentence(copies), windows, worn, *caught)
     return notes + [f"{sentence}." for sentence in sentences if sentence]
 

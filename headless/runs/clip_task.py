@@ -7,7 +7,6 @@ import hashlib
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from w2w.core.clip_files import WORK, features_file, motion_file, signals_file
 from w2w.core.files import file_sha256
@@ -15,7 +14,7 @@ from w2w.core.keypoints.facts import PoseFacts, side_car
 from w2w.core.keypoints.pose_files import NO_FACTS
 from w2w.core.motion.asf_amc import AMC_SUFFIX, skeleton_file
 from w2w.core.motion.bone_maps import BoneMap
-from w2w.core.motion.library import Clip, is_joint_file
+from w2w.core.motion.library import ARRAY_SUFFIXES, TEXT_SUFFIXES, Clip, is_joint_file
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.study import StudyConfig
 
@@ -46,7 +45,7 @@ class ClipTask:
     """All that a worker needs to know about one clip.
 
     `inputs` is a hash of the body, the patches, the config and the code that the result depends on, `before`
-    the clip's record by an earlier run.
+    the clip's record by an earlier run, as it is in the list.
     """
 
     clip: Clip
@@ -54,7 +53,7 @@ class ClipTask:
     config: StudyConfig
     inputs: str
     engine: Engine = Engine()
-    before: dict[str, Any] | None = None
+    before: str = ""
 
     @property
     def motion_file(self) -> Path:
@@ -87,11 +86,14 @@ class ClipTask:
 
 def _read_beside(path: Path) -> list[Path]:
     """Files that say what the clip's own does not: its skeleton, or its rate and joints."""
-    if path.suffix.lower() == AMC_SUFFIX:
+    suffix = path.suffix.lower()
+    if suffix == AMC_SUFFIX:
         try:
             return [skeleton_file(path)]
         except UnusableMotion:
             return []
+    if suffix not in (".npz", *ARRAY_SUFFIXES, *TEXT_SUFFIXES):
+        return []
     beside = side_car(path)  # first: telling what a file holds opens it
     return [beside] if beside is not None and is_joint_file(path) else []
 

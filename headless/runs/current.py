@@ -3,7 +3,6 @@
 
 import hashlib
 import json
-from dataclasses import replace
 from pathlib import Path
 
 from w2w.core.clip_files import WORK
@@ -37,9 +36,10 @@ def _content(plan: RunPlan, made: Made, out: Path) -> dict[str, str]:
     study = plan.config.as_dict(), versions(), code_sha256(), plan.pictures, plan.report, plan.more
     body = [file_sha256(out / WORK / name) for name in ("body.npz", "patches.npz")]
     parts = [study, body, library.labelled_by, library.skipped, library.check]
-    for part in (
-        *parts,
-        *((replace(one.clip, path=""), one.reason, one.source_sha256) for one in made.clips),
-    ):
+    for part in parts:
         digest.update(repr(part).encode("utf-8", "backslashreplace"))
+    for one in made.clips:
+        clip = one.clip
+        labels = clip.file, clip.name, clip.activity, clip.subject, clip.motion_key, clip.source
+        digest.update(repr((*labels, one.reason, one.source_sha256)).encode())
     return {"made_of": digest.hexdigest(), "written": file_sha256(out / LIST)}

@@ -10,12 +10,14 @@ import socket
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
+from itertools import chain
 from pathlib import Path
 
 from filelock import FileLock, Timeout
 
 from w2w.core.body.body import PACKAGE, TEMPLATES
-from w2w.core.clip_files import WORK
+from w2w.core.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide
+from w2w.core.clip_list import CLIP_LIST
 from w2w.core.files import UNFINISHED
 from w2w.core.findings.summary import PLACEMENTS
 from w2w.core.motion.library import Library, unique_names
@@ -84,30 +86,53 @@ def preparing(folder: Path) -> Iterator[None]:
         raise FolderBusyError(f"another run works in {folder.parent}: wait for it") from error
 
 
-FOLDERS = ("motions", "signals", *(f"{WORK}/{name}" for name in ("features", "copies", "clips", "running")))
-"""Folders for what a run makes of clips."""
+DIVIDED = ("motions", "signals", f"{WORK}/features", f"{WORK}/copies")
+FOLDERS = (*DIVIDED, f"{WORK}/clips", f"{WORK}/running")
+"""Folders for what a run makes of clips, and those of them that have sub-folders where clips are many."""
 
 HEATMAPS = "heatmaps"
 MEAN, SUBSET = "mean", "subset"
 """The folder of a study's pictures, and the names of two of them."""
 
 SUMMARY = "summary.json"
-TABLES = ("config.json", "utility.npz", "utility.csv", PLACEMENTS, SUMMARY)
+TABLES = ("config.json", "utility.npz", "utility.csv", PLACEMENTS, CLIP_LIST, SUMMARY)
 
 
-def make_folders(out: Path) -> None:
+def make_folders(out: Path, clips: int = 0) -> None:
+    """Make the folders for what a run makes of clips, of a whole library of `clips`."""
     for folder in FOLDERS:
         (out / folder).mkdir(parents=True, exist_ok=True)
+    if clips > MANY_CLIPS:
+        for folder in DIVIDED:
+            divide(out / folder)
 
 
 def check_results(out: Path, library: Library, names: Sequence[str]) -> None:
     """`check` a folder for a run that writes `names`, and a motion and signals for each clip."""
-    records, clips = read_records(out), []
-    for clip in library.clips:
-        ours = given_names(clip.name, records[clip.name]) if clip.name in records else ()
-        clips += {f"motions/{clip.name}.npz", f"signals/{clip.name}.npz"}.difference(ours)
-    inside = [f"{folder}/any" for folder in FOLDERS]  # each must be a folder of its own, not a link
-    check(out, [*names, *inside, *clips])
+    records, clips = read_records(out), {clip.name.lower(): clip.name for clip in library.clips}
+    # each must be a folder of its own, not a link
+    inside = [f"{folder}/any" for folder in (*FOLDERS, *_subfolders())]
+    found = []
+    for file in chain(_below(out, "motions"), _below(out, "signals")):
+        # in lower case, for where case does not count
+        clip = clips.get(file.rpartition("/")[2].removesuffix(NPZ).lower())
+        if clip is not None and not records.names(clip, file):
+            found.append(file)
+    check(out, [*names, *inside, *found])
+
+
+def _subfolders() -> list[str]:
+    return [f"{folder}/{name}" for folder in DIVIDED for name in SUBFOLDERS]
+
+
+NPZ = ".npz"
+
+
+def _below(out: Path, folder: str) -> Iterator[str]:
+    """All that is called a clip's file in one of the folders, by its path in `out`."""
+    for place, folders, files in os.walk(out / folder):
+        inside = folder + place[len(str(out / folder)) :].replace(os.sep, "/")
+        yield from (f"{inside}/{name}" for name in (*folders, *files) if name.endswith(NPZ))
 
 
 def forget_running(out: Path, clips: set[str]) -> None:
@@ -122,24 +147,25 @@ def remove_leftovers(out: Path, used: set[str]) -> None:
 
     Motions and signals go where they are as a record says; the work folder is all ours.
     """
-    stale = {clip: record for clip, record in read_records(out).items() if clip not in used}
-    found = {clip: files for clip, record in stale.items() if (files := given_names(clip, record))}
+    records = read_records(out)
+    stale = {clip: records[clip] for clip in records if clip not in used}
+    found = {clip: files for clip, record in stale.items() if (files := given_names(out, clip, record))}
     for files in found.values():
         remove_own(out, files)
     if found:
         tidy(out, found)  # a record of no use stays, or its clip would be tried again
-    for path in (out / WORK / "features").glob("*.npz"):
-        if path.stem not in used:
-            path.unlink()
-    for path in (out / WORK / "copies").glob("*.npz"):
-        if path.stem.rpartition(".")[0] not in used:
-            path.unlink()
+    for folder in (f"{WORK}/features", f"{WORK}/copies"):
+        for file in _below(out, folder):
+            clip = file.rpartition("/")[2].removesuffix(NPZ)
+            if clip not in used and clip.rpartition(".")[0] not in used:
+                (out / file).unlink()
     remove_unfinished(out)
 
 
 def remove_unfinished(out: Path) -> None:
     """Remove files that a run was writing when it was killed."""
-    for folder in (out, *(out / name for name in (*FOLDERS, HEATMAPS, WORK))):
+    inside = (*FOLDERS, *_subfolders(), HEATMAPS, WORK)
+    for folder in (out, *(out / name for name in inside)):
         for path in folder.glob(f".*{UNFINISHED}"):
             if path.is_dir():
                 shutil.rmtree(path)

@@ -10,12 +10,12 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from w2w.core.clip_files import WORK
+from w2w.core.clip_files import WORK, motion_file, signals_file
 from w2w.core.files import UNFINISHED, file_sha256, write_json, write_text
 from w2w.core.results_folder import ClipResult
 
@@ -29,6 +29,33 @@ LIST = "records"
 
 CLIP = re.compile(r'\{"clip": "((?:[^"\\]|\\.)*)"')
 """How a line of the list begins, be the rest as damaged as it may."""
+
+
+class Records(Mapping[str, Record]):
+    """The newest record of each clip, as text until it is asked for; a damaged one says whose it is."""
+
+    def __init__(self, texts: dict[str, str], out: Path) -> None:
+        self._texts, self._out = texts, out
+
+    def __getitem__(self, clip: str) -> Record:
+        return _decoded(self._texts[clip], clip)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._texts)
+
+    def __len__(self) -> int:
+        return len(self._texts)
+
+    def names(self, clip: str, file: str) -> bool:
+        """Whether a motion or signals, by its path in the folder, is the clip's by its record."""
+        text = self._texts.get(clip, "")
+        return f'"{file}"' in text or (
+            clip in self._texts and file in given_names(self._out, clip, self[clip])
+        )
+
+    def text(self, clip: str) -> str:
+        """The clip's line in the list; empty where it has none."""
+        return self._texts.get(clip, "")
 
 
 def unfinished(path: Path) -> Path:
@@ -47,7 +74,7 @@ def write_record(task: ClipTask, result: ClipResult, files: tuple[Path, ...]) ->
         nameless = unfinished(path)
         names[path.relative_to(task.out).as_posix()] = nameless if nameless.exists() else path
     if before := last_record(task):
-        others = given_names(task.clip.name, before).items()
+        others = given_names(task.out, task.clip.name, before).items()
         remove_own(task.out, {name: value for name, value in others if name not in names})
     path = task.clip.path
     content = {
@@ -71,7 +98,8 @@ def distrust(task: ClipTask) -> None:
 
 def last_record(task: ClipTask) -> Record | None:
     """The clip's newest record: a file of its own, or as the run found it in the list."""
-    return _own_record(task.record_file) or task.before
+    own = _own_record(task.record_file)
+    return _decoded(task.before, task.clip.name) if own is None and task.before else own
 
 
 def _own_record(path: Path) -> Record | None:
@@ -85,30 +113,34 @@ def _own_record(path: Path) -> Record | None:
         return {"clip": path.stem, "at": 0}
 
 
-def read_records(out: Path) -> dict[str, Record]:
+def read_records(out: Path) -> Records:
     """The newest record of each clip; of one that is damaged no more than whose it is."""
-    found: dict[str, Record] = {}
+    found: dict[str, str] = {}
     for path in sorted((out / WORK).glob(f"{LIST}*.jsonl")):
         with path.open(encoding="utf-8", errors="replace") as stream:
-            for record in filter(None, map(_listed, stream)):
-                if record["at"] >= found.get(record["clip"], record)["at"]:
-                    found[record["clip"]] = record
+            for line in stream:
+                # a kill may have cut it short before the clip's name
+                if (name := CLIP.match(line)) and not _older(line, found.get(name[1]), name[1]):
+                    found[name[1]] = line.rstrip("\n")
     for path in (out / WORK / "clips").glob("*.json"):
         if record := _own_record(path):
-            found[path.stem] = record
-    return found
+            found[path.stem] = json.dumps(record)
+    return Records(found, out)
 
 
-def _listed(line: str) -> Record | None:
-    """A line of the list; None of one that a kill cut short before the clip's name."""
+def _older(line: str, known: str | None, clip: str) -> bool:
+    """Whether a line of the list is older than what is known of its clip."""
+    return known is not None and _decoded(line, clip)["at"] < _decoded(known, clip)["at"]
+
+
+def _decoded(line: str, clip: str) -> Record:
     try:
         record = json.loads(line)
-        if isinstance(record["clip"], str) and isinstance(record["at"], int):
+        if record["clip"] == clip and isinstance(record["at"], int):
             return record
     except (ValueError, KeyError, TypeError, RecursionError):
         pass
-    name = CLIP.match(line)
-    return {"clip": name[1], "at": 0} if name else None
+    return {"clip": clip, "at": 0}
 
 
 def gather(out: Path, clips: Iterable[str], shard: str = "") -> None:
@@ -116,38 +148,34 @@ def gather(out: Path, clips: Iterable[str], shard: str = "") -> None:
     paths = [out / WORK / "clips" / f"{clip}.json" for clip in clips]
     found = {path: record for path in paths if (record := _own_record(path))}
     with _list_file(out, shard).open("a", encoding="utf-8") as stream:
-        stream.write("".join(map(_line, found.values())))
+        stream.write("".join(f"\n{json.dumps(record)}" for record in found.values()))
         stream.flush()
         os.fsync(stream.fileno())
     for path in found:
         path.unlink()
 
 
-def tidy(out: Path, without: Collection[str] = ()) -> dict[str, Record]:
+def tidy(out: Path, without: Collection[str] = ()) -> Records:
     """The records of a folder that no other run works in, less some clips', in one list from now on."""
     records = read_records(out)
-    kept = {clip: record for clip, record in records.items() if clip not in without}
+    kept = {clip: records.text(clip) for clip in records if clip not in without}
     lists = set((out / WORK).glob(f"{LIST}*.jsonl"))
     own = list((out / WORK / "clips").glob("*.json"))
     if own or len(kept) < len(records) or lists != {_list_file(out)}:
-        write_text(_list_file(out), "".join(map(_line, kept.values())))
+        write_text(_list_file(out), "".join(f"\n{text}" for text in kept.values()))
         for path in (*own, *(lists - {_list_file(out)})):
             path.unlink()
-    return kept
+    return Records(kept, out)
 
 
 def _list_file(out: Path, shard: str = "") -> Path:
     return out / WORK / ".".join(filter(None, (LIST, shard, "jsonl")))
 
 
-def _line(record: Record) -> str:
-    """A line that begins anew, whatever a kill left before it."""
-    return "\n" + json.dumps(record)
-
-
-def given_names(clip: str, record: Record) -> dict[str, str]:
+def given_names(out: Path, clip: str, record: Record) -> dict[str, str]:
     """Hashes of the motion and signals that a record names, which is believed about no other file."""
-    names, files = (f"motions/{clip}.npz", f"signals/{clip}.npz"), record.get("files")
+    paths, files = (motion_file(out, clip), signals_file(out, clip)), record.get("files")
+    names = [path.relative_to(out).as_posix() for path in paths]
     if not isinstance(files, Mapping):
         return dict.fromkeys(names, "")  # the record is damaged, but ours
     return {name: str(files[name]) for name in names if name in files}
@@ -165,7 +193,7 @@ def untouched(task: ClipTask, record: Record | None) -> ClipResult | None:
         if size != source["bytes"] or max(times) > at or record["key"] != task.key(source["sha256"]):
             return None
         for name in record["files"]:
-            made = (task.out / name).stat()
+            made = os.stat(f"{task.out}/{name}")  # noqa: PTH116 - a path costs more than the call
             if made.st_size != sizes[name] or made.st_mtime_ns > at:
                 return None
         if isinstance(record["reason"], str) and isinstance(record["details"], dict):

@@ -7,7 +7,7 @@ import hashlib
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from contextlib import nullcontext
+from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
-from w2w.core.clip_files import WORK, ClipWindows, ranking_inputs
+from w2w.core.clip_files import NO_SIGNATURE, WORK, ClipWindows, FilesToRank, Signatures, ranking_inputs
 from w2w.core.clip_ranking import LabelledClip, copies_among, rank_clips, same_motions
 from w2w.core.files import UNFINISHED, file_sha256, write_json
 from w2w.core.findings.notes import copies_sentence
@@ -100,17 +100,18 @@ def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Stu
     """
     config, used = plan.config, [result.clip for result in made.clips if result.used]
     pooling = Pooling.on(made.body, made.patches)
-    try:
-        utility, ranked = _rank(used, pooling, plan, out, monitor)
-    except ValueError as error:
-        activities = Counter(clip.activity for clip in used)
-        found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
-        windows = [ClipWindows.read(out, clip.name) for clip in used]
-        copies = copies_sentence(copies_among(used, same_motions(used, windows)))
-        raise StudyError(
-            f"{error}. Clips used by activity: {found}{'. ' * bool(copies)}{copies}", made.clips
-        ) from error
-    results = StudyResults(out, utility, made.patches, ranked, config.as_dict())
+    with closing(Signatures(out / WORK)) as signatures:
+        files = _files_to_rank(used, config, out, signatures)
+        try:
+            utility, ranked = _rank(files, pooling, plan, out, monitor)
+        except ValueError as error:
+            activities = Counter(clip.activity for clip in used)
+            found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
+            copies = copies_sentence(copies_among(used, same_motions(used, files.windows, signatures)))
+            raise StudyError(
+                f"{error}. Clips used by activity: {found}{'. ' * bool(copies)}{copies}", made.clips
+            ) from error
+    results = StudyResults(out, utility, made.patches, ranked, config.as_dict(), read=files)
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
         try:
             advice = advised(results, config, pooling)
@@ -172,6 +173,7 @@ def _bake(
     ).hexdigest()
     out = out.resolve()
     records = read_records(out) if shard else tidy(out)
+    clips = {clip.name: clip for clip in plan.library.clips}
     results: dict[str, ClipResult] = {}
     due, own_files = [], []
     with monitor.bar("turning motions to signals", len(plan.library.clips), "Motions to signals") as advance:
@@ -179,36 +181,45 @@ def _bake(
         def done(result: ClipResult) -> None:
             results[result.clip.name] = result
             monitor.clip_done(result)
-            advance(1)
 
         def made(result: ClipResult) -> None:
-            done(result)
+            done(result.small(clips[result.clip.name]))
+            advance(1)
             own_files.append(result.clip.name)
             if len(own_files) == GATHER:
                 gather(out, own_files, shard)
                 own_files.clear()
 
         for clip in plan.library.clips:
-            # the absolute path keeps a link's own name, which says its kind
-            clip = replace(clip, path=clip.path.absolute())
-            task = ClipTask(clip, out, config, inputs, engine, records.get(clip.name))
-            as_it_was = None if engine.verify else untouched(task, task.before)
+            task = ClipTask(clip, out, config, inputs, engine, records.text(clip.name))
+            as_it_was = None if engine.verify else untouched(task, records.get(clip.name))
             if as_it_was is None:
                 due.append(task)
             else:
-                done(as_it_was)
+                done(as_it_was.small(clip))
+        advance(len(results))
         run_tasks(due, engine.workers, engine.scheduler, made, workers)
         gather(out, own_files, shard)
     return [results[clip.name] for clip in plan.library.clips]
 
 
-def _rank(
-    used: list[Clip], pooling: Pooling, plan: RunPlan, out: Path, monitor: RunMonitor
-) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
-    config, out = plan.config, out.resolve()  # where a cluster finds it, too
+def _files_to_rank(used: list[Clip], config: StudyConfig, out: Path, signatures: Signatures) -> FilesToRank:
+    """What the clips' files hold for the ranking, and their signatures, which are needed but once."""
+    out = out.resolve()  # where a cluster finds it, too
     places = [(out, clip.name) for clip in used]
-    windows = [ClipWindows.read(*place) for place in places]
+    windows = []
+    for place in places:
+        found = ClipWindows.read(*place)
+        signatures.append(found.signature)
+        windows.append(replace(found, signature=NO_SIGNATURE))
     inputs = ranking_inputs(places, windows, config.classifier, config.windows)
+    return FilesToRank(used, tuple(windows), inputs, config.classifier, signatures)
+
+
+def _rank(
+    files: FilesToRank, pooling: Pooling, plan: RunPlan, out: Path, monitor: RunMonitor
+) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
+    config, engine = plan.config, plan.engine
     with monitor.bar("ranking patches", 100) as advance:
         done = 0
 
@@ -217,6 +228,9 @@ def _rank(
             advance(int(100 * fraction) - done)
             done = int(100 * fraction)
 
-        engine, n_windows = plan.engine, sum(len(found.is_test) for found in windows)
+        n_windows = sum(len(found.is_test) for found in files.windows)
         spread = spread_over(engine.scheduler) or spread_here(engine.workers, n_windows)
-        return rank_clips(used, windows, inputs, config, progress, out / WORK, pooling=pooling, spread=spread)
+        return rank_clips(
+            files.clips, files.windows, files.inputs, config, progress, out.resolve() / WORK,
+            pooling=pooling, spread=spread, signatures=files.signatures,
+        )  # fmt: skip

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from w2w.core.clip_list import is_used
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
 from w2w.core.motion.library import Clip, Library, LibraryError, read_library, unique_names
@@ -109,7 +110,7 @@ def mixed_windows(study: StudyResults) -> MixedWindows:
 
     Raises ValueError if the run's labels name no sources.
     """
-    used = study.summary["used"]
+    used = [entry for entry in study.listed if is_used(entry)]
     if not all(entry.get("source") for entry in used):
         raise ValueError("every clip needs its source: give --labels a column 'source'")
     labels = study.labels()

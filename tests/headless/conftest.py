@@ -137,8 +137,8 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
         StudyResults(out, utility, patches, ranked, config.as_dict()),
         advise(utility, patches, body, tests, config.target, max_places=5),
     )
-    write_config(drawn)
     write_results(drawn)
+    write_config(drawn)
     return out
 
 

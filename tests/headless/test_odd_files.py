@@ -18,6 +18,8 @@ from w2w.headless.runs.clip import do_clip, file_sha256, record_death, work_in_w
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import make_folders
 
+from ..clip_lists import skipped_clips, used_clips
+
 pytestmark = [
     pytest.mark.skipif(os.name == "nt", reason="Windows has no such files and names"),
     pytest.mark.usefixtures("one_worker"),
@@ -30,6 +32,7 @@ GOOD = (
     ("lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Run.fbx", "running"),
     ("kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx", "running"),
 )
+
 FAST = ("--patches", "8", "--no-pictures", "--workers", "2", "--verbose")
 BAD = {
     "loop.fbx": "it is a symbolic link that leads back to itself",
@@ -73,11 +76,11 @@ def test_a_run_over_all_of_them_ends_with_its_report(library, tmp_path):
     out = tmp_path / "out"
     result = CliRunner().invoke(APP, ["run", str(library), "--out", str(out), *FAST], env={"COLUMNS": "400"})
     assert result.exit_code == 0, result.output
-    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    told = {entry["file"].removeprefix("walking/"): entry["reason"] for entry in summary["skipped"]}
+    told = {file.removeprefix("walking/"): reason for file, reason in skipped_clips(out).items()}
     assert told == BAD
-    assert "walking/gehen%E4%FF.fbx" in {entry["file"] for entry in summary["used"]}
-    assert len(summary["used"]) == len(GOOD)
+    used = used_clips(out)
+    assert "walking/gehen%E4%FF.fbx" in {entry["file"] for entry in used}
+    assert len(used) == len(GOOD)
     report = (out / "report.html").read_text(encoding="utf-8")
     shown = " ".join(result.output.split())
     for file, reason in BAD.items():
@@ -117,8 +120,7 @@ def test_under_a_locale_that_knows_no_accents(library, shared_data, tmp_path):
     assert b"Traceback" not in result.stderr, result.stderr.decode(errors="replace")
     assert result.returncode == 0, result.stdout.decode(errors="replace")
     assert rb"l\xe4uft" in result.stdout
-    summary = json.loads((tmp_path / "aus é" / "summary.json").read_text(encoding="utf-8"))
-    used = {entry["file"]: entry["activity"] for entry in summary["used"]}
+    used = {entry["file"]: entry["activity"] for entry in used_clips(tmp_path / "aus é")}
     assert used["läuft/é.bvh"] == "läuft"
     assert used["walking/gehen%E4%FF.fbx"] == "walking"
     assert "Läuft" in (tmp_path / "aus é" / "report.html").read_text(encoding="utf-8")

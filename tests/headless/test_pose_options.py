@@ -15,6 +15,7 @@ from w2w.core.motion.skinning import on_the_ground
 from w2w.headless.app import APP
 from w2w.studies.datasets.utd_mhad import UTD_ACTIONS, read_utd_mhad
 
+from ..clip_lists import skipped_clips, used_clips
 from ..seen_joints import seen_as
 
 pytestmark = pytest.mark.usefixtures("one_worker")
@@ -57,8 +58,8 @@ def test_kinect_skeletons_are_a_library(kinect, tmp_path):
     assert code == 0, output
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert (summary["clips"]["found"], summary["clips"]["used"]) == (8, 6)
-    assert {entry["skeleton"] for entry in summary["used"]} == {"Kinect, 20 joints"}
-    reasons = {entry["file"]: entry["reason"] for entry in summary["skipped"]}
+    assert {entry["skeleton"] for entry in used_clips(tmp_path / "out")} == {"Kinect, 20 joints"}
+    reasons = skipped_clips(tmp_path / "out")
     assert "positions in the picture (2D)" in reasons["walk/flat.npy"]
     assert "damaged or no npy file" in reasons["walk/broken.npy"]
     walk = Motion.load(tmp_path / "out" / "motions" / "walk_0.npz")

@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from w2w.headless.app import APP
 
+from ..clip_lists import skipped_clips, used_clips
 from ..made_motions import FILES
 
 pytestmark = pytest.mark.usefixtures("one_worker")
@@ -30,9 +31,9 @@ def ranked(made_files, tmp_path_factory):
 
 
 def test_every_file_is_used_with_its_frames(made_files, ranked):
-    summary, _, _ = ranked
-    assert summary["skipped"] == []
-    used = {entry["file"]: entry for entry in summary["used"]}
+    out = ranked[2]
+    assert skipped_clips(out) == {}
+    used = {entry["file"]: entry for entry in used_clips(out)}
     assert used.keys() == FILES.keys()
     for file, clip in made_files[1].items():
         assert used[file]["frames"] == len(clip.heads)
@@ -62,9 +63,9 @@ def test_the_ranking_finds_where_the_activities_show(ranked):
 
 
 def test_signals_and_motions_of_every_file_are_written(made_files, ranked):
-    summary, _, out = ranked
+    out = ranked[2]
     clips = made_files[1]
-    for entry in summary["used"]:
+    for entry in used_clips(out):
         with np.load(out / "signals" / f"{entry['clip']}.npz", allow_pickle=False) as signals:
             # three seconds at 50 Hz, both ends; BVH rounds the frame time, and may end just before
             assert signals["acc"].shape in ((151, 24, 3), (151 - entry["file"].endswith(".bvh"), 24, 3))

@@ -23,6 +23,8 @@ from w2w.ranking import Ranking
 from w2w.studies.placements.score_table import ScoreRow, score_table
 from w2w.studies.placements.score_text import _cell, write_scores
 
+from ..clip_lists import skipped_clips
+
 LABELS = """sep=;
 file;activity;subject
 walk/0.npz;Walking;A
@@ -108,7 +110,7 @@ def test_labels_that_match_nothing_are_counted_and_named(places):
     assert labels["files_not_listed"] == ["unlisted.npz"]
     assert labels["spellings"] == {"aux": ["aux", "AUX"], "walking": ["walking", "Walking"]}
     assert summary["labelled_by"] == "the file labels.csv"
-    assert {entry["file"]: entry["reason"] for entry in summary["skipped"]} == {
+    assert skipped_clips(out) == {
         "nothing.npz": "labels.csv gives it no activity",
         "unlisted.npz": "labels.csv does not list it",
     }

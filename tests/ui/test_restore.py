@@ -39,6 +39,7 @@ from w2w.ui.study.state import (
     utility_of,
 )
 
+from ..clip_lists import skipped_clips, used_clips
 from ..scene.conftest import difference
 
 pytestmark = pytest.mark.usefixtures("blender")
@@ -73,19 +74,17 @@ def test_ranking_choice_and_regions_are_the_runs(
     assert jobs.message == jobs.Message("Opened a finished run: 9 clips on 48 patches", False)
 
 
-def test_clips_play_and_the_unusable_one_says_why(
-    opened: bpy.types.Object, finished_run: Path, summary: dict
-) -> None:
+def test_clips_play_and_the_unusable_one_says_why(opened: bpy.types.Object, finished_run: Path) -> None:
     study, settings = opened.w2w, bake_settings(opened.w2w)
     used = [clip for clip in study.clips if state_of(clip, settings) == BAKED]
     assert [(clip.name, clip.activity) for clip in used] == [
-        (entry["clip"], entry["activity"]) for entry in summary["used"]
+        (entry["clip"], entry["activity"]) for entry in used_clips(finished_run)
     ]
     assert [clip.motion_key for clip in used] == [
         clip.motion_key for clip in StudyResults.load(finished_run).clips
     ]
     (broken,) = [clip for clip in study.clips if state_of(clip, settings) == FAILED]
-    assert (broken.name, broken.problem) == ("broken.bvh", summary["skipped"][0]["reason"])
+    assert (broken.name, broken.problem) == ("broken.bvh", *skipped_clips(finished_run).values())
     assert bpy.ops.w2w.preview_clip(index=4) == {"FINISHED"}
     assert armature_of(opened).animation_data.action == study.clips[4].action
 
@@ -163,6 +162,7 @@ def test_a_damaged_record_is_said_and_leaves_the_file_as_it_is(finished_run: Pat
 CHANGES = (
     {"config.json": None},
     {"summary.json": b"{}"},
+    {"clips.jsonl": b"{}"},
     {"utility.npz": b"PK"},
     {"names.json": b"[]"},
     {"names.json": b'{"collections": ["Patches"], "actions": {}, "signals": {}}'},

@@ -28,6 +28,7 @@ from w2w.ui.study import signal_cache
 from w2w.ui.study.lists import advice_of
 from w2w.ui.study.state import rank_settings, utility_of
 
+from ..clip_lists import skipped_clips, used_clips
 from .made_study import make_study
 from .test_restore import open_file
 
@@ -70,13 +71,13 @@ def test_a_folder_of_the_panel_names_versions_and_inputs(
     config = json.loads((tmp_path / "saved" / "config.json").read_text())
     assert config["versions"] == versions()
     assert config["versions"]["scipy"] == scipy.__version__
-    assert config["inputs"][f"{file.parent.name}_{file.stem}".replace(" ", "_")] == file_sha256(file)
-    assert set(config["inputs"].values()) == {file_sha256(file) for file in library.rglob("*.npz")}
-    run = json.loads((finished_run / "config.json").read_text())
+    assert config["clips"]["sha256"] == file_sha256(tmp_path / "saved" / "clips.jsonl")
+    saved = hashes(tmp_path / "saved")
+    assert saved[f"{file.parent.name}_{file.stem}".replace(" ", "_")] == file_sha256(file)
+    assert set(saved.values()) == {file_sha256(file) for file in library.rglob("*.npz")}
     open_file(finished_run / "study.blend")
-    summary = save(tmp_path / "again")
-    again = json.loads((tmp_path / "again" / "config.json").read_text())
-    assert again["inputs"] == {entry["file"]: run["inputs"][entry["file"]] for entry in summary["used"]}
+    save(tmp_path / "again")
+    assert hashes(tmp_path / "again") == hashes(finished_run)
 
 
 def test_a_file_changed_since_it_was_imported_is_named_as_it_was(library: Path, tmp_path: Path) -> None:
@@ -87,7 +88,11 @@ def test_a_file_changed_since_it_was_imported_is_named_as_it_was(library: Path, 
     sha256 = file_sha256(file)
     file.write_bytes(b"another take")
     save(tmp_path / "saved")
-    assert sha256 in json.loads((tmp_path / "saved" / "config.json").read_text())["inputs"].values()
+    assert sha256 in hashes(tmp_path / "saved").values()
+
+
+def hashes(out: Path) -> dict[str, str]:
+    return {entry["file"]: entry["sha256"] for entry in used_clips(out)}
 
 
 def test_a_saved_study_opens_again_with_its_signals(library: Path, tmp_path: Path) -> None:
@@ -134,7 +139,7 @@ def test_what_was_changed_in_blender_goes_back_into_a_folder(finished_run: Path,
     assert (saved.config().target, saved.config().max_places) == (1.0, 2)
     assert saved.config().windows == run.config().windows
     assert summary["answer"]["patch"] == body.w2w.chosen[0].patch
-    assert summary["skipped"] == run.summary["skipped"]
+    assert skipped_clips(tmp_path / "saved") == skipped_clips(run.out)
     name = run.clips[4].name
     np.testing.assert_allclose(
         patch_matrices(saved.body(), saved.patches.triangles, saved.motion(name)),
@@ -151,7 +156,7 @@ def test_an_activity_that_is_not_ticked_is_left_out_and_said(finished_run: Path,
     saved = StudyResults.load(tmp_path / "saved")
     assert saved.utility.activities == ("bow", "walk_left")
     assert summary["clips"] == {"found": 10, "used": 6, "ranked": 6, "skipped": 4}
-    assert {"run is left out"} < {entry["reason"] for entry in summary["skipped"]}
+    assert {"run is left out"} < set(skipped_clips(tmp_path / "saved").values())
 
 
 def test_a_folder_with_something_in_it_is_left_alone(finished_run: Path, tmp_path: Path) -> None:

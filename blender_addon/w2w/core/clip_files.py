@@ -4,15 +4,17 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryFile
 from zipfile import ZipFile
 
 import numpy as np
 
 from .files import DAMAGED, load_arrays, write_npz
-from .motion.library import WORK_FOLDER
+from .motion.library import WORK_FOLDER, Clip
 from .ranking.inputs import FeatureFiles, PatchBlocks, WindowFiles
 from .ranking.utility import inputs_of
 from .ranking.windows import WindowSpec
@@ -21,24 +23,45 @@ WORK = WORK_FOLDER
 """Folder inside the output folder for what a later run can take up again."""
 
 
+MANY_CLIPS = 4096
+"""Clips from which on a new results folder divides them among sub-folders."""
+
+SUBFOLDERS = tuple(f"{number:02x}" for number in range(256))
+"""Names of the sub-folders: with a million clips, each holds four thousand."""
+
+
+def divide(folder: Path) -> None:
+    """Make the sub-folders of a folder of clips' files, unless files lie in it already."""
+    with os.scandir(folder) as entries:
+        if all(entry.is_dir() for entry in entries):
+            for name in SUBFOLDERS:
+                (folder / name).mkdir(exist_ok=True)
+
+
+def _file_of(folder: Path, clip: str, ending: str = ".npz") -> Path:
+    """A clip's file, in the sub-folder that a hash of the clip's name says, where the folder is divided."""
+    part = folder / hashlib.sha256(clip.encode()).hexdigest()[:2]
+    return (part if part.is_dir() else folder) / f"{clip}{ending}"
+
+
 def motion_file(out: Path, clip: str) -> Path:
     """The motion of a clip on the study's body."""
-    return out / "motions" / f"{clip}.npz"
+    return _file_of(out / "motions", clip)
 
 
 def signals_file(out: Path, clip: str) -> Path:
     """The recording of all patches of a clip."""
-    return out / "signals" / f"{clip}.npz"
+    return _file_of(out / "signals", clip)
 
 
 def features_file(out: Path, clip: str) -> Path:
     """Windows of a clip, then of its copies, as features."""
-    return out / WORK / "features" / f"{clip}.npz"
+    return _file_of(out / WORK / "features", clip)
 
 
 def copy_file(out: Path, clip: str, copy: int) -> Path:
     """The recording of a copy of a clip, where the classifier needs it."""
-    return out / WORK / "copies" / f"{clip}.{copy}.npz"
+    return _file_of(out / WORK / "copies", clip, f".{copy}.npz")
 
 
 def write_features(
@@ -55,7 +78,7 @@ def write_features(
     write_npz(path, arrays | {"signature": signature, "counts": counts})
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class ClipWindows:
     """What the ranking must know of a clip's windows beside their signals."""
 
@@ -74,6 +97,36 @@ class ClipWindows:
         return cls(data["is_test"], data["signature"], tuple(data["counts"].tolist()))
 
 
+NO_SIGNATURE = np.empty(0, dtype=np.float32)
+
+
+class Signatures(Sequence[np.ndarray]):
+    """Signatures of clips in a temporary file, for a hundred thousand would fill half a gigabyte."""
+
+    def __init__(self, folder: Path) -> None:
+        self._file = TemporaryFile(dir=folder)  # noqa: SIM115 - closed with this
+        self._ends = [0]
+
+    def append(self, signature: np.ndarray) -> None:
+        """Add the next clip's, shape (K,), in single precision."""
+        self._file.seek(self._ends[-1])
+        self._ends.append(
+            self._ends[-1] + self._file.write(signature.astype(np.float32, copy=False).tobytes())
+        )
+
+    def __len__(self) -> int:
+        return len(self._ends) - 1
+
+    def __getitem__(self, clip: int) -> np.ndarray:  # type: ignore[override] - none asks for slices
+        first, last = self._ends[range(len(self))[clip]], self._ends[clip + 1]
+        self._file.seek(first)
+        return np.frombuffer(self._file.read(last - first), dtype=np.float32)
+
+    def close(self) -> None:
+        """Let the file go."""
+        self._file.close()
+
+
 def recordings_of(out: Path, clip: str, windows: ClipWindows) -> list[Path]:
     """The recording of a clip, then those of its copies, which may not have been kept."""
     copies = range(len(windows.counts) - 1)
@@ -90,6 +143,17 @@ def ranking_inputs(
         path for clip, found in zip(clips, windows, strict=True) for path in recordings_of(*clip, found)
     ]
     return WindowFiles(recordings, [count for found in windows for count in found.counts], spec)
+
+
+@dataclass(frozen=True, eq=False)
+class FilesToRank:
+    """What the files of a study's clips hold for the ranking by a classifier."""
+
+    clips: Sequence[Clip]
+    windows: tuple[ClipWindows, ...]
+    inputs: PatchBlocks
+    classifier: str
+    signatures: Signatures
 
 
 STORED = "run-"

@@ -79,6 +79,7 @@ def rank_clips(
     classifier: Any = None,
     pooling: Pooling | None = None,
     spread: Spread | None = None,
+    signatures: Sequence[np.ndarray] | None = None,
 ) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
     """Find clips that show one motion, then train and test at every patch.
 
@@ -90,6 +91,8 @@ def rank_clips(
         What the classifier takes (`utility.inputs_of`), the clips' windows one after another.
     progress, work, classifier, pooling, spread
         As for `utility_map`; the classifier in place of the config's.
+    signatures : sequence of ndarrays (K,), length C, optional
+        Those of the clips, where `windows` are without.
 
     Returns
     -------
@@ -102,17 +105,19 @@ def rank_clips(
     ValueError
         If fewer than two activities can be tested; the message says why.
     """
-    ranked = same_motions(clips, windows)
+    ranked = same_motions(clips, windows, signatures)
     labels = WindowLabels.of(ranked, windows)
     return rank_windows(inputs, labels, config, progress, work, classifier, pooling, spread), ranked
 
 
 def same_motions(
-    clips: Sequence[Clip | LabelledClip], windows: Sequence[ClipWindows]
+    clips: Sequence[Clip | LabelledClip],
+    windows: Sequence[ClipWindows],
+    signatures: Sequence[np.ndarray] | None = None,
 ) -> tuple[LabelledClip, ...]:
     """The clips, each with the first that shows the same motion."""
     names, keys = [clip.name for clip in clips], [clip.motion_key for clip in clips]
-    groups = same_clips(names, keys, [found.signature for found in windows])
+    groups = same_clips(names, keys, signatures or [found.signature for found in windows])
     first = np.unique(groups, return_index=True)[1]
     return tuple(
         LabelledClip(clip.name, clip.activity, clip.subject, clips[int(first[group])].name)

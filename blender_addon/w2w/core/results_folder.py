@@ -2,8 +2,9 @@
 """A finished study: its results folder, read back to rank or choose again without baking, and its clips."""
 
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
@@ -11,7 +12,8 @@ from typing import Any, Self
 import numpy as np
 
 from .body.body import Body
-from .clip_files import WORK, ClipWindows, motion_file, ranking_inputs, signals_file
+from .clip_files import WORK, ClipWindows, FilesToRank, motion_file, ranking_inputs, signals_file
+from .clip_list import Entry, is_used, read_clip_list
 from .clip_ranking import LabelledClip, WindowLabels, copies_among, rank_windows, set_tests
 from .imu.recording import ImuRecording
 from .motion.library import Clip, Library
@@ -44,16 +46,18 @@ class StudyResults:
     patches: PatchSet
     clips: tuple[LabelledClip, ...]
     parameters: dict[str, Any]
+    read: FilesToRank | None = field(default=None, kw_only=True)
+    """What the run that has just ended read of the clips' files."""
 
     @classmethod
     def load(cls, out: Path) -> Self:
         """Read a results folder; ValueError if `out` is not that of a finished run."""
         try:
-            summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+            json.loads((out / "summary.json").read_text(encoding="utf-8"))["clips"]
             config = json.loads((out / "config.json").read_text(encoding="utf-8"))
             utility = UtilityMap.load(out / UTILITY)
             patches = PatchSet.load(out / WORK / "patches.npz")
-            clips = _clips(summary["used"])
+            clips = _clips(filter(is_used, read_clip_list(out)))
         except FileNotFoundError as error:
             raise ValueError(
                 f"{out} is not the results folder of a finished run: {Path(error.filename).name} is missing"
@@ -107,14 +111,14 @@ class StudyResults:
         return json.loads((self.out / "summary.json").read_text(encoding="utf-8"))
 
     @cached_property
-    def source_hashes(self) -> dict[str, str]:
-        """Hash of each file that a clip was read from, by its path in the library."""
-        return json.loads((self.out / "config.json").read_text(encoding="utf-8")).get("inputs", {})
+    def listed(self) -> tuple[Entry, ...]:
+        """What the folder's list says of each clip: of `clips`, then of those skipped."""
+        return tuple(read_clip_list(self.out))
 
     @cached_property
     def windows(self) -> tuple[ClipWindows, ...]:
         """The windows of each clip."""
-        return tuple(ClipWindows.read(*place) for place in self.places)
+        return self.read.windows if self.read else tuple(ClipWindows.read(*place) for place in self.places)
 
     @cached_property
     def places(self) -> tuple[tuple[Path, str], ...]:
@@ -123,6 +127,8 @@ class StudyResults:
 
     def inputs(self, classifier: str) -> PatchBlocks:
         """What a classifier takes of the run: all windows of all patches and copies, served from disk."""
+        if self.read and self.read.classifier == classifier:
+            return self.read.inputs
         return ranking_inputs(self.places, self.windows, classifier, self.config().windows)
 
     def labels(self) -> WindowLabels:
@@ -139,12 +145,13 @@ def stored_recording(out: Path, clip: str) -> ImuRecording:
     return study.recording([one.name for one in study.clips].index(clip))
 
 
-def _clips(used: list[dict[str, Any]]) -> tuple[LabelledClip, ...]:
-    name_of = {entry["file"]: entry["clip"] for entry in used}
+def _clips(used: Iterable[Entry]) -> tuple[LabelledClip, ...]:
+    name_of: dict[str, str] = {}
     clips = []
     for entry in used:
-        first = name_of[entry.get("same_motion_as", entry["file"])]
-        clips.append(LabelledClip(entry["clip"], entry["activity"], entry["subject"], first))
+        name = name_of[entry["file"]] = entry["clip"]
+        first = name_of[entry["same_motion_as"]] if "same_motion_as" in entry else name
+        clips.append(LabelledClip(name, sys.intern(entry["activity"]), sys.intern(entry["subject"]), first))
     return tuple(clips)
 
 
@@ -236,7 +243,11 @@ def _turns(study: StudyResults, config: StudyConfig, patches: Sequence[int]) -> 
     return [may_turn(cut[:, card], rate, protocol, DROP) for card in range(len(patches))]
 
 
-@dataclass(frozen=True)
+def _shared(value: Any) -> Any:
+    return sys.intern(value) if isinstance(value, str) else value
+
+
+@dataclass(frozen=True, slots=True)
 class ClipResult:
     """A clip, used or skipped."""
 
@@ -249,6 +260,11 @@ class ClipResult:
     def used(self) -> bool:
         """Whether the clip takes part in the ranking."""
         return not self.reason
+
+    def small(self, clip: Clip) -> Self:
+        """The result with the library's own clip, and words that many clips share held once."""
+        details = {sys.intern(name): _shared(value) for name, value in self.details.items()}
+        return replace(self, clip=clip, reason=sys.intern(self.reason), details=details)
 
 
 @dataclass(frozen=True)

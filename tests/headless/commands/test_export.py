@@ -182,7 +182,7 @@ def test_bids_motion(results, tmp_path):
     header, *channels = [
         line.split("\t") for line in stem.with_name(f"{stem.name}_channels.tsv").read_text().splitlines()
     ]
-    assert header == ["name", "component", "type", "tracked_point", "units", "reference_frame"]
+    assert header == ["name", "component", "type", "tracked_point", "units", "placement", "reference_frame"]
     assert [(row[1], row[2], row[4]) for row in channels] == [
         *((axis, "ACCEL", "m/s^2") for axis in "xyz"), *((axis, "GYRO", "rad/s") for axis in "xyz"),
     ]  # fmt: skip
@@ -221,13 +221,32 @@ def test_opensim_and_xsens(results, bundled_body, tmp_path):
 def test_parquet(results, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet", exc_type=ImportError)
     folder = exported(results, tmp_path, "parquet", "--places", "left wrist, sternum")
-    table = parquet.read_table(folder / "signals.parquet").to_pydict()
-    assert set(table["clip"]) == {f"{name}_{number}" for name in ("slow", "fast") for number in range(4)}
-    rows = [k for k, clip in enumerate(table["clip"]) if clip == "slow_0"]
-    whole = recording_of(results)
-    patch = whole.sites.index(table["place"][rows[0]])
-    found = np.array([table["gyr_z"][k] for k in rows[: whole.n_samples]], dtype=np.float32)
-    np.testing.assert_array_equal(found, whole.gyr[:, patch, 2])
+    table = parquet.read_table(folder / "data")
+    channels = json.loads(table.schema.metadata[b"channels"])
+    assert [name[-6:] for name in channels] == 2 * [f" {r} {axis}" for r in ("acc", "gyr") for axis in "xyz"]
+    columns = table.to_pydict()
+    assert set(columns["clip"]) == {f"{name}_{number}" for name in ("slow", "fast") for number in range(4)}
+    assert "acc is specific force" in (folder / "README.md").read_text().replace("`", "")
+    whole, patch = (
+        recording_of(results),
+        recording_of(results).sites.index(channels[11].removesuffix(" gyr z")),
+    )
+    rows = [k for k, clip in enumerate(columns["clip"]) if clip == "slow_0"]
+    for row in rows:
+        start, found = columns["start"][row], np.float32(columns["signals"][row][11])
+        np.testing.assert_array_equal(found, whole.gyr[start : start + len(found), patch, 2])
+    assert sum(columns["is_test"][row] for row in rows) == 1 + (len(rows) - 1) // 2
+
+
+@pytest.mark.slow
+def test_parquet_in_parts_holds_the_same(results, tmp_path, monkeypatch):
+    parquet = pytest.importorskip("pyarrow.parquet", exc_type=ImportError)
+    whole = parquet.read_table(exported(results, tmp_path / "whole", "parquet") / "data")
+    monkeypatch.setattr("w2w.core.exports.parquet.PART_BYTES", 1)
+    monkeypatch.setattr("w2w.core.exports.parquet.GROUP_BYTES", 1)
+    folder = exported(results, tmp_path / "parts", "parquet") / "data"
+    assert len(list(folder.iterdir())) == 8
+    assert parquet.read_table(folder).equals(whole)
 
 
 @pytest.mark.slow
@@ -255,7 +274,7 @@ def test_an_export_is_replaced_and_nothing_else_is(results, tmp_path):
 @pytest.mark.parametrize(
     ("options", "code", "message"),
     [
-        (["--for", "excel"], 2, "--for must be one of aeon, torch, transpose"),
+        (["--for", "excel"], 2, "--for must be one of aeon, torch, parquet, transpose"),
         (["--for", "aeon", "--places", "lft wirst"], 2, "did you mean left wrist"),
         (["--for", "aeon", "--places", "left wrist, left wrist dorsal"], 2, "are both the place"),
         (["--for", "aeon", "--sensor", "ideal"], 2, "give the sensor to `w2w run`"),

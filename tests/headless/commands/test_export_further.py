@@ -76,13 +76,14 @@ def test_bids_knows_what_each_channel_is(results, tmp_path):
     folder = exported(results, tmp_path, "bids") / "sub-unknown" / "motion"
     stem = "sub-unknown_task-slow_tracksys-imu_run-1"
     rows = [line.split("\t") for line in (folder / f"{stem}_channels.tsv").read_text().splitlines()[1:]]
-    assert [(row[1], row[2], *row[4:]) for row in rows[6:14]] == [
+    assert all(row[3] == row[5].replace(" ", "_") for row in rows)
+    assert [(row[1], row[2], row[4], row[6]) for row in rows[6:14]] == [
         *((f"quat_{axis}", "ORNT", "n/a", "world") for axis in "wxyz"),
         *((axis, "MAGN", "uT", "sensor") for axis in "xyz"),
         ("n/a", "MISC", "Pa", "n/a"),
     ]
     frames = json.loads((folder / f"{stem}_channels.json").read_text())["reference_frame"]["Levels"]
-    assert {row[5] for row in rows} == set(frames)
+    assert {row[6] for row in rows} == set(frames)
     facts = json.loads((folder / f"{stem}_motion.json").read_text())
     counts = {name: facts[f"{name}ChannelCount"] for name in ("ACCEL", "GYRO", "ORNT", "MAGN", "MISC")}
     assert counts == {"ACCEL": 24, "GYRO": 24, "ORNT": 32, "MAGN": 24, "MISC": 8}
@@ -93,13 +94,19 @@ def test_bids_knows_what_each_channel_is(results, tmp_path):
 
 def test_parquet_has_a_column_for_each(results, tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet", exc_type=ImportError)
-    table = parquet.read_table(exported(results, tmp_path, "parquet") / "signals.parquet")
-    assert table.schema.metadata[b"magnetometer"] == b"uT, sensor frame"
+    table = parquet.read_table(exported(results, tmp_path, "parquet") / "data")
+    channels, units = (json.loads(table.schema.metadata[name]) for name in (b"channels", b"units"))
     columns = table.to_pydict()
     whole = of_clip(results, "fast_1")
-    rows = [k for k, clip in enumerate(columns["clip"]) if clip == "fast_1"][: whole.n_samples]
-    for name, values in (("quat_w", whole.orientation[:, 0, 0]), ("pressure", whole.barometer[:, 0, 0])):
-        np.testing.assert_array_equal(np.float32([columns[name][k] for k in rows]), values)
+    row = columns["clip"].index("fast_1")
+    for name, unit, values in (
+        ("quat w", "", whole.orientation[:, 0, 0]),
+        ("pressure", "Pa", whole.barometer[:, 0, 0]),
+    ):
+        number = channels.index(f"{whole.sites[0]} {name}")
+        found = np.float32(columns["signals"][row][number])
+        assert units[number] == unit
+        np.testing.assert_array_equal(found, values[: len(found)])
 
 
 def test_opensim_and_xsens_get_the_orientation_that_was_recorded(results, tmp_path):

@@ -14,7 +14,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from w2w.core.files import file_sha256
 from w2w.headless.app import APP
+
+from ...clip_lists import skipped_clips, used_clips
 
 ROOT = Path(__file__).resolve().parents[3]
 CLIPS = {
@@ -87,7 +90,7 @@ def test_the_summary_explains_every_clip(finished):
     out, output = finished
     summary = json.loads((out / "summary.json").read_text())
     assert summary["clips"] == {"found": 13, "used": 10, "ranked": 9, "skipped": 3}
-    reasons = {entry["file"]: entry["reason"] for entry in summary["skipped"]}
+    reasons = skipped_clips(out)
     assert "empty" in reasons["_broken/zero_bytes.fbx"]
     assert "cut short" in reasons["_broken/truncated_50pct_Walking.fbx"]
     assert "labels.csv" in reasons["not listed.fbx"]
@@ -101,7 +104,7 @@ def test_copies_are_named(finished):
     copy, first = "kirbycope__godot-4.3-sandbox-3d/Walking_InPlace.fbx", "Conqster__TheBarMan/Walking.fbx"
     summary = json.loads((out / "summary.json").read_text())
     assert summary["activities"]["walking"]["distinct_motions"] == 3
-    same = {entry["file"]: entry["same_motion_as"] for entry in summary["used"] if "same_motion_as" in entry}
+    same = {entry["file"]: entry["same_motion_as"] for entry in used_clips(out) if "same_motion_as" in entry}
     assert same == {copy: first}
     report = (out / "report.html").read_text(encoding="utf-8")
     for text in (" ".join(output.split()), report):
@@ -137,8 +140,7 @@ def test_the_recommendation_agrees_with_the_table(finished):
 
 def test_motions_and_signals_of_every_used_clip(finished):
     out, _ = finished
-    summary = json.loads((out / "summary.json").read_text())
-    for clip in summary["used"]:
+    for clip in used_clips(out):
         with np.load(out / "motions" / f"{clip['clip']}.npz", allow_pickle=False) as motion:
             assert motion["poses"].shape == (clip["frames"], 72)
             assert str(motion["activity"]) == clip["activity"]
@@ -163,7 +165,9 @@ def test_the_config_names_versions_and_inputs(finished, library):
     assert config["parameters"]["patches"] == 16
     assert config["versions"]["numpy"] == np.__version__
     file = "degocyx1211__GameJam1/Idle.fbx"
-    assert config["inputs"][file] == hashlib.sha256((library / file).read_bytes()).hexdigest()
+    assert config["clips"]["sha256"] == file_sha256(finished[0] / "clips.jsonl")
+    hashes = {clip["file"]: clip["sha256"] for clip in used_clips(finished[0])}
+    assert hashes[file] == file_sha256(library / file)
 
 
 def test_the_same_input_gives_the_same_bytes_whatever_the_workers(finished, finished_by_one):

@@ -17,6 +17,8 @@ from w2w.headless.runs.folder import TABLES, make_folders, remove_leftovers
 from w2w.headless.runs.own_files import ForeignFileError, check, new_file
 from w2w.headless.runs.records import read_records
 
+from ...clip_lists import skipped_clips, used_clips
+
 pytestmark = pytest.mark.usefixtures("one_worker")
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -105,8 +107,8 @@ def test_a_results_folder_in_the_library_is_none_of_its_clips(library):
     assert run(library, library / "results")[0] == 0
     before = contents(library)
     assert run(library, library / "results")[0] == 0
-    summary = json.loads((library / "results" / "summary.json").read_text())
-    assert (len(summary["used"]), summary["skipped"]) == (4, [])
+    assert len(used_clips(library / "results")) == 4
+    assert skipped_clips(library / "results") == {}
     after = contents(library)
     assert {name for name in before if before[name] != after.get(name)} == {Path("results/.w2w/state.json")}
 
@@ -170,7 +172,14 @@ def test_a_run_without_result_leaves_none_of_an_earlier_one(library, tmp_path):
     mine = put(out / "heatmaps" / "mine.png")
     code, _ = run(library, out)
     assert code == 1
-    assert {path.name for path in out.iterdir()} == {".w2w", "heatmaps", "motions", "signals", "summary.json"}
+    assert {path.name for path in out.iterdir()} == {
+        ".w2w",
+        "clips.jsonl",
+        "heatmaps",
+        "motions",
+        "signals",
+        "summary.json",
+    }
     assert "problem" in json.loads((out / "summary.json").read_text())
     assert mine.read_bytes() == PRECIOUS
 
@@ -194,7 +203,7 @@ def test_a_folder_without_the_list_is_the_users(library, tmp_path):
     before = contents(out)
     code, said = run(library, out)
     assert code == 2
-    assert "already holds config.json, utility.npz, utility.csv and 2 more" in said
+    assert "already holds config.json, utility.npz, utility.csv and 3 more" in said
     assert contents(out) == before
 
 

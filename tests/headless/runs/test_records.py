@@ -36,8 +36,8 @@ def test_gathered_records_say_what_the_files_said(tasks):
     assert read_records(out) == before
     assert tidy(out) == before == read_records(out)
     assert not tasks[2].record_file.exists()
-    tasks = [replace(task, before=before[task.clip.name]) for task in tasks]
-    assert all(do_clip(task) == untouched(task, task.before) for task in tasks)
+    tasks = [replace(task, before=before.text(task.clip.name)) for task in tasks]
+    assert all(do_clip(task) == untouched(task, before[task.clip.name]) for task in tasks)
     assert all(not task.record_file.exists() for task in tasks)  # none was made again
 
 
@@ -60,7 +60,7 @@ def test_a_damaged_line_is_no_record_but_leaves_the_files_ours(tasks):
     listed.write_text("\n".join(lines))
     record = read_records(out)[name]
     assert untouched(tasks[0], record) is None
-    assert given_names(name, record) == {f"motions/{name}.npz": "", f"signals/{name}.npz": ""}
+    assert given_names(out, name, record) == {f"motions/{name}.npz": "", f"signals/{name}.npz": ""}
 
 
 def test_the_newest_of_two_lists_counts_and_one_list_is_left(tasks):

@@ -14,6 +14,8 @@ from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.headless.app import APP
 
+from ...clip_lists import used_clips
+
 pytestmark = pytest.mark.usefixtures("one_worker")
 OPTIONS = "--patches 8 --no-pictures --no-report --workers 1 --halvings 2 --window 1 --fewest 5".split()
 PACES = {"slow": 0.5, "fast": 2.0}
@@ -86,7 +88,7 @@ def test_the_files_hold_what_the_page_shows(studied):
     content = json.loads((out / "library.json").read_text())
     assert content["curve"] == []
     assert -1 <= content["rho_of_halves"] <= 1
-    assert {entry["source"] for entry in json.loads((out / "summary.json").read_text())["used"]} == {
+    assert {entry["source"] for entry in used_clips(out)} == {
         "film",
         "lab",
     }

@@ -2,7 +2,6 @@
 """`w2w run --augment` trains on copies and tests on none; `w2w sweep` ranks the same motions again."""
 
 import csv
-import json
 
 import numpy as np
 import pytest
@@ -14,6 +13,8 @@ from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
 from w2w.studies.paper.sets import paper_sets
 from w2w.studies.sweep.cases import FACTORS, cases
+
+from ...clip_lists import used_clips
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker")]
 
@@ -39,17 +40,15 @@ def study(tmp_path_factory):
 
 
 def test_copies_are_trained_on_and_never_tested(study):
-    summary = json.loads((study.out / "summary.json").read_text())
-    for entry in summary["used"]:
+    used = used_clips(study.out)
+    for entry in used:
         found = ClipWindows.read(study.out, entry["clip"])
         assert len(found.counts) == 1 + entry["copies"] == 3
         assert found.counts[0] == entry["windows"]
         assert sum(found.counts[1:]) == entry["copy_windows"] > 0
         assert found.is_test.sum() == entry["test_windows"]
-    assert len(study.utility.truth) == sum(entry["test_windows"] for entry in summary["used"])
-    assert study.inputs("ridge").shape[0] == sum(
-        entry["windows"] + entry["copy_windows"] for entry in summary["used"]
-    )
+    assert len(study.utility.truth) == sum(entry["test_windows"] for entry in used)
+    assert study.inputs("ridge").shape[0] == sum(entry["windows"] + entry["copy_windows"] for entry in used)
     sets = paper_sets(study, study.config())
     assert len(sets.together) == len(sets.greedy.order)
 

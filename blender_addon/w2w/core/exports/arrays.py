@@ -1,28 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Windows as arrays that aeon, sktime and PyTorch take, and signals as one Parquet table.
+"""Windows as arrays (windows, channels, time) that aeon, sktime and PyTorch take, with their labels."""
 
-The arrays are (windows, channels, time) with labels; the table has a row a sample and sensor.
-"""
-
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..files import atomic_write, write_json, write_text
-from ..ranking.windows import TooShortError, cut_alike, cut_windows
+from ..ranking.windows import TooShortError, cut_alike, cut_windows, window_starts
 from .study_signals import StudySignals
 
 DATASET_FILE = "w2w_windows.py"
 
-TABLE_FILE = "signals.parquet"
-
-FRAMES = {
-    "acc": "m/s2, sensor frame",
-    "gyr": "rad/s, sensor frame",
-    "orientation": "quaternion, sensor to world, z up",
-    "magnetometer": "uT, sensor frame",
-    "barometer": "Pa",
-}
+ARRAYS = {"X": "x", "is_test": "is_test"}
+LABELS = {"y": "activity", "clip": "clip", "subject": "subject"}
+"""Files, and what of each clip's windows they hold."""
 
 DATASET = '''"""The windows of this folder for PyTorch; needs numpy and torch, not W2W.
 
@@ -67,12 +61,21 @@ class Windows(torch.utils.data.Dataset):
 '''
 
 
-def write_arrays(folder: Path, signals: StudySignals) -> int:
-    """Write X.npy, y.npy and the labels of each window; returns the number of windows.
+@dataclass(frozen=True, eq=False)
+class ClipArrays:
+    """The W windows of a clip."""
 
-    A ValueError says that no clip gives a window.
-    """
-    windows, labels, is_test = [], [], []
+    clip: str
+    activity: str
+    subject: str
+    x: np.ndarray  # (W, channels, samples), float32
+    starts: np.ndarray  # (W,), int: the first sample of each
+    is_test: np.ndarray  # (W,), bool
+    rate: float
+
+
+def windows_of(signals: StudySignals) -> Iterator[ClipArrays]:
+    """The windows of each clip that is long enough for one, with all channels of `facts_of`."""
     spec = signals.config.windows
     for recording in signals.recordings():
         try:
@@ -81,79 +84,50 @@ def write_arrays(folder: Path, signals: StudySignals) -> int:
             parts += [cut_alike(values, recording, spec) for values in recording.further.values()]
         except TooShortError:
             continue
-        count = len(cut.is_test)
-        windows.append(np.concatenate(parts, axis=2).reshape(count, -1, cut.signals.shape[2]))
-        labels += [(recording.activity, recording.clip, recording.subject)] * count
-        is_test.append(cut.is_test)
-        rate = recording.rate
-    if not windows:
-        raise ValueError("no clip of the run is long enough for a window")
-    arrays = {"X": np.concatenate(windows).astype(np.float32, copy=False), "is_test": np.concatenate(is_test)}
-    for name, column in zip(("y", "clip", "subject"), zip(*labels, strict=True), strict=True):
-        arrays[name] = np.array(column, dtype=np.str_)
-    for name, values in arrays.items():
-        with atomic_write(folder / f"{name}.npy") as stream:
-            np.lib.format.write_array(stream, values, allow_pickle=False)
+        x = np.concatenate(parts, axis=2).reshape(len(cut.is_test), -1, cut.signals.shape[2])
+        labels = recording.clip, recording.activity, recording.subject
+        starts = window_starts(recording, spec)
+        yield ClipArrays(*labels, x.astype(np.float32, copy=False), starts, cut.is_test, recording.rate)
+
+
+def facts_of(signals: StudySignals, rate: float) -> dict[str, Any]:
+    """What the windows hold: names and units of channels, rate, sensor, length."""
     channels = [(channel, reading.unit) for reading in signals.readings for channel in reading.channels]
-    names = [f"{place} {channel.replace('_', ' ')}" for place in signals.names for channel, _ in channels]
-    facts = {
-        "channels": names,
+    spec = signals.config.windows
+    return {
+        "channels": [
+            f"{place} {channel.replace('_', ' ')}" for place in signals.names for channel, _ in channels
+        ],
         "units": [unit for _, unit in channels] * len(signals.names),
-        "classes": sorted({activity for activity, *_ in labels}),
         "rate_hz": rate,
         "sensor": signals.config.sensor,
         "window_s": spec.length_s,
         "stride_s": spec.stride_s,
     }
-    write_json(folder / "facts.json", facts)
-    return len(labels)
+
+
+def write_arrays(folder: Path, signals: StudySignals) -> int:
+    """Write X.npy, y.npy and the labels of each window; returns the number of windows.
+
+    A ValueError says that no clip gives a window.
+    """
+    clips = list(windows_of(signals))
+    if not clips:
+        raise ValueError("no clip of the run is long enough for a window")
+    counts = [len(clip.x) for clip in clips]
+    arrays = {name: np.concatenate([getattr(clip, of) for clip in clips]) for name, of in ARRAYS.items()}
+    for name, of in LABELS.items():
+        arrays[name] = np.repeat(np.array([getattr(clip, of) for clip in clips], dtype=np.str_), counts)
+    for name, values in arrays.items():
+        with atomic_write(folder / f"{name}.npy") as stream:
+            np.lib.format.write_array(stream, values, allow_pickle=False)
+    classes = sorted({clip.activity for clip in clips})
+    write_json(folder / "facts.json", {**facts_of(signals, clips[0].rate), "classes": classes})
+    return sum(counts)
 
 
 def write_torch(folder: Path, signals: StudySignals) -> int:
     """Write the arrays and a PyTorch dataset that reads them; returns the number of windows."""
     count = write_arrays(folder, signals)
     write_text(folder / DATASET_FILE, DATASET)
-    return count
-
-
-def write_parquet(folder: Path, signals: StudySignals) -> int:
-    """Write clip, activity, subject, place, time_s, then the readings; returns the number of clips.
-
-    A ValueError says how to get pyarrow where it is missing.
-    """
-    try:
-        import pyarrow as arrow
-        import pyarrow.parquet as parquet
-    except ImportError as error:  # not there, or for another numpy
-        raise ValueError(f"Parquet files are written by pyarrow (pip install pyarrow): {error}") from error
-    words = arrow.dictionary(arrow.int32(), arrow.string())
-    labels = ("clip", "activity", "subject", "place")
-    channels = [channel for reading in signals.readings for channel in reading.channels]
-    schema = arrow.schema(
-        [
-            *(arrow.field(name, words) for name in labels),
-            arrow.field("time_s", arrow.float64()),
-            *(arrow.field(name, arrow.float32()) for name in channels),
-        ],
-        {
-            **{reading.name: FRAMES[reading.name] for reading in signals.readings},
-            "sensor": signals.config.sensor,
-        },
-    )
-    count = 0
-    with parquet.ParquetWriter(folder / TABLE_FILE, schema) as writer:
-        for recording in signals.recordings():
-            n_samples, n_sensors = recording.n_samples, recording.n_sensors
-            values = recording.values.transpose(1, 0, 2).reshape(-1, len(channels))
-            one = [[recording.clip], [recording.activity], [recording.subject], list(recording.sites)]
-            numbers = [np.zeros(n_samples * n_sensors, dtype=np.int32)] * 3
-            numbers.append(np.repeat(np.arange(n_sensors, dtype=np.int32), n_samples))
-            columns = [
-                arrow.DictionaryArray.from_arrays(arrow.array(index), arrow.array(words_of, arrow.string()))
-                for index, words_of in zip(numbers, one, strict=True)
-            ]
-            columns.append(arrow.array(np.tile(recording.time, n_sensors)))
-            columns += [arrow.array(np.ascontiguousarray(column)) for column in values.T]
-            writer.write_table(arrow.Table.from_arrays(columns, schema=schema))
-            count += 1
     return count

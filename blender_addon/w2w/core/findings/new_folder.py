@@ -46,8 +46,8 @@ def write_folder(
             clips.append(_write_clip(out, clip, motion, place, found.patches))
         results = StudyResults(out, found.utility, found.patches, found.clips, found.parameters)
         finished = replace(study, clips=tuple(clips), results=results)
-        write_json(out / "config.json", config_content(finished))
         write_results(finished)
+        write_json(out / "config.json", config_content(finished))
         if folder.exists():
             folder.rmdir()
         out.replace(folder)

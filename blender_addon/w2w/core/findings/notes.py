@@ -79,7 +79,7 @@ def interval_text(low: float, high: float, caution: str, digits: int = 3) -> str
 
 
 NAMED = 3
-"""Files named in a sentence; `summary.json` has them all."""
+"""Files named in a sentence; `clips.jsonl` has them all."""
 
 
 def label_notes(check: LabelCheck) -> list[str]:

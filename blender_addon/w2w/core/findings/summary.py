@@ -6,7 +6,7 @@ import platform
 import sys
 import tomllib
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ import numpy as np
 
 from ..body.body import PACKAGE
 from ..clip_files import WORK
+from ..clip_list import CLIP_LIST, Entry, write_clip_list
 from ..csv_tables import apart, csv_text
 from ..files import DIGITS, file_sha256, write_json, write_text
 from ..garments.cover import garment_content
@@ -43,8 +44,9 @@ LIBRARIES = ("numpy", "scipy", "scikit-learn", "bpy")
 
 
 def write_results(study: Study) -> None:
-    """Write `summary.json`, `placements.csv`, `utility.csv` and `utility.npz` into the study's folder."""
+    """Write the list of clips, placements, ranking and `summary.json` into the study's folder."""
     out = study.results.out
+    write_clip_list(out, _listed(study))
     content = summary(study)
     write_placements(out, content["cards"], study.results.patches)
     write_map(out, study.results.utility, study.results.patches, study.advice.clusters)
@@ -69,25 +71,28 @@ def write_map(out: Path, utility: UtilityMap, patches: PatchSet, clusters: np.nd
 
 
 def write_failure(out: Path, library: Library, problem: str, clips: Sequence[ClipResult]) -> None:
-    """Write a `summary.json` that says what was wrong, with every clip and why it was skipped."""
+    """Write a `summary.json` that says what was wrong, and the list of clips with why each was skipped."""
     skipped = _skipped(clips, library)
-    used = [result.clip.file for result in clips if result.used]
+    used = [_entry(result) for result in clips if result.used]
+    write_clip_list(out, [*used, *skipped])
     found = len(library.clips) + len(library.skipped)
     content = {
         "problem": problem,
         "clips": {"found": found, "used": len(used), "skipped": len(skipped)},
         "labelled_by": library.labelled_by,
         "labels": label_content(library.check),
-        "used": used,
-        "skipped": skipped,
     }
     write_json(out / "summary.json", content)
 
 
-def _skipped(results: Sequence[ClipResult], library: Library) -> list[dict[str, str]]:
+def _skipped(results: Sequence[ClipResult], library: Library) -> list[Entry]:
     """Files without use and the reasons."""
-    unused = [(result.clip.file, result.reason) for result in results if not result.used]
-    return [{"file": file, "reason": reason} for file, reason in (*library.skipped, *unused)]
+    left_out = [{"file": file, "skipped": reason} for file, reason in library.skipped]
+    return left_out + [
+        {"file": result.clip.file, "skipped": result.reason, "sha256": result.source_sha256}
+        for result in results
+        if not result.used
+    ]
 
 
 def patch_table(utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) -> str:
@@ -125,19 +130,17 @@ def summary(study: Study) -> dict[str, Any]:
         **({"garments": garments} if garments else {}),
         **advice_content(study.advice, utility, patches),
         **map_content(utility, patches, study.config.placements),
-        "used": _used(study),
-        "skipped": _skipped(study.clips, study.library),
     }
 
 
 def config_content(study: Study) -> dict[str, Any]:
-    """Every parameter, the versions and the hashes of all inputs."""
+    """Every parameter, the versions and the hash of the list of clips, which has the hash of each."""
     return {
         "parameters": study.config.as_dict(),
         "body": {"name": study.body.name, "sha256": file_sha256(study.results.out / WORK / "body.npz")},
         "versions": versions(),
         "labelled_by": study.library.labelled_by,
-        "inputs": {result.clip.file: result.source_sha256 for result in study.clips},
+        "clips": {"file": CLIP_LIST, "sha256": file_sha256(study.results.out / CLIP_LIST)},
     }
 
 
@@ -268,14 +271,18 @@ def _regions(utility: UtilityMap, patches: PatchSet) -> dict[str, dict[str, Any]
     return content
 
 
-def _used(study: Study) -> list[dict[str, Any]]:
-    """Each clip that takes part, and which earlier one shows the same motion."""
+def _listed(study: Study) -> Iterator[Entry]:
+    """Each clip that takes part, and which earlier one shows the same motion; then those skipped."""
     copies = dict(study.copies)
-    entries = []
     for result in study.used:
-        clip = result.clip
-        entry = {"file": clip.file, "clip": clip.name, "activity": clip.activity, "subject": clip.subject}
-        source = {"source": clip.source} if clip.source else {}
-        same = {"same_motion_as": copies[clip.file]} if clip.file in copies else {}
-        entries.append({**entry, **source, **result.details, **same})
-    return entries
+        same = {"same_motion_as": copies[result.clip.file]} if result.clip.file in copies else {}
+        yield _entry(result) | same
+    yield from _skipped(study.clips, study.library)
+
+
+def _entry(result: ClipResult) -> Entry:
+    """What the list says of a used clip."""
+    clip = result.clip
+    labels = {"file": clip.file, "clip": clip.name, "activity": clip.activity, "subject": clip.subject}
+    source = {"source": clip.source} if clip.source else {}
+    return {**labels, **source, **result.details, "sha256": result.source_sha256}

@@ -110,7 +110,7 @@ def caught_sentences(clips: Sequence[tuple[str, Mapping[str, Any]]]) -> list[str
     more = len(found) - CLIPS_NAMED
     if more > 0:
         others = f"{more} more clip{'s' * (more > 1)}"
-        sentences.append(f"Cloth caught in {others}: see cloth_caught in summary.json")
+        sentences.append(f"Cloth caught in {others}: see cloth_caught in clips.jsonl")
     return sentences
 
 

@@ -3,16 +3,19 @@
 
 import hashlib
 import os
+import posixpath
 import re
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import chain, count
 from pathlib import Path, PurePosixPath
 
 from ..files import array_names, reserved
 from ..wording import name_bytes, shown
 from .asf_amc import AMC_SUFFIX
+from .captions import asks_for_captions, read_caption_labels
 from .import_checks import USD_SUFFIXES, VRM_SUFFIXES
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
 from .mvnx import MVNX_SUFFIX
@@ -87,7 +90,8 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
     A label comes from `labels` where given, else from the clip's folder inside the library, else from its
     file name (``Walking (2).fbx``, ``X Bot@Waving.fbx``). `labels` is a csv with columns ``file`` and
     ``activity``, and if wanted ``subject``, ``source`` and ``motion_key``; ``file`` is the path inside the
-    library, or an end of it, such as the bare name, that only one clip has. `exact_labels` keeps its
+    library, or an end of it, such as the bare name, that only one clip has. With columns ``caption`` and
+    ``activity`` it labels clips by words of their captions (`read_caption_labels`). `exact_labels` keeps
     activities apart that differ only in case, spaces or underscores.
 
     Raises LibraryError if the folder is missing or holds no motion files, or the csv cannot be understood.
@@ -95,29 +99,24 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
     folder = Path(folder)
     if not folder.is_dir():
         raise LibraryError(f"{folder} is not a folder: give the folder that holds your motion files")
-    files = sorted(_motion_files(folder), key=lambda path: name_bytes(path.relative_to(folder).as_posix()))
-    if not files:
+    inside = sorted(_motion_files(folder), key=name_bytes)
+    if not inside:
         kinds = ", ".join(MOTION_SUFFIXES)
         raise LibraryError(
             f"{folder} holds no motion files ({kinds}, or csv or json of joint positions), nor do the "
             "folders in it"
         )
-    inside = [path.relative_to(folder).as_posix() for path in files]
+    files = [Path(folder.absolute(), file) for file in inside]  # a link keeps its name, which says its kind
     names = unique_names(inside)
     inside = [shown(file) for file in inside]
     if labels is not None:
         return _labelled(folder, Path(labels), files, inside, names, exact_labels)
     clips = [
-        Clip(path, file, name, activity_in(folder, path))
+        Clip(path, file, name, activity_of(file))
         for path, file, name in zip(files, inside, names, strict=True)
     ]
     sources = {"folder names" if "/" in file else "file names" for file in inside}
     return Library(folder, tuple(clips), " and ".join(sorted(sources, reverse=True)))
-
-
-def activity_in(folder: Path, path: Path) -> str:
-    """Label that a motion file gets as part of a library without a csv."""
-    return activity_of(shown(path.relative_to(folder).as_posix()))
 
 
 def activity_of(file: str) -> str:
@@ -130,10 +129,11 @@ def activity_of(file: str) -> str:
     >>> activity_of("X Bot@Waving (2).fbx")
     'waving'
     """
-    path = PurePosixPath(file)
-    return as_label(path.parent.name or re.sub(r"^.*@", "", path.stem))
+    above, _, name = file.rpartition("/")
+    return as_label(above.rpartition("/")[2] or re.sub(r"^.*@", "", PurePosixPath(name).stem))
 
 
+@lru_cache
 def as_label(text: str) -> str:
     """A label from the name of a folder, a file or an action.
 
@@ -152,10 +152,7 @@ def unique_names(files: Iterable[str]) -> list[str]:
     They differ even where case does not count.
     """
     files = list(files)
-    plain = [
-        re.sub(r"[^0-9A-Za-z]+", "_", str(PurePosixPath(file).with_suffix(""))).strip("_")[:80]
-        for file in files
-    ]
+    plain = [re.sub(r"[^0-9A-Za-z]+", "_", posixpath.splitext(file)[0]).strip("_")[:80] for file in files]
     uses = Counter(name.lower() for name in plain)
     as_they_are = [name and uses[name.lower()] == 1 and not reserved(name) for name in plain]
     taken = {name.lower() for name, kept in zip(plain, as_they_are, strict=True) if kept}
@@ -177,8 +174,12 @@ def _labelled(
     folder: Path, labels: Path, files: list[Path], inside: list[str], names: list[str], exact: bool
 ) -> Library:
     """The library as a csv labels it."""
-    (rows, check), named = read_labels(labels, folder, inside, exact), shown(labels.name)
-    not_listed = set(check.not_listed)
+    named = shown(labels.name)
+    if asks_for_captions(labels):
+        rows, reasons, check = read_caption_labels(labels, folder, inside)
+    else:
+        rows, check = read_labels(labels, folder, inside, exact)
+        reasons = dict.fromkeys(check.not_listed, f"{named} does not list it")
     clips, skipped = [], []
     for path, file, name in zip(files, inside, names, strict=True):
         row = rows.get(file)
@@ -186,13 +187,12 @@ def _labelled(
             told = (row[column] for column in ("activity", "subject", "motion_key", "source"))
             clips.append(Clip(path, file, name, *told))
         else:
-            fault = "does not list it" if file in not_listed else "gives it no activity"
-            skipped.append((file, f"{named} {fault}"))
+            skipped.append((file, reasons.get(file, f"{named} gives it no activity")))
     return Library(folder, tuple(clips), f"the file {named}", tuple(skipped), check)
 
 
-def _motion_files(folder: Path) -> Iterable[Path]:
-    """Whatever a folder and its subfolders name as a motion file, less what W2W's own runs left there.
+def _motion_files(folder: Path) -> Iterable[str]:
+    """Whatever a folder and its subfolders name as a motion file, by its path in the folder, less results.
 
     Pipes and links that lead nowhere are among them: whoever reads one says why it is skipped.
     """
@@ -200,8 +200,13 @@ def _motion_files(folder: Path) -> Iterable[Path]:
         if WORK_FOLDER in folders:
             folders[:] = [name for name in folders if name not in RESULTS]
             files = [name for name in files if name not in RESULTS]
-        paths = (Path(place, name) for name in files)
-        yield from (path for path in paths if is_motion(path))
+        inside = Path(place).relative_to(folder).as_posix()
+        inside = "" if inside == "." else f"{inside}/"
+        yield from (f"{inside}{name}" for name in files if _is_motion(place, name))
+
+
+def _is_motion(place: str, name: str) -> bool:
+    return posixpath.splitext(name)[1].lower() in MOTION_SUFFIXES or is_motion(Path(place, name))
 
 
 def is_motion(path: Path) -> bool:

@@ -19,7 +19,7 @@ LOCAL_HEADER = struct.Struct("<26x2H")
 """Start of a zip member: after 26 bytes come the lengths of its name and of its extra field."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class StoredArray:
     """The place of an array (W, N, D), float32, in a file."""
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.clip_files import WORK, signals_key
+from ...core.clip_list import CLIP_LIST
 from ...core.colours import LEAST_SPAN
 from ...core.files import DAMAGED, folder_beside
 from ...core.motion.motion import Motion
@@ -36,7 +37,7 @@ EMPTY_SIZE, CHOSEN_SIZE = 0.006, 0.018
 RECORD = "W2W study"
 """Custom property of a body's mesh: the text that holds its study."""
 
-FILES = ("summary.json", "config.json", UTILITY, f"{WORK}/patches.npz")
+FILES = ("summary.json", "config.json", CLIP_LIST, UTILITY, f"{WORK}/patches.npz")
 """Files of a results folder that the record holds."""
 
 NAMES = "names.json"
@@ -209,7 +210,7 @@ def read_record(mesh: bpy.types.Object) -> tuple[StudyResults, SceneNames]:
             for name in FILES:  # no other: a file's word leads nowhere
                 archive.extract(name, folder)
             study = StudyResults.load(Path(folder))
-            study.summary, study.source_hashes  # noqa: B018 - kept, for the folder does not stay
+            study.summary, study.listed  # noqa: B018 - kept, for the folder does not stay
             names = json.loads(archive.read(NAMES))
             placed, chosen = map(str, names["collections"])
             actions, signals = (

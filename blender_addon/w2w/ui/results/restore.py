@@ -12,6 +12,7 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.clip_files import STORED
+from ...core.clip_list import CLIP_LIST, is_used
 from ...core.results_folder import StudyResults
 from ...core.study import StudyConfig
 from ...core.wording import shown
@@ -77,7 +78,7 @@ def clips_of(
 ) -> list[dict[str, Any]]:
     """The clips of a run by the panel's properties, those that could not be used last.
 
-    ValueError if the run's summary does not say what is needed of a clip.
+    ValueError if the run's list does not say what is needed of a clip.
     """
     held = {clip: "" if action is not None else GONE for clip, action in actions.items()}
     try:
@@ -93,16 +94,16 @@ def clips_of(
                 "signals": signals.get(clip.name, ""),
                 "stored_as": clip.name,
                 "problem": held.get(clip.name, UNHELD),
-                "source_sha256": run.source_hashes.get(entry["file"], ""),
+                "source_sha256": str(entry.get("sha256", "")),
             }
-            for entry, clip in zip(run.summary["used"], run.clips, strict=True)
+            for entry, clip in zip(filter(is_used, run.listed), run.clips, strict=True)
         ]
     except KeyError as error:
-        reason = f"{run.out}: summary.json does not say {error} of a clip: run the study again"
+        reason = f"{run.out}: {CLIP_LIST} does not say {error} of a clip: run the study again"
         raise ValueError(reason) from error
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{run.out}: what summary.json says of clips is damaged: {error}") from error
-    skipped = [(entry["file"], entry["reason"]) for entry in run.summary.get("skipped", [])]
+        raise ValueError(f"{run.out}: what {CLIP_LIST} says of clips is damaged: {error}") from error
+    skipped = [(entry["file"], entry["skipped"]) for entry in run.listed if not is_used(entry)]
     return used + [{"name": shown(Path(file).name), "file": file, "problem": why} for file, why in skipped]
 
 

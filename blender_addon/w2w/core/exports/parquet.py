@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A run's windows as a data set of Parquet files, laid out as the Hugging Face Hub reads it."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..files import write_text
+from .arrays import ClipArrays, facts_of, windows_of
+from .study_signals import StudySignals
+
+PART_BYTES = 128 * 2**20
+"""Signals in a file: the Hub asks for files that are neither many nor of gigabytes."""
+
+GROUP_BYTES = 16 * 2**20
+"""Signals in a row group, which readers hold in memory."""
+
+LABELS = ("clip", "activity", "subject")
+
+CARD = """---
+pretty_name: {title}
+tags: [human-activity-recognition, imu, accelerometer, gyroscope, synthetic]
+configs:
+- config_name: default
+  data_files: data/*.parquet
+---
+
+# {title}
+
+Inertial sensors simulated by W2W from motion clips; no person wore them. Each row is a window of
+{window_s:g} s at {rate_hz:g} Hz, recorded by the sensor model `{sensor}`.
+
+| column | what |
+| --- | --- |
+| `clip`, `activity`, `subject` | labels; windows of one clip overlap: split by `clip` |
+| `start` | first sample of the window in its clip |
+| `is_test` | windows that do not overlap one another, to test on |
+| `signals` | {n_channels} channels of {n_samples} samples each, in this order |
+
+Vectors are in the sensor's frame; `acc` is specific force.
+
+{channels}
+
+The licence of the motion clips holds for what is made of them.
+"""
+
+
+def write_parquet(folder: Path, signals: StudySignals) -> int:
+    """Write `data/part-00000.parquet` and further parts, a row a window, and the data set's card.
+
+    Returns the number of windows. A ValueError says how to get pyarrow where it is missing, or that no clip
+    gives a window.
+    """
+    try:
+        import pyarrow as arrow
+        import pyarrow.parquet as parquet
+    except ImportError as error:  # not there, or for another numpy
+        raise ValueError(f"Parquet files are written by pyarrow (pip install pyarrow): {error}") from error
+    (folder / "data").mkdir(exist_ok=True)
+    count, size, part, writer, facts = 0, 0, 0, None, None
+    for group in _groups(signals):
+        table = _table(arrow, group, signals)
+        if writer is None or size > PART_BYTES:
+            if writer is not None:
+                writer.close()
+            writer = parquet.ParquetWriter(folder / "data" / f"part-{part:05d}.parquet", table.schema)
+            part, size = part + 1, 0
+        writer.write_table(table)
+        count, size = count + len(table), size + sum(clip.x.nbytes for clip in group)
+        facts = facts_of(signals, group[0].rate)
+    if writer is None or facts is None:
+        raise ValueError("no clip of the run is long enough for a window")
+    writer.close()
+    write_text(folder / "README.md", _card(facts, table.schema.field("signals").type, signals))
+    return count
+
+
+def _groups(signals: StudySignals) -> Iterator[list[ClipArrays]]:
+    """The windows of some clips at a time."""
+    group: list[ClipArrays] = []
+    for clip in windows_of(signals):
+        group.append(clip)
+        if sum(one.x.nbytes for one in group) >= GROUP_BYTES:
+            yield group
+            group = []
+    if group:
+        yield group
+
+
+def _table(arrow: Any, group: list[ClipArrays], signals: StudySignals) -> Any:
+    """A row a window; the channels and their units are in the table's metadata."""
+    x = np.concatenate([clip.x for clip in group])
+    samples = arrow.FixedSizeListArray.from_arrays(arrow.array(x.ravel()), x.shape[2])
+    counts = [len(clip.x) for clip in group]
+    columns = {
+        name: arrow.array(np.repeat([getattr(clip, name) for clip in group], counts)) for name in LABELS
+    }
+    columns["start"] = arrow.array(np.concatenate([clip.starts for clip in group]).astype(np.int32))
+    columns["is_test"] = arrow.array(np.concatenate([clip.is_test for clip in group]))
+    columns["signals"] = arrow.FixedSizeListArray.from_arrays(samples, x.shape[1])
+    facts = facts_of(signals, group[0].rate)
+    metadata = {name: json.dumps(value) for name, value in facts.items()}
+    return arrow.table(columns).replace_schema_metadata(metadata)
+
+
+def _card(facts: dict[str, Any], kind: Any, signals: StudySignals) -> str:
+    channels = zip(facts["channels"], facts["units"], strict=True)
+    listed = [f"{number}. {name}, {unit}" for number, (name, unit) in enumerate(channels)]
+    title = signals.config.title or "Simulated inertial sensors"
+    sizes = {"n_channels": kind.list_size, "n_samples": kind.value_type.list_size}
+    return CARD.format(**{**facts, **sizes, "title": title, "channels": "\n".join(listed)})
