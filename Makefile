@@ -2,7 +2,7 @@
 # `make demo` runs the main job, `make test` passes the tests (TESTS=files: only those); both set up what they need.
 # Three rings of tests: `make check` within a minute, `make test`, and `make test-slow` by night.
 
-.PHONY: check demo docs test test-slow docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
+.PHONY: check demo docs notebooks test test-slow docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
 ifeq ($(origin BLENDER),command line)
@@ -41,6 +41,11 @@ lint: setup
 # The documents as a site, in dist/site; fails where a link is dead.
 docs: setup
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
+
+# The notebooks, run from top to bottom; what they show is kept in them.
+notebooks: setup
+	PIP_CONSTRAINT=constraints.txt .venv/bin/python -m pip install --quiet --editable ".[notebooks]"
+	.venv/bin/python tools/run_notebooks.py
 
 # All that a release has, in dist/release: zips, their index, wheel, sdist, notes, checksums.
 release: setup

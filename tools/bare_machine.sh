@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # README's two commands on a bare machine: a minimal Debian 12 with make and Python, and nothing else, in a
-# folder. First a user without rights must be told what is missing, then root runs both commands, then the user.
+# folder. First a user without rights must be told what is missing, then root runs both commands, then the user;
+# at last the lines of the Dockerfile.
 # Needs root (or sudo) on Debian or Ubuntu. Where it cannot run it says so, and fails if CI is set.
 #
 # The Debian and the packages downloaded are kept in W2W_BARE_CACHE (~/.cache/where-to-wear/bare unless told), the
@@ -113,7 +114,7 @@ keep_wheels() {
         # shellcheck disable=SC2016
         inside root 'bpy=$(sed -n "s/^bpy=.*:-\(.*\)}/\1/p" tools/set_up.sh) && python3 -m venv /tmp/venv &&
             /tmp/venv/bin/pip wheel --quiet --wheel-dir /var/cache/w2w-wheels --constraint constraints.txt \
-                "bpy==$bpy" ".[test]" "setuptools>=77" &&
+                "bpy==$bpy" ".[test,docs]" "setuptools>=77" &&
             rm -rf /tmp/venv build ./*.egg-info /var/cache/w2w-wheels/where_to_wear-*'
         touch "$cache/wheels/.complete-$wanted"
     fi
@@ -166,4 +167,11 @@ step "a user without rights: make test, w2w demo"
 chroot "$machine" chown -R wearer: "$home"
 inside wearer "make test TESTS='tests/core/imu/test_synthesis.py' && .venv/bin/w2w demo --clips 2 --out ~/small"
 wrote /home/wearer/small
+step "root: the Dockerfile's lines"
+chroot "$machine" chown -R root: "$home"
+cp -a "$machine$home" "$machine/w2w"
+rm -rf "$machine/w2w/.venv"
+sed -n 's/^RUN //p' "$project/Dockerfile" | while read -r line; do inside root "$line"; done
+inside wearer "/opt/w2w/bin/w2w demo --clips 2 --out ~/container"
+wrote /home/wearer/container
 step "all well"

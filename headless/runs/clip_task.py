@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,8 +117,9 @@ def marked_source(task: ClipTask) -> str:
 
 def stamp(path: Path) -> tuple[int, ...]:
     """What changes with a clip's file or the link to it: its size, and times that nobody can set back."""
-    try:
-        found, link = path.stat(), path.lstat()
+    name = os.fspath(path)
+    try:  # a path's own calls cost more than the system's
+        found, link = os.stat(name), os.lstat(name)  # noqa: PTH116
     except OSError:
         return ()
     return found.st_size, found.st_mtime_ns, found.st_ctime_ns, link.st_mtime_ns, link.st_ctime_ns

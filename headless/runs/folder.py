@@ -111,7 +111,7 @@ def check_results(out: Path, library: Library, names: Sequence[str]) -> None:
     """`check` a folder for a run that writes `names`, and a motion and signals for each clip."""
     records, clips = read_records(out), {clip.name.lower(): clip.name for clip in library.clips}
     # each must be a folder of its own, not a link
-    inside = [f"{folder}/any" for folder in (*FOLDERS, *_subfolders())]
+    inside = [f"{folder}/any" for folder in (*FOLDERS, *_links(out))]
     found = []
     for file in chain(_below(out, "motions"), _below(out, "signals")):
         # in lower case, for where case does not count
@@ -123,6 +123,16 @@ def check_results(out: Path, library: Library, names: Sequence[str]) -> None:
 
 def _subfolders() -> list[str]:
     return [f"{folder}/{name}" for folder in DIVIDED for name in SUBFOLDERS]
+
+
+def _links(out: Path) -> Iterator[str]:
+    """Links where the sub-folders of clips' files are."""
+    for folder in DIVIDED:
+        if (out / folder).is_dir():
+            with os.scandir(out / folder) as entries:
+                yield from (
+                    f"{folder}/{one.name}" for one in entries if one.is_symlink() and one.name in SUBFOLDERS
+                )
 
 
 NPZ = ".npz"

@@ -122,9 +122,10 @@ class RunMonitor:
     def clip_done(self, result: ClipResult) -> None:
         self.state.done += 1
         self.state.skipped += not result.used
-        facts = result.details if result.used else {"reason": result.reason}
-        count = {"done": self.state.done, "of": self.state.clips}
-        self.log("clip", file=result.clip.file, used=result.used, **count, **facts)
+        if self.log.stream is not None:
+            facts = result.details if result.used else {"reason": result.reason}
+            count = {"done": self.state.done, "of": self.state.clips}
+            self.log("clip", file=result.clip.file, used=result.used, **count, **facts)
         if time.monotonic() - self._written > EVERY_S:
             self._write()
 

@@ -243,6 +243,10 @@ def _turns(study: StudyResults, config: StudyConfig, patches: Sequence[int]) -> 
     return [may_turn(cut[:, card], rate, protocol, DROP) for card in range(len(patches))]
 
 
+SHARED: dict[tuple[str, ...], tuple[str, ...]] = {}
+"""Names of details that came before."""
+
+
 def _shared(value: Any) -> Any:
     return sys.intern(value) if isinstance(value, str) else value
 
@@ -263,8 +267,9 @@ class ClipResult:
 
     def small(self, clip: Clip) -> Self:
         """The result with the library's own clip, and words that many clips share held once."""
-        details = {sys.intern(name): _shared(value) for name, value in self.details.items()}
-        return replace(self, clip=clip, reason=sys.intern(self.reason), details=details)
+        names = tuple(self.details)
+        details = dict(zip(SHARED.setdefault(names, names), map(_shared, self.details.values()), strict=True))
+        return ClipResult(clip, sys.intern(self.reason), details, self.source_sha256)
 
 
 @dataclass(frozen=True)

@@ -106,7 +106,8 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
             f"{folder} holds no motion files ({kinds}, or csv or json of joint positions), nor do the "
             "folders in it"
         )
-    files = [Path(folder.absolute(), file) for file in inside]  # a link keeps its name, which says its kind
+    root = folder.absolute()  # not resolved: a link keeps its name, which says its kind
+    files = [Path(root, file) for file in inside]
     names = unique_names(inside)
     inside = [shown(file) for file in inside]
     if labels is not None:
