@@ -1,40 +1,45 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Make the pictures of the listing in release/: previews in a real window, the icon and the featured image.
+"""Make the pictures of the listing in release/: previews of real windows, the featured image, the icon.
 
-make demo && tools/real_blender.sh && make extension && .venv/bin/python tools/make_listing.py
+make demo && make test-window && .venv/bin/python tools/make_listing.py
 """
 
-import shutil
-import sys
+from pathlib import Path
 
-from blender_wheels import PROJECT
+from matplotlib import font_manager
 from PIL import Image, ImageChops, ImageDraw, ImageFont
 
-sys.path.insert(0, str(PROJECT))
-from tests.gui import sandbox
-
+PROJECT = Path(__file__).resolve().parents[1]
 RELEASE = PROJECT / "release"
-RUN = PROJECT / "demo_output" / "results"
-SIZE = (1920, 1080)
-PREVIEWS = ("preview_1", "preview_2", "preview_3")
+SCREENSHOTS = PROJECT / ".cache" / "blender-4.3"
+MEAN = PROJECT / "demo_output" / "results" / "heatmaps" / "mean.png"
 
-INK, PAPER = (24, 28, 38), (255, 255, 255)
+PREVIEWS = ("window/pictures/5_mean", "run/pictures/3_signals", "run/pictures/6_two_maps")
+"""Screenshots that the tests of Blender's window leave."""
+
+SIZE = (1920, 1080)
+INK, PAPER, DARK = (24, 28, 38), (255, 255, 255), (48, 48, 48)
 
 
 def main() -> None:
     """Write all five."""
-    RELEASE.mkdir(exist_ok=True)
-    sandbox.WINDOW = tuple(map(str, SIZE))
-    out = sandbox.RESULTS / "listing"
-    shutil.rmtree(out, ignore_errors=True)
-    sandbox.run_in_window("listing.py", out, {"W2W_RUN": sandbox.inside(RUN)})
-    for name in PREVIEWS:
-        Image.open(out / "pictures" / f"{name}.png").convert("RGB").save(
-            RELEASE / f"{name}.png", optimize=True
-        )
-    bodies = _trimmed(Image.open(RUN / "heatmaps" / "mean.png").convert("RGB"))
+    for number, name in enumerate(PREVIEWS, 1):
+        window = Image.open(SCREENSHOTS / f"{name}.png").convert("RGB")
+        _fitted(window, DARK, SIZE).save(RELEASE / f"preview_{number}.png", optimize=True)
+    bodies = _trimmed(Image.open(MEAN).convert("RGB"))
     _featured(bodies).save(RELEASE / "featured.png", optimize=True)
     _icon(bodies).save(RELEASE / "icon.png", optimize=True)
+
+
+def _fitted(picture: Image.Image, ground: tuple[int, int, int], size: tuple[int, int]) -> Image.Image:
+    """A picture as large as fits, in the middle of a ground."""
+    scale = min(size[0] / picture.width, size[1] / picture.height)
+    small = picture.resize(
+        (round(picture.width * scale), round(picture.height * scale)), Image.Resampling.LANCZOS
+    )
+    image = Image.new("RGB", size, ground)
+    image.paste(small, ((size[0] - small.width) // 2, (size[1] - small.height) // 2))
+    return image
 
 
 def _trimmed(picture: Image.Image) -> Image.Image:
@@ -45,34 +50,22 @@ def _trimmed(picture: Image.Image) -> Image.Image:
 def _featured(bodies: Image.Image) -> Image.Image:
     """The demo's heatmap under the question that it answers."""
     image = Image.new("RGB", SIZE, PAPER)
-    draw, font = ImageDraw.Draw(image), _font(84)
-    draw.text((SIZE[0] / 2, 110), "Where should the sensor sit?", INK, font, anchor="mm")
-    room = (SIZE[0] - 160, SIZE[1] - 260)
-    scale = min(room[0] / bodies.width, room[1] / bodies.height)
-    fitted = bodies.resize(
-        (round(bodies.width * scale), round(bodies.height * scale)), Image.Resampling.LANCZOS
-    )
-    image.paste(fitted, ((SIZE[0] - fitted.width) // 2, 200 + (room[1] - fitted.height) // 2))
+    font = ImageFont.truetype(font_manager.findfont("DejaVu Sans:bold"), 84)
+    ImageDraw.Draw(image).text((SIZE[0] / 2, 110), "Where should the sensor sit?", INK, font, anchor="mm")
+    image.paste(_fitted(bodies, PAPER, (SIZE[0] - 160, SIZE[1] - 260)), (80, 200))
     return image
 
 
 def _icon(bodies: Image.Image) -> Image.Image:
     """The body from the front, on transparent ground."""
-    front = bodies.crop((0, bodies.height // 6, round(0.42 * bodies.width), bodies.height))
-    distance = ImageChops.difference(front, Image.new("RGB", front.size, PAPER)).convert("L")
-    front = front.convert("RGBA")
-    front.putalpha(distance.point(lambda value: 255 if value > 12 else 0))
+    front = bodies.crop((0, 0, round(0.42 * bodies.width), bodies.height))
+    colourful = front.convert("HSV").getchannel("S").point(lambda value: 255 if value > 100 else 0)
+    front.putalpha(colourful)  # words are grey
     front = front.crop(front.getbbox())
     side = max(front.size)
     square = Image.new("RGBA", (side, side))
     square.paste(front, ((side - front.width) // 2, (side - front.height) // 2))
     return square.resize((256, 256), Image.Resampling.LANCZOS)
-
-
-def _font(size: int) -> ImageFont.FreeTypeFont:
-    from matplotlib import font_manager
-
-    return ImageFont.truetype(font_manager.findfont("DejaVu Sans:bold"), size)
 
 
 if __name__ == "__main__":
