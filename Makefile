@@ -47,7 +47,7 @@ notebooks: setup
 	PIP_CONSTRAINT=constraints.txt .venv/bin/python -m pip install --quiet --editable ".[notebooks]"
 	.venv/bin/python tools/run_notebooks.py
 
-# All that a release has, in dist/release: zips, their index, wheel, sdist, notes, checksums.
+# All that a release has, in dist/release: zips, their index, wheel, sdist, site, notes, checksums.
 release: setup
 	.venv/bin/python tools/make_release.py $(PLATFORMS)
 

@@ -415,7 +415,7 @@ def test_the_documents_examples_run(library, monkeypatch):
     )  # fmt: skip
     text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(blocks) == 11
+    assert len(blocks) == 12
     names: dict = {}
     for block in blocks:
         exec(compile(block, "docs/python.md", "exec"), names)

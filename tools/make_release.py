@@ -2,7 +2,7 @@
 """Build all that a release has into dist/release: `make release`.
 
 Extension zips for every platform and Python with the index that makes the folder a repository of Blender's,
-wheel and sdist for pip, notes and checksums. The same tree gives the same bytes.
+wheel and sdist for pip, the site, notes and checksums. The same tree gives the same bytes.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import tarfile
+import zipfile
 
 from blender_wheels import PLATFORMS, PROJECT
 from build_extension import EPOCH, SERIES, blender_tool, build
@@ -34,6 +35,7 @@ def main(platforms: list[str]) -> None:
             build(platform, python, blenders, RELEASE)
     blender_tool("server-generate", "--repo-dir", str(RELEASE))
     make_packages()
+    make_site()
     shutil.copyfile(PROJECT / "CHANGELOG.md", RELEASE / "NOTES.md")
     files = sorted(RELEASE.iterdir())
     lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files]
@@ -62,6 +64,18 @@ def make_packages() -> None:
                 one.pax_headers = {}
                 again.addfile(one, content)
     sdist.with_suffix(".part").replace(sdist)
+
+
+def make_site() -> None:
+    """The documents as `make docs` builds them, in one zip."""
+    site = RELEASE / "site"
+    environment = os.environ | {"SOURCE_DATE_EPOCH": str(EPOCH), "NO_MKDOCS_2_WARNING": "1"}
+    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--site-dir", site]
+    subprocess.run(command, cwd=PROJECT, env=environment, check=True)
+    with zipfile.ZipFile(RELEASE / "site.zip", "w", zipfile.ZIP_DEFLATED) as packed:
+        for path in sorted(path for path in site.rglob("*") if path.is_file()):
+            packed.writestr(zipfile.ZipInfo(path.relative_to(site).as_posix()), path.read_bytes())
+    shutil.rmtree(site)
 
 
 if __name__ == "__main__":

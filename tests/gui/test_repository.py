@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import http.server
+import io
 import shutil
 import subprocess
 import threading
@@ -101,3 +102,60 @@ def test_a_blender_installs_from_a_static_site_updates_and_keeps_its_settings(si
     assert installed_version() == "0.1.1"
     assert "threads 3" in said_by(f"{kept} print('threads', own.threads)")
     assert "0.1" in blender("--command", "w2w", "--version")
+
+
+OTHER = """
+schema_version = "1.0.0"
+id = "other"
+version = "1.0.0"
+name = "Other"
+tagline = "Brings another version of a library"
+maintainer = "Somebody"
+type = "add-on"
+blender_version_min = "4.3.0"
+license = ["SPDX:GPL-3.0-or-later"]
+wheels = ["./wheels/{wheel}"]
+"""
+
+OTHER_CODE = """
+def register():
+    import filelock
+    print("other has", filelock.FileLock.__name__)
+
+def unregister():
+    pass
+"""
+
+
+def write_other(version: str) -> str:
+    """An extension that brings W2W's filelock under another version; returns its path for Blender."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(newest_zip()) as archive:
+        (own,) = [name for name in archive.namelist() if name.startswith("wheels/filelock-")]
+        content = io.BytesIO(archive.read(own))
+    was = own.split("-")[1]
+    with zipfile.ZipFile(content) as wheel, zipfile.ZipFile(packed, "w") as changed:
+        for name in wheel.namelist():
+            data = wheel.read(name)
+            if name.endswith("/METADATA"):
+                data = data.replace(f"\nVersion: {was}".encode(), f"\nVersion: {version}".encode())
+            changed.writestr(name.replace(f"-{was}.dist-info", f"-{version}.dist-info"), data)
+    name = f"filelock-{version}-py3-none-any.whl"
+    with zipfile.ZipFile(PLACE / "other.zip", "w") as archive:
+        archive.writestr("blender_manifest.toml", OTHER.replace("{wheel}", name))
+        archive.writestr("__init__.py", OTHER_CODE)
+        archive.writestr(f"wheels/{name}", packed.getvalue())
+    return inside(PLACE / "other.zip")
+
+
+@pytest.mark.parametrize("version", ["2.0.0", "99.0.0"])
+def test_another_extension_with_another_version_of_a_library_lives_beside(site: str, version: str) -> None:
+    publish("0.1.0")
+    blender("--command", "extension", "repo-add", "--name", "W2W", "--url", site, "w2w_site")
+    other = write_other(version)
+    blender("--command", "extension", "install-file", "--repo", "user_default", "--enable", other)
+    blender("--command", "extension", "install", "--sync", "--enable", "w2w_site.w2w")
+    found = said_by("import importlib.metadata as m; print('filelock', m.version('filelock'))")
+    assert "other has " in found
+    assert f"filelock {'99.' if version == '99.0.0' else '4.'}" in found  # the newest is for all
+    assert "Usage" in blender("--command", "w2w", "report", "--help")
