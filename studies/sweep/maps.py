@@ -15,7 +15,14 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import shaped
-from w2w.core.clip_files import WORK, ClipWindows, features_file, ranking_inputs, write_features
+from w2w.core.clip_files import (
+    WORK,
+    ClipWindows,
+    features_file,
+    motion_file,
+    ranking_inputs,
+    write_features,
+)
 from w2w.core.clip_ranking import LabelledClip, WindowLabels, rank_windows
 from w2w.core.files import write_json
 from w2w.core.motion.motion import Motion
@@ -139,7 +146,7 @@ def _bake_clip(
 ) -> bool:
     """Write the features of a clip under a case; False where it is too short for its windows."""
     body, placed = _load(folder / WORK / "body.npz", patches)
-    motion = case.motion(Motion.load(study / "motions" / f"{clip.name}.npz"))
+    motion = case.motion(Motion.load(motion_file(study, clip.name)))
     motion = replace(motion, pelvis=motion.pelvis * (body.height / usual_height))
     with unthreaded_products():
         try:

@@ -5,8 +5,16 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from w2w.core.clip_files import ClipWindows, copy_file, features_file, ranking_inputs, write_features
+from w2w.core.clip_files import (
+    ClipWindows,
+    Signatures,
+    copy_file,
+    features_file,
+    ranking_inputs,
+    write_features,
+)
 from w2w.core.imu.recording import ImuRecording
+from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.core.ranking.windows import WindowSpec, cut_windows
 
 SPEC = WindowSpec(length_s=1.0, stride_s=0.5)
@@ -44,3 +52,32 @@ def test_clips_and_copies_in_one_order(tmp_path):
     as_windows = ranking_inputs(places, found, WINDOWS, SPEC)
     np.testing.assert_array_equal(as_windows.patches(0, 2), np.concatenate(signals)[:, :2])
     assert as_windows.shape[0] == as_features.shape[0] == sum(len(one.is_test) for one in found)
+
+
+def test_signatures_come_back_from_their_file_and_none_is_empty(tmp_path):
+    rng = np.random.default_rng(1)
+    given = [rng.normal(size=length).astype(np.float32) for length in (5, 0, 7)]
+    kept = Signatures(tmp_path)
+    for one in given:
+        kept.append(one)
+    assert not list(tmp_path.iterdir())  # the file has no name, or none that stays
+    assert len(kept) == 3
+    for one, found in zip(given, kept, strict=True):
+        np.testing.assert_array_equal(found, one)
+    np.testing.assert_array_equal(kept[0], given[0])
+    kept.close()
+
+
+def test_motions_are_told_apart_by_signatures_in_a_file_as_by_those_in_memory(tmp_path):
+    rng = np.random.default_rng(2)
+    rows = rng.normal(size=(6, 40)).astype(np.float32)
+    rows[4] = rows[1]
+    kept = Signatures(tmp_path)
+    for row in rows:
+        kept.append(row)
+    names = list("abcdef")
+    found = same_motion_groups(names, None, kept)
+    np.testing.assert_array_equal(found, same_motion_groups(names, None, list(rows)))
+    assert found[4] == found[1]
+    assert len(set(found.tolist())) == 5
+    kept.close()

@@ -4,6 +4,7 @@
 import numpy as np
 from sklearn.metrics import confusion_matrix, f1_score
 
+from w2w.core.ranking import f1
 from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores, score_patches
 
 
@@ -86,6 +87,16 @@ def test_blocks_of_sensors_change_nothing():
     whole, parts = (score_patches(truth, predictions, clip, 3, 50, 0.9, 0, block) for block in (512, 3))
     for a, b in zip((*whole[:2], *whole[2]), (*parts[:2], *parts[2]), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-6)
+
+
+def test_blocks_of_clips_and_of_draws_change_nothing(monkeypatch):
+    truth, predictions, clip = simulate(np.random.default_rng(6), n_sensors=3)
+    whole = score_patches(truth, predictions, clip, 3, 50, 0.9, 0)
+    monkeypatch.setattr(f1, "CLIPS_AT_ONCE", 7)
+    monkeypatch.setattr(f1, "RESAMPLES_AT_ONCE", 9)
+    parts = score_patches(truth, predictions, clip, 3, 50, 0.9, 0)
+    for a, b in zip((*whole[:2], *whole[2]), (*parts[:2], *parts[2]), strict=True):
+        np.testing.assert_array_equal(a, b)
 
 
 def test_a_clip_under_two_activities_counts_as_two():
