@@ -32,18 +32,14 @@ def run(library, out, *options):
     return done.exit_code, " ".join(done.output.split())
 
 
-@pytest.fixture
-def many(monkeypatch):
-    """Four clips are many."""
-    monkeypatch.setattr(folder, "MANY_CLIPS", 3)
-
-
 def places(out, kind):
     return {path.relative_to(out / kind).as_posix() for path in (out / kind).rglob("*.npz")}
 
 
 @pytest.fixture
-def divided(motions, tmp_path, many):
+def divided(motions, tmp_path, monkeypatch):
+    """A library of eight clips and its results, where four are many."""
+    monkeypatch.setattr(folder, "MANY_CLIPS", 3)
     library, out = tmp_path / "library", tmp_path / "out"
     shutil.copytree(motions, library)
     assert run(library, out)[0] == 0
