@@ -93,10 +93,8 @@ def execute_shard(
 ) -> None:
     """Make the signals of a part of a study, such as (17, 400), on each body; a typer.Exit if that fails."""
     (part, parts), whole = shard, plan.library
-    plan, called = (
-        replace(plan, library=replace(whole, clips=whole.clips[part - 1 :: parts])),
-        f"{part}-of-{parts}",
-    )
+    called = f"{part}-of-{parts}"
+    plan = replace(plan, library=replace(whole, clips=whole.clips[part - 1 :: parts]))
     for name, body in bodies:
         folder = out if len(bodies) == 1 else out / name
         with _in_folder(folder, monitor):

@@ -101,7 +101,10 @@ def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Stu
     config, used = plan.config, [result.clip for result in made.clips if result.used]
     pooling = Pooling.on(made.body, made.patches)
     with closing(Signatures(out / WORK)) as signatures:
-        files = _files_to_rank(used, config, out, signatures)
+        try:
+            files = _files_to_rank(used, config, out, signatures)
+        except ValueError as error:
+            raise StudyError(str(error), made.clips) from error
         try:
             utility, ranked = _rank(files, pooling, plan, out, monitor)
         except ValueError as error:

@@ -27,5 +27,5 @@ def test_clips_come_back(tmp_path):
 @pytest.mark.parametrize("text", ["{", "[]\n", '{"clip": "a"}\n'])
 def test_a_damaged_list_is_an_error(tmp_path, text):
     (tmp_path / CLIP_LIST).write_text(text)
-    with pytest.raises(ValueError, match="damaged|Expecting|delimiter"):
+    with pytest.raises(ValueError, match=r"damaged|Expecting"):
         list(read_clip_list(tmp_path))
