@@ -425,6 +425,16 @@ def test_the_documents_examples_run(library, monkeypatch):
     assert names["ranking"].utility.mean.shape == (24,)
 
 
+def test_a_notebook_shows_rows_as_a_table(ranking):
+    rows = ranking.table([0, 1])
+    shown = rows._repr_html_()
+    assert shown.count("<tr>") == 3
+    assert f"<td>{rows[1]['mean']:.3f}" in shown
+    assert shown.count("<th>") == shown.count("<td>") / 2 == len(rows[0])
+    assert rows == list(rows)
+    assert ranking.table([])._repr_html_() == "<table><tr></table>"
+
+
 def test_background_and_weights_decide_the_mean(signals, ranking):
     found = w2w.rank(signals, background=["stirring"], weights={"waving": 2.0})
     names = list(found.activities)

@@ -39,6 +39,20 @@ if TYPE_CHECKING:
 DIGITS = 4
 
 
+class Rows(list[dict[str, Any]]):
+    """Rows of values by column, all with the same columns."""
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: three digits, as people compare them."""
+        heads = "".join(f"<th>{escape(name)}" for name in (self[0] if self else ()))
+        rows = ("".join(f"<td>{_cell(value)}" for value in row.values()) for row in self)
+        return f"<table><tr>{heads}{''.join(f'<tr>{row}' for row in rows)}</table>"
+
+
+def _cell(value: Any) -> str:
+    return f"{value:.3f}" if isinstance(value, float) else escape(str(value))
+
+
 @dataclass(frozen=True, eq=False)
 class Ranking:
     """How well each patch alone recognises each activity, and what follows from it.
@@ -207,8 +221,11 @@ class Ranking:
         pooling = Pooling.on(self.body, self.patches)
         return set_tests(self.inputs, self.labels, self.config, pooling, self.classifier, self.utility)
 
-    def table(self, patches: Sequence[int] | None = None) -> list[dict[str, Any]]:
-        """A row for each patch: number, name, region, expected F1 with its interval, F1 on these clips."""
+    def table(self, patches: Sequence[int] | None = None) -> Rows:
+        """A row for each patch: number, name, region, expected F1 with its interval, F1 on these clips.
+
+        A notebook shows it as a table; `pandas.DataFrame` takes it as it is.
+        """
         chosen, utility = range(len(self.patches)) if patches is None else patches, self.utility
         for patch in chosen:
             if not (isinstance(patch, Integral) and 0 <= patch < len(self.patches)):
@@ -218,7 +235,7 @@ class Ranking:
         expected = ("expected_mean", "expected_low", "expected_high")
         after = ("mean", "mean_low", "mean_high")
         names = apart(self.activities, ("patch", "name", "region", *expected, *after))
-        return [
+        return Rows(
             {
                 "patch": int(patch),
                 "name": self.names[patch],
@@ -228,7 +245,7 @@ class Ranking:
                 **{name: float(getattr(utility, name)[patch]) for name in after},
             }
             for patch in chosen
-        ]
+        )
 
     def to_csv(self, path: str | Path) -> None:
         """Write `table` as csv, whole or not at all."""
