@@ -49,4 +49,4 @@ def test_many_clips_are_not_all_named():
     bad = caught_content({"tshirt": 7}, 90)
     sentences = caught_sentences([(f"kick{number}", bad) for number in range(5)])
     assert len(sentences) == 4
-    assert sentences[-1] == "Cloth caught in 2 more clips: see cloth_caught in summary.json"
+    assert sentences[-1] == "Cloth caught in 2 more clips: see cloth_caught in clips.jsonl"
