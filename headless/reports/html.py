@@ -3,7 +3,7 @@
 
 import base64
 import json
-from collections.abc import Iterable
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -77,6 +77,10 @@ def report(
     console.print(f"Report: {path}")
 
 
+NOTABLE = {"skipped", "same_motion_as", "cloth_caught"}
+"""What of a clip the page tells."""
+
+
 def write_report(out: Path, project: str | None = None) -> Path:
     """Write a finished study's `report.html` into its folder, under the run's title or another.
 
@@ -98,6 +102,7 @@ def write_report(out: Path, project: str | None = None) -> Path:
     less = [each for each in answer["products"][NUMBERED:] if each["name"] == answer["compared_with"]]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
+    notable = [entry for entry in read_clip_list(out) if NOTABLE & entry.keys()]
     clips = clip_counts(summary["clips"]["found"], [clip.activity for clip in study.clips], utility)
     text = environment.get_template("page.html").render(
         project=study.parameters.get("title", "") if project is None else project.strip(),
@@ -113,7 +118,7 @@ def write_report(out: Path, project: str | None = None) -> Path:
         first_products=[*answer["products"][:NUMBERED], *less][: NUMBERED + 1],
         still=still_picture(study, body, shown, together),
         repeats=headline.confidence_sentence(utility, best),
-        notes=_notes(summary, read_clip_list(out), len(study.patches)),
+        notes=_notes(summary, notable, len(study.patches)),
         left_out=left_out_sentences(utility.left_out),
         worn=worn,
         body=body,
@@ -125,9 +130,7 @@ def write_report(out: Path, project: str | None = None) -> Path:
         regions=best_regions(utility, study.patches),
         activities=_activities(study, summary, patch),
         mistakes=_mistakes(utility, patch),
-        skipped=sorted(
-            (entry["file"], entry["skipped"]) for entry in read_clip_list(out) if not is_used(entry)
-        ),
+        skipped=sorted((entry["file"], entry["skipped"]) for entry in notable if not is_used(entry)),
         style=Markup((PAGE / "style.css").read_text(encoding="utf-8")),
         scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in SCRIPTS],
         data=Markup(as_script_json(view_data(body, study.patches, utility, shown, patch))),
@@ -159,14 +162,13 @@ def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list
     return rows
 
 
-def _notes(summary: dict[str, Any], clips: Iterable[Entry], n_patches: int) -> list[str]:
+def _notes(summary: dict[str, Any], clips: Sequence[Entry], n_patches: int) -> list[str]:
     """Notes on labels, copies, windows and garments."""
     notes = [f"Labels: {note}" for note in summary.get("labels", {}).get("notes", [])]
-    told = [entry for entry in clips if "same_motion_as" in entry or "cloth_caught" in entry]
     windows = window_warning(summary["windows"], summary["clips"]["used"]) if "windows" in summary else ""
     worn = garment_sentence(summary.get("garments", {}), n_patches)
-    caught = caught_sentences([(entry["clip"], entry) for entry in told])
-    copies = [(entry["file"], entry["same_motion_as"]) for entry in told if "same_motion_as" in entry]
+    caught = caught_sentences([(entry["clip"], entry) for entry in clips if is_used(entry)])
+    copies = [(entry["file"], entry["same_motion_as"]) for entry in clips if "same_motion_as" in entry]
     sentences = (copies_sentence(copies), windows, worn, *caught)
     return notes + [f"{sentence}." for sentence in sentences if sentence]
 

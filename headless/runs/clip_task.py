@@ -15,7 +15,7 @@ from w2w.core.keypoints.facts import PoseFacts, side_car
 from w2w.core.keypoints.pose_files import NO_FACTS
 from w2w.core.motion.asf_amc import AMC_SUFFIX, skeleton_file
 from w2w.core.motion.bone_maps import BoneMap
-from w2w.core.motion.library import ARRAY_SUFFIXES, TEXT_SUFFIXES, Clip, is_joint_file
+from w2w.core.motion.library import Clip, is_joint_file
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.study import StudyConfig
 
@@ -93,7 +93,7 @@ def _read_beside(path: Path) -> list[Path]:
             return [skeleton_file(path)]
         except UnusableMotion:
             return []
-    if suffix not in (".npz", *ARRAY_SUFFIXES, *TEXT_SUFFIXES):
+    if suffix != ".npz" and not is_joint_file(path):
         return []
     beside = side_car(path)  # first: telling what a file holds opens it
     return [beside] if beside is not None and is_joint_file(path) else []

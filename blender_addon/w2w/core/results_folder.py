@@ -53,7 +53,7 @@ class StudyResults:
     def load(cls, out: Path) -> Self:
         """Read a results folder; ValueError if `out` is not that of a finished run."""
         try:
-            json.loads((out / "summary.json").read_text(encoding="utf-8"))["clips"]
+            json.loads((out / "summary.json").read_text(encoding="utf-8"))["clips"]  # a summary has them
             config = json.loads((out / "config.json").read_text(encoding="utf-8"))
             utility = UtilityMap.load(out / UTILITY)
             patches = PatchSet.load(out / WORK / "patches.npz")

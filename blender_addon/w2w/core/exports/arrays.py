@@ -79,14 +79,14 @@ def windows_of(signals: StudySignals) -> Iterator[ClipArrays]:
     spec = signals.config.windows
     for recording in signals.recordings():
         try:
-            cut = cut_windows(recording, spec)
+            starts = window_starts(recording, spec)
+            cut = cut_windows(recording, spec, starts)
             parts = [cut.signals.transpose(0, 1, 3, 2)]
             parts += [cut_alike(values, recording, spec) for values in recording.further.values()]
         except TooShortError:
             continue
         x = np.concatenate(parts, axis=2).reshape(len(cut.is_test), -1, cut.signals.shape[2])
         labels = recording.clip, recording.activity, recording.subject
-        starts = window_starts(recording, spec)
         yield ClipArrays(*labels, x.astype(np.float32, copy=False), starts, cut.is_test, recording.rate)
 
 

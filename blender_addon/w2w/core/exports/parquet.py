@@ -62,7 +62,8 @@ def write_parquet(folder: Path, signals: StudySignals) -> int:
     (folder / "data").mkdir(exist_ok=True)
     count, size, part, writer, facts = 0, 0, 0, None, None
     for group in _groups(signals):
-        table = _table(arrow, group, signals)
+        facts = facts_of(signals, group[0].rate)
+        table = _table(arrow, group, facts)
         if writer is None or size > PART_BYTES:
             if writer is not None:
                 writer.close()
@@ -70,7 +71,6 @@ def write_parquet(folder: Path, signals: StudySignals) -> int:
             part, size = part + 1, 0
         writer.write_table(table)
         count, size = count + len(table), size + sum(clip.x.nbytes for clip in group)
-        facts = facts_of(signals, group[0].rate)
     if writer is None or facts is None:
         raise ValueError("no clip of the run is long enough for a window")
     writer.close()
@@ -90,7 +90,7 @@ def _groups(signals: StudySignals) -> Iterator[list[ClipArrays]]:
         yield group
 
 
-def _table(arrow: Any, group: list[ClipArrays], signals: StudySignals) -> Any:
+def _table(arrow: Any, group: list[ClipArrays], facts: dict[str, Any]) -> Any:
     """A row a window; the channels and their units are in the table's metadata."""
     x = np.concatenate([clip.x for clip in group])
     samples = arrow.FixedSizeListArray.from_arrays(arrow.array(x.ravel()), x.shape[2])
@@ -101,7 +101,6 @@ def _table(arrow: Any, group: list[ClipArrays], signals: StudySignals) -> Any:
     columns["start"] = arrow.array(np.concatenate([clip.starts for clip in group]).astype(np.int32))
     columns["is_test"] = arrow.array(np.concatenate([clip.is_test for clip in group]))
     columns["signals"] = arrow.FixedSizeListArray.from_arrays(samples, x.shape[1])
-    facts = facts_of(signals, group[0].rate)
     metadata = {name: json.dumps(value) for name, value in facts.items()}
     return arrow.table(columns).replace_schema_metadata(metadata)
 

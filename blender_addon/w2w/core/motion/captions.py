@@ -7,7 +7,7 @@ walk/VERB#0.0#0.0``, the words with their base forms, and the seconds that it is
 
 import re
 from collections.abc import Iterator, Sequence
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 from ..csv_tables import CsvError, read_table
 from ..wording import shown
@@ -49,7 +49,7 @@ def read_caption_labels(
     rows: dict[str, dict[str, str]] = {}
     left_out: dict[str, str] = {}
     for file in inside:
-        texts = [text for words in _captions(folder / file) for text in words]
+        texts = list(_captions(folder / file))
         found = sorted({activity for words, activity in wanted if any(words in text for text in texts)})
         if len(found) == 1:
             rows[file] = {"activity": found[0], "subject": "", "motion_key": "", "source": ""}
@@ -64,15 +64,16 @@ def read_caption_labels(
     return rows, left_out, check
 
 
-def _captions(file: Path) -> Iterator[tuple[str, str]]:
-    """Each caption of a whole clip, as it stands and in base forms, each with spaces around its words."""
+def _captions(file: Path) -> Iterator[str]:
+    """Each caption of a whole clip, as it stands and then in base forms, by its `_words`."""
     for place in (file.parent, file.parent.parent / "texts"):
-        text = place / f"{PurePosixPath(file.name).stem}.txt"
+        text = place / f"{file.stem}.txt"
         if text.is_file() and text.stat().st_size <= MOST_BYTES:
             for line in text.read_text(encoding="utf-8", errors="replace").splitlines():
                 caption, forms, *span = (*line.split("#"), "")
                 if all(part in ("", "0.0", "nan") for part in span):
-                    yield _words(caption), _words(" ".join(word.partition("/")[0] for word in forms.split()))
+                    yield _words(caption)
+                    yield _words(" ".join(word.partition("/")[0] for word in forms.split()))
 
 
 def _words(text: str) -> str:
