@@ -18,10 +18,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from .sandbox import PROJECT, RESULTS, inside, newest_zip
+from .sandbox import PROJECT, RESULTS, inside, newest_zip, run_in_window
 
 PLACE = RESULTS / "repository"
-NAME = "bl_ext.w2w_site.w2w"
 TIMEOUT_S = 600
 
 pytestmark = pytest.mark.slow
@@ -65,13 +64,13 @@ def said_by(expression: str) -> str:
     return blender("--python-exit-code", "1", "--python-expr", expression)
 
 
-def publish(version: str) -> None:
-    """Put the zip under a version into the site, in place of what is there."""
-    for old in (PLACE / "site").iterdir():
-        old.unlink()
+def publish(version: str, folder: str = "site") -> None:
+    """Put the zip under a version into the site, in place of what is there, or into another folder."""
+    shutil.rmtree(PLACE / folder, ignore_errors=True)
+    (PLACE / folder).mkdir()
     with (
         zipfile.ZipFile(newest_zip()) as archive,
-        zipfile.ZipFile(PLACE / "site" / f"w2w-{version}.zip", "w") as other,
+        zipfile.ZipFile(PLACE / folder / f"w2w-{version}.zip", "w") as other,
     ):
         for name in archive.namelist():
             content = archive.read(name)
@@ -79,29 +78,22 @@ def publish(version: str) -> None:
                 was = f'\nversion = "{tomllib.loads(content.decode())["version"]}"\n'
                 content = content.decode().replace(was, f'\nversion = "{version}"\n').encode()
             other.writestr(name, content)
-    blender("--command", "extension", "server-generate", "--repo-dir", inside(PLACE / "site"))
+    blender("--command", "extension", "server-generate", "--repo-dir", inside(PLACE / folder))
 
 
-def installed_version() -> str:
-    """The version in the manifest of what is installed."""
-    (manifest,) = (PLACE / "resources").rglob("w2w/blender_manifest.toml")
-    return tomllib.loads(manifest.read_text())["version"]
-
-
-def test_a_blender_installs_from_a_static_site_updates_and_keeps_its_settings(site: str) -> None:
+def test_install_and_update_by_clicks_keep_the_settings(site: str) -> None:
+    publish("0.1.1", "next")
     publish("0.1.0")
-    blender("--command", "extension", "repo-add", "--name", "W2W", "--url", site, "w2w_site")
-    blender("--command", "extension", "install", "--sync", "--enable", "w2w_site.w2w")
-    assert installed_version() == "0.1.0"
-    found = said_by("import w2w; print('w2w in', w2w.__file__)")
-    assert "site-packages/w2w/__init__.py" in found
-    kept = f"import bpy; own = bpy.context.preferences.addons['{NAME}'].preferences; "
-    said_by(f"{kept} own.threads = 3; bpy.ops.wm.save_userpref()")
-    publish("0.1.1")
-    blender("--command", "extension", "update", "--sync")
-    assert installed_version() == "0.1.1"
-    assert "threads 3" in said_by(f"{kept} print('threads', own.threads)")
-    assert "0.1" in blender("--command", "w2w", "--version")
+    variables = {
+        "W2W_SITE": site,
+        "W2W_NEXT": inside(PLACE / "next"),
+        "W2W_PUBLISHED": inside(PLACE / "site"),
+        "BLENDER_USER_RESOURCES": inside(PLACE / "resources"),
+    }
+    report = run_in_window("from_site.py", RESULTS / "from_site", variables)
+    assert (report["installed"], report["updated"]) == ("0.1.0", "0.1.1")
+    assert report["threads"] == 3
+    assert report["has_panel"]
 
 
 OTHER = """
@@ -155,7 +147,10 @@ def test_another_extension_with_another_version_of_a_library_lives_beside(site: 
     other = write_other(version)
     blender("--command", "extension", "install-file", "--repo", "user_default", "--enable", other)
     blender("--command", "extension", "install", "--sync", "--enable", "w2w_site.w2w")
-    found = said_by("import importlib.metadata as m; print('filelock', m.version('filelock'))")
+    found = said_by(
+        "import w2w, importlib.metadata as m; print(w2w.__file__, 'filelock', m.version('filelock'))"
+    )
+    assert "site-packages/w2w/__init__.py" in found
     assert "other has " in found
     assert f"filelock {'99.' if version == '99.0.0' else '4.'}" in found  # the newest is for all
     assert "Usage" in blender("--command", "w2w", "report", "--help")
