@@ -23,6 +23,7 @@ import tempfile
 from pathlib import Path
 
 from blender_wheels import PLATFORMS, PROJECT, ask_blender, fetch_wheels
+from check_zip import problems
 
 MANIFEST = "blender_manifest.toml"
 DOOR = ("__init__.py", "LICENSE")
@@ -49,6 +50,8 @@ def main() -> None:
         for python, blenders in series.items():
             target = build(platform, python, blenders)
             print(f"{target}  {target.stat().st_size / 1e6:.1f} MB")
+            for problem in problems(target):
+                raise SystemExit(f"{target.name}: {problem}")
 
 
 def build(

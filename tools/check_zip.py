@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Check the extension's zips by the rules of Blender's Extensions Platform and by our own.
+
+    python tools/check_zip.py ZIP ...
+
+`tools/build_extension.py` checks every zip it builds, after Blender's own tool has validated the manifest.
+"""
+
+from __future__ import annotations
+
+import email
+import io
+import re
+import sys
+import tomllib
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+LARGEST = 60e6
+"""Bytes of a zip: who tries the extension waits for its download."""
+
+RELEASED = {"3.11", "3.13"}
+"""Pythons of Blender's own releases; a distribution's newer one has larger wheels."""
+
+TAGLINE = 64
+"""Characters of a tagline on the platform."""
+
+DOOR = {"blender_manifest.toml", "__init__.py", "LICENSE"}
+DOOR_LINES = 40
+"""Lines, blank ones aside, of the zip's `__init__.py`, which hands over to the package in the wheels."""
+
+TAGS = {"linux": "manylinux", "windows": "win_amd64", "macos": "macosx"}
+PIP_ONLY = {"scikit-learn"}
+"""What W2W's own metadata asks for and the extension does without."""
+
+BLENDERS_OWN = {"numpy"}
+LEFT_OUT = ("scikit_learn", "trimesh", "pydantic", "cmap", "pygeodesic", "torch")
+
+PROCESS_WIDE = re.compile(r"os\.environ\[[^]]*\]\s*=[^=]|os\.environ\.(update|setdefault|pop)|os\.putenv")
+"""Code that changes the environment of all of Blender."""
+
+
+def problems(path: Path) -> list[str]:
+    """Every rule that a zip breaks, as a sentence; the zip's name tells its platform and Python."""
+    platform, _, python = path.stem.split("-", 2)[2].partition("-python")
+    with zipfile.ZipFile(path) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+        twice = len(archive.namelist()) - len(files)
+    wheels = {Path(name).name: content for name, content in files.items() if name.endswith(".whl")}
+    manifest = tomllib.loads(files["blender_manifest.toml"].decode())
+    found = [f"{twice} files are in it twice"] if twice else []
+    if python in RELEASED and path.stat().st_size > LARGEST:
+        found.append(f"it has {path.stat().st_size / 1e6:.1f} MB, more than {LARGEST / 1e6:.0f}")
+    for rule in (
+        _of_the_manifest(manifest, platform, {*wheels}),
+        _of_the_door(files),
+        _of_the_wheels({*wheels}, platform, python),
+        _of_our_wheel(wheels),
+        _of_what_is_needed(wheels, platform),
+    ):
+        found += rule
+    return found
+
+
+def _of_the_manifest(manifest: dict, platform: str, wheels: set[str]) -> Iterator[str]:
+    if manifest.get("platforms") != [platform]:
+        yield f"its manifest names the platforms {manifest.get('platforms')}"
+    if {Path(name).name for name in manifest.get("wheels", ())} != wheels:
+        yield "its manifest names other wheels than it holds"
+    if not all(re.match(r"\d{4}(-\d{4})? \S", one) for one in manifest.get("copyright", [""])):
+        yield "its manifest needs copyright, each a year and a name"
+    if len(manifest["tagline"]) > TAGLINE or not manifest["tagline"][-1].isalnum():
+        yield f"its tagline has more than {TAGLINE} characters or ends in punctuation"
+    if manifest["license"][0] != "SPDX:GPL-3.0-or-later":
+        yield "its manifest names another licence first"
+
+
+def _of_the_door(files: dict[str, bytes]) -> Iterator[str]:
+    others = {name for name in files if not name.startswith("wheels/")} ^ DOOR
+    if others:
+        yield f"beside wheels it has, or lacks, {', '.join(sorted(others))}"
+    code = files.get("__init__.py", b"").decode()
+    if sum(map(bool, map(str.strip, code.splitlines()))) > DOOR_LINES or "sys.path" in code:
+        yield "its __init__.py does more than hand on, or edits sys.path"
+
+
+def _of_the_wheels(wheels: set[str], platform: str, python: str) -> Iterator[str]:
+    tag, ours = TAGS[platform.split("-")[0]], f"-cp{python.replace('.', '')}-"
+    for wheel in sorted(wheels):
+        if wheel.lower().startswith(LEFT_OUT):
+            yield f"{wheel} stays out of the zip"
+        if "-none-any" not in wheel and (tag not in wheel or not (ours in wheel or "-abi3-" in wheel)):
+            yield f"{wheel} is for another platform or Python"
+
+
+def _of_our_wheel(wheels: dict[str, bytes]) -> Iterator[str]:
+    own = [content for name, content in wheels.items() if name.startswith("where_to_wear-")]
+    if len(own) != 1:
+        yield "W2W is not one wheel among the others"
+        return
+    with zipfile.ZipFile(io.BytesIO(own[0])) as wheel:
+        content = {name: wheel.read(name) for name in wheel.namelist()}
+    if {name.split("/")[0] for name in content if ".dist-info/" not in name} != {"w2w"}:
+        yield "W2W's wheel installs other packages than w2w"
+    for name, code in content.items():
+        in_window = name.endswith(".py") and not name.startswith("w2w/headless")
+        if name.startswith("w2w/studies") or (name.endswith("entry_points.txt") and b"studies" in code):
+            yield f"{name} belongs to the studies"
+        if in_window and PROCESS_WIDE.search(code.decode()):
+            yield f"{name} changes the environment of all of Blender"
+    for name in ("w2w/headless/reports/report_page/page.html", "w2w/templates/demo.npz"):
+        if name not in content:
+            yield f"W2W's wheel lacks {name}"
+
+
+def _of_what_is_needed(wheels: dict[str, bytes], platform: str) -> Iterator[str]:
+    needed, there = set(), {*BLENDERS_OWN, *PIP_ONLY}
+    given = {"extra": "", "platform_system": "Windows" if platform.startswith("windows") else "Linux"}
+    for wheel in wheels.values():
+        with zipfile.ZipFile(io.BytesIO(wheel)) as content:
+            (about,) = [name for name in content.namelist() if name.endswith(".dist-info/METADATA")]
+            metadata = email.message_from_bytes(content.read(about))
+        there.add(canonicalize_name(metadata["Name"]))
+        for requirement in map(Requirement, metadata.get_all("Requires-Dist", [])):
+            if requirement.marker is None or requirement.marker.evaluate(given):
+                needed.add(canonicalize_name(requirement.name))
+    if needed - there:
+        yield f"its wheels need {', '.join(sorted(needed - there))}"
+
+
+def main() -> None:
+    """Print what is wrong with each zip; exit code 1 where anything is."""
+    found = [f"{path}: {problem}" for path in map(Path, sys.argv[1:]) for problem in problems(path)]
+    print("\n".join(found), end="\n" * bool(found))
+    raise SystemExit(bool(found))
+
+
+if __name__ == "__main__":
+    main()
