@@ -32,6 +32,7 @@ from .core.ranking.windows import TooShortError, WindowSpec, cut_windows
 from .core.results_folder import StudyResults
 from .core.study import StudyConfig
 from .loading import Motions
+from .notebook import progress_bar, tracked
 from .ranking import Ranking
 
 
@@ -111,7 +112,10 @@ def synthesize(
         )
     model = sensor if isinstance(sensor, SensorModel) else StudyConfig(sensor=sensor).sensor_model()
     settings = settings or Synthesis(rate_hz=rate)
-    recordings = tuple(record_motion(motions.body, patches, one, settings, model, seed) for one in motions)
+    recordings = tuple(
+        record_motion(motions.body, patches, one, settings, model, seed)
+        for one in tracked(motions, "Synthesizing signals")
+    )
     return Signals(recordings, patches, motions)
 
 
@@ -147,7 +151,7 @@ def rank(
     seed : int
         Seed of the folds, the bootstrap and the classifier.
     progress : callable, optional
-        Given the fraction done.
+        Given the fraction done; in a notebook it is a bar by default.
     background : sequence of str
         Activities that are trained against and count in no mean.
     weights : mapping of str to float, optional
@@ -193,6 +197,7 @@ def rank(
         raise ValueError(f"every clip is too short for windows of {window:g} s: {skipped[0][1]}")
     whole = np.concatenate(inputs)
     pooling = Pooling.on(signals.motions.body, signals.patches)
+    progress = progress or progress_bar("Ranking patches")
     utility, ranked = rank_clips(used, found, whole, config, progress, None, classifier, pooling)
     labels = WindowLabels.of(ranked, found)
     left_out = _left_out(signals, utility, copies_among(used, ranked))

@@ -17,6 +17,7 @@ from .core.motion.library import activity_of, is_joint_file, read_library
 from .core.motion.motion import SMPL_SUFFIXES, Motion
 from .core.motion.skinning import on_the_ground
 from .core.motion.source import UnusableMotion
+from .notebook import tracked
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +126,7 @@ def load(
         return Motions((motion,), body, (), ("",))
     library = read_library(path, labels)
     found, keys, skipped = [], [], list(library.skipped)
-    for clip in library.clips:
+    for clip in tracked(library.clips, "Reading motions"):
         try:
             motion = _read(clip.path, body, bone_maps, pose)
         except ValueError as error:

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The notebooks of docs/notebooks as they were last run, and progress outside of a notebook."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from w2w.notebook import progress_bar, tracked
+
+NOTEBOOKS = sorted((Path(__file__).resolve().parents[1] / "docs" / "notebooks").glob("*.ipynb"))
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_every_cell_ran_and_none_failed(path):
+    cells = [cell for cell in json.loads(path.read_text("utf-8"))["cells"] if cell["cell_type"] == "code"]
+    assert [cell["execution_count"] for cell in cells] == list(range(1, len(cells) + 1))
+    assert not [output for cell in cells for output in cell["outputs"] if output["output_type"] == "error"]
+
+
+def test_reading_synthesizing_and_ranking_show_bars_in_a_notebook():
+    shown = "".join(path.read_text("utf-8") for path in NOTEBOOKS)
+    for label in ("Reading motions", "Synthesizing signals", "Ranking patches"):
+        assert f"{label} <progress" in shown
+
+
+def test_outside_of_a_notebook_nothing_is_shown(capsys):
+    assert list(tracked([3, 4], "Reading")) == [3, 4]
+    progress_bar("Ranking")(0.5)
+    assert capsys.readouterr() == ("", "")
