@@ -8,6 +8,7 @@ import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from stat import S_ISLNK
 
 from w2w.core.clip_files import WORK, features_file, motion_file, signals_file
 from w2w.core.files import file_sha256
@@ -119,7 +120,8 @@ def stamp(path: Path) -> tuple[int, ...]:
     """What changes with a clip's file or the link to it: its size, and times that nobody can set back."""
     name = os.fspath(path)
     try:  # a path's own calls cost more than the system's
-        found, link = os.stat(name), os.lstat(name)  # noqa: PTH116
+        link = os.lstat(name)
+        found = os.stat(name) if S_ISLNK(link.st_mode) else link  # noqa: PTH116
     except OSError:
         return ()
     return found.st_size, found.st_mtime_ns, found.st_ctime_ns, link.st_mtime_ns, link.st_ctime_ns

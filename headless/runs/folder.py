@@ -23,7 +23,7 @@ from w2w.core.findings.summary import PLACEMENTS
 from w2w.core.motion.library import Library, unique_names
 
 from .own_files import check, remove_own
-from .records import given_names, read_records, tidy
+from .records import Records, given_names, read_records, tidy
 
 
 class FolderBusyError(Exception):
@@ -152,13 +152,13 @@ def forget_running(out: Path, clips: set[str]) -> None:
             marker.unlink(missing_ok=True)
 
 
-def remove_leftovers(out: Path, used: set[str]) -> None:
+def remove_leftovers(out: Path, library: set[str], used: set[str], records: Records) -> None:
     """Remove what an earlier run of another library left: the folder holds this study alone.
 
-    Motions and signals go where they are as a record says; the work folder is all ours.
+    `records` are those that the run found. Motions and signals go where they are as a record says; a clip's
+    worker has removed those of a clip that is of no use any more. The work folder is all ours.
     """
-    records = read_records(out)
-    stale = {clip: records[clip] for clip in records if clip not in used}
+    stale = {clip: records[clip] for clip in records if clip not in library}
     found = {clip: files for clip, record in stale.items() if (files := given_names(out, clip, record))}
     for files in found.values():
         remove_own(out, files)

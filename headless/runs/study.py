@@ -33,7 +33,7 @@ from .cluster import spread_over
 from .folder import code_sha256, forget_running, preparing, remove_leftovers, signals_code_sha256
 from .garments import fit_garments
 from .monitor import RunMonitor
-from .records import gather, read_records, tidy, untouched
+from .records import Records, gather, read_records, tidy, untouched
 from .workers import Engine, clip_workers, run_tasks, spread_here
 
 GATHER = 256
@@ -81,15 +81,22 @@ def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shar
     Raises a StudyError where no clip can be used, an EngineError where the workers cannot go on, an OSError
     where the folder cannot be written, and for a shard a FolderBusyError where a run holds the folder.
     """
-    with clip_workers(plan.engine, plan.library.clips) as workers:
+    records = read_records(out) if shard else tidy(out)
+    # a resume may have nothing left to do: it starts workers once it has
+    early = nullcontext() if records else clip_workers(plan.engine, plan.library.clips)
+    with early as workers:
         alone = preparing(out / WORK) if shard else nullcontext()
         with monitor.step("placing patches", "Placing patches on the body"), alone:
             patches = _prepare(plan, body, out)
-        clips = tuple(_bake(plan, out, monitor, workers, shard))
+        clips = tuple(_bake(plan, out, monitor, workers, shard, records))
     if not shard:
         if not any(result.used for result in clips):
             raise StudyError("no clip can be used; the table lists the reasons", clips)
-        remove_leftovers(out, {result.clip.name for result in clips if result.used})
+        library, used = (
+            {clip.name for clip in plan.library.clips},
+            {one.clip.name for one in clips if one.used},
+        )
+        remove_leftovers(out, library, used, records)
     return Made(body, patches, clips)
 
 
@@ -165,7 +172,7 @@ def _save_new(what: Body | PatchSet, path: Path) -> None:
 
 
 def _bake(
-    plan: RunPlan, out: Path, monitor: RunMonitor, workers: Executor | None, shard: str
+    plan: RunPlan, out: Path, monitor: RunMonitor, workers: Executor | None, shard: str, records: Records
 ) -> list[ClipResult]:
     config, engine = plan.config, plan.engine
     files = [f"{WORK}/body.npz", f"{WORK}/patches.npz", *([FITTED] if config.garments else ())]
@@ -175,7 +182,6 @@ def _bake(
         + signals_code_sha256().encode()
     ).hexdigest()
     out = out.resolve()
-    records = read_records(out) if shard else tidy(out)
     clips = {clip.name: clip for clip in plan.library.clips}
     results: dict[str, ClipResult] = {}
     due, own_files = [], []

@@ -230,7 +230,7 @@ def test_a_record_that_points_elsewhere_removes_nothing(tmp_path):
     hashes["motions/../../mine.npz"] = file_sha256(mine[0])
     for number, (name, value) in enumerate(hashes.items()):
         write_json(out / ".w2w" / "clips" / f"{number}.json", {"files": {name: value}})
-    remove_leftovers(out, set())
+    remove_leftovers(out, set(), set(), read_records(out))
     assert all(path.read_bytes() == PRECIOUS for path in mine)
 
 
@@ -266,6 +266,7 @@ from w2w.headless.runs.clip import do_clip
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import TABLES, make_folders, remove_leftovers
 from w2w.headless.runs.own_files import claimed
+from w2w.headless.runs.records import read_records
 library, place = read_library(sys.argv[1]), Path(sys.argv[2])
 config, body = StudyConfig(patches=4), Body.bundled()
 patches = place_patches(body, config)
@@ -312,13 +313,13 @@ while more:
     do(out, "old")
     more = killed(out, after)
     do(out, "new")
-    remove_leftovers(out, {library.clips[0].name})
+    remove_leftovers(out, {library.clips[0].name}, {library.clips[0].name}, read_records(out))
     assert hashes(out) == expected, after
     assert not list(out.rglob("*.part")), after
     out = folder(f"{after} and another library")
     do(out, "old")
     killed(out, after)
-    remove_leftovers(out, set())
+    remove_leftovers(out, set(), set(), read_records(out))
     assert [path for path in hashes(out) if not path.startswith(".w2w")] == [], after
     after += 1
 print(after)

@@ -107,7 +107,9 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
             "folders in it"
         )
     root = folder.absolute()  # not resolved: a link keeps its name, which says its kind
-    files = [Path(root, file) for file in inside]
+    folders = {file.rpartition("/")[0] for file in inside}
+    above = {name: root / name for name in folders}  # a path is made faster from its folder's
+    files = [above[place] / name for place, _, name in (file.rpartition("/") for file in inside)]
     names = unique_names(inside)
     inside = [shown(file) for file in inside]
     if labels is not None:
