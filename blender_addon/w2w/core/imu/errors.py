@@ -35,6 +35,8 @@ CONSTANTS = {
 }
 """Places of a sensor's constant errors among the numbers of the stream "constants"."""
 
+ALL_CLIPS = "\0all clips"
+"""The clip's name in draws that are the same in all clips; no clip is called that."""
 
 SFC64_WORDS = 3
 """64-bit words that seed an SFC64 generator."""
@@ -59,6 +61,7 @@ class SensorStreams:
     """Random numbers of a range of sensors: one stream a sensor and part, whoever asks and in what order."""
 
     def __init__(self, seed: int, clip: str, sensors: range) -> None:
+        self.seed, self.clip, self.sensors = seed, clip, sensors
         digest = hashlib.sha256(clip.encode("utf-8")).digest()
         entropy = [seed, *np.frombuffer(digest[:16], dtype="<u4").tolist()]
         # Philox counts, so the seeds of any range of sensors come in one call (Salmon et al. 2011,
@@ -69,6 +72,10 @@ class SensorStreams:
         words = counter.random_raw(PHILOX_WORDS * steps * len(sensors)).reshape(len(sensors), -1)
         self._states = words[:, : len(PARTS) * SFC64_WORDS].reshape(-1, len(PARTS), SFC64_WORDS)
         self._constants = self.normal("constants", 39)
+
+    def of_clip(self, clip: str) -> "SensorStreams":
+        """The streams of the same sensors in another clip."""
+        return SensorStreams(self.seed, clip, self.sensors)
 
     def generators(self, part: str) -> list[np.random.Generator]:
         """One generator a sensor for one of `PARTS`."""
@@ -222,7 +229,7 @@ def jitter(values: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     return moved
 
 
-def quantise(values: np.ndarray, limit: float | None, step: float) -> np.ndarray:
+def quantise(values: np.ndarray, limit: float | None, step: float) -> None:
     """Clip to +-limit and round to whole steps, in place."""
     if limit is not None:
         np.clip(values, -limit, limit, out=values)
@@ -230,7 +237,6 @@ def quantise(values: np.ndarray, limit: float | None, step: float) -> np.ndarray
         values *= values.dtype.type(1 / step)
         np.rint(values, out=values)
         values *= values.dtype.type(step)
-    return values
 
 
 def kept_samples(

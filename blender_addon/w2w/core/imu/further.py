@@ -12,11 +12,10 @@ from ..filtering import count_resampled
 from ..parameters import parameter
 from ..rotations import decompose
 from ..threads import chunks
-from . import errors
 from .errors import SensorStreams
 from .gaps import bridge
 from .recording import FURTHER
-from .sensor import ALL_CLIPS, SensorModel
+from .sensor import SensorModel
 from .synthesis import CHUNK_SENSORS, Poses, Synthesis
 from .trajectory import spline_windows
 
@@ -120,11 +119,12 @@ def further_signals(
     n_samples = count_resampled(n_frames, rate, settings.rate_hz)
     signals = {name: np.empty((n_samples, n_sensors, FURTHER[name]), np.float32) for name in further.record}
     for part in chunks(n_sensors, CHUNK_SENSORS):
-        numbers = range(first_sensor + part.start, first_sensor + part.stop)
-        turned, heights = _placed(poses[:, part], rate, settings, sensor, clip, seed, numbers)
+        streams = SensorStreams(seed, clip, range(first_sensor + part.start, first_sensor + part.stop))
+        turned, heights = _placed(poses[:, part], rate, settings, sensor, streams)
         for name, values in signals.items():
-            values[:, part] = _READ[name](turned, heights, sensor, further, clip, seed, numbers)
-        _lose(sensor, signals, part, settings, SensorStreams(seed, clip, numbers))
+            values[:, part] = _READ[name](turned, heights, further, streams, sensor.is_ideal)
+        by_sensor = [values[:, part].transpose(1, 2, 0) for values in signals.values()]
+        sensor.lose(by_sensor, settings.rate_hz, streams)
     return signals
 
 
@@ -139,50 +139,40 @@ def _of_clip(clip: str, seed: int, what: str) -> np.random.Generator:
 
 
 def _placed(
-    poses: np.ndarray,
-    rate: float,
-    settings: Synthesis,
-    sensor: SensorModel,
-    clip: str,
-    seed: int,
-    numbers: range,
+    poses: np.ndarray, rate: float, settings: Synthesis, sensor: SensorModel, streams: SensorStreams
 ) -> tuple[Rotation, np.ndarray]:
     """Turns from sensor to world, sample by sample and sensor by sensor, and heights (samples, n)."""
-    positions, quaternions = decompose(poses, numbers.start)
-    bridge(positions, quaternions, rate, settings.max_gap_s, numbers.start)
+    first = streams.sensors.start
+    positions, quaternions = decompose(poses, first)
+    bridge(positions, quaternions, rate, settings.max_gap_s, first)
     n_samples = count_resampled(poses.shape[0], rate, settings.rate_hz)
     paths = np.concatenate([quaternions, positions[2:]])
     sampled = np.empty((5, n_samples, poses.shape[1]))
     for window in spline_windows(poses.shape[0], rate, settings.rate_hz, settings.band_hz):
-        frames = slice(window.frames.start, window.frames.stop)
-        sampled[:, window.samples] = multiply(window.operators[0], paths[:, frames].astype(np.float32))
+        sampled[:, window.samples] = multiply(window.operators[0], paths[:, window.frames].astype(np.float32))
     turned = Rotation.from_quat(sampled[[1, 2, 3, 0]].transpose(1, 2, 0).reshape(-1, 4))
-    heights, n = sampled[4], poses.shape[1]
-    worn = SensorStreams(seed, clip, numbers).constants("mounting", 2, 3)
-    lasting = SensorStreams(seed, ALL_CLIPS, numbers).constants("mounting", 2, 3)
-    turned = turned * Rotation.from_rotvec(np.radians(sensor.worn_turn_deg))
-    turned = turned * _each_sample(np.radians(sensor.fixed_misalignment_deg) * lasting[:, 0], n_samples)
-    if sensor.mounting_shift_m:
-        shifts = np.tile(sensor.mounting_shift_m * worn[:, 1], (n_samples, 1))
-        heights = heights + turned.apply(shifts)[:, 2].reshape(n_samples, n)
-    return turned * _each_sample(np.radians(sensor.mounting_turn_deg) * worn[:, 0], n_samples), heights
+    heights = sampled[4]
+    for shifts, turns in sensor.sits(streams):
+        if shifts.any():
+            heights = heights + turned.apply(np.tile(shifts, (n_samples, 1)))[:, 2].reshape(heights.shape)
+        turned = turned * _each_sample(turns, n_samples)
+    return turned, heights
 
 
 def _each_sample(turns: np.ndarray, n_samples: int) -> Rotation:
     return Rotation.from_rotvec(np.tile(turns, (n_samples, 1)))
 
 
-def _streams(clip: str, seed: int, name: str, numbers: range) -> SensorStreams:
+def _own(streams: SensorStreams, name: str) -> SensorStreams:
     """Streams of their own, so that the draws of acc and gyr stay as they were."""
-    return SensorStreams(seed, f"{clip}\0{name}", numbers)
+    return streams.of_clip(f"{streams.clip}\0{name}")
 
 
 def _orientation(
-    turned: Rotation, heights: np.ndarray, sensor: SensorModel, further: FurtherSensors,
-    clip: str, seed: int, numbers: range,
-) -> np.ndarray:  # fmt: skip
-    if not sensor.is_ideal:
-        drawn = _streams(clip, seed, ORIENTATION, numbers).normal("constants", 3)
+    turned: Rotation, heights: np.ndarray, further: FurtherSensors, streams: SensorStreams, ideal: bool
+) -> np.ndarray:
+    if not ideal:
+        drawn = _own(streams, ORIENTATION).normal("constants", 3)
         wrong = np.radians([further.tilt_deg, further.tilt_deg, further.heading_deg]) * drawn
         turned = _each_sample(wrong, len(heights)) * turned
     found = turned.as_quat()[:, [3, 0, 1, 2]].reshape(*heights.shape, 4)
@@ -192,21 +182,33 @@ def _orientation(
 
 
 def _magnetometer(
-    turned: Rotation, heights: np.ndarray, sensor: SensorModel, further: FurtherSensors,
-    clip: str, seed: int, numbers: range,
-) -> np.ndarray:  # fmt: skip
+    turned: Rotation, heights: np.ndarray, further: FurtherSensors, streams: SensorStreams, ideal: bool
+) -> np.ndarray:
     dip = np.radians(further.dip_deg)
     to_north = further.field_ut * np.array([0, np.cos(dip), -np.sin(dip)])
-    field = Rotation.from_rotvec([0, 0, north_of(clip, seed)]).apply(to_north)
+    field = Rotation.from_rotvec([0, 0, north_of(streams.clip, streams.seed)]).apply(to_north)
     read = turned.inv().apply(field).reshape(*heights.shape, 3)
-    if sensor.is_ideal:
+    if ideal:
         return read
-    streams = _streams(clip, seed, MAGNETOMETER, numbers)
-    drawn = streams.normal("constants", 12)
+    own = _own(streams, MAGNETOMETER)
+    drawn = own.normal("constants", 12)
     iron = np.eye(3) + further.soft_iron * drawn[:, 3:].reshape(-1, 3, 3)
-    noise = streams.normal("acc noise", 3, len(heights)).transpose(2, 0, 1)
+    noise = own.normal("acc noise", 3, len(heights)).transpose(2, 0, 1)
     read = np.einsum("nij,tnj->tni", iron, read) + further.hard_iron_ut * drawn[:, :3]
     return read + further.magnetometer_noise_ut * noise
+
+
+def _barometer(
+    _turned: Rotation, heights: np.ndarray, further: FurtherSensors, streams: SensorStreams, ideal: bool
+) -> np.ndarray:
+    above_sea = further.altitude_m + heights
+    if ideal:
+        return pressure_at(above_sea)[..., None]
+    weather = further.weather_pa * _of_clip(streams.clip, streams.seed, "weather").normal()
+    own = _own(streams, BAROMETER)
+    offset = further.pressure_offset_pa * own.normal("constants", 1)[:, 0]
+    noise = further.pressure_noise_pa * own.normal("acc noise", len(heights)).T
+    return (pressure_at(above_sea, SEA_LEVEL_PA + weather) + offset + noise)[..., None]
 
 
 def pressure_at(height: np.ndarray, sea_level: float = SEA_LEVEL_PA) -> np.ndarray:
@@ -214,36 +216,4 @@ def pressure_at(height: np.ndarray, sea_level: float = SEA_LEVEL_PA) -> np.ndarr
     return sea_level * (1 - LAPSE_PER_M * np.asarray(height)) ** PRESSURE_EXPONENT
 
 
-def _barometer(
-    _turned: Rotation, heights: np.ndarray, sensor: SensorModel, further: FurtherSensors,
-    clip: str, seed: int, numbers: range,
-) -> np.ndarray:  # fmt: skip
-    above_sea = further.altitude_m + heights
-    if sensor.is_ideal:
-        return pressure_at(above_sea)[..., None]
-    weather = further.weather_pa * _of_clip(clip, seed, "weather").normal()
-    streams = _streams(clip, seed, BAROMETER, numbers)
-    offset = further.pressure_offset_pa * streams.normal("constants", 1)[:, 0]
-    noise = further.pressure_noise_pa * streams.normal("acc noise", len(heights)).T
-    return (pressure_at(above_sea, SEA_LEVEL_PA + weather) + offset + noise)[..., None]
-
-
 _READ = {ORIENTATION: _orientation, MAGNETOMETER: _magnetometer, BAROMETER: _barometer}
-
-
-def _lose(
-    sensor: SensorModel,
-    signals: dict[str, np.ndarray],
-    part: slice,
-    settings: Synthesis,
-    streams: SensorStreams,
-) -> None:
-    """Lose the samples that acc and gyr lose, in place."""
-    if not sensor.drop_fraction:
-        return
-    n_samples = len(next(iter(signals.values())))
-    mean_length = max(1.0, sensor.drop_duration_s * settings.rate_hz)
-    for number, generator in zip(range(part.start, part.stop), streams.generators("drops"), strict=True):
-        kept = errors.kept_samples(generator, n_samples, sensor.drop_fraction, mean_length)
-        for values in signals.values():
-            errors.lose(values[:, number].T, kept, sensor.dropped)

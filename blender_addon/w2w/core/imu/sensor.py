@@ -3,14 +3,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
 from ..filtering import butterworth, count_resampled, resample
 from ..threads import chunks, for_each
 from . import errors
-from .errors import SensorStreams
+from .errors import ALL_CLIPS, SensorStreams
 from .recording import ImuRecording
 
 CHUNK_VALUES = 400_000
@@ -18,9 +19,6 @@ CHUNK_VALUES = 400_000
 
 SAMPLES_TURNED = 512
 """Samples transposed at once, from time first to sensor first."""
-
-ALL_CLIPS = "\0all clips"
-"""The clip's name in draws that are the same in all clips; no clip is called that."""
 
 
 @dataclass(frozen=True)
@@ -76,14 +74,6 @@ class Triad:
     lowpass_order: int = 2
 
     def __post_init__(self) -> None:
-        for name in (
-            "resolution", "noise_density", "bias_instability", "random_walk", "turn_on_bias", "scale_error",
-            "misalignment_deg", "nonorthogonality_deg",
-        ):  # fmt: skip
-            _check_not_negative(name, getattr(self, name))
-        _check_positive("full_scale", self.full_scale)
-        _check_positive("lowpass_hz", self.lowpass_hz)
-        _check_positive("lowpass_of_rate", self.lowpass_of_rate)
         if self.lowpass_of_rate is not None and (self.lowpass_of_rate > 0.5 or self.lowpass_hz is not None):
             raise ValueError("lowpass_of_rate must be at most 0.5, and stand without lowpass_hz")
         if not self.correlation_s >= errors.DRIFT_STEP_S:
@@ -92,6 +82,7 @@ class Triad:
             )
         if not 1 <= self.lowpass_order <= 8:
             raise ValueError(f"lowpass_order must be 1 to 8, not {self.lowpass_order}")
+        _check_figures(self)
 
     def bandwidth(self, rate: float) -> float | None:
         """-3 dB bandwidth at an output rate, Hz."""
@@ -159,17 +150,11 @@ class SensorModel:
     soft_tissue_gain: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in (
-            "g_sensitivity", "jitter_s", "drop_fraction", "drop_duration_s", "mounting_turn_deg",
-            "mounting_shift_m", "fixed_misalignment_deg", "soft_tissue_damping", "soft_tissue_gain",
-        ):  # fmt: skip
-            _check_not_negative(name, getattr(self, name))
+        _check_figures(self)
         turn = tuple(float(angle) for angle in self.worn_turn_deg)
         if len(turn) != 3 or not np.isfinite(turn).all():
             raise ValueError(f"worn_turn_deg must be three numbers, not {self.worn_turn_deg}")
         object.__setattr__(self, "worn_turn_deg", turn)
-        _check_positive("rate_hz", self.rate_hz)
-        _check_positive("soft_tissue_hz", self.soft_tissue_hz)
         if self.drop_fraction >= 1 or self.soft_tissue_gain > 1:
             raise ValueError("drop_fraction must be below 1 and soft_tissue_gain at most 1")
         if self.dropped not in ("hold", "nan"):
@@ -214,7 +199,6 @@ class SensorModel:
             sensors = range(first_sensor + chunk.start, first_sensor + chunk.stop)
             streams = SensorStreams(seed, recording.clip, sensors)
             true_acc, true_gyr = (_sensor_by_sensor(a[:, chunk]) for a in (recording.acc, recording.gyr))
-            true_acc, true_gyr = self._misalign(true_acc, true_gyr, recording.rate, seed, sensors)
             read = self._read(true_acc, true_gyr, recording.rate, streams)
             for out, values in zip((acc, gyr), read, strict=True):
                 out[:, chunk] = values.transpose(2, 0, 1)
@@ -222,24 +206,34 @@ class SensorModel:
         for_each(fill, chunks(recording.n_sensors, size))
         return replace(recording, acc=acc, gyr=gyr, rate=rate)
 
-    def _misalign(
-        self, acc: np.ndarray, gyr: np.ndarray, rate: float, seed: int, sensors: range
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Turn all sensors as one was worn, then each by its own misalignment, the same in all clips."""
-        if any(self.worn_turn_deg):
-            turns = np.tile(np.radians(self.worn_turn_deg), (len(sensors), 1))
-            acc, gyr = errors.mount(acc, gyr, rate, turns, np.zeros_like(turns))
-        if not self.fixed_misalignment_deg:
-            return acc, gyr
-        numbers = SensorStreams(seed, ALL_CLIPS, sensors).constants("mounting", 2, 3)[:, 0]
-        turns = np.radians(self.fixed_misalignment_deg) * numbers
-        return errors.mount(acc, gyr, rate, turns, np.zeros_like(turns))
+    def sits(self, streams: SensorStreams) -> list[tuple[np.ndarray, np.ndarray]]:
+        """How sensors sit on their places: shifts (n, 3), m, and the turns (n, 3), rad, after them, in order.
+
+        First as one was worn, then each by its own misalignment in all clips, then as put on for this one.
+        """
+        n = len(streams.sensors)
+        here, fixed = np.zeros((n, 2, 3)), np.zeros((n, 3))
+        if self.mounting_turn_deg or self.mounting_shift_m:
+            here = streams.constants("mounting", 2, 3)
+        if self.fixed_misalignment_deg:
+            fixed = streams.of_clip(ALL_CLIPS).constants("mounting", 2, 3)[:, 0]
+        worn = np.tile(np.radians(self.worn_turn_deg), (n, 1))
+        return [
+            (np.zeros((n, 3)), worn),
+            (np.zeros((n, 3)), np.radians(self.fixed_misalignment_deg) * fixed),
+            (self.mounting_shift_m * here[:, 1], np.radians(self.mounting_turn_deg) * here[:, 0]),
+        ]
 
     def _read(
         self, acc: np.ndarray, gyr: np.ndarray, rate: float, streams: SensorStreams
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> list[np.ndarray]:
         """The whole chain on arrays of shape (n, 3, T), from the skin to the last bit."""
-        acc, gyr = self._wear(acc, gyr, rate, streams)
+        for shifts, turns in self.sits(streams):
+            if shifts.any() or turns.any():
+                acc, gyr = errors.mount(acc, gyr, rate, turns, shifts)
+        if self.soft_tissue_hz is not None and self.soft_tissue_hz < rate / 2:
+            tissue = (self.soft_tissue_hz, self.soft_tissue_damping, self.soft_tissue_gain)
+            acc, gyr = (errors.soft_tissue_artefact(values, rate, *tissue) for values in (acc, gyr))
         if self.g_sensitivity:
             response = self.g_sensitivity * streams.constants("g-sensitivity", 3, 3)
             gyr = gyr + response @ acc
@@ -251,37 +245,23 @@ class SensorModel:
             if bandwidth is not None and bandwidth < rate / 2:
                 values = butterworth(values, rate, bandwidth, triad.lowpass_order, self.zero_phase)
             read.append(resample(values, rate, rate_out))
-        return self._sample(read, rate_out, streams)
-
-    def _wear(
-        self, acc: np.ndarray, gyr: np.ndarray, rate: float, streams: SensorStreams
-    ) -> tuple[np.ndarray, np.ndarray]:
-        if self.mounting_turn_deg or self.mounting_shift_m:
-            numbers = streams.constants("mounting", 2, 3)
-            turns = np.radians(self.mounting_turn_deg) * numbers[:, 0]
-            acc, gyr = errors.mount(acc, gyr, rate, turns, self.mounting_shift_m * numbers[:, 1])
-        if self.soft_tissue_hz is not None and self.soft_tissue_hz < rate / 2:
-            tissue = (self.soft_tissue_hz, self.soft_tissue_damping, self.soft_tissue_gain)
-            acc, gyr = (errors.soft_tissue_artefact(values, rate, *tissue) for values in (acc, gyr))
-        return acc, gyr
-
-    def _sample(
-        self, read: list[np.ndarray], rate: float, streams: SensorStreams
-    ) -> tuple[np.ndarray, np.ndarray]:
-        n_samples = read[0].shape[-1]
         if self.jitter_s:
-            offsets = streams.normal("jitter", n_samples) * np.float32(self.jitter_s * rate)
+            offsets = streams.normal("jitter", read[0].shape[-1]) * np.float32(self.jitter_s * rate_out)
             read = [errors.jitter(values, offsets) for values in read]
-        triads = (self.accelerometer, self.gyroscope)
-        steps = [(triad.full_scale, triad.resolution) for triad in triads]
-        acc, gyr = (errors.quantise(values, *step) for values, step in zip(read, steps, strict=True))
-        if self.drop_fraction:
-            mean_length = max(1.0, self.drop_duration_s * rate)
-            for row, generator in enumerate(streams.generators("drops")):
-                kept = errors.kept_samples(generator, n_samples, self.drop_fraction, mean_length)
-                for values in (acc, gyr):
-                    errors.lose(values[row], kept, self.dropped)
-        return acc, gyr
+        for values, triad in zip(read, (self.accelerometer, self.gyroscope), strict=True):
+            errors.quantise(values, triad.full_scale, triad.resolution)
+        self.lose(read, rate_out, streams)
+        return read
+
+    def lose(self, signals: Sequence[np.ndarray], rate: float, streams: SensorStreams) -> None:
+        """Lose the same samples of all signals, (sensors, axes, samples) each, in place."""
+        if not self.drop_fraction:
+            return
+        mean_length = max(1.0, self.drop_duration_s * rate)
+        for row, generator in enumerate(streams.generators("drops")):
+            kept = errors.kept_samples(generator, signals[0].shape[-1], self.drop_fraction, mean_length)
+            for values in signals:
+                errors.lose(values[row], kept, self.dropped)
 
 
 def _sensor_by_sensor(samples: np.ndarray) -> np.ndarray:
@@ -324,11 +304,11 @@ def _sense(
     return values
 
 
-def _check_not_negative(name: str, value: float) -> None:
-    if not (np.isfinite(value) and value >= 0):
-        raise ValueError(f"{name} must be 0 or more, not {value}")
-
-
-def _check_positive(name: str, value: float | None) -> None:
-    if value is not None and not (np.isfinite(value) and value > 0):
-        raise ValueError(f"{name} must be positive, or None to switch it off, not {value}")
+def _check_figures(record: Triad | SensorModel) -> None:
+    """Refuse negative figures, and 0 where None switches a part off."""
+    for item in fields(record):
+        value = getattr(record, item.name)
+        if isinstance(item.default, float) and not (np.isfinite(value) and value >= 0):
+            raise ValueError(f"{item.name} must be 0 or more, not {value}")
+        if item.default is None and value is not None and not (np.isfinite(value) and value > 0):
+            raise ValueError(f"{item.name} must be positive, or None to switch it off, not {value}")
