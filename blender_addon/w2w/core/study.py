@@ -10,8 +10,7 @@ import numpy as np
 
 from .body.body import Body
 from .garments.on_cloth import ClothSensors
-from .imu.augmentation import Augmentation
-from .imu.copies import record_copies
+from .imu.augmentation import Augmentation, record_copies
 from .imu.further import NOTHING, FurtherSensors, further_signals
 from .imu.presets import DEFAULT_SENSOR, preset
 from .imu.recording import ImuRecording

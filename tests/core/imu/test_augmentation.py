@@ -155,8 +155,3 @@ def test_each_switch_alone_changes_the_motion_and_none_changes_nothing(motion, s
 def test_wrong_parameters_are_named(parameter, value):
     with pytest.raises(ValueError, match=parameter):
         Augmentation(**{parameter: value})
-
-
-def test_unknown_joints_are_named(motion):
-    with pytest.raises(ValueError, match="left_tail"):
-        scaled(motion, 0.5, ["left_tail"])

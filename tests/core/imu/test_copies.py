@@ -4,8 +4,13 @@
 import numpy as np
 import pytest
 
-from w2w.core.imu.augmentation import SWITCHES, Augmentation, parse_augmentation
-from w2w.core.imu.copies import body_variant, record_copies
+from w2w.core.imu.augmentation import (
+    SWITCHES,
+    Augmentation,
+    body_variant,
+    parse_augmentation,
+    record_copies,
+)
 from w2w.core.imu.presets import DEFAULT_SENSOR, preset
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis

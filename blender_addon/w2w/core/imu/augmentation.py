@@ -1,23 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""More samples than motion files: variants of a motion and of a recording, to train on only.
+"""More samples than motion files: variants of a motion, recorded on other bodies, to train on only.
 
 Variants of a motion are synthesised anew, so their signals are those of a body that moves
 so. All keep the clip's name: a clip and its variants are one group and never straddle a split.
 """
 
+import hashlib
 import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Self
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation, Slerp
 
+from ..body.body import Body
+from ..body.shapes import bundled_targets, shaped
 from ..body.skeleton import JOINT_NAMES, MIRRORED_JOINTS, N_JOINTS
 from ..motion.motion import Motion
 from ..parameters import parameter
+from ..patches.patches import PatchSet
+from .further import NOTHING, FurtherSensors
 from .recording import ImuRecording
+from .sensor import SensorModel
+from .synthesis import Synthesis
+from .virtual import record_motion
 
 SWITCHES = ("tempo", "amplitude", "warp", "mirror", "bodies", "remount", "noise")
 """Names of the parts of an `Augmentation`."""
@@ -27,6 +36,13 @@ SIDES = frozenset({"left", "right"})
 
 ACROSS = np.diag([-1.0, 1.0, 1.0])
 """Reflection in the plane between left and right of the T-pose, which faces -y."""
+
+LIMBS = (0.93, 1.07)
+"""Length of arms and legs relative to the average, least and most."""
+
+HEIGHTS_M = (1.55, 1.90)
+AGES = (25.0, 75.0)
+MUSCLE = 0.6
 
 
 @dataclass(frozen=True)
@@ -44,7 +60,7 @@ class Augmentation:
     warp: float = 0.2  # the speed varies within the clip by this share up and down; 0 is off
     # standard deviation of the angle, about a random axis, by which a sensor is turned; 0 is off
     remount_deg: float = 10.0
-    bodies: bool = True  # every variant is done by a body of another shape (`copies.body_variant`)
+    bodies: bool = True  # every variant is done by a body of another shape (`body_variant`)
     noise: bool = True  # every variant is recorded by other specimens of the sensor
 
     def __post_init__(self) -> None:
@@ -104,8 +120,6 @@ def at_tempo(motion: Motion, factor: float) -> Motion:
     Speeds scale with the factor and accelerations with its square, falls included: far
     from 1 a jump no longer falls as bodies do.
     """
-    if not (np.isfinite(factor) and factor > 0):
-        raise ValueError(f"the tempo must be positive, not {factor}")
     return replace(motion, rate=motion.rate * factor)
 
 
@@ -115,14 +129,7 @@ def scaled(motion: Motion, factor: float, joints: Collection[str] = JOINT_NAMES[
     The pelvis's own rotation is kept, and so are heading and balance; its path about a straight line is
     scaled when both legs are, as smaller steps make a smaller bob. One side's limbs make the motion
     asymmetric.
-
-    Raises ValueError if a joint is unknown or the factor is negative.
     """
-    unknown = set(joints) - set(JOINT_NAMES)
-    if unknown:
-        raise ValueError(f"unknown joints: {', '.join(sorted(unknown))}")
-    if not (np.isfinite(factor) and factor >= 0):
-        raise ValueError(f"the amplitude factor must be 0 or more, not {factor}")
     rotations = motion.rotations.copy()
     for joint in (JOINT_NAMES.index(name) for name in joints):
         poses = Rotation.from_matrix(rotations[:, joint])
@@ -167,11 +174,69 @@ def remounted(recording: ImuRecording, angle_deg: float, rng: np.random.Generato
     axis /= np.linalg.norm(axis, axis=1, keepdims=True)
     angle = np.radians(angle_deg) * rng.normal(size=(recording.n_sensors, 1))
     turns = Rotation.from_rotvec(axis * angle)
-    turned = turns.as_matrix()
-    kinds = [name for name in ("acc", "gyr", "magnetometer") if getattr(recording, name) is not None]
-    changed = {name: np.einsum("tni,nij->tnj", getattr(recording, name), turned) for name in kinds}
+    changed = {
+        name: np.einsum("tni,nij->tnj", getattr(recording, name), turns.as_matrix())
+        for name in ("acc", "gyr", "magnetometer")
+        if getattr(recording, name) is not None
+    }
     if recording.orientation is not None:
         before = Rotation.from_quat(recording.orientation[..., [1, 2, 3, 0]].reshape(-1, 4))
         after = before * Rotation.from_quat(np.tile(turns.as_quat(), (recording.n_samples, 1)))
         changed["orientation"] = after.as_quat()[:, [3, 0, 1, 2]].reshape(recording.orientation.shape)
     return replace(recording, **changed)
+
+
+def record_copies(
+    body: Body,
+    patches: PatchSet,
+    motion: Motion,
+    plan: Augmentation,
+    settings: Synthesis,
+    sensor: SensorModel,
+    seed: int,
+    further: FurtherSensors = NOTHING,
+) -> Iterator[ImuRecording]:
+    """Record variants of a motion, under its own labels; the same seed and clip give the same ones.
+
+    `body` is the clip's, and the copies' unless the plan has other bodies. Raises ValueError if it has, and
+    the body is not W2W's own.
+    """
+    # a seed for each clip, so that the copies of two clips do not vary alike
+    own = int.from_bytes(hashlib.sha256(f"{seed}/{motion.clip}".encode()).digest()[:6], "little")
+    for copy, variant in enumerate(plan.motions(motion, own)):
+        wearer, moved = body, variant
+        if plan.bodies:
+            wearer = body_variant(body, copy, seed)
+            moved = replace(variant, pelvis=variant.pelvis * (wearer.height / body.height))
+        specimen = seed + 1 + copy if plan.noise else seed
+        recording = record_motion(wearer, patches, moved, settings, sensor, specimen, further)
+        if plan.remount_deg:
+            recording = remounted(recording, plan.remount_deg, np.random.default_rng([own, copy, 1]))
+        yield recording
+
+
+def body_variant(body: Body, copy: int, seed: int) -> Body:
+    """The body of a copy's number: another sex, height, age, build and length of limbs, drawn from the seed.
+
+    Raises ValueError if the body is not of the bundled one's making: only that can be reshaped.
+    """
+    if not bundled_targets().fit(body):
+        raise ValueError(
+            f"augmentation by 'bodies' needs W2W's own body, and {body.name!r} is another: leave it out"
+        )
+    return _variant(copy, seed)
+
+
+@lru_cache(maxsize=16)
+def _variant(copy: int, seed: int) -> Body:
+    rng = np.random.default_rng([seed, copy, 2])
+    arms, legs = rng.uniform(*LIMBS, size=2)
+    return shaped(
+        Body.bundled(),
+        gender=rng.uniform(-1, 1),
+        height=rng.uniform(*HEIGHTS_M),
+        muscle=rng.uniform(0, MUSCLE),
+        age=rng.uniform(*AGES),
+        arms=arms,
+        legs=legs,
+    )
