@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from w2w.core.imu.calibration import Calibration, calibrate
-from w2w.core.imu.calibration_gain import Alike, held_out
+from w2w.core.imu.calibration import Alike, Calibration, calibrate, held_out
 from w2w.core.imu.sensor_file import write_sensor
 from w2w.core.wording import shown
 

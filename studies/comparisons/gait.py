@@ -13,7 +13,7 @@ import numpy as np
 from w2w.core.body.body import Body
 from w2w.core.files import write_json, write_text
 from w2w.core.filtering import butterworth
-from w2w.core.imu.calibration_gain import Alike, held_out
+from w2w.core.imu.calibration import Alike, held_out
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.wearing import error_sentence

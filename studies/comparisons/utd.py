@@ -11,7 +11,7 @@ import numpy as np
 
 from w2w.core.body.landmarks import SensorSite
 from w2w.core.files import write_json, write_text
-from w2w.core.imu.calibration_gain import Alike, held_out
+from w2w.core.imu.calibration import Alike, held_out
 from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel

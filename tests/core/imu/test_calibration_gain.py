@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from w2w.core.imu.calibration_gain import held_out
+from w2w.core.imu.calibration import held_out
 
 from .made_pairs import pair
 

@@ -2,13 +2,14 @@
 """How a worn sensor differs from the simulated one: fitted to recordings of both of the same motion.
 
 The fit is a property of the sensor and its site, not of a motion: how it sat, the soft tissue under it, its
-noise. Each recording's shift in time is found on the way.
+noise. Each recording's shift in time is found on the way. The gain is measured on recordings or people that
+were left out of the fit.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -63,7 +64,7 @@ NEARER = (0.8, 0.87, 0.93, 1.0, 1.07, 1.15, 1.25)
 """Factors by which frequency and damping are then varied around the best of them."""
 
 DELAYS = (0, 1, 2)
-"""Samples by which tissue may have delayed the signal."""
+"""Samples by which tissue may have delayed the signal: its delay looks like a shift."""
 
 PARTS = 4
 """Parts of the recordings for cross-validation: tissue must help on parts it was not fitted to."""
@@ -107,8 +108,8 @@ class Calibration:
     def sensor(self, base: SensorModel, name: str) -> SensorModel:
         """The sensor with what was found: how it sat, its tissue and its noise; the rest as it was."""
         worn = self.turn.inv().as_rotvec(degrees=True)
-        names = ("soft_tissue_hz", "soft_tissue_damping", "soft_tissue_gain")
-        tissue: dict[str, Any] = dict(zip(names, self.tissue or (None,), strict=self.tissue is not None))
+        unfitted = (None, base.soft_tissue_damping, base.soft_tissue_gain)
+        frequency_hz, damping, gain = self.tissue or unfitted
         return replace(
             base,
             name=name,
@@ -117,7 +118,9 @@ class Calibration:
             worn_turn_deg=tuple(round(float(angle), 3) for angle in worn),
             mounting_turn_deg=0.0,
             fixed_misalignment_deg=0.0,
-            **tissue,
+            soft_tissue_hz=frequency_hz,
+            soft_tissue_damping=damping,
+            soft_tissue_gain=gain,
         )
 
 
@@ -132,16 +135,18 @@ def calibrate(pairs: Sequence[Pair], longest_shift_s: float = 0.5, with_tissue: 
     tissue = None
     for _ in range(ROUNDS):
         shown = [(real, ridden(made, tissue)) for real, made in pairs]
-        shifts = [shift_between(*pair, longest_shift_s) for pair in shown]
-        turn = mounting([shifted(*pair, shift) for pair, shift in zip(shown, shifts, strict=True)])
+        shifts = np.array([shift_between(*pair, longest_shift_s) for pair in shown])
+        turn = mounting(_together(shown, shifts))
         if not with_tissue:
             break
         plain = [(real, turned(made, turn)) for real, made in pairs]
-        tissue, late = _tissue_and_delay(plain, shifts)
-        shifts = [shift - late for shift in shifts]
+        fits = {late: fit_tissue(_together(plain, shifts - late)) for late in DELAYS}
+        late = min(fits, key=lambda one: fits[one][1])
+        tissue, _ = fits[late]
+        shifts -= late
     rate = pairs[0][0].rate
     noise = (rest_noise([getattr(real, kind)[:, 0] for real, _ in pairs], rate) for kind in ("acc", "gyr"))
-    return Calibration(turn, tissue, *noise, tuple(shift / rate for shift in shifts))
+    return Calibration(turn, tissue, *noise, tuple((shifts / rate).tolist()))
 
 
 def ridden(made: ImuRecording, tissue: Tissue | None) -> ImuRecording:
@@ -179,10 +184,15 @@ def shifted(real: ImuRecording, made: ImuRecording, shift: int) -> Pair:
     """Both recordings, cut to the time that both show."""
     first, second = max(0, shift), max(0, -shift)
     n = min(real.n_samples - first, made.n_samples - second)
-    return tuple(
-        replace(recording, acc=recording.acc[start : start + n], gyr=recording.gyr[start : start + n])
-        for recording, start in ((real, first), (made, second))
-    )
+    return _cut(real, slice(first, first + n)), _cut(made, slice(second, second + n))
+
+
+def _together(pairs: Sequence[Pair], shifts: np.ndarray) -> list[Pair]:
+    return [shifted(*pair, shift) for pair, shift in zip(pairs, shifts, strict=True)]
+
+
+def _cut(recording: ImuRecording, part: slice) -> ImuRecording:
+    return replace(recording, acc=recording.acc[part], gyr=recording.gyr[part])
 
 
 def smooth(values: np.ndarray, rate: float) -> np.ndarray:
@@ -190,16 +200,6 @@ def smooth(values: np.ndarray, rate: float) -> np.ndarray:
     if rate / 2 <= FIT_BELOW_HZ:
         return values.astype(np.float64)
     return butterworth(values.T.astype(np.float64), rate, FIT_BELOW_HZ, 2, zero_phase=True).T
-
-
-def _tissue_and_delay(pairs: Sequence[Pair], shifts: Sequence[int]) -> tuple[Tissue | None, int]:
-    """The tissue, and the samples by which the shifts are too long: its delay looks like a shift."""
-    found = {}
-    for late in DELAYS:
-        together = [shifted(*pair, shift - late) for pair, shift in zip(pairs, shifts, strict=True)]
-        found[late] = fit_tissue(together)
-    late = min(found, key=lambda one: found[one][1])
-    return found[late][0], late
 
 
 def fit_tissue(pairs: Sequence[Pair]) -> tuple[Tissue | None, float]:
@@ -223,12 +223,11 @@ def fit_tissue(pairs: Sequence[Pair]) -> tuple[Tissue | None, float]:
         here = moments[one[0]][parts == part].sum(axis=0)
         before += here[0]
         after += _left(here, one[1])
-    if len(np.unique(parts)) < 2 or not after < (1 - LEAST_GAIN) * before:
-        return None, before / samples
+    helps = len(np.unique(parts)) > 1 and after < (1 - LEAST_GAIN) * before
     number, gain = _best(moments.sum(axis=1))
-    if tried[number][0] == SOFTEST_HZ:
+    if not helps or tried[number][0] == SOFTEST_HZ:
         return None, before / samples
-    near = [(tried[number][0] * one, tried[number][1] * other) for one, other in product(NEARER, NEARER)]
+    near = np.multiply(tried[number], list(product(NEARER, NEARER)))
     sums = np.stack([_moments(sides, rate, *tissue).sum(axis=0) for tissue in near])
     number, gain = _best(sums)
     tissue = Tissue(*(round(float(value), 3) for value in (*near[number], gain)))
@@ -298,3 +297,54 @@ def rest_noise(signals: Sequence[np.ndarray], rate: float) -> float:
     if not variances:
         raise ValueError("the recordings are too short to find the sensor's noise")
     return float(np.sqrt(np.quantile(variances, QUIET) / 20 / (rate / 2)))
+
+
+class Alike(NamedTuple):
+    """How a simulated recording goes together with the worn one: r over samples and axes at once."""
+
+    force: tuple[float, float]  # of specific force, as simulated and calibrated
+    turning: tuple[float, float]  # of angular velocity
+
+
+def held_out(pairs: Sequence[Pair], longest_shift_s: float = 0.5) -> tuple[str, list[Alike]]:
+    """Calibrate without each person in turn, or each recording, or each half of the only one, and test there.
+
+    Returns the kind that was left out, "person", "recording" or "half", and the likeness of each recording or
+    half. Raises ValueError as `calibrate` does.
+    """
+    people = [real.subject for real, _ in pairs]
+    if len(pairs) == 1:
+        what, pairs = "half", halves(*pairs[0], longest_shift_s)
+    else:
+        what = "person" if all(people) and len(set(people)) > 1 else "recording"
+    groups = people if what == "person" else list(range(len(pairs)))
+    known = {}
+    for group in dict.fromkeys(groups):
+        others = [pair for pair, of in zip(pairs, groups, strict=True) if of != group]
+        known[group] = calibrate(others, longest_shift_s)
+    return what, [alike(*pair, known[of], longest_shift_s) for pair, of in zip(pairs, groups, strict=True)]
+
+
+def halves(real: ImuRecording, made: ImuRecording, longest_shift_s: float) -> list[Pair]:
+    """Both halves of a pair, brought together in time."""
+    real, made = shifted(real, made, shift_between(real, made, longest_shift_s))
+    middle = real.n_samples // 2
+    return [(_cut(real, part), _cut(made, part)) for part in (slice(0, middle), slice(middle, None))]
+
+
+def alike(real: ImuRecording, made: ImuRecording, known: Calibration, longest_shift_s: float) -> Alike:
+    """Compare a pair before and after a calibration, each shifted to where it fits best."""
+    sides = []
+    for simulated in (made, known.applied(made)):
+        one, other = shifted(real, simulated, shift_between(real, simulated, longest_shift_s))
+        signals = ((one.acc, other.acc), (one.gyr, other.gyr))
+        sides.append([vector_r(first[:, 0], second[:, 0], one.rate) for first, second in signals])
+    before, after = sides
+    return Alike(*zip(before, after, strict=True))
+
+
+def vector_r(first: np.ndarray, second: np.ndarray, rate: float) -> float:
+    """Pearson's r of two signals (T, 3), over samples and axes at once, each axis about its own mean."""
+    a, b = (smooth(values, rate) for values in (first, second))
+    a, b = a - a.mean(axis=0), b - b.mean(axis=0)
+    return float((a * b).sum() / max(np.sqrt((a * a).sum() * (b * b).sum()), 1e-12))
