@@ -7,7 +7,7 @@ back from JSON by them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from numbers import Integral, Real
@@ -46,12 +46,11 @@ class Parameter:
 
     def check(self, record: Any) -> None:
         """Raise ValueError, with what is allowed, for a value out of range."""
-        value, kinds = self.of(record), get_args(self.kind) or (self.kind,)
+        value, whole = self.of(record), int in (get_args(self.kind) or (self.kind,))
         if value is None or (self.least is None and self.most is None):
             return
-        whole = int in kinds
-        low = self.least if self.least is not None else float("-inf")
-        high = self.most if self.most is not None else float("inf")
+        low = float("-inf") if self.least is None else self.least
+        high = float("inf") if self.most is None else self.most
         if isinstance(value, Integral if whole else Real) and low <= float(value) <= high:
             return
         allowed = f"from {low:g}" + (f" to {high:g}" if self.most is not None else " on")
@@ -87,12 +86,10 @@ def _declared(record: Any, path: tuple[str, ...]) -> Iterator[tuple[str, Paramet
             yield from _declared(inner[0], (*path, item.name))
 
 
-def read_record(
-    record: type[T], given: Any, readers: Mapping[type, Callable[[Any], Any]], where: str = ""
-) -> T:
+def read_record(record: type[T], given: Any, where: str = "") -> T:
     """A record from what JSON holds; what is not given takes its default.
 
-    `readers` read records that are not written field by field; `where` is the record's path, for messages.
+    `where` is the record's path, for messages.
 
     Raises ValueError if a key is unknown or a value of the wrong kind; the message names the key and what is
     allowed.
@@ -107,27 +104,23 @@ def read_record(
     for item in fields(record):
         if item.name not in given and item.default is MISSING and item.default_factory is MISSING:
             raise ValueError(f"{path}{item.name} is missing")
-    return record(
-        **{name: _value(hints[name], value, readers, f"{path}{name}") for name, value in given.items()}
-    )
+    return record(**{name: _value(hints[name], value, f"{path}{name}") for name, value in given.items()})
 
 
-def _value(kind: Any, given: Any, readers: Mapping[type, Callable[[Any], Any]], where: str) -> Any:
+def _value(kind: Any, given: Any, where: str) -> Any:
     origin, parts = get_origin(kind), get_args(kind)
     if origin in (Union, UnionType):
         if given is None and type(None) in parts:
             return None
         wanted = [part for part in parts if (get_origin(part) is tuple) == isinstance(given, list)]
-        return _value((wanted or parts)[0], given, readers, where)
-    if kind in readers:
-        return readers[kind](given)
+        return _value((wanted or parts)[0], given, where)
     if isinstance(kind, type) and is_dataclass(kind):
-        return read_record(kind, given, readers, where)
+        return read_record(kind, given, where)
     if origin is tuple and isinstance(given, list | tuple):
         kinds = [parts[0]] * len(given) if parts[-1] is Ellipsis else parts
         if len(kinds) == len(given):
             return tuple(
-                _value(part, value, readers, f"{where}[{index}]")
+                _value(part, value, f"{where}[{index}]")
                 for index, (part, value) in enumerate(zip(kinds, given, strict=True))
             )
     if origin is Literal and given in parts:

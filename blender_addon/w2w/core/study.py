@@ -15,7 +15,6 @@ from .imu.further import NOTHING, FurtherSensors, further_signals
 from .imu.presets import DEFAULT_SENSOR, preset
 from .imu.recording import ImuRecording
 from .imu.sensor import SensorModel
-from .imu.sensor_file import sensor_of_plain
 from .imu.synthesis import Synthesis, synthesize
 from .imu.virtual import record_motion
 from .motion.duplicates import POSES, mirrored_signatures, move_alike
@@ -181,7 +180,7 @@ class StudyConfig:
             If a key is unknown, or a value of the wrong kind or out of range; the message says which.
         """
         known = {name: value for name, value in parameters.items() if name != "sensor_model"}  # derived
-        return read_record(cls, known, {SensorModel: sensor_of_plain})
+        return read_record(cls, known)
 
 
 def plain(value: Any) -> Any:

@@ -3,6 +3,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,8 +12,8 @@ from w2w.core.body.body import TEMPLATES
 from w2w.core.imu.presets import PRESETS, preset
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.sensor_file import read_sensor, sensor_of_plain, write_sensor
-from w2w.core.study import StudyConfig, plain
+from w2w.core.imu.sensor_file import read_sensor, write_sensor
+from w2w.core.study import StudyConfig
 
 G = 9.80665
 
@@ -132,7 +133,7 @@ def test_a_study_keeps_its_own_sensor_and_its_signals_depend_on_it(tmp_path):
     again = StudyConfig.from_dict(json.loads(json.dumps(config.as_dict())))
     assert again == config
     assert again.sensor_model() == model
-    other = StudyConfig(sensor=model.name, own_sensor=sensor_of_plain(plain(model) | {"jitter_s": 0.01}))
+    other = StudyConfig(sensor=model.name, own_sensor=replace(model, jitter_s=0.01))
     assert other.signal_parameters() != StudyConfig(sensor=model.name, own_sensor=model).signal_parameters()
     assert StudyConfig(root_band_hz=3.0).signal_parameters() != StudyConfig().signal_parameters()
     with pytest.raises(ValueError, match="no sensor preset"):

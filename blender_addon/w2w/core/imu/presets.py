@@ -25,8 +25,7 @@ DEFAULT_SENSOR = "bmi270"
 
 def _bundled() -> dict[str, SensorModel]:
     found: dict[str, SensorModel] = {}
-    content = template("sensors.json")
-    for name, sensor in content.items():
+    for name, sensor in template("sensors.json").items():
         base = found[sensor["like"]] if "like" in sensor else SensorModel.ideal()
         figures = {field: value for field, value in sensor.items() if field != "sources"}
         found[name] = sensor_with(base, figures, name)
@@ -54,9 +53,9 @@ def preset(name: str) -> SensorModel:
         raise ValueError(
             f"a sensor is a preset's name or a SensorModel (read_sensor reads a file), not {name!r}"
         )
-    found = next((model for known, model in PRESETS.items() if _plain(known) == _plain(name)), None)
-    if found is not None:
-        return found
+    for known, model in PRESETS.items():
+        if _plain(known) == _plain(name):
+            return model
     raise ValueError(f"there is no sensor preset {name!r}; choose one of {', '.join(PRESETS)}")
 
 

@@ -101,15 +101,10 @@ class Quantity:
         if isinstance(value, str):
             return ""
         number = self._number(value, "")
-        meant = (
-            unit for unit, size in self.units.items() if size != 1 and self.least < size * number <= self.most
-        )
-        unit = next(meant, None)
-        return (
-            ""
-            if unit is None
-            else f": it is taken in {self.unit}; if {unit} is meant, write '{number:g} {unit}'"
-        )
+        for unit, size in self.units.items():
+            if size != 1 and self.least < size * number <= self.most:
+                return f": it is taken in {self.unit}; if {unit} is meant, write '{number:g} {unit}'"
+        return ""
 
 
 def _shown(value: Any) -> str:

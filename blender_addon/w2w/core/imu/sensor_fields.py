@@ -172,36 +172,21 @@ class Figure(NamedTuple):
         return replace(model, **{self.kind: replace(getattr(model, self.kind), **{self.field: held})})
 
 
-FIGURES: dict[str, Figure] = {
-    "acc_range": Figure(
-        "accelerometer", "full_scale", "g", "Range (g)", "Readings are clipped to this; 0 for no limit"
-    ),
-    "acc_noise": Figure(
-        "accelerometer", "noise_density", "ug/sqrt(Hz)", "Noise (µg/√Hz)", "Density of the white noise"
-    ),
-    "acc_bias": Figure(
-        "accelerometer", "turn_on_bias", "mg", "Bias (mg)",
-        "Constant bias of each axis, anew in every clip (one standard deviation)",
-    ),
-    "acc_drift": Figure(
-        "accelerometer", "bias_instability", "ug", "Drift (µg)", "Bias instability of the Allan plot"
-    ),
-    "gyr_range": Figure(
-        "gyroscope", "full_scale", "deg/s", "Range (°/s)", "Readings are clipped to this; 0 for no limit"
-    ),
-    "gyr_noise": Figure(
-        "gyroscope", "noise_density", "mdps/sqrt(Hz)", "Noise (mdps/√Hz)", "Density of the white noise"
-    ),
-    "gyr_bias": Figure(
-        "gyroscope", "turn_on_bias", "deg/s", "Bias (°/s)",
-        "Constant bias of each axis, anew in every clip (one standard deviation)",
-    ),
-    "gyr_drift": Figure(
-        "gyroscope", "bias_instability", "deg/h", "Drift (°/h)", "Bias instability of the Allan plot"
-    ),
-    "misalignment": Figure(
-        "", "fixed_misalignment_deg", "deg", "Misalignment (°)",
-        "How far the sensor is turned against its place, the same in every clip (one standard deviation)",
-    ),
-}  # fmt: skip
+RANGE = "Readings are clipped to this; 0 for no limit"
+NOISE = "Density of the white noise"
+BIAS = "Constant bias of each axis, anew in every clip (one standard deviation)"
+DRIFT = "Bias instability of the Allan plot"
+TURNED = "How far the sensor is turned against its place, the same in every clip (one standard deviation)"
+
+FIGURES = {
+    "acc_range": Figure("accelerometer", "full_scale", "g", "Range (g)", RANGE),
+    "acc_noise": Figure("accelerometer", "noise_density", "ug/sqrt(Hz)", "Noise (µg/√Hz)", NOISE),
+    "acc_bias": Figure("accelerometer", "turn_on_bias", "mg", "Bias (mg)", BIAS),
+    "acc_drift": Figure("accelerometer", "bias_instability", "ug", "Drift (µg)", DRIFT),
+    "gyr_range": Figure("gyroscope", "full_scale", "deg/s", "Range (°/s)", RANGE),
+    "gyr_noise": Figure("gyroscope", "noise_density", "mdps/sqrt(Hz)", "Noise (mdps/√Hz)", NOISE),
+    "gyr_bias": Figure("gyroscope", "turn_on_bias", "deg/s", "Bias (°/s)", BIAS),
+    "gyr_drift": Figure("gyroscope", "bias_instability", "deg/h", "Drift (°/h)", DRIFT),
+    "misalignment": Figure("", "fixed_misalignment_deg", "deg", "Misalignment (°)", TURNED),
+}
 """By the names of a form's fields."""

@@ -3,15 +3,15 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from ..files import write_json
 from ..wording import shown
 from .presets import PRESETS, preset
-from .sensor import SensorModel, Triad
-from .sensor_fields import GIVEN_ELSEWHERE, TRIADS, sensor_with
+from .sensor import SensorModel
+from .sensor_fields import GIVEN_ELSEWHERE, sensor_with
 
 MAX_BYTES = 1 << 20
 """No description of a sensor is longer."""
@@ -49,8 +49,7 @@ def sensor_from(content: Any, name: str) -> SensorModel:
     if not isinstance(content, Mapping):
         raise ValueError('a sensor is a JSON object: {"name": ..., "accelerometer": {...}, ...}')
     model = sensor_with(_base(content.get("like")), content, name)
-    known = PRESETS.get(model.name)
-    if known is not None and known != model:
+    if PRESETS.get(model.name, model) != model:
         raise ValueError(f"'name' must not be that of a preset ({model.name}) with other figures: change it")
     return model
 
@@ -62,18 +61,7 @@ def write_sensor(path: str | Path, model: SensorModel) -> None:
 
 def sensor_content(model: SensorModel) -> dict[str, Any]:
     """A sensor as `sensor_from` takes it: every field, bare numbers."""
-    content = asdict(model)
-    for field in GIVEN_ELSEWHERE:
-        del content[field]
-    return content
-
-
-def sensor_of_plain(values: Mapping[str, Any]) -> SensorModel:
-    """The sensor that `dataclasses.asdict` turned into plain values; fields it lacks take their defaults."""
-    known = {item.name for item in fields(SensorModel)}
-    given = {name: value for name, value in values.items() if name in known}
-    triads = {kind: Triad(**given[kind]) for kind in TRIADS if kind in given}
-    return SensorModel(**given | triads)
+    return {name: value for name, value in asdict(model).items() if name not in GIVEN_ELSEWHERE}
 
 
 def _content(path: Path) -> Any:
