@@ -6,7 +6,6 @@ single-precision values.
 """
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,11 +24,16 @@ from .text_tables import (
 )
 from .vendor_formats import read_x_io, read_xsens_txt, write_x_io, write_xsens_txt
 
-CHANNELS = tuple(channel for reading in READINGS[:2] for channel in reading.channels)
-"""Columns that a CSV must have."""
+COLUMNS = ("time_s", *(channel for reading in READINGS[:2] for channel in reading.channels))
+"""Those that a CSV must have."""
 
 HELD = {"npz": tuple(FURTHER), "csv": tuple(FURTHER), "xsens": ("orientation",), "x-io": ("orientation",)}
-"""Readings that each format holds beside acc and gyr."""
+"""Readings that each format holds beside acc and gyr.
+
+W2W's own (all sensors), a table with units above it, MT Manager's text, an x-IMU3's folder.
+"""
+
+FORMATS = tuple(HELD)
 
 
 def write_csv(
@@ -63,9 +67,8 @@ def write_csv(
         "clip": recording.clip,
     }
     lines = [f"# {name}: {json.dumps(value, ensure_ascii=False)}" for name, value in facts.items()]
-    channels = [channel for reading in recording.readings for channel in reading.channels]
-    lines.append(",".join(("time_s", *channels)))
-    write_text(path, "\n".join(lines) + "\n" + table_text(recording.time, values, ","))
+    lines.append(",".join(["time_s", *(name for reading in recording.readings for name in reading.channels)]))
+    write_text(path, "\n".join(lines) + "\n" + table_text(recording.time.tolist(), values, ","))
 
 
 def read_csv(path: str | Path, acc_unit: str | None = None, gyr_unit: str | None = None) -> ImuRecording:
@@ -78,32 +81,30 @@ def read_csv(path: str | Path, acc_unit: str | None = None, gyr_unit: str | None
     n_facts = next((k for k, line in enumerate(lines) if not line.startswith("#")), len(lines))
     facts = dict(parse_fact(line) for line in lines[:n_facts] if ":" in line)
     names = [name.strip() for name in lines[n_facts].split(",")] if n_facts < len(lines) else []
-    missing = [name for name in ("time_s", *CHANNELS) if name not in names]
+    missing = [name for name in COLUMNS if name not in names]
     if missing:
         raise ValueError(f"{path} lacks the columns {', '.join(missing)}")
     table = read_numbers(lines[n_facts + 1 :], ",", len(names), path)
-    columns = {name: table[:, names.index(name)] for name in ("time_s", *CHANNELS)}
     acc_unit, gyr_unit = acc_unit or facts.get("acc_unit"), gyr_unit or facts.get("gyr_unit")
     if acc_unit is None or gyr_unit is None:
         raise ValueError(f"{path} does not name its units: say acc_unit and gyr_unit")
-    values = np.stack([columns[name] for name in CHANNELS], axis=1)
-    further = {
-        reading.name: table[:, None, [names.index(channel) for channel in reading.channels]]
+    further = [
+        reading
         for reading in READINGS[2:]
         if facts.get(f"{reading.name}_unit") == reading.unit and set(reading.channels) <= set(names)
+    ]
+    held = {
+        reading.name: table[:, None, [names.index(channel) for channel in reading.channels]]
+        for reading in (*READINGS[:2], *further)
     }
+    held["acc"] *= unit_factor(ACC_UNITS, acc_unit, "acc_unit")
+    held["gyr"] *= unit_factor(GYR_UNITS, gyr_unit, "gyr_unit")
     return ImuRecording(
-        acc=values[:, None, :3] * unit_factor(ACC_UNITS, acc_unit, "acc_unit"),
-        gyr=values[:, None, 3:] * unit_factor(GYR_UNITS, gyr_unit, "gyr_unit"),
-        rate=float(facts.get("rate_hz") or rate_of_stamps(columns["time_s"], path, 1e-6)),
+        rate=float(facts.get("rate_hz") or rate_of_stamps(table[:, names.index("time_s")], path, 1e-6)),
         sites=(facts["site"],) if facts.get("site") else (),
         **{name: facts.get(name, "") for name in ("activity", "subject", "clip")},
-        **further,
+        **held,
     )
-
-
-FORMATS = ("npz", "csv", "xsens", "x-io")
-"""W2W's own (all sensors), a table with units above it, MT Manager's text, an x-IMU3's folder."""
 
 
 def write_recording(path: str | Path, recording: ImuRecording, format: str = "", sensor: int = 0) -> None:  # noqa: A002
@@ -124,18 +125,12 @@ def write_recording(path: str | Path, recording: ImuRecording, format: str = "",
     ValueError
         If the format is unknown.
     """
-    kind = format or _format_of(Path(path))
+    kind = _format_of(Path(path), format)
     if kind == "npz":
         recording.save(path)
-    elif kind == "csv":
-        write_csv(path, recording, sensor)
-    elif kind == "xsens":
-        turned = recording.orientation
-        write_xsens_txt(path, recording, sensor, None if turned is None else turned[:, sensor])
-    elif kind == "x-io":
-        write_x_io(path, recording, sensor)
     else:
-        raise ValueError(f"no format is called {kind!r}; there are {', '.join(FORMATS)}")
+        writers = {"csv": write_csv, "xsens": write_xsens_txt, "x-io": write_x_io}
+        writers[kind](path, recording, sensor)
 
 
 def read_recording(path: str | Path, format: str = "") -> ImuRecording:  # noqa: A002
@@ -152,20 +147,16 @@ def read_recording(path: str | Path, format: str = "") -> ImuRecording:  # noqa:
     ValueError
         If the format is unknown or the file does not hold it.
     """
-    kind = format or _format_of(Path(path))
-    readers = {"npz": ImuRecording.load, "csv": read_csv, "xsens": _read_xsens, "x-io": read_x_io}
-    if kind not in readers:
-        raise ValueError(f"no format is called {kind!r}; there are {', '.join(FORMATS)}")
-    return readers[kind](path)
+    readers = {"npz": ImuRecording.load, "csv": read_csv, "xsens": read_xsens_txt, "x-io": read_x_io}
+    return readers[_format_of(Path(path), format)](path)
 
 
-def _read_xsens(path: str | Path) -> ImuRecording:
-    recording, quaternions = read_xsens_txt(path)
-    return recording if quaternions is None else replace(recording, orientation=quaternions[:, None])
-
-
-def _format_of(path: Path) -> str:
-    """The format of a suffix."""
+def _format_of(path: Path, asked: str) -> str:
+    """The format asked for, or that of the suffix."""
+    if asked in FORMATS:
+        return asked
+    if asked:
+        raise ValueError(f"no format is called {asked!r}; there are {', '.join(FORMATS)}")
     kinds = {".npz": "npz", ".csv": "csv", ".txt": "xsens", "": "x-io"}
     suffix = "" if path.is_dir() else path.suffix.lower()
     if suffix not in kinds:

@@ -2,6 +2,7 @@
 """Numbers as text tables, and their units: what the text formats of recordings share."""
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -27,15 +28,11 @@ def unit_factor(units: dict[str, float], unit: str, name: str) -> float:
     return units[unit]
 
 
-def shortest(value: float) -> str:
-    """Digits that give a single-precision number, or one scaled by a unit, back to the last bit."""
-    return f"{value:.12g}"
-
-
-def table_text(first: np.ndarray, values: np.ndarray, separator: str) -> str:
+def table_text(starts: Iterable[object], values: np.ndarray, separator: str) -> str:
+    """Rows of what each begins with and its values, by enough digits to give single precision back."""
     return "".join(
-        separator.join([str(start), *map(shortest, row)]) + "\n"
-        for start, row in zip(first.tolist(), values.tolist(), strict=True)
+        separator.join([str(start), *(f"{value:.12g}" for value in row)]) + "\n"
+        for start, row in zip(starts, values.tolist(), strict=True)
     )
 
 

@@ -11,9 +11,10 @@ import numpy as np
 
 from ..files import write_text
 from .recording import ImuRecording
-from .text_tables import ACC_UNITS, GYR_UNITS, rate_of_stamps, read_numbers, shortest, table_text, text_lines
+from .text_tables import ACC_UNITS, GYR_UNITS, rate_of_stamps, read_numbers, table_text, text_lines
 
 XSENS_COLUMNS = ("PacketCounter", "SampleTimeFine", "Acc_X", "Acc_Y", "Acc_Z", "Gyr_X", "Gyr_Y", "Gyr_Z")
+XSENS_QUATERNION = ("Quat_q0", "Quat_q1", "Quat_q2", "Quat_q3")
 
 XSENS_TICKS = 10_000
 """Ticks of SampleTimeFine in a second (Xsens MT0101P, timestamp output)."""
@@ -32,12 +33,14 @@ def write_xsens_txt(
     """Write one sensor as MT Manager exports it: m/s2, rad/s, tab-separated under ``//`` lines.
 
     OpenSim expects the file to be called ``<trial prefix><sensor name>.txt``. Quaternions (T, 4), w, x, y, z,
-    turn sensor to world.
+    turn sensor to world; by default they are those of the recording, where it has them.
     """
     names: tuple[str, ...] = XSENS_COLUMNS
     values = np.concatenate([recording.acc[:, sensor], recording.gyr[:, sensor]], axis=1)
+    if quaternions is None and recording.orientation is not None:
+        quaternions = recording.orientation[:, sensor]
     if quaternions is not None:
-        names = (*names, "Quat_q0", "Quat_q1", "Quat_q2", "Quat_q3")
+        names += XSENS_QUATERNION
         values = np.concatenate([values, quaternions], axis=1)
     head = [
         "// Start Time: Unknown",
@@ -46,20 +49,15 @@ def write_xsens_txt(
         "// Option Flags: none",
         "// Firmware Version: W2W",
     ]
-    counter = np.arange(recording.n_samples)
     ticks = np.rint(recording.time * XSENS_TICKS).astype(np.int64)
-    rows = "".join(
-        "\t".join([str(count), str(tick), *map(shortest, row)]) + "\n"
-        for count, tick, row in zip(counter, ticks, values.tolist(), strict=True)
-    )
-    write_text(path, "\n".join(head) + "\n" + "\t".join(names) + "\n" + rows)
+    stamps = [f"{count}\t{tick}" for count, tick in enumerate(ticks)]
+    write_text(path, "\n".join([*head, "\t".join(names)]) + "\n" + table_text(stamps, values, "\t"))
 
 
-def read_xsens_txt(path: str | Path) -> tuple[ImuRecording, np.ndarray | None]:
-    """Read one sensor from an MT Manager export, with its quaternions where the file has them.
+def read_xsens_txt(path: str | Path) -> ImuRecording:
+    """Read one sensor from an MT Manager export, with its orientation where the file has quaternions.
 
-    They are (T, 4), w, x, y, z, sensor to world. Raises ValueError if a column of the acceleration or rate of
-    turn is missing, or no rate is given.
+    Raises ValueError if a column of the acceleration or rate of turn is missing, or no rate is given.
     """
     lines = text_lines(path)
     head = [line for line in lines if line.startswith("//")]
@@ -72,15 +70,15 @@ def read_xsens_txt(path: str | Path) -> tuple[ImuRecording, np.ndarray | None]:
     if missing:
         raise ValueError(f"{path} lacks the columns {', '.join(missing)}")
     table = read_numbers(body[1:], "\t", len(names), path)
-    values = table[:, [names.index(name) for name in XSENS_COLUMNS[2:]]]
-    quaternion_names = [f"Quat_q{k}" for k in range(4)]
-    quaternions = None
-    if set(quaternion_names) <= set(names):
-        quaternions = table[:, [names.index(name) for name in quaternion_names]]
-    recording = ImuRecording(
-        acc=values[:, None, :3], gyr=values[:, None, 3:], rate=float(rate.strip().removesuffix("Hz"))
+    has_quaternion = set(XSENS_QUATERNION) <= set(names)
+    columns = XSENS_COLUMNS[2:] + XSENS_QUATERNION * has_quaternion
+    values = table[:, None, [names.index(name) for name in columns]]
+    return ImuRecording(
+        acc=values[..., :3],
+        gyr=values[..., 3:6],
+        rate=float(rate.strip().removesuffix("Hz")),
+        orientation=values[..., 6:] if has_quaternion else None,
     )
-    return recording, quaternions
 
 
 def write_x_io(folder: str | Path, recording: ImuRecording, sensor: int = 0) -> None:
@@ -115,21 +113,17 @@ def read_x_io(folder: str | Path) -> ImuRecording:
     if not lines or lines[0].strip() != X_IO_HEADER:
         raise ValueError(f"{path} does not start with x-io's header, {X_IO_HEADER}")
     table = read_numbers(lines[1:], ",", 7, path)
+    orientation, turned = None, Path(folder) / X_IO_QUATERNIONS
+    if turned.is_file():
+        quaternions = read_numbers(text_lines(turned)[1:], ",", 5, turned)
+        if np.array_equal(quaternions[:, 0], table[:, 0]):
+            orientation = quaternions[:, None, 1:]
     return ImuRecording(
         acc=table[:, None, 4:] * ACC_UNITS["g"],
         gyr=table[:, None, 1:4] * GYR_UNITS["deg/s"],
         rate=rate_of_stamps(table[:, 0] / 1e6, path, 1e-6),
-        orientation=_x_io_quaternions(Path(folder), table[:, 0]),
+        orientation=orientation,
     )
-
-
-def _x_io_quaternions(folder: Path, stamps: np.ndarray) -> np.ndarray | None:
-    """Orientations, shape (T, 1, 4), where the log has one at each time of its inertial samples."""
-    path = folder / X_IO_QUATERNIONS
-    if not path.is_file():
-        return None
-    table = read_numbers(text_lines(path)[1:], ",", 5, path)
-    return table[:, None, 1:] if np.array_equal(table[:, 0], stamps) else None
 
 
 def write_orientation_sto(
