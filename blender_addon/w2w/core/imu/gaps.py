@@ -35,12 +35,10 @@ def bridge(
         sensors = affected[member.ravel() == number]
         given, wanted = np.flatnonzero(~pattern), np.flatnonzero(pattern)
         for values in (positions, quaternions):
-            components = np.arange(len(values))
-            known = values[np.ix_(components, given, sensors)]
+            known = values[:, given[:, None], sensors]
             if values is quaternions:
                 unroll(known)
-                values[np.ix_(components, given, sensors)] = known
-            values[np.ix_(components, wanted, sensors)] = CubicSpline(given, known, axis=1)(wanted)
+            values[:, wanted[:, None], sensors] = CubicSpline(given, known, axis=1)(wanted)
     unroll(quaternions)
 
 

@@ -4,7 +4,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf, isfinite, radians
+from math import inf, radians
 from typing import Any
 
 G = 9.80665
@@ -39,8 +39,7 @@ class Quantity:
     units: Mapping[str, float]  # unit -> its size in the first one, which a bare number is in
     least: float = 0.0  # in the first unit
     most: float = 1.0  # in the first unit
-    above: bool = False  # whether the least itself is out of range
-    may_be_off: bool = False  # whether null switches it off
+    may_be_off: bool = False  # whether null switches it off; the least itself is then out of range
     whole: bool = False  # whether it counts something
 
     @property
@@ -51,7 +50,7 @@ class Quantity:
     @property
     def range_text(self) -> str:
         """The range in words, with its unit."""
-        low = f"above {self.least:g}, at most" if self.above else f"{self.least:g} to"
+        low = f"above {self.least:g}, at most" if self.may_be_off else f"{self.least:g} to"
         text = f"{low} {self.most:g} {self.unit}".rstrip()
         return f"{text}, or null for none" if self.may_be_off else text
 
@@ -60,14 +59,12 @@ class Quantity:
         if value is None and self.may_be_off:
             return None
         number = self._number(value, name)
-        too_low = number <= self.least if self.above else number < self.least
-        if not isfinite(number) or too_low or number > self.most:
+        in_range = self.least < number if self.may_be_off else self.least <= number
+        if not (in_range and number <= self.most):
             raise ValueError(f"'{name}' must be {self.range_text}, not {_shown(value)}{self._hint(value)}")
-        if self.whole:
-            if number != int(number):
-                raise ValueError(f"'{name}' must be a whole number, {self.range_text}, not {_shown(value)}")
-            return int(number)
-        return number
+        if self.whole and number != int(number):
+            raise ValueError(f"'{name}' must be a whole number, {self.range_text}, not {_shown(value)}")
+        return int(number) if self.whole else number
 
     def _number(self, value: Any, name: str) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float | str):

@@ -85,8 +85,8 @@ class ImuRecording:
         return f"<ImuRecording {self.clip!r}, {self.activity!r}: {shape}>"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "acc", np.ascontiguousarray(self.acc, dtype=np.float32))
-        object.__setattr__(self, "gyr", np.ascontiguousarray(self.gyr, dtype=np.float32))
+        for name in ("acc", "gyr", *self.further):
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), dtype=np.float32))
         object.__setattr__(self, "rate", float(self.rate))
         object.__setattr__(self, "sites", tuple(self.sites))
         if self.acc.ndim != 3 or self.acc.shape[2] != 3 or 0 in self.acc.shape:
@@ -98,8 +98,6 @@ class ImuRecording:
         if not (np.isfinite(self.rate) and self.rate > 0):
             raise ValueError(f"the sample rate must be positive, not {self.rate}")
         for name, array in self.further.items():
-            array = np.ascontiguousarray(array, dtype=np.float32)
-            object.__setattr__(self, name, array)
             wanted = (*self.acc.shape[:2], FURTHER[name])
             if array.shape != wanted or np.isinf(array).any():
                 raise ValueError(f"{name} must have shape {wanted} and be finite, not {array.shape}")
@@ -130,10 +128,8 @@ class ImuRecording:
 
     def with_sensors_of(self, other: Self) -> Self:
         """The recording with the sensors of another of the same motion after its own."""
-        arrays = {
-            name: np.concatenate([getattr(self, name), getattr(other, name)], axis=1)
-            for name in (reading.name for reading in self.readings)
-        }
+        names = [reading.name for reading in self.readings]
+        arrays = {name: np.concatenate([getattr(self, name), getattr(other, name)], axis=1) for name in names}
         return replace(self, sites=(*self.sites, *other.sites), **arrays)
 
     def labelled(self, sites: tuple[str, ...], activity: str, subject: str, clip: str) -> Self:
@@ -176,9 +172,10 @@ class ImuRecording:
             missing = {"acc", "gyr", "rate"} - data.keys()
             if missing:
                 raise ValueError(f"it lacks {', '.join(sorted(missing))}")
-            labels: dict[str, Any] = {name: str(data[name]) for name in LABELS if name in data}
-            sites = tuple(np.atleast_1d(data["sites"]).astype(str).tolist()) if "sites" in data else ()
-            further: dict[str, Any] = {name: data[name] for name in FURTHER if name in data}
-            return cls(data["acc"], data["gyr"], float(data["rate"]), sites, **labels, **further)
+            given: dict[str, Any] = {name: str(data[name]) for name in LABELS if name in data}
+            given |= {name: data[name] for name in ("acc", "gyr", *FURTHER) if name in data}
+            if "sites" in data:
+                given["sites"] = np.atleast_1d(data["sites"]).astype(str).tolist()
+            return cls(rate=float(data["rate"]), **given)
         except (ValueError, TypeError) as error:
             raise ValueError(f"{path} is not a W2W recording: {error}") from error

@@ -17,7 +17,7 @@ from .sensor import SensorModel, Triad
 def _triad(units: Mapping[str, float], **most: float) -> dict[str, Quantity]:
     """The fields of three axes; `most` holds the highest values that depend on the kind."""
     return {
-        "full_scale": Quantity(units, 0, most["full_scale"], above=True, may_be_off=True),
+        "full_scale": Quantity(units, 0, most["full_scale"], may_be_off=True),
         "resolution": Quantity(units, 0, most["resolution"]),
         "noise_density": Quantity(rooted(units, "Hz"), 0, most["noise_density"]),
         "bias_instability": Quantity(units, 0, most["bias_instability"]),
@@ -27,8 +27,8 @@ def _triad(units: Mapping[str, float], **most: float) -> dict[str, Quantity]:
         "scale_error": Quantity(SHARE, 0, 0.5),
         "misalignment_deg": Quantity(ANGLE, 0, 45),
         "nonorthogonality_deg": Quantity(ANGLE, 0, 20),
-        "lowpass_hz": Quantity(HERTZ, 0, 5000, above=True, may_be_off=True),
-        "lowpass_of_rate": Quantity(SHARE, 0, 0.5, above=True, may_be_off=True),
+        "lowpass_hz": Quantity(HERTZ, 0, 5000, may_be_off=True),
+        "lowpass_of_rate": Quantity(SHARE, 0, 0.5, may_be_off=True),
         "lowpass_order": Quantity({"": 1.0}, 1, 8, whole=True),
     }
 
@@ -55,7 +55,7 @@ WHOLE = {
     "mounting_turn_deg": Quantity(ANGLE, 0, 90),
     "mounting_shift_m": Quantity(METRES, 0, 0.2),
     "fixed_misalignment_deg": Quantity(ANGLE, 0, 90),
-    "soft_tissue_hz": Quantity(HERTZ, 0, 500, above=True, may_be_off=True),
+    "soft_tissue_hz": Quantity(HERTZ, 0, 500, may_be_off=True),
     "soft_tissue_damping": Quantity({"": 1.0}, 0, 5),
     "soft_tissue_gain": Quantity(SHARE, 0, 1),
 }

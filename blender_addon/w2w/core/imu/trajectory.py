@@ -69,8 +69,6 @@ def spline_windows(
     (f / f0)^6), that of a Butterworth filter of order 3 run forwards and backwards (Craven and Wahba 1979,
     doi:10.1007/BF01404567).
     """
-    if n_frames < MIN_FRAMES:
-        raise ValueError(f"a clip needs at least {MIN_FRAMES} frames to have an acceleration, not {n_frames}")
     degree = min(DEGREE, n_frames - 1)
     penalty = 0.0 if cutoff_hz is None else _penalty(rate / cutoff_hz)
     # frames on either side that a sample depends on

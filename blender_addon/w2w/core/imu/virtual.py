@@ -47,10 +47,9 @@ def record_motion(
     rate = sensor.rate_hz or settings.rate_hz
     n_ideal = count_resampled(motion.n_frames, motion.rate, settings.rate_hz)
     n_samples = count_resampled(n_ideal, settings.rate_hz, rate)
-    acc = np.empty((n_samples, len(patches.triangles), 3), dtype=np.float32)
-    gyr = np.empty_like(acc)
-    others: dict[str, Any] = {
-        name: np.empty((*acc.shape[:2], FURTHER[name]), np.float32) for name in further.record
+    sizes = {"acc": 3, "gyr": 3} | {name: FURTHER[name] for name in further.record}
+    signals: dict[str, Any] = {
+        name: np.empty((n_samples, len(patches.triangles), size), np.float32) for name, size in sizes.items()
     }
     transforms = skinning_transforms(body, motion)
     size = max(1, min(SENSORS_AT_ONCE, BYTES_AT_ONCE // (24 * n_ideal)))
@@ -61,11 +60,11 @@ def record_motion(
         poses = _SkinnedPatches(body, transforms, patches.triangles[part])
         ideal = replace(synthesize(poses, motion.rate, settings), clip=motion.clip)
         read = sensor.apply(ideal, seed, first_sensor=start)
-        acc[:, part], gyr[:, part] = read.acc, read.gyr
+        signals["acc"][:, part], signals["gyr"][:, part] = read.acc, read.gyr
         found = further_signals(poses, motion.rate, settings, sensor, further, motion.clip, seed, start)
         for name, values in found.items():
-            others[name][:, part] = values
-    whole = ImuRecording(acc, gyr, rate, **others)
+            signals[name][:, part] = values
+    whole = ImuRecording(rate=rate, **signals)
     whole = whole.labelled(patches.names, motion.activity, motion.subject, motion.clip)
     return whole if chosen is None else whole.at(chosen)
 
