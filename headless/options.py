@@ -15,9 +15,8 @@ from w2w.core.body.body import Body
 from w2w.core.body.shapes import MORPHOLOGIES, shaped
 from w2w.core.files import load_arrays, reserved
 from w2w.core.imu.further import FurtherSensors
-from w2w.core.imu.presets import PRESETS, preset
+from w2w.core.imu.presets import PRESETS, preset, read_sensor
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.sensor_file import read_sensor
 from w2w.core.imu.synthesis import CONVENTIONS, Synthesis
 from w2w.core.keypoints.facts import UNITS, UPS, PoseFacts
 from w2w.core.keypoints.joint_sets import JOINT_SETS

@@ -31,9 +31,9 @@ if TYPE_CHECKING:  # so that editors and type checkers see signatures
     from .core.imu.formats import read_recording as read_recording
     from .core.imu.formats import write_recording as write_recording
     from .core.imu.presets import preset as preset
+    from .core.imu.presets import read_sensor as read_sensor
     from .core.imu.recording import ImuRecording as ImuRecording
     from .core.imu.sensor import SensorModel as SensorModel
-    from .core.imu.sensor_file import read_sensor as read_sensor
     from .core.imu.synthesis import Synthesis as Synthesis
     from .core.keypoints.facts import PoseFacts as PoseFacts
     from .core.motion.motion import Motion as Motion
@@ -77,7 +77,7 @@ _HOMES = {
     "rank": "api",
     "rank_agreement": "core.ranking.agreement",
     "read_recording": "core.imu.formats",
-    "read_sensor": "core.imu.sensor_file",
+    "read_sensor": "core.imu.presets",
     "sample_patches": "core.patches.patches",
     "shaped": "core.body.shapes",
     "stream": "api",

@@ -7,7 +7,7 @@ import numpy as np
 from rich.console import Console
 
 from w2w.core.imu.calibration import Alike, Calibration, calibrate, held_out
-from w2w.core.imu.sensor_file import write_sensor
+from w2w.core.imu.presets import write_sensor
 from w2w.core.wording import shown
 
 from ..console import NOTHING_TO_DO, USAGE, ending

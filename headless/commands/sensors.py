@@ -10,10 +10,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
+from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS, write_sensor
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.sensor_fields import TRIADS, WHOLE
-from w2w.core.imu.sensor_file import write_sensor
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.wording import shown
 

@@ -70,19 +70,19 @@ def test_colours_do_not_depend_on_shape_and_clip_at_the_ends(values):
 def test_the_ends_have_the_map_s_end_colours():
     table = colour_table()
     np.testing.assert_allclose(score_colours([0.2, 0.9, 0.55], 0.2, 0.9), table[[0, -1, 512]], atol=0.003)
-    np.testing.assert_allclose(score_colours([3.0, 7.0]), table[[0, -1]])
+    np.testing.assert_allclose(score_colours([3.0, 7.0], 3, 7), table[[0, -1]])
 
 
 def test_missing_scores_are_grey_and_leave_the_range_alone():
-    colours = score_colours([0.2, np.nan, 0.9])
+    colours = score_colours([0.2, np.nan, 0.9], 0.2, 0.9)
     np.testing.assert_array_equal(colours[1], NEUTRAL_GREY)
-    np.testing.assert_array_equal(colours[[0, 2]], score_colours([0.2, 0.9]))
-    np.testing.assert_array_equal(score_colours(np.full(4, np.nan)), np.tile(NEUTRAL_GREY, (4, 1)))
+    np.testing.assert_array_equal(colours[[0, 2]], score_colours([0.2, 0.9], 0.2, 0.9))
+    np.testing.assert_array_equal(score_colours(np.full(4, np.nan), 0, 1), np.tile(NEUTRAL_GREY, (4, 1)))
     assert score_range([np.nan, 0.3, 0.1]) == (0.1, 0.3)
 
 
 def test_equal_scores_take_the_middle_colour():
-    np.testing.assert_allclose(score_colours([0.7, 0.7]), colour_table()[[512, 512]], atol=0.003)
+    np.testing.assert_allclose(score_colours([0.7, 0.7], 0.7, 0.7), colour_table()[[512, 512]], atol=0.003)
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.imu.presets import preset
-from w2w.core.imu.sensor_file import read_sensor
+from w2w.core.imu.presets import preset, read_sensor
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.study import StudyConfig, record
 from w2w.headless.study_options import StudyOptions

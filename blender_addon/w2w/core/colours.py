@@ -30,28 +30,23 @@ LEAST_SPAN = 0.1
 ROUNDING = 1e-6
 
 
-def score_colours(
-    scores: np.ndarray, low: float | None = None, high: float | None = None, colour_map: str = COLOUR_MAP
-) -> np.ndarray:
+def score_colours(scores: np.ndarray, low: float, high: float, colour_map: str = COLOUR_MAP) -> np.ndarray:
     """Colours (..., 3) of scores (...), sRGB from 0 to 1; NaN becomes `NEUTRAL_GREY`.
 
-    `low` and `high` are the scores at the two ends of the colour map, `score_range` by default; scores
-    outside get the colour of the nearer end. `colour_map` is one of COLOUR_MAPS.
+    `low` and `high` are the scores at the two ends of the colour map; scores outside get the colour of the
+    nearer end. `colour_map` is one of COLOUR_MAPS.
 
     Raises ValueError if there is no such colour map, if `low` is above `high` or one of them is not finite.
     """
     scores = np.asarray(scores, dtype=np.float64)
-    own_low, own_high = score_range(scores)
-    low = own_low if low is None else float(low)
-    high = own_high if high is None else float(high)
     if not (np.isfinite(low) and np.isfinite(high) and low <= high):
         raise ValueError(
             f"the colour range must run from a lower to a higher score, not from {low} to {high}"
         )
     # equal ends leave no range to spread over: everything there is takes the middle colour
-    shares = (scores - low) / (high - low) if high > low else np.where(np.isnan(scores), np.nan, 0.5)
+    shares = (scores - low) / (high - low) if high > low else np.full(scores.shape, 0.5)
     table = colour_table(colour_map)
-    colours = table[np.rint(np.clip(np.nan_to_num(shares, nan=0.0), 0, 1) * (len(table) - 1)).astype(np.intp)]
+    colours = table[np.rint(np.clip(np.nan_to_num(shares), 0, 1) * (len(table) - 1)).astype(np.intp)]
     colours[np.isnan(scores)] = NEUTRAL_GREY
     return colours
 
@@ -69,12 +64,9 @@ def patch_colours(
     A patch without a score (NaN) has grey ground of its own. The range is by default that of the patches'
     scores; see `score_colours` and `score_range`.
     """
-    scores = np.asarray(scores, dtype=np.float64)
     own_low, own_high = score_range(scores, span)
-    values = patches.to_vertices(scores)
-    return score_colours(
-        values, own_low if low is None else low, own_high if high is None else high, colour_map
-    )
+    low, high = own_low if low is None else low, own_high if high is None else high
+    return score_colours(patches.to_vertices(scores), low, high, colour_map)
 
 
 def score_range(scores: np.ndarray | Sequence[float], span: float = LEAST_SPAN) -> tuple[float, float]:

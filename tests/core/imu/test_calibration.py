@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from w2w.core.imu.calibration import calibrate, rest_noise
-from w2w.core.imu.presets import preset
+from w2w.core.imu.presets import preset, read_sensor, write_sensor
 from w2w.core.imu.sensor import Triad
-from w2w.core.imu.sensor_file import read_sensor, write_sensor
 
 from .made_pairs import ACC_NOISE, GYR_NOISE, RATE, TURN, WORN, pair, without_tissue
 

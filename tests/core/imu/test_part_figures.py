@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.imu.presets import preset
+from w2w.core.imu.presets import preset, read_sensor
 from w2w.core.imu.sensor_fields import FIGURES
-from w2w.core.imu.sensor_file import read_sensor
 
 WRITTEN = {
     "acc_range": "16 g", "acc_noise": "120 ug/sqrt(Hz)", "acc_bias": "12.5 mg", "acc_drift": "40 ug",

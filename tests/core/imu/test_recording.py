@@ -201,8 +201,6 @@ def test_broken_text_files_are_named(tmp_path, walk):
         vendor_formats.read_xsens_txt(path)
     with pytest.raises(ValueError, match=r"no Inertial\.csv"):
         vendor_formats.read_x_io(tmp_path)
-    with pytest.raises(ValueError, match=r"shape \(T, 2, 4\), not \(5, 3, 4\)"):
-        vendor_formats.write_orientation_sto(path, np.zeros((5, 3, 4)), 10, ("a", "b"))
 
 
 def test_opensim_reads_orientations_and_xsens_text(tmp_path, walk):

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from w2w.core.body.body import TEMPLATES
-from w2w.core.imu.presets import PRESETS, preset
+from w2w.core.imu.presets import PRESETS, preset, read_sensor, write_sensor
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.sensor_file import read_sensor, write_sensor
 from w2w.core.study import StudyConfig
 
 G = 9.80665

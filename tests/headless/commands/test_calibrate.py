@@ -10,9 +10,9 @@ from typer.testing import CliRunner
 
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.imu.formats import write_csv, write_recording
+from w2w.core.imu.presets import read_sensor
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel, Triad
-from w2w.core.imu.sensor_file import read_sensor
 from w2w.core.motion.motion import Motion
 from w2w.headless.app import APP
 from w2w.studies.comparisons.site_simulator import SiteSimulator

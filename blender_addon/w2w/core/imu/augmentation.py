@@ -201,12 +201,16 @@ def record_copies(
     `body` is the clip's, and the copies' unless the plan has other bodies. Raises ValueError if it has, and
     the body is not W2W's own.
     """
+    if plan.bodies and not bundled_targets().fit(body):  # only that can be reshaped
+        raise ValueError(
+            f"augmentation by 'bodies' needs W2W's own body, and {body.name!r} is another: leave it out"
+        )
     # a seed for each clip, so that the copies of two clips do not vary alike
     own = int.from_bytes(hashlib.sha256(f"{seed}/{motion.clip}".encode()).digest()[:6], "little")
     for copy, variant in enumerate(plan.motions(motion, own)):
         wearer, moved = body, variant
         if plan.bodies:
-            wearer = body_variant(body, copy, seed)
+            wearer = body_variant(copy, seed)
             moved = replace(variant, pelvis=variant.pelvis * (wearer.height / body.height))
         specimen = seed + 1 + copy if plan.noise else seed
         recording = record_motion(wearer, patches, moved, settings, sensor, specimen, further)
@@ -215,20 +219,9 @@ def record_copies(
         yield recording
 
 
-def body_variant(body: Body, copy: int, seed: int) -> Body:
-    """The body of a copy's number: another sex, height, age, build and length of limbs, drawn from the seed.
-
-    Raises ValueError if the body is not of the bundled one's making: only that can be reshaped.
-    """
-    if not bundled_targets().fit(body):
-        raise ValueError(
-            f"augmentation by 'bodies' needs W2W's own body, and {body.name!r} is another: leave it out"
-        )
-    return _variant(copy, seed)
-
-
 @lru_cache(maxsize=16)
-def _variant(copy: int, seed: int) -> Body:
+def body_variant(copy: int, seed: int) -> Body:
+    """The body of a copy's number: sex, height, age, build and length of limbs, drawn from the seed."""
     rng = np.random.default_rng([seed, copy, 2])
     arms, legs = rng.uniform(*LIMBS, size=2)
     return shaped(

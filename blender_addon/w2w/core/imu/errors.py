@@ -145,10 +145,7 @@ def soft_tissue_artefact(
     """
     b, a, at_rest = (part.astype(values.dtype) for part in _tissue(rate, frequency_hz, damping))
     ridden = lfilter(b, a, values, axis=-1, zi=at_rest * values[..., :1])[0]
-    ridden -= values
-    ridden *= values.dtype.type(gain)
-    ridden += values
-    return ridden
+    return values + values.dtype.type(gain) * (ridden - values)
 
 
 @lru_cache(maxsize=32)

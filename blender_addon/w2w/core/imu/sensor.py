@@ -17,9 +17,6 @@ from .recording import ImuRecording
 CHUNK_VALUES = 400_000
 """About the values of a chunk of sensors: few enough to stay in cache."""
 
-SAMPLES_TURNED = 512
-"""Samples transposed at once, from time first to sensor first."""
-
 
 @dataclass(frozen=True)
 class Triad:
@@ -198,7 +195,9 @@ class SensorModel:
         def fill(chunk: slice) -> None:
             sensors = range(first_sensor + chunk.start, first_sensor + chunk.stop)
             streams = SensorStreams(seed, recording.clip, sensors)
-            true_acc, true_gyr = (_sensor_by_sensor(a[:, chunk]) for a in (recording.acc, recording.gyr))
+            # sensor by sensor, (n, 3, T)
+            true_acc = np.ascontiguousarray(recording.acc[:, chunk].transpose(1, 2, 0))
+            true_gyr = np.ascontiguousarray(recording.gyr[:, chunk].transpose(1, 2, 0))
             read = self._read(true_acc, true_gyr, recording.rate, streams)
             for out, values in zip((acc, gyr), read, strict=True):
                 out[:, chunk] = values.transpose(2, 0, 1)
@@ -264,15 +263,6 @@ class SensorModel:
                 errors.lose(values[row], kept, self.dropped)
 
 
-def _sensor_by_sensor(samples: np.ndarray) -> np.ndarray:
-    """Samples (T, n, 3) as (n, 3, T), some at a time, since each axis is one more pass over them."""
-    axes = np.empty((*samples.shape[1:], len(samples)), dtype=np.float32)
-    for start in range(0, len(samples), SAMPLES_TURNED):
-        part = slice(start, start + SAMPLES_TURNED)
-        axes[..., part] = samples[part].transpose(1, 2, 0)
-    return axes
-
-
 def _sense(
     values: np.ndarray, triad: Triad, kind: str, rate: float, bandwidth: float | None, streams: SensorStreams
 ) -> np.ndarray:
@@ -292,15 +282,13 @@ def _sense(
         numbers = streams.normal(f"{kind} drift", 2, 3, int(times[-1] / errors.DRIFT_STEP_S) + 2)
         deviation = triad.bias_instability * errors.FLICKER_FLOOR / errors.GAUSS_MARKOV_PEAK
         knots = errors.bias_drift(numbers, deviation, triad.correlation_s, triad.random_walk)
-        drifting = errors.join(knots, times)
-        drifting += values
-        values = drifting
+        drift = errors.join(knots, times)
+        values = np.add(values, drift, out=drift)
     if triad.noise_density:
         deviation = errors.noise_deviation(triad.noise_density, rate, bandwidth, triad.lowpass_order)
-        noisy = streams.normal(f"{kind} noise", *values.shape[1:])
-        noisy *= np.float32(deviation)
-        noisy += values
-        values = noisy
+        noise = streams.normal(f"{kind} noise", *values.shape[1:])
+        noise *= np.float32(deviation)
+        values = np.add(values, noise, out=noise)
     return values
 
 

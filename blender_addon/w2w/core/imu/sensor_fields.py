@@ -75,11 +75,10 @@ GIVEN_ELSEWHERE = {
 def sensor_with(base: SensorModel, content: Mapping[str, Any], name: str) -> SensorModel:
     """A sensor with the fields that JSON content gives and the others of `base`; errors name a wrong one."""
     _refuse_unknown(content, (*OTHERS, *TRIADS, *WHOLE), "")
-    given: dict[str, Any] = {name: WHOLE[name].read(content[name], name) for name in WHOLE if name in content}
-    if "zero_phase" in content:
-        given["zero_phase"] = content["zero_phase"]
-        if not isinstance(given["zero_phase"], bool):
-            raise ValueError(f"'zero_phase' must be true or false, not {given['zero_phase']}")
+    given = {field: WHOLE[field].read(content[field], field) for field in WHOLE if field in content}
+    given["zero_phase"] = content.get("zero_phase", base.zero_phase)
+    if not isinstance(given["zero_phase"], bool):
+        raise ValueError(f"'zero_phase' must be true or false, not {given['zero_phase']}")
     if "worn_turn_deg" in content:
         turn = content["worn_turn_deg"]
         if not isinstance(turn, list) or len(turn) != 3:
@@ -89,40 +88,34 @@ def sensor_with(base: SensorModel, content: Mapping[str, Any], name: str) -> Sen
         given["worn_turn_deg"] = tuple(TURN.read(angle, "worn_turn_deg") for angle in turn)
     for kind, quantities in TRIADS.items():
         given[kind] = _read_triad(content.get(kind, {}), kind, quantities, getattr(base, kind))
-    return replace(base, name=_name(content.get("name", name)), **given)
+    name = content.get("name", name)
+    if not isinstance(name, str) or not name.strip() or len(name) > 60 or not name.isprintable():
+        raise ValueError("'name' must be text of 1 to 60 printable characters")
+    return replace(base, name=name.strip(), **given)
 
 
 def _refuse_unknown(content: Mapping[str, Any], known: tuple[str, ...], inside: str) -> None:
     for field in content:
         if field in known:
             continue
-        full = f"{inside}{field}"
         if not inside and field in GIVEN_ELSEWHERE:
-            raise ValueError(f"'{full}' does not belong in a sensor's file: {GIVEN_ELSEWHERE[field]}")
+            raise ValueError(f"'{field}' does not belong in a sensor's file: {GIVEN_ELSEWHERE[field]}")
         near = difflib.get_close_matches(field, known, 1)
         hint = f"; did you mean '{near[0]}'?" if near else f"; there are {', '.join(known)}"
-        raise ValueError(f"'{full}' is no field of a sensor{hint}")
+        raise ValueError(f"'{inside}{field}' is no field of a sensor{hint}")
 
 
 def _read_triad(content: Any, kind: str, quantities: Mapping[str, Quantity], base: Triad) -> Triad:
     if not isinstance(content, Mapping):
         raise ValueError(f"'{kind}' must be an object with fields such as 'noise_density', not {content}")
     _refuse_unknown(content, tuple(quantities), f"{kind}.")
-    given: dict[str, Any] = {
-        field: quantities[field].read(value, f"{kind}.{field}") for field, value in content.items()
-    }
+    given = {field: quantities[field].read(value, f"{kind}.{field}") for field, value in content.items()}
     for one, other in (("lowpass_hz", "lowpass_of_rate"), ("lowpass_of_rate", "lowpass_hz")):
         if given.get(one) is not None:
             if given.get(other) is not None:
                 raise ValueError(f"'{kind}' gives both 'lowpass_hz' and 'lowpass_of_rate': leave one out")
             given[other] = None  # the base's own filter goes
     return replace(base, **given)
-
-
-def _name(value: Any) -> str:
-    if not isinstance(value, str) or not value.strip() or len(value) > 60 or not value.isprintable():
-        raise ValueError("'name' must be text of 1 to 60 printable characters")
-    return value.strip()
 
 
 DIGITS = 6

@@ -135,11 +135,6 @@ def write_orientation_sto(
     up: give OpenSense ``sensor_to_opensim_rotations`` of (-pi/2, 0, 0), as for Xsens, to turn it to OpenSim's
     y axis.
     """
-    quaternions = np.asarray(quaternions, dtype=np.float64)
-    if quaternions.ndim != 3 or quaternions.shape[1:] != (len(sites), 4):
-        raise ValueError(f"quaternions must have shape (T, {len(sites)}, 4), not {quaternions.shape}")
-    if any(set("\t\r\n") & set(site) for site in sites):
-        raise ValueError(f"names of sites may hold no tabs or line ends: {sites}")
     head = [f"DataRate={rate!r}", "DataType=Quaternion", "version=3", "OpenSimVersion=4.5", "endheader"]
     head.append("\t".join(("time", *sites)))
     rows = (

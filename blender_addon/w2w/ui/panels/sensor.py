@@ -7,9 +7,8 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
-from ...core.imu.presets import PRESETS, preset
+from ...core.imu.presets import PRESETS, preset, read_sensor, write_sensor
 from ...core.imu.recording import FURTHER
-from ...core.imu.sensor_file import read_sensor, write_sensor
 from ...core.ranking.utility import inputs_of
 from ..jobs import jobs
 from ..jobs.text import draw_text

@@ -14,11 +14,10 @@ import bpy
 from bpy.props import BoolVectorProperty, EnumProperty, FloatProperty, StringProperty
 
 from ...core.imu.further import NOTHING, FurtherSensors
-from ...core.imu.presets import DEFAULT_SENSOR, PRESETS, preset
+from ...core.imu.presets import DEFAULT_SENSOR, PRESETS, preset, sensor_content, sensor_from
 from ...core.imu.recording import FURTHER
 from ...core.imu.sensor import SensorModel
 from ...core.imu.sensor_fields import FIGURES
-from ...core.imu.sensor_file import sensor_content, sensor_from
 from ...core.imu.synthesis import CONVENTIONS
 from ...core.ranking.utility import inputs_of
 from .declared import as_given, declared
