@@ -11,7 +11,6 @@ import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.wearing import error_sentence
 from w2w.core.motion.library import read_library
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.utility import inputs_of
@@ -24,7 +23,7 @@ from ..validation.protocol import Found
 from ..validation.site_windows import site_windows
 from ..validation.sites import validate_sites
 from .posture import posture
-from .site_simulator import SiteSimulator
+from .site_simulator import SiteSimulator, error_sentence
 from .unpaired import Moving, distinct, noise_name
 
 MATCHES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {

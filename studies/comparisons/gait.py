@@ -16,7 +16,6 @@ from w2w.core.filtering import butterworth
 from w2w.core.imu.calibration import Alike, held_out
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.wearing import error_sentence
 from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion, smoothed_root
 from w2w.core.ranking.agreement import Agreement, rank_agreement
@@ -29,7 +28,7 @@ from ..validation.protocol import Found
 from ..validation.sites import SiteValidation, validate_sites
 from .gait_phases import PHASES, PhasesTaught, phase_windows, phases, taught_phases
 from .report import agreement_table, write_validation
-from .site_simulator import SiteSimulator
+from .site_simulator import SiteSimulator, error_sentence
 
 LOWPASS_HZ, LONGEST_LAG_S, ROOT_HZ = 10.0, 0.1, 3.0
 

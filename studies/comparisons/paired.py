@@ -10,7 +10,6 @@ from functools import partial
 import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.imu.wearing import error_sentence
 from w2w.core.keypoints.fit import fit_keypoints, guess_up
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.ranking.utility import inputs_of
@@ -20,7 +19,7 @@ from ..datasets.mmfit import CAMERA_RATE, DEVICES, NON_ACTIVITY, RATE_HZ, Exerci
 from ..datasets.vidimu import IMU_RATE, LOWER, SITES, UPPER, VIDEO_RATE, Trial, read_vidimu
 from ..validation.protocol import Analysis, Protocol
 from ..validation.site_windows import site_windows
-from .site_simulator import SiteSimulator
+from .site_simulator import SiteSimulator, error_sentence
 from .unpaired import Side, Sides
 
 NON_ACTIVITY_IS = ("activity", "background", "out")

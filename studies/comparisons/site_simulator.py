@@ -12,8 +12,12 @@ from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
-from w2w.core.imu.virtual import record_motion, sensors_at
+from w2w.core.imu.virtual import record_motion
+from w2w.core.imu.wearing import wearing_sentences
 from w2w.core.motion.motion import Motion
+from w2w.core.patches.naming import place
+from w2w.core.patches.own_placements import patches_at
+from w2w.core.patches.patches import PatchSet
 
 
 class SiteSimulator:
@@ -36,3 +40,25 @@ class SiteSimulator:
         """What the sensors would record, under the sites' names and the motion's labels."""
         recording = record_motion(self.body, self._patches, motion, self._settings, self._sensor, self._seed)
         return replace(recording, sites=self.names)
+
+
+def sensors_at(body: Body, sites: Mapping[str, str | SensorSite]) -> PatchSet:
+    """A patch of its own at each place, given by its name (`naming.place`) or as a point on a segment.
+
+    Raises ValueError if a name means no place, or two sites are at one vertex.
+    """
+    at = {name: place(to, body) if isinstance(to, str) else to.vertex(body) for name, to in sites.items()}
+    return patches_at(body, at)
+
+
+def error_sentence(model: SensorModel) -> str:
+    """Whether simulated sensors have a part's errors, for a report.
+
+    Examples
+    --------
+    >>> error_sentence(SensorModel.ideal())
+    'Simulated sensors are free of noise and of every other error.'
+    """
+    if model.is_ideal:
+        return "Simulated sensors are free of noise and of every other error."
+    return f"Simulated sensors have the errors of the {model.name}. {wearing_sentences(model)}"

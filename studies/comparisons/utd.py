@@ -16,7 +16,6 @@ from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
-from w2w.core.imu.wearing import error_sentence
 from w2w.core.keypoints.fit import fit_keypoints
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.ranking.windows import WindowSpec
@@ -25,7 +24,7 @@ from ..datasets.utd_mhad import UTD_IMU_RATE, UtdTrial
 from ..validation.calibrated_transfer import calibrated_transfer
 from ..validation.correlation import Correlation, magnitude_correlation
 from ..validation.transfer import Transfer, transfer
-from .site_simulator import SiteSimulator
+from .site_simulator import SiteSimulator, error_sentence
 
 KINECT_20 = JOINT_SETS["kinect-20"]
 

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The report says of straps and tissue what the sensor model holds, and no more."""
 
-from dataclasses import replace
-
 import pytest
 
 from w2w.core.imu.presets import preset
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.wearing import error_sentence, wearing_sentences
+from w2w.core.imu.wearing import wearing_sentences
 
 
 @pytest.mark.parametrize(
@@ -35,11 +33,3 @@ from w2w.core.imu.wearing import error_sentence, wearing_sentences
 )
 def test_what_is_in_the_model_is_said_and_what_is_not(model, text):
     assert wearing_sentences(model) == text
-
-
-def test_a_part_without_errors_is_said_to_have_none():
-    assert "free of noise" in error_sentence(SensorModel.ideal())
-    assert error_sentence(replace(SensorModel.ideal(), name="mine")) == error_sentence(SensorModel.ideal())
-    assert error_sentence(preset("bmi270")).startswith(
-        "Simulated sensors have the errors of the bmi270. Loose"
-    )

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Recordings of sensors all over a moving body: skinning, synthesis and sensor model, part by part."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..body.body import Body
-from ..body.landmarks import SensorSite
 from ..filtering import count_resampled
 from ..motion.motion import Motion
 from ..motion.skinning import posed_patches, skinning_transforms
@@ -82,22 +81,13 @@ class _SkinnedPatches:
         return posed_patches(self._body, self._triangles[part[1]], self._transforms)
 
 
-def sensors_at(body: Body, sites: Mapping[str, str | SensorSite]) -> PatchSet:
-    """A patch of its own at each place, given by its name (`naming.place`) or as a point on a segment.
-
-    Raises ValueError if a name means no place, or two sites are at one vertex.
-    """
-    at = {name: place(to, body) if isinstance(to, str) else to.vertex(body) for name, to in sites.items()}
-    return patches_at(body, at)
-
-
 def sensor_at(body: Body, name: str, sample: Callable[[Body], PatchSet]) -> PatchSet:
     """One sensor at a place by its name, or at the patch of a sample that is called so.
 
     Raises ValueError if neither a place nor a patch is called that.
     """
     try:
-        found = sensors_at(body, {name: name})
+        found = patches_at(body, {name: place(name, body)})
         return replace(found, own_names=found.regions)
     except ValueError:
         patches, words = sample(body), plain_words(name)

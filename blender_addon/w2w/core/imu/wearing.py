@@ -4,19 +4,6 @@
 from .sensor import SensorModel
 
 
-def error_sentence(model: SensorModel) -> str:
-    """Whether simulated sensors have a part's errors, for a report.
-
-    Examples
-    --------
-    >>> error_sentence(SensorModel.ideal())
-    'Simulated sensors are free of noise and of every other error.'
-    """
-    if model.is_ideal:
-        return "Simulated sensors are free of noise and of every other error."
-    return f"Simulated sensors have the errors of the {model.name}. {wearing_sentences(model)}"
-
-
 def wearing_sentences(model: SensorModel) -> str:
     """How much of the way a sensor is worn its signals contain, and how much they do not.
 
