@@ -29,7 +29,6 @@ def multiply(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.
     Raises ValueError if shapes or types do not go together, or the rows of `out` are not whole.
     """
     product = _routine(cython_blas, a.dtype, "gemm", "cciiinpipinpi")
-    one, nothing = _number(a.dtype, 1.0), _number(a.dtype, 0.0)
     shape = (*b.shape[:-2], a.shape[0], b.shape[-1])
     if out is None:
         out = np.empty(shape, dtype=a.dtype)
@@ -45,13 +44,10 @@ def multiply(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.
         raise ValueError("the rows of the product's place must be whole")
     # BLAS counts in columns, so it is told of the transposes: out' = b' a'
     sizes = (_size(shape[-1]), _size(a.shape[0]), _size(a.shape[1]))
-    stride_a, stride_b, stride_out = _size(stride_a), _size(stride_b), _size(stride_out)
-    address_a = a.ctypes.data
+    times_a = (_size(stride_b), a.ctypes.data, _size(stride_a), _number(a.dtype, 0.0))
+    one, stride = _number(a.dtype, 1.0), _size(stride_out)
     for address_b, address_out in zip(_addresses(b), _addresses(out), strict=True):
-        product(
-            turn_b, turn_a, *sizes, one, address_b, stride_b, address_a, stride_a, nothing, address_out,
-            stride_out,
-        )  # fmt: skip
+        product(turn_b, turn_a, *sizes, one, address_b, *times_a, address_out, stride)
     return out
 
 

@@ -8,7 +8,7 @@ back from JSON by them.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from numbers import Integral, Real
 from types import UnionType
@@ -87,23 +87,20 @@ def _declared(record: Any, path: tuple[str, ...]) -> Iterator[tuple[str, Paramet
 
 
 def read_record(record: type[T], given: Any, where: str = "") -> T:
-    """A record from what JSON holds; what is not given takes its default.
+    """A record from what JSON holds; what is not given takes its default, which every field must have.
 
     `where` is the record's path, for messages.
 
     Raises ValueError if a key is unknown or a value of the wrong kind; the message names the key and what is
     allowed.
     """
-    names = [item.name for item in fields(record) if item.init]
+    names = [item.name for item in fields(record)]
     if not isinstance(given, Mapping):
         raise ValueError(f"{where or 'parameters'} must hold {', '.join(names)}, not {given!r}")
     hints, path = get_type_hints(record), f"{where}." if where else ""
     for name in given:
         if name not in names:
             raise ValueError(f"{path}{name} is unknown; there are {', '.join(names)}")
-    for item in fields(record):
-        if item.name not in given and item.default is MISSING and item.default_factory is MISSING:
-            raise ValueError(f"{path}{item.name} is missing")
     return record(**{name: _value(hints[name], value, f"{path}{name}") for name, value in given.items()})
 
 
@@ -117,16 +114,11 @@ def _value(kind: Any, given: Any, where: str) -> Any:
     if isinstance(kind, type) and is_dataclass(kind):
         return read_record(kind, given, where)
     if origin is tuple and isinstance(given, list | tuple):
-        kinds = [parts[0]] * len(given) if parts[-1] is Ellipsis else parts
+        kinds = parts[:1] * len(given) if parts[-1] is Ellipsis else parts
         if len(kinds) == len(given):
-            return tuple(
-                _value(part, value, f"{where}[{index}]")
-                for index, (part, value) in enumerate(zip(kinds, given, strict=True))
-            )
-    if origin is Literal and given in parts:
-        return given
+            return tuple(_value(kinds[k], value, f"{where}[{k}]") for k, value in enumerate(given))
     is_number = kind is float and isinstance(given, Real) and not isinstance(given, bool)
-    if is_number or (isinstance(kind, type) and type(given) is kind):
+    if is_number or type(given) is kind or (origin is Literal and given in parts):
         return given
     raise ValueError(f"{where} must be {_said(kind)}, not {given!r}")
 

@@ -131,8 +131,7 @@ class StudyConfig:
         for name, weight in self.weights:
             if not (isinstance(weight, Real) and np.isfinite(weight) and weight >= 0):
                 raise ValueError(f"the weight of {name!r} must be 0 or more, not {weight}")
-        inputs = inputs_of(self.classifier)
-        if self.further.features and inputs == "windows":
+        if self.further.features and inputs_of(self.classifier) == "windows":
             names = ", ".join(self.further.features)
             raise ValueError(f"{self.classifier} learns from acc and gyr alone, not from {names}")
         if self.garments and self.further != NOTHING:
@@ -149,12 +148,10 @@ class StudyConfig:
         """The parameters that signals and features depend on; the others only rank and choose."""
         names = ("patches", "synthesis", "root_band_hz", "windows", "seed")
         chosen = {name: plain(getattr(self, name)) for name in names}
-        chosen |= {"sensor_model": plain(self.sensor_model())}
-        for name in ("placements", "garments"):
-            if getattr(self, name):
-                chosen |= {name: plain(getattr(self, name))}
-        if self.further != NOTHING:
-            chosen |= {"further": plain(self.further)}
+        chosen["sensor_model"] = plain(self.sensor_model())
+        for name, unused in (("placements", ()), ("garments", ()), ("further", NOTHING)):
+            if getattr(self, name) != unused:
+                chosen[name] = plain(getattr(self, name))
         if self.augmentation is not None:
             chosen |= {"augmentation": plain(self.augmentation), "keep_copies": self.keeps_copies()}
         return chosen
@@ -220,14 +217,13 @@ def record(
 
     `on_cloth` says how all those on garments move. ValueError if the motion is too short for the synthesis.
     """
-    motion = measured(motion, config)
+    motion, sensor = measured(motion, config), config.sensor_model()
     if on_cloth is None:
-        sensor = config.sensor_model()
         return record_motion(
             body, patches, motion, config.synthesis, sensor, config.seed, config.further, chosen
         )
     ideal = record_motion(body, patches, motion, config.synthesis)
-    return config.sensor_model().apply(on_cloth.over(ideal, config.synthesis), seed=config.seed)
+    return sensor.apply(on_cloth.over(ideal, config.synthesis), seed=config.seed)
 
 
 def measured(motion: Motion, config: StudyConfig) -> Motion:

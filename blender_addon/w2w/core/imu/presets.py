@@ -107,7 +107,14 @@ def sensor_from(content: Any, name: str) -> SensorModel:
     """
     if not isinstance(content, Mapping):
         raise ValueError('a sensor is a JSON object: {"name": ..., "accelerometer": {...}, ...}')
-    model = sensor_with(_base(content.get("like")), content, name)
+    like = "ideal" if content.get("like") is None else content["like"]
+    if not isinstance(like, str):
+        raise ValueError(f"'like' must be the name of a preset, not {like}")
+    try:
+        base = preset(like)
+    except ValueError as error:
+        raise ValueError(f"'like': {error}") from error
+    model = sensor_with(base, content, name)
     if PRESETS.get(model.name, model) != model:
         raise ValueError(f"'name' must not be that of a preset ({model.name}) with other figures: change it")
     return model
@@ -138,14 +145,3 @@ def _content(path: Path) -> Any:
 
 def _refuse_constant(name: str) -> None:
     raise ValueError(f"it holds {name}, which is no figure of a sensor")
-
-
-def _base(like: Any) -> SensorModel:
-    if like is None:
-        return SensorModel.ideal()
-    if not isinstance(like, str):
-        raise ValueError(f"'like' must be the name of a preset, not {like}")
-    try:
-        return preset(like)
-    except ValueError as error:
-        raise ValueError(f"'like': {error}") from error

@@ -173,7 +173,13 @@ def synthesize(matrices: Poses, rate: float, settings: Synthesis = Synthesis()) 
     Raises ValueError if the shape is wrong, there are fewer than 3 frames, a gap is too long to bridge, or a
     matrix is not a rigid motion.
     """
-    n_frames, n_sensors = _check_poses(matrices, rate)
+    if len(matrices.shape) != 4 or matrices.shape[2:] != (4, 4) or matrices.shape[1] == 0:
+        raise ValueError(f"matrices must have shape (T, N, 4, 4), not {matrices.shape}")
+    if not (np.isfinite(rate) and rate > 0):
+        raise ValueError(f"the frame rate must be positive, not {rate}")
+    n_frames, n_sensors = matrices.shape[:2]
+    if n_frames < MIN_FRAMES:
+        raise ValueError(f"a clip needs at least {MIN_FRAMES} frames to have an acceleration, not {n_frames}")
     n_samples = count_resampled(n_frames, rate, settings.rate_hz)
     acc = np.empty((n_samples, n_sensors, 3), dtype=np.float32)
     gyr = np.empty_like(acc)
@@ -187,18 +193,6 @@ def synthesize(matrices: Poses, rate: float, settings: Synthesis = Synthesis()) 
 
     for_each(fill, chunks(n_sensors, size))
     return ImuRecording(acc=acc, gyr=gyr, rate=settings.rate_hz)
-
-
-def _check_poses(matrices: Poses, rate: float) -> tuple[int, int]:
-    if len(matrices.shape) != 4 or matrices.shape[2:] != (4, 4) or matrices.shape[1] == 0:
-        raise ValueError(f"matrices must have shape (T, N, 4, 4), not {matrices.shape}")
-    if not (np.isfinite(rate) and rate > 0):
-        raise ValueError(f"the frame rate must be positive, not {rate}")
-    if matrices.shape[0] < MIN_FRAMES:
-        raise ValueError(
-            f"a clip needs at least {MIN_FRAMES} frames to have an acceleration, not {matrices.shape[0]}"
-        )
-    return matrices.shape[:2]
 
 
 def _spline_signals(
