@@ -108,8 +108,7 @@ class Calibration:
     def sensor(self, base: SensorModel, name: str) -> SensorModel:
         """The sensor with what was found: how it sat, its tissue and its noise; the rest as it was."""
         worn = self.turn.inv().as_rotvec(degrees=True)
-        unfitted = (None, base.soft_tissue_damping, base.soft_tissue_gain)
-        frequency_hz, damping, gain = self.tissue or unfitted
+        hertz, damping, gain = self.tissue or (None, base.soft_tissue_damping, base.soft_tissue_gain)
         return replace(
             base,
             name=name,
@@ -118,7 +117,7 @@ class Calibration:
             worn_turn_deg=tuple(round(float(angle), 3) for angle in worn),
             mounting_turn_deg=0.0,
             fixed_misalignment_deg=0.0,
-            soft_tissue_hz=frequency_hz,
+            soft_tissue_hz=hertz,
             soft_tissue_damping=damping,
             soft_tissue_gain=gain,
         )

@@ -10,18 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..files import write_text
+from . import text_tables
 from .recording import FURTHER, READINGS, ImuRecording
-from .text_tables import (
-    ACC_UNITS,
-    GYR_UNITS,
-    parse_fact,
-    rate_of_stamps,
-    read_numbers,
-    table_text,
-    text_lines,
-    unit_factor,
-)
 from .vendor_formats import read_x_io, read_xsens_txt, write_x_io, write_xsens_txt
 
 COLUMNS = ("time_s", *(channel for reading in READINGS[:2] for channel in reading.channels))
@@ -48,18 +38,15 @@ def write_csv(
     Further readings follow, by the names of `channels.READINGS` and in their units. The lines above the
     header start with ``#``: ``pandas.read_csv(path, comment="#")`` reads the rest.
     """
-    values = np.concatenate(
-        [
-            recording.acc[:, sensor].astype(np.float64) / unit_factor(ACC_UNITS, acc_unit, "acc_unit"),
-            recording.gyr[:, sensor].astype(np.float64) / unit_factor(GYR_UNITS, gyr_unit, "gyr_unit"),
-            *(values[:, sensor].astype(np.float64) for values in recording.further.values()),
-        ],
-        axis=1,
-    )
+    readings = {reading.name: reading for reading in recording.readings}
+    values = {name: getattr(recording, name)[:, sensor].astype(np.float64) for name in readings}
+    values["acc"] /= text_tables.unit_factor(text_tables.ACC_UNITS, acc_unit, "acc_unit")
+    values["gyr"] /= text_tables.unit_factor(text_tables.GYR_UNITS, gyr_unit, "gyr_unit")
+    units = {f"{name}_unit": reading.unit for name, reading in readings.items()}
     facts = {
+        **units,
         "acc_unit": acc_unit,
         "gyr_unit": gyr_unit,
-        **{f"{reading.name}_unit": reading.unit for reading in recording.readings[2:]},
         "rate_hz": recording.rate,
         "site": recording.sites[sensor] if recording.sites else "",
         "activity": recording.activity,
@@ -67,8 +54,9 @@ def write_csv(
         "clip": recording.clip,
     }
     lines = [f"# {name}: {json.dumps(value, ensure_ascii=False)}" for name, value in facts.items()]
-    lines.append(",".join(["time_s", *(name for reading in recording.readings for name in reading.channels)]))
-    write_text(path, "\n".join(lines) + "\n" + table_text(recording.time.tolist(), values, ","))
+    names = ["time_s", *(channel for reading in readings.values() for channel in reading.channels)]
+    table = np.concatenate(list(values.values()), axis=1)
+    text_tables.write_table(path, lines, names, recording.time.tolist(), table, ",")
 
 
 def read_csv(path: str | Path, acc_unit: str | None = None, gyr_unit: str | None = None) -> ImuRecording:
@@ -77,30 +65,26 @@ def read_csv(path: str | Path, acc_unit: str | None = None, gyr_unit: str | None
     Units are for files that do not name theirs. Raises ValueError if columns or units are missing, or the
     time stamps are not regular.
     """
-    lines = text_lines(path)
+    lines = text_tables.text_lines(path)
     n_facts = next((k for k, line in enumerate(lines) if not line.startswith("#")), len(lines))
-    facts = dict(parse_fact(line) for line in lines[:n_facts] if ":" in line)
-    names = [name.strip() for name in lines[n_facts].split(",")] if n_facts < len(lines) else []
-    missing = [name for name in COLUMNS if name not in names]
-    if missing:
-        raise ValueError(f"{path} lacks the columns {', '.join(missing)}")
-    table = read_numbers(lines[n_facts + 1 :], ",", len(names), path)
+    facts = dict(text_tables.parse_fact(line) for line in lines[:n_facts] if ":" in line)
+    columns = text_tables.read_table(lines[n_facts:], ",", COLUMNS, path)
     acc_unit, gyr_unit = acc_unit or facts.get("acc_unit"), gyr_unit or facts.get("gyr_unit")
     if acc_unit is None or gyr_unit is None:
         raise ValueError(f"{path} does not name its units: say acc_unit and gyr_unit")
     further = [
         reading
         for reading in READINGS[2:]
-        if facts.get(f"{reading.name}_unit") == reading.unit and set(reading.channels) <= set(names)
+        if facts.get(f"{reading.name}_unit") == reading.unit and set(reading.channels) <= set(columns)
     ]
     held = {
-        reading.name: table[:, None, [names.index(channel) for channel in reading.channels]]
+        reading.name: text_tables.one_sensor(columns, reading.channels)
         for reading in (*READINGS[:2], *further)
     }
-    held["acc"] *= unit_factor(ACC_UNITS, acc_unit, "acc_unit")
-    held["gyr"] *= unit_factor(GYR_UNITS, gyr_unit, "gyr_unit")
+    held["acc"] *= text_tables.unit_factor(text_tables.ACC_UNITS, acc_unit, "acc_unit")
+    held["gyr"] *= text_tables.unit_factor(text_tables.GYR_UNITS, gyr_unit, "gyr_unit")
     return ImuRecording(
-        rate=float(facts.get("rate_hz") or rate_of_stamps(table[:, names.index("time_s")], path, 1e-6)),
+        rate=float(facts.get("rate_hz") or text_tables.rate_of_stamps(columns["time_s"], path, 1e-6)),
         sites=(facts["site"],) if facts.get("site") else (),
         **{name: facts.get(name, "") for name in ("activity", "subject", "clip")},
         **held,

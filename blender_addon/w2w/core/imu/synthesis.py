@@ -52,17 +52,13 @@ def difference_signals(
         inverse = q * np.array([1, -1, -1, -1])[:, None, None]
         # q_k q_(k-1)^-1 is a^-1 b with a and b the inverses of q_k and q_(k-1)
         spin = np.pad(turn_between(inverse[:, 1:], inverse[:, :-1]) * rate, ((0, 0), (1, 0), (0, 0)), "edge")
-    times = np.arange(len(acc)) / settings.rate_hz
+    times, band_hz = np.arange(len(acc)) / settings.rate_hz, settings.band_hz
     for values, out in ((force, acc), (spin, gyr)):
-        out[:] = _band_limited(values, rate, settings.band_hz, times).transpose(1, 2, 0)
-
-
-def _band_limited(values: np.ndarray, rate: float, cutoff_hz: float | None, times: np.ndarray) -> np.ndarray:
-    """Filter at the clip's rate, then resample by cubic splines; (3, T, n) to (3, samples, n)."""
-    if cutoff_hz is not None and cutoff_hz < rate / 2:
-        filtered = butterworth(np.moveaxis(values, 1, -1), rate, cutoff_hz, FILTER_ORDER, zero_phase=True)
-        values = np.moveaxis(filtered, -1, 1)
-    return CubicSpline(np.arange(values.shape[1]) / rate, values, axis=1)(times)
+        if band_hz is not None and band_hz < rate / 2:
+            filtered = butterworth(np.moveaxis(values, 1, -1), rate, band_hz, FILTER_ORDER, zero_phase=True)
+            values = np.moveaxis(filtered, -1, 1)
+        spline = CubicSpline(np.arange(values.shape[1]) / rate, values, axis=1)
+        out[:] = spline(times).transpose(1, 2, 0)
 
 
 STANDARD_GRAVITY = 9.80665

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..files import write_text
+
 ACC_UNITS = {"m/s2": 1.0, "g": 9.80665}
 """Units of specific force, in m/s2."""
 
@@ -28,12 +30,18 @@ def unit_factor(units: dict[str, float], unit: str, name: str) -> float:
     return units[unit]
 
 
-def table_text(starts: Iterable[object], values: np.ndarray, separator: str) -> str:
-    """Rows of what each begins with and its values, by enough digits to give single precision back."""
-    return "".join(
-        separator.join([str(start), *(f"{value:.12g}" for value in row)]) + "\n"
+def write_table(
+    path: str | Path, head: list[str], names: Iterable[str], starts: Iterable, values: np.ndarray, mark: str
+) -> None:
+    """Write rows of what each starts with and its values, by enough digits to give single precision back.
+
+    Lines of the head and the columns' names stand above them; `mark` separates fields.
+    """
+    rows = (
+        mark.join([str(start), *(f"{value:.12g}" for value in row)])
         for start, row in zip(starts, values.tolist(), strict=True)
     )
+    write_text(path, "\n".join([*head, mark.join(names), *rows]) + "\n")
 
 
 def parse_fact(line: str) -> tuple[str, object]:
@@ -45,18 +53,31 @@ def parse_fact(line: str) -> tuple[str, object]:
         return name.strip(), value.strip()
 
 
-def read_numbers(lines: list[str], separator: str, n_columns: int, path: str | Path) -> np.ndarray:
-    """Numbers of a text table, shape (rows, columns), float64; empty fields are NaN."""
-    rows = [line.split(separator) for line in lines if line.strip()]
+def read_table(lines: list[str], mark: str, needed: Iterable[str], path: str | Path) -> dict[str, np.ndarray]:
+    """Columns of a text table, float64, by the names in its first line; empty fields are NaN.
+
+    Raises ValueError if one that is needed is not there, or a row is not whole.
+    """
+    names = [name.strip() for name in lines[0].split(mark)] if lines else []
+    missing = [name for name in needed if name not in names]
+    if missing:
+        raise ValueError(f"{path} lacks the columns {', '.join(missing)}")
+    rows = [line.split(mark) for line in lines[1:] if line.strip()]
     if not rows:
         raise ValueError(f"{path} holds no samples")
     for number, row in enumerate(rows, start=1):
-        if len(row) != n_columns:
-            raise ValueError(f"{path}: row {number} has {len(row)} fields where its header has {n_columns}")
+        if len(row) != len(names):
+            raise ValueError(f"{path}: row {number} has {len(row)} fields where its header has {len(names)}")
     try:
-        return np.array([[field.strip() or "nan" for field in row] for row in rows], dtype=np.float64)
+        table = np.array([[field.strip() or "nan" for field in row] for row in rows], dtype=np.float64)
     except ValueError as error:
         raise ValueError(f"{path} has a field that is no number: {error}") from error
+    return {name: table[:, names.index(name)] for name in names}
+
+
+def one_sensor(columns: dict[str, np.ndarray], names: Iterable[str]) -> np.ndarray:
+    """Some of a table's columns as one sensor's readings, shape (T, 1, columns)."""
+    return np.stack([columns[name] for name in names], axis=1)[:, None]
 
 
 def rate_of_stamps(stamps: np.ndarray, path: str | Path, resolution: float) -> float:

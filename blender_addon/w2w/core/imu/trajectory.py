@@ -84,9 +84,8 @@ def spline_windows(
     for start in range(0, n_samples, block):
         stop = min(start + block, n_samples)
         begin, end = start * step, (stop - 1) * step
-        first = max(0, int(begin) - reach)
         last = min(n_frames, int(np.ceil(end)) + 1 + reach)
-        first = max(0, min(first, last - degree - 1))
+        first = max(0, min(int(begin) - reach, last - degree - 1))
         grid = (round(begin - first, 9), step, stop - start)
         operators = _operators(last - first, degree, penalty, grid, rate)
         yield Window(slice(first, last), slice(start, stop), operators)

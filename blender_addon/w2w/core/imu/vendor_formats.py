@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from ..files import write_text
+from . import text_tables
 from .recording import ImuRecording
-from .text_tables import ACC_UNITS, GYR_UNITS, rate_of_stamps, read_numbers, table_text, text_lines
 
 XSENS_COLUMNS = ("PacketCounter", "SampleTimeFine", "Acc_X", "Acc_Y", "Acc_Z", "Gyr_X", "Gyr_Y", "Gyr_Z")
 XSENS_QUATERNION = ("Quat_q0", "Quat_q1", "Quat_q2", "Quat_q3")
@@ -19,12 +19,11 @@ XSENS_QUATERNION = ("Quat_q0", "Quat_q1", "Quat_q2", "Quat_q3")
 XSENS_TICKS = 10_000
 """Ticks of SampleTimeFine in a second (Xsens MT0101P, timestamp output)."""
 
-X_IO_HEADER = (
-    "Timestamp (us),Gyroscope X (deg/s),Gyroscope Y (deg/s),Gyroscope Z (deg/s),"
-    "Accelerometer X (g),Accelerometer Y (g),Accelerometer Z (g)"
-)
-
-X_IO_QUATERNIONS, X_IO_QUATERNION_HEADER = "Quaternion.csv", "Timestamp (us),W,X,Y,Z"
+X_IO_COLUMNS = (
+    "Timestamp (us)", "Gyroscope X (deg/s)", "Gyroscope Y (deg/s)", "Gyroscope Z (deg/s)",
+    "Accelerometer X (g)", "Accelerometer Y (g)", "Accelerometer Z (g)",
+)  # fmt: skip
+X_IO_TURNS = ("Timestamp (us)", "W", "X", "Y", "Z")
 
 
 def write_xsens_txt(
@@ -51,7 +50,7 @@ def write_xsens_txt(
     ]
     ticks = np.rint(recording.time * XSENS_TICKS).astype(np.int64)
     stamps = [f"{count}\t{tick}" for count, tick in enumerate(ticks)]
-    write_text(path, "\n".join([*head, "\t".join(names)]) + "\n" + table_text(stamps, values, "\t"))
+    text_tables.write_table(path, head, names, stamps, values, "\t")
 
 
 def read_xsens_txt(path: str | Path) -> ImuRecording:
@@ -59,25 +58,19 @@ def read_xsens_txt(path: str | Path) -> ImuRecording:
 
     Raises ValueError if a column of the acceleration or rate of turn is missing, or no rate is given.
     """
-    lines = text_lines(path)
+    lines = text_tables.text_lines(path)
     head = [line for line in lines if line.startswith("//")]
     rate = next((line.split(":", 1)[1] for line in head if "Update Rate" in line), None)
     if rate is None:
         raise ValueError(f"{path} is no MT Manager export: it has no line '// Update Rate:'")
     body = [line for line in lines[len(head) :] if line]
-    names = body[0].split("\t") if body else []
-    missing = [name for name in XSENS_COLUMNS[2:] if name not in names]
-    if missing:
-        raise ValueError(f"{path} lacks the columns {', '.join(missing)}")
-    table = read_numbers(body[1:], "\t", len(names), path)
-    has_quaternion = set(XSENS_QUATERNION) <= set(names)
-    columns = XSENS_COLUMNS[2:] + XSENS_QUATERNION * has_quaternion
-    values = table[:, None, [names.index(name) for name in columns]]
+    columns = text_tables.read_table(body, "\t", XSENS_COLUMNS[2:], path)
+    has_quaternion = set(XSENS_QUATERNION) <= set(columns)
     return ImuRecording(
-        acc=values[..., :3],
-        gyr=values[..., 3:6],
+        acc=text_tables.one_sensor(columns, XSENS_COLUMNS[2:5]),
+        gyr=text_tables.one_sensor(columns, XSENS_COLUMNS[5:]),
         rate=float(rate.strip().removesuffix("Hz")),
-        orientation=values[..., 6:] if has_quaternion else None,
+        orientation=text_tables.one_sensor(columns, XSENS_QUATERNION) if has_quaternion else None,
     )
 
 
@@ -87,18 +80,14 @@ def write_x_io(folder: str | Path, recording: ImuRecording, sensor: int = 0) -> 
     The folder is made if needed. ``Quaternion.csv`` lies beside it where the orientation is recorded.
     """
     Path(folder).mkdir(parents=True, exist_ok=True)
-    values = np.concatenate(
-        [
-            recording.gyr[:, sensor].astype(np.float64) / GYR_UNITS["deg/s"],
-            recording.acc[:, sensor].astype(np.float64) / ACC_UNITS["g"],
-        ],
-        axis=1,
-    )
+    gyr = recording.gyr[:, sensor].astype(np.float64) / text_tables.GYR_UNITS["deg/s"]
+    acc = recording.acc[:, sensor].astype(np.float64) / text_tables.ACC_UNITS["g"]
+    values = np.concatenate([gyr, acc], axis=1)
     stamps = np.rint(recording.time * 1e6).astype(np.int64)
-    write_text(Path(folder) / "Inertial.csv", X_IO_HEADER + "\n" + table_text(stamps, values, ","))
+    text_tables.write_table(Path(folder) / "Inertial.csv", [], X_IO_COLUMNS, stamps, values, ",")
     if recording.orientation is not None:
-        quaternions = table_text(stamps, recording.orientation[:, sensor].astype(np.float64), ",")
-        write_text(Path(folder) / X_IO_QUATERNIONS, f"{X_IO_QUATERNION_HEADER}\n{quaternions}")
+        quaternions = recording.orientation[:, sensor].astype(np.float64)
+        text_tables.write_table(Path(folder) / "Quaternion.csv", [], X_IO_TURNS, stamps, quaternions, ",")
 
 
 def read_x_io(folder: str | Path) -> ImuRecording:
@@ -109,19 +98,20 @@ def read_x_io(folder: str | Path) -> ImuRecording:
     path = Path(folder) / "Inertial.csv"
     if not path.is_file():
         raise ValueError(f"{folder} is no x-IMU3 log: it has no Inertial.csv")
-    lines = text_lines(path)
-    if not lines or lines[0].strip() != X_IO_HEADER:
-        raise ValueError(f"{path} does not start with x-io's header, {X_IO_HEADER}")
-    table = read_numbers(lines[1:], ",", 7, path)
-    orientation, turned = None, Path(folder) / X_IO_QUATERNIONS
+    lines = text_tables.text_lines(path)
+    header = ",".join(X_IO_COLUMNS)
+    if lines[0].strip() != header:
+        raise ValueError(f"{path} does not start with x-io's header, {header}")
+    columns = text_tables.read_table(lines, ",", X_IO_COLUMNS, path)
+    stamps, orientation, turned = columns["Timestamp (us)"], None, Path(folder) / "Quaternion.csv"
     if turned.is_file():
-        quaternions = read_numbers(text_lines(turned)[1:], ",", 5, turned)
-        if np.array_equal(quaternions[:, 0], table[:, 0]):
-            orientation = quaternions[:, None, 1:]
+        turns = text_tables.read_table(text_tables.text_lines(turned), ",", X_IO_TURNS, turned)
+        if np.array_equal(turns["Timestamp (us)"], stamps):
+            orientation = text_tables.one_sensor(turns, X_IO_TURNS[1:])
     return ImuRecording(
-        acc=table[:, None, 4:] * ACC_UNITS["g"],
-        gyr=table[:, None, 1:4] * GYR_UNITS["deg/s"],
-        rate=rate_of_stamps(table[:, 0] / 1e6, path, 1e-6),
+        acc=text_tables.one_sensor(columns, X_IO_COLUMNS[4:]) * text_tables.ACC_UNITS["g"],
+        gyr=text_tables.one_sensor(columns, X_IO_COLUMNS[1:4]) * text_tables.GYR_UNITS["deg/s"],
+        rate=text_tables.rate_of_stamps(stamps / 1e6, path, 1e-6),
         orientation=orientation,
     )
 
