@@ -7,9 +7,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from w2w.core.filtering import butterworth
-from w2w.core.imu.calibration import Pair, calibrate, turned
+from w2w.core.imu.calibration import Pair, calibrate, mounting, shift_between, shifted, turned
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.folds import ALWAYS_TRAIN
@@ -19,6 +20,9 @@ from .transfer import REAL, Transfer, first_window, scored
 
 COPIES = 8
 """Copies of a simulated window, each with another difference."""
+
+LONGEST_SHIFT_S = 0.5
+"""Most seconds that worn and simulated recordings are apart."""
 
 AS_SIMULATED = "as simulated"
 TURNED = "turned as it sat"
@@ -70,12 +74,17 @@ def calibrated_transfer(
         named[DIFFERENCES][out] = _told(made[~out], truth[~out], differ, worn[band_hz][out], seed)
         for odd in (0, 1):
             tested, used = out & (truth % 2 == odd), ~out & (truth % 2 != odd)
-            known = calibrate(_some(pairs, used), with_tissue=False)
-            made = _described((limited(known.applied(made), band_hz) for _, made in pairs), spec)
+            sat = _sat(_some(pairs, used))
+            made = _described((limited(turned(made, sat), band_hz) for _, made in pairs), spec)
             differ = (worn[band_hz] - made)[used]
             named[OTHER_ACTIONS][tested] = _told(made[~out], truth[~out], differ, worn[band_hz][tested], seed)
     clips = np.array([real.clip for real, _ in pairs])
     return [scored(step, REAL, truth, found, clips, len(activities), seed) for step, found in named.items()]
+
+
+def _sat(pairs: Sequence[Pair]) -> Rotation:
+    """How the sensor sat, whatever tissue was under it."""
+    return mounting([shifted(*pair, shift_between(*pair, LONGEST_SHIFT_S)) for pair in pairs])
 
 
 def _some(pairs: Sequence[Pair], taken: np.ndarray) -> list[Pair]:

@@ -123,7 +123,7 @@ class Calibration:
         )
 
 
-def calibrate(pairs: Sequence[Pair], longest_shift_s: float = 0.5, with_tissue: bool = True) -> Calibration:
+def calibrate(pairs: Sequence[Pair], longest_shift_s: float = 0.5) -> Calibration:
     """Fit a site's sensor to recordings without errors that were simulated of the same motions.
 
     `pairs` are worn and simulated recordings of one sensor, at one rate, at most `longest_shift_s` apart in
@@ -136,8 +136,6 @@ def calibrate(pairs: Sequence[Pair], longest_shift_s: float = 0.5, with_tissue: 
         shown = [(real, ridden(made, tissue)) for real, made in pairs]
         shifts = np.array([shift_between(*pair, longest_shift_s) for pair in shown])
         turn = mounting(_together(shown, shifts))
-        if not with_tissue:
-            break
         plain = [(real, turned(made, turn)) for real, made in pairs]
         fits = {late: fit_tissue(_together(plain, shifts - late)) for late in DELAYS}
         late = min(fits, key=lambda one: fits[one][1])
