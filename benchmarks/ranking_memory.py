@@ -31,10 +31,10 @@ from w2w.core.motion.duplicates import SIZE
 from w2w.core.ranking.features import feature_names
 from w2w.core.ranking.inputs import FeatureFiles
 from w2w.core.ranking.pooling import Pooling
-from w2w.core.selection.constraints import Terms
-from w2w.core.selection.joint import grow
+from w2w.core.selection.joint import GrownSet
 from w2w.core.study import StudyConfig
 from w2w.headless.runs.cluster import spread_over
+from w2w.studies.paper.subsets import checked_terms
 
 ACTIVITIES = 24
 DISTINCT_BYTES = 100 * 2**20
@@ -122,7 +122,7 @@ def _rank(choice: argparse.Namespace) -> None:
     utility, ranked = rank_clips(clips, found, files, config, spread=spread_over(choice.scheduler))
     if choice.sets:
         tests = set_tests(files, WindowLabels.of(ranked, found), config, Pooling.none(files.shape[1]))
-        grow(tests.whole, Terms.checked(len(utility.mean), 2), 2, utility.expected_mean)
+        GrownSet(tests.whole, checked_terms(len(utility.mean), 2), utility.expected_mean).up_to(2)
     print(*_used())
 
 

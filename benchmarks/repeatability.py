@@ -53,12 +53,12 @@ from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.answer import product_patches
 from w2w.core.selection.constraints import Terms
-from w2w.core.selection.joint import ByHalves, grow
+from w2w.core.selection.joint import ByHalves, GrownSet
 from w2w.core.selection.promise import Promises, random_sets
 from w2w.core.selection.set_tests import SetTests
 from w2w.core.study import StudyConfig
 from w2w.studies.paper.promised import greedy_by_half
-from w2w.studies.paper.subsets import greedy_order
+from w2w.studies.paper.subsets import checked_terms, greedy_order
 
 DATA = Path(__file__).parents[2] / "shared" / "data" / "library"
 FEWEST_MOTIONS = 4
@@ -281,7 +281,7 @@ def compare(
 def compare_sets(
     utility: UtilityMap, here: SetTests, there: SetTests, largest: int, products: np.ndarray
 ) -> dict[str, float]:
-    terms = Terms.checked(len(utility.f1), largest)
+    terms = checked_terms(len(utility.f1), largest)
     on_products = replace(terms, allowed=products)
     by_luck = chance(there, terms)
     ways = {
@@ -310,7 +310,7 @@ def compare_sets(
 
 def chosen(utility: UtilityMap, tests: SetTests, terms: Terms) -> Sequence[int]:
     """The patches that a run would choose, in their order."""
-    return grow(tests.whole, terms, terms.max_size, utility.expected_mean).order
+    return GrownSet(tests.whole, terms, utility.expected_mean).up_to(terms.max_size)
 
 
 def macro_f1(tests: SetTests, order: Sequence[int]) -> np.ndarray:

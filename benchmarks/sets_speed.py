@@ -24,8 +24,8 @@ from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.joint_scores import JointScores
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.results_folder import StudyResults
-from w2w.core.selection.constraints import Terms
-from w2w.core.selection.joint import LARGEST_SET, choose_together, grow
+from w2w.core.selection.constraints import Constraints
+from w2w.core.selection.joint import LARGEST_SET, GrownSet, choose_together
 
 BASELINE_CANDIDATES = 4
 
@@ -73,13 +73,16 @@ def main() -> None:
     _, tests = timed("preparing", prepared)
     n_patches, n_windows = len(utility.mean), len(labels.activity)
     print(f"{n_patches} patches, {n_windows} windows, {len(utility.activities)} activities")
-    terms = Terms.checked(n_patches)
+    terms = Constraints().terms(study.patches)
     best = int(utility.expected_mean.argmax())
     others = np.setdiff1d(np.arange(n_patches), [best])
     compare_ways(tests.whole._scores, [best, *others[:: n_patches // 4]])
     with threadpool_limits(1):
         one_more, _ = timed(f"{len(others)} second sensors", lambda: tests.whole.added([best], others, False))
-    timed(f"{LARGEST_SET} sensors", lambda: grow(tests.whole, terms, LARGEST_SET, utility.expected_mean))
+    timed(
+        f"{LARGEST_SET} sensors",
+        lambda: GrownSet(tests.whole, terms, utility.expected_mean).up_to(LARGEST_SET),
+    )
     timed(
         f"{LARGEST_SET} sensors with their promise",
         lambda: choose_together(prepared(), utility.expected, terms, 1.0),

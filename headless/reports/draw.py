@@ -131,7 +131,7 @@ def write_pictures(out: Path) -> None:
     titles = [name.replace("_", " ").capitalize() for name in utility.activities]
     best = [int(scores.argmax()) for scores in utility.expected_f1.T]
     maps = [*zip(picture_names(utility.activities), titles, utility.expected_f1.T, best, strict=True)]
-    allowed = study.config().constraints.terms(study.patches)["allowed"]
+    allowed = study.config().constraints.terms(study.patches).allowed
     maps.append((MEAN, mean_title(utility), utility.expected_mean, best_single(utility, allowed)))
     body = study.body()
     shaded = BodyPictures(body, size_for(body, VIEW_PIXELS - 3))  # soft edges may take three more

@@ -10,12 +10,11 @@ from w2w.core.files import DIGITS
 from w2w.core.findings.advice_content import expected_content, patch_content
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults, prepared_tests
-from w2w.core.selection.constraints import Terms, fewest
-from w2w.core.selection.promise import Promises
+from w2w.core.selection.constraints import fewest
 from w2w.core.study import StudyConfig
 
 from .joint_test import joint_content, sensors_together, together_content
-from .promised import exact_by_half, greedy_by_half, promised
+from .promised import LargePromises, exact_by_half, greedy_by_half, promised
 from .subsets import ROUNDING, Subset, exact_subset, greedy_subset
 
 
@@ -57,21 +56,21 @@ def paper_sets(study: StudyResults, config: StudyConfig) -> PaperSets:
 
     Raises ValueError if the constraints cannot be met.
     """
-    utility, wishes = study.utility, config.constraints.terms(study.patches)
-    asked = (utility.counted_f1, config.target, config.max_places)
-    greedy = greedy_subset(*asked, **wishes)
+    utility, terms = study.utility, config.constraints.terms(study.patches, config.max_places)
+    asked = (utility.counted_f1, config.target, terms.max_size, terms.allowed, terms.required, terms.cost)
+    greedy = greedy_subset(*asked)
     try:
-        exact = exact_subset(*asked, **wishes)
+        exact = exact_subset(*asked)
     except TimeoutError:
         exact = None
     tests = prepared_tests(study, config)
     if tests is not None:
-        promises = Promises(tests, Terms.checked(len(study.patches), config.max_places, **wishes))
+        promises = LargePromises(tests, terms)
         greedy = promised(greedy, promises, utility.expected, greedy_by_half)
         if exact is not None:
             exact = promised(exact, promises, utility.expected, exact_by_half)
     together = sensors_together(study, greedy.order)
-    return PaperSets(greedy, exact, together, fewest(greedy.order, wishes["required"]))
+    return PaperSets(greedy, exact, together, fewest(greedy.order, terms.required))
 
 
 def sets_content(sets: PaperSets, study: StudyResults) -> dict[str, Any]:

@@ -8,10 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from w2w.core.selection.constraints import Requirement, Terms
+from w2w.core.selection.constraints import Terms
 from w2w.core.selection.promise import Promise
 
 from .exact import FacilityLocation
+
+Requirement = int | Sequence[int]
+"""A patch that must be chosen, or several of which one must be."""
 
 ROUNDING = 1e-6
 """F1 differences smaller than this are rounding, and the solver's tolerance."""
@@ -86,8 +89,36 @@ def greedy_subset(
     Raises ValueError if no patch is allowed, a required patch is not, or more are required than `max_size`.
     """
     f1 = np.asarray(f1, dtype=np.float64)
-    terms = Terms.checked(len(f1), max_size, allowed, required, cost)
+    terms = checked_terms(len(f1), max_size, allowed, required, cost)
     return _subset(f1, terms, greedy_order(f1, terms, target), target)
+
+
+def checked_terms(
+    n_patches: int,
+    max_size: int | None = None,
+    allowed: np.ndarray | None = None,
+    required: Sequence[Requirement] = (),
+    cost: np.ndarray | None = None,
+) -> Terms:
+    """Terms from the arguments of `greedy_subset`; ValueErrors are its."""
+    mask = np.ones(n_patches, bool) if allowed is None else np.asarray(allowed, dtype=bool)
+    if mask.shape != (n_patches,):
+        raise ValueError(f"allowed must have shape ({n_patches},), not {mask.shape}")
+    if not mask.any():
+        raise ValueError("no patch is allowed: the constraints leave nothing to choose from")
+    price = np.ones(n_patches) if cost is None else np.asarray(cost, dtype=np.float64)
+    if price.shape != (n_patches,) or not (np.isfinite(price) & (price > 0)).all():
+        raise ValueError(f"cost must hold {n_patches} positive numbers, one a patch")
+    options = []
+    for wish in required:
+        patches = np.atleast_1d(np.asarray(wish, dtype=np.int64))
+        if not mask[patches].any():
+            raise ValueError(f"one of the patches {patches.tolist()} is required, but none is allowed")
+        options.append(patches[mask[patches]])
+    limit = int(mask.sum()) if max_size is None else max_size
+    if limit < max(1, len(options)):
+        raise ValueError(f"max_size is {limit}, but {max(1, len(options))} patches are required")
+    return Terms(mask, options, price, limit)
 
 
 def greedy_order(f1: np.ndarray, terms: Terms, target: float = np.inf) -> list[int]:
@@ -132,7 +163,7 @@ def exact_subset(
     Raises TimeoutError if the solver found no set in the time it had.
     """
     f1 = np.asarray(f1, dtype=np.float64)
-    terms = Terms.checked(len(f1), max_size, allowed, required, cost)
+    terms = checked_terms(len(f1), max_size, allowed, required, cost)
     programme = _programme(f1, terms, time_limit_s)
     cheapest = programme.cheapest(min(target, _best_reachable(f1, terms)) - ROUNDING / 2)
     budget = None if cheapest is None else float(terms.cost[cheapest.patches].sum())

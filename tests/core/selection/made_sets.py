@@ -37,8 +37,11 @@ def prepare(features, names, clip, subject=None, counts=None):
     )
 
 
-def terms(size=None, **wishes):
-    return Terms.checked(N, size, **wishes)
+def terms(size=N, allowed=None, required=(), cost=None):
+    allowed = np.ones(N, bool) if allowed is None else allowed
+    open_patches = np.flatnonzero(allowed)
+    cost = np.ones(N) if cost is None else cost
+    return Terms(allowed, [np.intersect1d(options, open_patches) for options in required], cost, size)
 
 
 def alone(found):

@@ -23,24 +23,22 @@ def test_only_forbid_must_and_costs(patches):
     terms = wishes.terms(patches)
     for place, region in enumerate(patches.regions):
         if region.startswith("right") or region in ("scalp crown", "left ear", "left palm"):
-            assert not terms["allowed"][place]
+            assert not terms.allowed[place]
         if region in ("left shin", "sternum", "left wrist dorsal"):
-            assert terms["allowed"][place]
-        assert terms["cost"][place] == {"left heel": 5.0, "left shin": 3.0, "sternum": 1.0}.get(
-            region, terms["cost"][place]
+            assert terms.allowed[place]
+        assert terms.cost[place] == {"left heel": 5.0, "left shin": 3.0, "sternum": 1.0}.get(
+            region, terms.cost[place]
         )
-    (group,) = terms["required"]
+    (group,) = terms.required
     assert len(group)
     assert all(patches.regions[place].startswith("left wrist") for place in group)
-    assert wishes
 
 
 def test_no_wishes_allow_everything(patches):
     terms = Constraints().terms(patches)
-    assert terms["allowed"].all()
-    assert terms["required"] == []
-    assert (terms["cost"] == 1).all()
-    assert not Constraints()
+    assert terms.allowed.all()
+    assert terms.required == []
+    assert (terms.cost == 1).all()
 
 
 @pytest.mark.parametrize(
@@ -54,7 +52,7 @@ def test_no_wishes_allow_everything(patches):
 )
 def test_wishes_that_contradict_each_other_are_refused(patches, wishes, complaint):
     if complaint is None:
-        assert len(Constraints(**wishes).terms(patches)["required"]) == 2
+        assert len(Constraints(**wishes).terms(patches).required) == 2
         return
     with pytest.raises(ValueError, match=complaint):
         Constraints(**wishes).terms(patches)
@@ -62,14 +60,16 @@ def test_wishes_that_contradict_each_other_are_refused(patches, wishes, complain
 
 def test_a_part_that_must_be_chosen_may_be_forbidden_in_places(patches):
     terms = Constraints(must=("left arm",), forbid=("left wrist",)).terms(patches)
-    (required,) = terms["required"]
-    assert 0 < terms["allowed"][required].sum() < len(required)
+    (anywhere,) = Constraints(must=("left arm",)).terms(patches).required
+    (required,) = terms.required
+    assert terms.allowed[required].all()
+    assert 0 < len(required) < len(anywhere)
 
 
 def test_where_no_place_lies_nothing_can_be_forbidden_or_required(bundled_body):
     few = sample_patches(bundled_body, 12, seed=0)
     assert not any(region.startswith("left wrist") for region in few.regions)
-    assert Constraints(forbid=("left wrist",)).terms(few)["allowed"].all()
+    assert Constraints(forbid=("left wrist",)).terms(few).allowed.all()
     with pytest.raises(
         ValueError, match="'left wrist' must be chosen, but none of the 12 patches lies there"
     ):
@@ -80,7 +80,7 @@ def test_costs_are_read_from_a_table(tmp_path, patches):
     table = tmp_path / "costs.csv"
     table.write_text("region,cost\nleft wrist,0.5\nhead,4\n", encoding="utf-8")
     assert read_costs(table) == (("left wrist", 0.5), ("head", 4.0))
-    cost = Constraints(costs=read_costs(table)).terms(patches)["cost"]
+    cost = Constraints(costs=read_costs(table)).terms(patches).cost
     assert set(np.unique(cost)) == {0.5, 1.0, 4.0}
 
 

@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 
 from w2w.core.selection import joint, set_tests
-from w2w.core.selection.joint import ByHalves, choose_together, grow
+from w2w.core.selection.joint import ByHalves, GrownSet, choose_together
 from w2w.core.selection.promise import Promises
 
 from .made_sets import NAMES, N, alone, library, prepare, terms
+
+
+def grown(found, under, **how):
+    return GrownSet(found, under, found.single, **how)
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +23,7 @@ def tests():
 
 
 def test_the_second_patch_tells_what_the_first_cannot(tests):
-    order = grow(tests.whole, terms(2), 2).order
+    order = grown(tests.whole, terms(2)).up_to(2)
     assert sorted(patch // 4 for patch in order) == [0, 1]
 
 
@@ -37,7 +41,7 @@ def test_where_the_target_is_out_of_reach_no_sensor_is_worn_for_next_to_nothing(
     monkeypatch.setattr(joint, "WORTH", 0.1)
     free = terms()
     chosen = choose_together(tests, alone(tests), free, target=1.0)
-    order = grow(tests.whole, free, joint.LARGEST_SET, alone(tests)[0]).order
+    order = GrownSet(tests.whole, free, alone(tests)[0]).up_to(joint.LARGEST_SET)
     made = Promises(tests, free).of(order, ByHalves(), tuple(v[order[0]] for v in alone(tests)))
     count = len(chosen.order)
     tried = count + len(chosen.further)
@@ -61,7 +65,7 @@ def test_what_goes_best_with_a_set_that_is_enough_is_told(tests):
     chosen = choose_together(tests, alone(tests), wished, target=0.01)
     assert chosen.order == (10,)
     both = (10, *chosen.further)
-    assert both == grow(tests.whole, wished, 2, alone(tests)[0]).order
+    assert both == GrownSet(tests.whole, wished, alone(tests)[0]).up_to(2)
     expected = Promises(tests, wished).of(both, ByHalves(), tuple(v[10] for v in alone(tests)))
     np.testing.assert_allclose(chosen.with_next.mean, expected.mean)
     assert choose_together(tests, alone(tests), terms(1, required=[[10]]), target=0.01).with_next is None
@@ -82,7 +86,7 @@ def test_wishes_are_kept(tests):
     assert 4 in chosen.order
     dear = np.ones(N)
     dear[:4] = 1e6
-    assert grow(tests.whole, terms(1, cost=dear), 1).order[0] >= 4
+    assert grown(tests.whole, terms(1, cost=dear)).up_to(1)[0] >= 4
 
 
 @pytest.mark.later
@@ -90,7 +94,7 @@ def test_the_promise_is_what_another_library_of_the_kind_gives():
     differences = []
     for seed in range(4):
         here, there = prepare(*library(2 * seed)), prepare(*library(2 * seed + 1))
-        order = grow(here.whole, terms(2), 2).order
+        order = grown(here.whole, terms(2)).up_to(2)
         made = Promises(here, terms(2)).of(order, ByHalves(), (0.3, 0.2, 0.4))
         differences.append(made.mean[1] - there.whole.f1_of_first(order)[1].mean())
         assert made.raw.shape == (2, 4)
@@ -103,7 +107,7 @@ def test_where_labels_mean_nothing_nothing_is_promised():
     promised = []
     for seed in range(4):
         found = prepare(*library(seed, shuffled=True))
-        order = grow(found.whole, terms(3), 3).order
+        order = grown(found.whole, terms(3)).up_to(3)
         made = Promises(found, terms(3)).of(order, ByHalves(), (0.25, 0.2, 0.3))
         promised.append(made.f1[-1].mean())
     assert np.mean(promised) < 0.32  # a quarter is chance
@@ -137,7 +141,7 @@ def test_the_same_seed_chooses_and_promises_the_same(tests):
 
 def test_a_half_goes_on_where_it_stopped_and_ends_as_if_it_had_not(tests):
     (half, _), free = tests.pairs[0], terms(cost=np.linspace(1, 3, N))
-    scratch = grow(half, free, 4, among=joint.OF_HALVES).order
+    scratch = grown(half, free, among=joint.OF_HALVES).up_to(4)
     choose = ByHalves()
     assert choose(half, free, 2) == scratch[:2]
     assert choose(half, free, 4) == scratch
@@ -155,28 +159,28 @@ def test_from_the_third_patch_on_those_are_tried_that_were_best_for_the_one_befo
         return values
 
     monkeypatch.setattr(type(tests.whole), "added", added_told)
-    grown = grow(tests.whole, terms(2, required=[[0], [11]]), 2)
-    assert grown.shortlist is None  # of required ones there is no choice
+    required = grown(tests.whole, terms(2, required=[[0], [11]]))
+    required.up_to(2)
+    assert len(required.candidates) == N  # of required ones there is no choice
     tried.clear()
-    grown = grow(tests.whole, terms(5), 5)
+    order = grown(tests.whole, terms(5)).up_to(5)
     assert len(tried[0][0]) == N - 1
     for size, (before, after) in enumerate(pairwise(tried), start=2):
         candidates, values = before
         best = np.array(candidates)[np.argsort(-values)[: max(int(0.6 * len(candidates)), 3)]]
-        assert set(after[0]) == set(best.tolist()) - set(grown.order[:size])
+        assert set(after[0]) == set(best.tolist()) - set(order[:size])
     assert [len(candidates) for candidates, _ in tried] == [11, 5, 2, 1]
-    assert (
-        grow(tests.whole, terms(4), 4, worst=True).shortlist is None
-    )  # another activity is the worst each time
-    further = grow(tests.whole, terms(5, required=[[0], [9], [10]]), 5)
-    assert {0, 9, 10} <= set(further.order)
+    by_worst = grown(tests.whole, terms(4), worst=True)
+    by_worst.up_to(4)
+    assert len(by_worst.candidates) == N  # another activity is the worst each time
+    assert {0, 9, 10} <= set(grown(tests.whole, terms(5, required=[[0], [9], [10]])).up_to(5))
 
 
 def test_only_what_counts_decides_the_set_and_its_promise():
     """Patches 0 to 3 tell crawl from jump: where these are background, they are of no use."""
     made = library()
     both, background = prepare(*made), prepare(*made, counts={"crawl": 0.0, "jump": 0.0})
-    assert set(grow(both.whole, terms(2), 2).order) & {0, 1, 2, 3}
+    assert set(grown(both.whole, terms(2)).up_to(2)) & {0, 1, 2, 3}
     counted = background.weights > 0
     np.testing.assert_array_equal(counted, [name in ("run", "sit") for name in background.activities])
     found = choose_together(background, alone(background), terms(3), 1.0)

@@ -6,14 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from w2w.core.selection import promise as promising
 from w2w.core.selection.constraints import Terms
 from w2w.core.selection.joint import ByHalves
 from w2w.core.selection.promise import Promises, rising
 
-from .made_sets import N, library, prepare, terms
+from .made_sets import library, prepare, terms
 
 PATCHES, K = 60, 3
+FREE = Terms(np.ones(PATCHES, bool), [], np.ones(PATCHES), K)
 SPREAD = 0.05
 """Standard deviation of the patches' true F1."""
 
@@ -50,7 +50,7 @@ def world(noise, seed, disjoint=True):
     plan = SimpleNamespace(disjoint=disjoint, shrink=4.0)
     tests = SimpleNamespace(whole=whole, pairs=(halves,), plan=plan, seed=seed, weights=np.ones(1))
     order = best_first(whole, None, K)
-    made = Promises(tests, Terms.checked(PATCHES, K)).of(order, best_first, (0.0, 0.0, 1.0))
+    made = Promises(tests, FREE).of(order, best_first, (0.0, 0.0, 1.0))
     return made.mean[1:], reached(truth, order)[1:]
 
 
@@ -73,7 +73,7 @@ def test_where_nothing_repeats_nothing_is_gained():
         halves = tuple(Measured(np.full(PATCHES, 0.5), 0.05, rng) for _ in range(2))
         plan = SimpleNamespace(disjoint=True, shrink=4.0)
         tests = SimpleNamespace(whole=halves[0], pairs=(halves,), plan=plan, seed=seed, weights=np.ones(1))
-        promises, order = Promises(tests, Terms.checked(PATCHES, K)), best_first(halves[0], None, K)
+        promises, order = Promises(tests, FREE), best_first(halves[0], None, K)
         found.append(promises.of(order, best_first, (0.5, 0.0, 1.0)).mean[1:])
     np.testing.assert_allclose(
         np.mean(found, axis=0), reached(np.full(PATCHES, 0.5), range(K))[1:], atol=0.01
@@ -120,34 +120,6 @@ def test_random_sets_that_grow_are_as_good_as_larger_ones_from_the_start(tests, 
     np.testing.assert_array_equal(promises.level(tests.whole, 4), anew.level(tests.whole, 4))
 
 
-def test_the_level_of_large_sets_is_that_of_all_of_them_at_every_size(tests, monkeypatch):
-    quick = Promises(tests, terms(N)).level(tests.whole, N)
-    monkeypatch.setattr(promising, "FEW_SENSORS", N)
-    every = Promises(tests, terms(N)).level(tests.whole, N)
-    np.testing.assert_array_equal(quick[:6], every[:6])
-    assert not np.array_equal(quick[6:], every[6:])
-    np.testing.assert_allclose(quick.mean(axis=1), every.mean(axis=1), atol=0.03)
-
-
-def test_of_large_sets_that_halves_choose_some_sizes_are_tested(tests, monkeypatch):
-    order = list(range(N))
-    quick = Promises(tests, terms(N)).of(order, lambda *_: order, (0.5, 0.4, 0.6))
-    monkeypatch.setattr(promising, "FEW_SENSORS", N)
-    every = Promises(tests, terms(N)).of(order, lambda *_: order, (0.5, 0.4, 0.6))
-    np.testing.assert_array_equal(quick.raw, every.raw)  # on all clips every size is
-    np.testing.assert_array_equal(quick.f1[:6], every.f1[:6])
-    assert not np.array_equal(quick.f1[6:], every.f1[6:])
-    np.testing.assert_allclose(quick.mean, every.mean, atol=0.03)
-
-
-def test_a_level_that_is_known_up_to_any_size_grows_from_there(tests):
-    promises = Promises(tests, terms(N))
-    known, grown = promises.level(tests.whole, 7), promises.level(tests.whole, N)
-    assert len(grown) == N
-    np.testing.assert_array_equal(grown[:7], known)
-    np.testing.assert_allclose(grown, Promises(tests, terms(N)).level(tests.whole, N), atol=0.05)
-
-
 def test_clips_that_cannot_be_halved_are_said_to_tell_nothing():
     features, names, clip = library()
     few = np.isin(clip % 12, [0, 1, 2])
@@ -175,7 +147,7 @@ def test_less_is_gained_where_less_is_left(whole, half, promised_f1):
             return np.full((2, 4), self.f1)
 
         def f1_of_firsts(self, orders, _):
-            return np.full((len(orders), 2, 4), self.f1 if len(orders) == 1 else self.level)
+            return np.full((len(orders), 2, 4), self.level)
 
     one, other = Judged(half, half + 0.04), Judged(half, half + 0.04)
     plan = SimpleNamespace(disjoint=True, shrink=4.0)

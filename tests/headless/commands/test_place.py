@@ -73,7 +73,7 @@ def test_the_run_keeps_to_the_constraints_and_says_what_they_cost(study):
     assert any("--leave-out" in reason for reason in skipped_clips(out).values())
     best = summary["best_single_patch"]
     utility, patches = UtilityMap.load(out / "utility.npz"), PatchSet.load(out / ".w2w" / "patches.npz")
-    allowed = Constraints(forbid=("head", "hand")).terms(patches)["allowed"]
+    allowed = Constraints(forbid=("head", "hand")).terms(patches).allowed
     assert best["indistinguishable_patches"] == len(as_good_as(best["patch"], utility, allowed)) - 1
     body = Body.load(out / ".w2w" / "body.npz")
     said = answer(Scored(utility, patches, body, allowed)).sentence()

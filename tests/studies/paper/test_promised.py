@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.selection.promise import Promises
-from w2w.studies.paper.promised import exact_by_half, greedy_by_half, promised
+from w2w.studies.paper import promised as paper
+from w2w.studies.paper.promised import LargePromises, exact_by_half, greedy_by_half, map_of, promised
 from w2w.studies.paper.subsets import exact_subset, greedy_subset
 
 from ...core.selection.made_sets import NAMES, N, alone, library, prepare, terms
@@ -17,8 +17,8 @@ CHANCE = 1 / len(NAMES)
 
 def chosen(found, target=1.0, size=4, choose=greedy_subset, by_half=greedy_by_half):
     """A set by the proxy over the map of all clips, with its promise."""
-    subset = choose(found.whole.map, target, size)
-    return promised(subset, Promises(found, terms(size)), alone(found), by_half)
+    subset = choose(map_of(found.whole), target, size)
+    return promised(subset, LargePromises(found, terms(size)), alone(found), by_half)
 
 
 @pytest.fixture(scope="module")
@@ -64,12 +64,40 @@ def test_a_set_says_first_what_other_clips_would_give(tests):
 
 def test_halves_choose_by_the_proxy_over_their_own_map(tests):
     (half, _), free = tests.pairs[0], terms(3)
-    assert greedy_by_half(half, free, 3) == list(greedy_subset(half.map, 2.0, 3).order)
+    assert greedy_by_half(half, free, 3) == list(greedy_subset(map_of(half), 2.0, 3).order)
     exact = exact_by_half(half, free, 2)
-    assert set(exact) == set(exact_subset(half.map, 2.0, 2).order)
+    assert set(exact) == set(exact_subset(map_of(half), 2.0, 2).order)
     assert len(exact_by_half(half, free, 6)) <= 6
     wished = terms(3, allowed=np.arange(N) != 5, required=[[10, 11], [4, 5]])
     for choose in (greedy_by_half, exact_by_half):
         order = choose(half, wished, 3)
         assert 4 in order
         assert np.isin(order, [10, 11]).any()
+
+
+def test_the_level_of_large_sets_is_that_of_all_of_them_at_every_size(tests, monkeypatch):
+    quick = LargePromises(tests, terms(N)).level(tests.whole, N)
+    monkeypatch.setattr(paper, "FEW_SENSORS", N)
+    every = LargePromises(tests, terms(N)).level(tests.whole, N)
+    np.testing.assert_array_equal(quick[:6], every[:6])
+    assert not np.array_equal(quick[6:], every[6:])
+    np.testing.assert_allclose(quick.mean(axis=1), every.mean(axis=1), atol=0.03)
+
+
+def test_of_large_sets_that_halves_choose_some_sizes_are_tested(tests, monkeypatch):
+    order = list(range(N))
+    quick = LargePromises(tests, terms(N)).of(order, lambda *_: order, (0.5, 0.4, 0.6))
+    monkeypatch.setattr(paper, "FEW_SENSORS", N)
+    every = LargePromises(tests, terms(N)).of(order, lambda *_: order, (0.5, 0.4, 0.6))
+    np.testing.assert_array_equal(quick.raw, every.raw)  # on all clips every size is
+    np.testing.assert_array_equal(quick.f1[:6], every.f1[:6])
+    assert not np.array_equal(quick.f1[6:], every.f1[6:])
+    np.testing.assert_allclose(quick.mean, every.mean, atol=0.03)
+
+
+def test_a_level_that_is_known_up_to_any_size_grows_from_there(tests):
+    promises = LargePromises(tests, terms(N))
+    known, grown = promises.level(tests.whole, 7), promises.level(tests.whole, N)
+    assert len(grown) == N
+    np.testing.assert_array_equal(grown[:7], known)
+    np.testing.assert_allclose(grown, LargePromises(tests, terms(N)).level(tests.whole, N), atol=0.05)

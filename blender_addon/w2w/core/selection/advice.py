@@ -101,7 +101,7 @@ def advise(
     ValueError says which constraints cannot be met.
     """
     constraints = constraints or Constraints()
-    terms = Terms.checked(len(patches), max_places, **constraints.terms(patches))
+    terms = constraints.terms(patches, max_places)
     scored, products = Scored(utility, patches, body, terms.allowed), product_patches(patches, body)
     worn: JointSet | None = None
     swaps: tuple[np.ndarray, ...] = ()

@@ -13,7 +13,6 @@ from ..patches.naming import FAR_M, nearest_patch, place, resolve
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..wording import capital, plain_words
-from .constraints import open_mask
 from .headline import as_good_as, mean_caution, short
 
 NAMED = 2
@@ -28,7 +27,7 @@ MOST_OF = 0.8
 
 def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
     """The allowed patch with the highest expected macro F1; of equals the highest on these clips."""
-    open_patches = np.flatnonzero(open_mask(allowed, len(utility.mean)))
+    open_patches = np.arange(len(utility.mean)) if allowed is None else np.flatnonzero(allowed)
     order = np.lexsort((-utility.mean[open_patches], -utility.expected_mean[open_patches]))
     return int(open_patches[order[0]])
 
@@ -87,7 +86,7 @@ class Scored:
     @cached_property
     def allowed(self) -> np.ndarray:
         """The patches that may be recommended, shape (N,), bool."""
-        return open_mask(self.limits, len(self.patches))
+        return np.ones(len(self.patches), bool) if self.limits is None else self.limits
 
     @cached_property
     def best(self) -> int:

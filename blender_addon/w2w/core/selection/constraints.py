@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
-from typing import Any, Self
 
 import numpy as np
 
@@ -13,6 +12,16 @@ from ..csv_tables import read_table
 from ..parameters import parameter
 from ..patches.body_parts import find_patches
 from ..patches.patches import PatchSet
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """Terms of a choice among N patches."""
+
+    allowed: np.ndarray  # (N,), bool
+    required: list[np.ndarray]  # of each of these patches' numbers one must be chosen
+    cost: np.ndarray  # (N,), positive
+    max_size: int
 
 
 @dataclass(frozen=True)
@@ -60,17 +69,14 @@ class Constraints:
             if not (np.isfinite(cost) and cost > 0):
                 raise ValueError(f"the cost of {words!r} must be a positive number, not {cost}")
 
-    def __bool__(self) -> bool:
-        """Whether anything is wished for."""
-        return bool(self.only or self.forbid or self.must or self.costs)
-
-    def terms(self, patches: PatchSet) -> dict[str, Any]:
-        """The wishes as the arguments `allowed`, `required` and `cost` of `Terms.checked`.
+    def terms(self, patches: PatchSet, max_size: int | None = None) -> Terms:
+        """The wishes as terms of a choice of at most `max_size` patches, by default of any number.
 
         Raises
         ------
         ValueError
-            If words mean no patch, nothing may be chosen, or a patch that must be may not.
+            If words mean no patch, nothing may be chosen, a patch that must be may not, or more must be
+            chosen than `max_size`.
         """
         allowed = np.ones(len(patches), dtype=bool)
         if self.only:
@@ -93,7 +99,10 @@ class Constraints:
                 )
             if not allowed[found].any():
                 raise ValueError(f"{words!r} must be chosen, but no patch there is allowed")
-        return {"allowed": allowed, "required": required, "cost": cost}
+        limit = int(allowed.sum()) if max_size is None else max_size
+        if limit < max(1, len(required)):
+            raise ValueError(f"max_size is {limit}, but {max(1, len(required))} patches are required")
+        return Terms(allowed, [found[allowed[found]] for found in required], cost, limit)
 
     @staticmethod
     def _patches(patches: PatchSet, wishes: Sequence[str]) -> np.ndarray:
@@ -112,56 +121,8 @@ def read_costs(path: str | Path) -> tuple[tuple[str, float], ...]:
     return tuple(costs)
 
 
-Requirement = int | Sequence[int]
-"""A patch that must be chosen, or several of which one must be."""
-
-
-@dataclass(frozen=True, eq=False)
-class Terms:
-    """Terms of a choice among N patches, checked."""
-
-    allowed: np.ndarray  # (N,), bool
-    required: list[np.ndarray]  # of each of these patches' numbers one must be chosen
-    cost: np.ndarray  # (N,), positive
-    max_size: int
-
-    @classmethod
-    def checked(
-        cls,
-        n_patches: int,
-        max_size: int | None = None,
-        allowed: np.ndarray | None = None,
-        required: Sequence[Requirement] = (),
-        cost: np.ndarray | None = None,
-    ) -> Self:
-        mask = open_mask(allowed, n_patches)
-        price = np.ones(n_patches) if cost is None else np.asarray(cost, dtype=np.float64)
-        if price.shape != (n_patches,) or not (np.isfinite(price) & (price > 0)).all():
-            raise ValueError(f"cost must hold {n_patches} positive numbers, one a patch")
-        options = []
-        for wish in required:
-            patches = np.atleast_1d(np.asarray(wish, dtype=np.int64))
-            if not mask[patches].any():
-                raise ValueError(f"one of the patches {patches.tolist()} is required, but none is allowed")
-            options.append(patches[mask[patches]])
-        limit = int(mask.sum()) if max_size is None else max_size
-        if limit < max(1, len(options)):
-            raise ValueError(f"max_size is {limit}, but {max(1, len(options))} patches are required")
-        return cls(mask, options, price, limit)
-
-
 def fewest(order: Sequence[int], required: Sequence[np.ndarray]) -> int:
     """Number of the first patches chosen that it takes to have one wherever one must be."""
     chosen = np.array(order)
     firsts = [np.flatnonzero(np.isin(chosen, options)) for options in required]
     return max((int(found[0]) + 1 for found in firsts if len(found)), default=1)
-
-
-def open_mask(allowed: np.ndarray | None, n_patches: int) -> np.ndarray:
-    """Mask (N,) of the patches that may be chosen, checked; all by default."""
-    mask = np.ones(n_patches, bool) if allowed is None else np.asarray(allowed, dtype=bool)
-    if mask.shape != (n_patches,):
-        raise ValueError(f"allowed must have shape ({n_patches},), not {mask.shape}")
-    if not mask.any():
-        raise ValueError("no patch is allowed: the constraints leave nothing to choose from")
-    return mask

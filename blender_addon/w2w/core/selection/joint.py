@@ -3,7 +3,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -36,66 +35,56 @@ OF_HALVES = 128
 """Candidates that a half chooses among: the first patches, which were sampled to lie far apart."""
 
 
-class Growth(NamedTuple):
-    """A set that grows."""
+class GrownSet:
+    """A set that grows by the patch with which the classifier tells activities apart best.
 
-    order: tuple[int, ...] = ()  # its patches, in order of choice
-    shortlist: np.ndarray | None = None  # candidates for further patches; None as long as all are
-
-
-def grow(
-    tests: Tests,
-    terms: Terms,
-    size: int,
-    first: np.ndarray | None = None,
-    worst: bool = False,
-    among: int | None = None,
-    start: Growth | None = None,
-) -> Growth:
-    """Add patches up to a size, each time the one with which the classifier tells activities apart best.
-
-    The first is chosen by `first` (N,), `tests.single` by default. Of the candidates tried, the best stay
-    candidates for further patches; all do where the activity told apart `worst` decides, not the mean, for
-    that is another activity each time. `among` is how many candidates are looked at, all by default.
+    The first patch is chosen by `first` (N,). Of the candidates tried, the best stay candidates for further
+    patches; all do where the activity told apart `worst` decides, not the mean, for that is another activity
+    each time. `among` is how many candidates are looked at, all by default.
     """
-    chosen, shortlist = start or Growth()
-    order = list(chosen)
-    with unthreaded_products():
-        area = float(tests.added(order[:-1], np.array(order[-1:]), worst)[0]) if len(order) > 1 else 0.0
-        while len(order) < min(size, terms.max_size):
-            missing = [options for options in terms.required if not np.isin(order, options).any()]
-            free = np.flatnonzero(terms.allowed) if shortlist is None else shortlist
-            candidates = (missing[0] if missing else np.setdiff1d(free, order))[:among]
-            if not len(candidates):
-                break
-            if order:
-                value = tests.added(order, candidates, worst)
-            else:
-                value = (tests.single if first is None else first)[candidates]
-            gain = (value - area) / terms.cost[candidates]
-            if order and not missing and not worst:
-                most = max(int(SHORTLIST * len(candidates)), LEAST_LISTED)
-                shortlist = np.sort(candidates[np.argsort(-gain, kind="stable")[:most]])
-            best = int(gain.argmax())
-            area = float(value[best]) if order else 0.0
-            order.append(int(candidates[best]))
-    return Growth(tuple(order), shortlist)
+
+    def __init__(
+        self, tests: Tests, terms: Terms, first: np.ndarray, worst: bool = False, among: int | None = None
+    ) -> None:
+        self._tests, self._terms, self._first = tests, terms, first
+        self._worst, self._among = worst, among
+        self._order: list[int] = []
+        self.candidates = np.flatnonzero(terms.allowed)  # for further patches
+        self._area = 0.0
+
+    def up_to(self, size: int) -> tuple[int, ...]:
+        """The patches in order of choice, up to a size; fewer where no more are allowed."""
+        order, terms = self._order, self._terms
+        with unthreaded_products():
+            while len(order) < min(size, terms.max_size):
+                missing = [options for options in terms.required if not np.isin(order, options).any()]
+                tried = (missing[0] if missing else np.setdiff1d(self.candidates, order))[: self._among]
+                if not len(tried):
+                    break
+                value = self._tests.added(order, tried, self._worst) if order else self._first[tried]
+                gain = (value - self._area) / terms.cost[tried]
+                best = int(gain.argmax())
+                if order:
+                    self._area = float(value[best])
+                    if not missing and not self._worst:
+                        most = max(int(SHORTLIST * len(tried)), LEAST_LISTED)
+                        self.candidates = np.sort(tried[np.argsort(-gain, kind="stable")[:most]])
+                order.append(int(tried[best]))
+        return tuple(order[:size])
 
 
 class ByHalves:
-    """Chooses as `grow` does, among fewer candidates; goes on from what it chose before."""
+    """Chooses as all clips do, among fewer candidates; goes on from what it chose before."""
 
     def __init__(self, worst: bool = False) -> None:
         self._worst = worst
-        self._grown: dict[Tests, Growth] = {}
+        self._grown: dict[Tests, GrownSet] = {}
 
     def __call__(self, half: Tests, terms: Terms, size: int) -> tuple[int, ...]:
         """Choose from the tests of a half, under the same terms each time."""
-        grown = self._grown.get(half, Growth())
-        if len(grown.order) < size:
-            grown = grow(half, terms, size, worst=self._worst, among=OF_HALVES, start=grown)
-            self._grown[half] = grown
-        return grown.order[:size]
+        if half not in self._grown:
+            self._grown[half] = GrownSet(half, terms, half.single, self._worst, OF_HALVES)
+        return self._grown[half].up_to(size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,10 +99,9 @@ class JointSet:
     reached: bool
     cost: float
     weights: np.ndarray  # (A,): what each activity counts
-    further: tuple[int, ...] = ()  # patches that were tried after these, in order of choice
-    with_next: Promise | None = None  # of these patches and the first of `further`
-    tried: int = 0  # sensors up to which sets were tried
-    most: float = 0.0  # expected F1 of the best of those sets
+    further: tuple[int, ...]  # patches that were tried after these, in order of choice
+    with_next: Promise | None  # of these patches and the first of `further`
+    most: float  # expected F1 of the largest set tried
 
     @property
     def raw_mean(self) -> np.ndarray:
@@ -136,8 +124,9 @@ class JointSet:
             )
         if self.reached:
             return f"{text})"
-        if self.tried > count:
-            return f"{text}); sets of up to {self.tried} sensors promise no more than {self.most:.3f}"
+        if self.further:
+            tried = count + len(self.further)
+            return f"{text}); sets of up to {tried} sensors promise no more than {self.most:.3f}"
         return f"{text}); no more sensors are allowed, or more add nothing"
 
 
@@ -153,11 +142,10 @@ def choose_together(
     The first patch is chosen by `expected`, the macro F1 (N,) of each patch alone and the bounds of its
     interval.
     """
-    worst, grown = every_activity > 0, Growth()
-    promises, choose = Promises(tests, terms), ByHalves(worst)
+    grown = GrownSet(tests.whole, terms, expected[0], every_activity > 0)
+    promises, choose = Promises(tests, terms), ByHalves(every_activity > 0)
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
-        grown = grow(tests.whole, terms, size, expected[0], worst, start=grown)
-        order = grown.order
+        order = grown.up_to(size)
         made = promises.of(order, choose, tuple(float(values[order[0]]) for values in expected))
         enough, reached = _enough(tests, terms, target, every_activity, order, made)
         if reached or (len(order) > fewest(order, terms.required) and made.mean[-1] <= made.mean[-2]):
@@ -167,7 +155,7 @@ def choose_together(
     with_next = made.first(enough + 1) if further else None
     return JointSet(
         chosen, made.first(enough), tests.activities, target, every_activity, reached, cost, tests.weights,
-        further, with_next, len(order), float(made.mean[-1]),
+        further, with_next, float(made.mean[-1]),
     )  # fmt: skip
 
 

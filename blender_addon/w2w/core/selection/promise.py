@@ -20,12 +20,6 @@ from .set_tests import SetTests, Tests
 RANDOM_SETS = 16
 """Sets drawn at random, whose mean F1 is the level above which a chosen set gains."""
 
-FEW_SENSORS = 6
-"""Sensors up to which all random sets are tried, with every number of sensors."""
-
-LARGE_RANDOM_SETS = 4
-"""Random sets that are tried with more sensors; on 826 clips such sets differ by an F1 of .01 to .03."""
-
 CONFIDENCE = 0.95
 """Of the intervals."""
 
@@ -83,7 +77,7 @@ class Promises:
             raw = tests.whole.f1_of_first(order)
             more = _better_chosen(tests)
             gains = [
-                _gain(choose(here, self.terms, size), there, level_of[there])
+                self._gain(choose(here, self.terms, size), there, level_of[there])
                 * _left(level_of[tests.whole], level_of[there], tests.weights)[:, None]
                 * more
                 for pair in tests.pairs
@@ -111,18 +105,21 @@ class Promises:
         level = self._levels.get(tests, np.empty((0, len(self.tests.weights))))
         if len(self.terms.required) > len(level):  # else larger sets begin as those did
             level = level[:0]
-        if len(level) >= size:
-            return level[:size]
-        sets = random_sets(self.terms, size, self.tests.seed)
-        few = min(size, FEW_SENSORS)
-        if len(level) < few:
-            sizes = range(len(level) + 1, few + 1)
-            more = tests.f1_of_firsts([one[:few] for one in sets], sizes).mean(axis=0)
-            level = np.concatenate([level, more])
         if len(level) < size:
-            level = np.concatenate([level, _level_beyond(tests, sets[:LARGE_RANDOM_SETS], level, size)])
-        self._levels[tests] = level
-        return level
+            sets = random_sets(self.terms, size, self.tests.seed)
+            more = tests.f1_of_firsts(sets, range(len(level) + 1, size + 1)).mean(axis=0)
+            level = self._levels[tests] = np.concatenate([level, more])
+        return level[:size]
+
+    def delivered(self, order: Sequence[int], there: Tests) -> np.ndarray:
+        """F1 of a set, by its size, shape (K, A)."""
+        return there.f1_of_first(order)
+
+    def _gain(self, order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
+        """F1 that a set chosen elsewhere has over random sets, by its size; a shorter one stays as it is."""
+        delivered = self.delivered(order, there)
+        more = len(level) - len(delivered)
+        return np.concatenate([delivered, np.repeat(delivered[-1:], more, axis=0)]) - level
 
 
 def rising(by_size: np.ndarray) -> np.ndarray:
@@ -133,14 +130,6 @@ def rising(by_size: np.ndarray) -> np.ndarray:
     if len(by_size) < 2:
         return by_size
     return np.concatenate([by_size[:1], np.maximum(isotonic_regression(by_size[1:]).x, by_size[0])])
-
-
-def _gain(order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
-    """F1 that a set chosen elsewhere has over random sets, by its size; a shorter one stays as it is."""
-    sizes = _sizes_tried(len(order))
-    delivered = _between(there.f1_of_firsts([order], sizes)[0], sizes)
-    more = len(level) - len(delivered)
-    return np.concatenate([delivered, np.repeat(delivered[-1:], more, axis=0)]) - level
 
 
 def _left(level: np.ndarray, level_there: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -175,30 +164,3 @@ def random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
         rest = rng.permutation(np.setdiff1d(np.flatnonzero(terms.allowed), order))
         sets.append([*order, *rest.tolist()][:size])
     return sets
-
-
-def _level_beyond(tests: Tests, sets: Sequence[Sequence[int]], level: np.ndarray, size: int) -> np.ndarray:
-    """The level of larger sets, by a few of them at some sizes: they differ less.
-
-    Their lead over all random sets, at the largest size at which all are known, counts for the share that
-    those patches have in a larger set.
-    """
-    known = len(level)
-    sizes = [known, *(tried for tried in _sizes_tried(size) if tried > known)]
-    found = tests.f1_of_firsts(sets, sizes).mean(axis=0)
-    found = found + (level[-1] - found[0]) * (known / np.array(sizes))[:, None]
-    return _between(found, sizes)[1:]
-
-
-def _sizes_tried(size: int) -> list[int]:
-    """Numbers of sensors up to a size: every one while they are few, then a third more each time."""
-    sizes = list(range(1, min(size, FEW_SENSORS) + 1))
-    while sizes[-1] < size:
-        sizes.append(min(sizes[-1] + sizes[-1] // 3, size))
-    return sizes
-
-
-def _between(values: np.ndarray, sizes: Sequence[int]) -> np.ndarray:
-    """Values (K, A) at some numbers of sensors and, on straight lines between, at all from the first on."""
-    every = np.arange(sizes[0], sizes[-1] + 1)
-    return np.stack([np.interp(every, sizes, of_activity) for of_activity in values.T], axis=1)

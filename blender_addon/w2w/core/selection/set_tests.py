@@ -16,7 +16,7 @@ from ..ranking.inputs import PatchBlocks, SomeWindows, as_blocks, spans
 from ..ranking.joint_scores import JointScores, Training
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap
-from ..ranking.weights import counted_columns, mean_over
+from ..ranking.weights import mean_over
 
 MOST_WINDOWS = 1000
 """Most windows that a choice rests on, evenly drawn: time grows with their square."""
@@ -41,7 +41,7 @@ class Tests:
         pooling: Pooling,
         alone: np.ndarray | None = None,
     ) -> None:
-        self._scores, self._labels, self._trial = scores, labels, trial
+        self._scores, self._labels, self.trial = scores, labels, trial
         self._pooling, self.weights = pooling, weights
         if alone is not None:
             self.alone = alone
@@ -54,26 +54,21 @@ class Tests:
         """F1 of each patch alone, shape (A, N)."""
         return np.stack(self._scores.of_added((), range(self._scores.n_patches), self._f1), axis=1)
 
-    @property
-    def map(self) -> np.ndarray:
-        """F1 of each patch alone to choose sets by, of the activities that count and can be tested."""
-        return counted_columns(self.alone[self._trial.testable].T, self._shown_weights)
-
     @cached_property
     def single(self) -> np.ndarray:
         """Mean F1 of each patch alone, pooled over the skin, shape (N,)."""
-        pooled = self._pooling.apply(self.alone[self._trial.testable])
+        pooled = self._pooling.apply(self.alone[self.trial.testable])
         return mean_over(pooled, self._shown_weights, 0)
 
     @property
     def _shown_weights(self) -> np.ndarray:
-        return self.weights[self._trial.testable]
+        return self.weights[self.trial.testable]
 
     def added(self, worn: Sequence[int], candidates: np.ndarray, worst: bool) -> np.ndarray:
         """Area under the ROC curve with each candidate added: the mean over activities, or the least."""
 
         def judge(scores: np.ndarray) -> np.ndarray:
-            return class_auc(scores, self._labels, self._trial.weight)[self._trial.testable]
+            return class_auc(scores, self._labels, self.trial.weight)[self.trial.testable]
 
         areas = np.array(self._scores.of_added(worn, candidates.tolist(), judge))
         weights = self._shown_weights
@@ -86,7 +81,7 @@ class Tests:
     def f1_of_firsts(self, orders: Sequence[Sequence[int]], sizes: Sequence[int] | None = None) -> np.ndarray:
         """The same of several orders of one length, shape (orders, K, A); of some `sizes` only, if given."""
         found = [list(map(self._f1, of_order)) for of_order in self._scores.each_first_of(orders, sizes)]
-        return np.where(self._trial.testable, found, np.nan)
+        return np.where(self.trial.testable, found, np.nan)
 
 
 @dataclass(frozen=True, eq=False)

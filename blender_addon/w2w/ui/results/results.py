@@ -10,7 +10,6 @@ from ...core.findings.sources import Shown, source_caution, system_of
 from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
 from ...core.selection.answer import Scored, answer
-from ...core.selection.constraints import Terms
 from ...core.wording import capital
 from ...scene import heatmap
 from ...scene.base.body import body_of
@@ -160,7 +159,7 @@ def choose(body: bpy.types.Object) -> None:
     study.chosen.clear()
     config = config_of(study)
     try:
-        terms = Terms.checked(len(patches), config.max_places, **config.constraints.terms(patches))
+        terms = config.constraints.terms(patches, config.max_places)
     except ValueError as error:
         keep_answer(study, {"sentence": f"{capital(error)}."})
         mark_chosen(body)
