@@ -25,12 +25,13 @@ from typing import Any
 import numpy as np
 
 from w2w.core.clip_files import ClipWindows
-from w2w.core.clip_ranking import LabelledClip, WindowLabels, rank_clips, set_tests
+from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions, set_tests
 from w2w.core.files import write_npz
 from w2w.core.motion.duplicates import SIZE
 from w2w.core.ranking.features import feature_names
 from w2w.core.ranking.inputs import FeatureFiles
 from w2w.core.ranking.pooling import Pooling
+from w2w.core.ranking.utility import utility_map
 from w2w.core.selection.joint import GrownSet
 from w2w.core.study import StudyConfig
 from w2w.headless.runs.cluster import spread_over
@@ -119,9 +120,10 @@ def _rank(choice: argparse.Namespace) -> None:
     ]
     files = FeatureFiles([place / f"{number}.npz" for number in range(n_clips)])
     config = StudyConfig()
-    utility, ranked = rank_clips(clips, found, files, config, spread=spread_over(choice.scheduler))
+    labels = WindowLabels.of(same_motions(clips, found), found)
+    utility = utility_map(files, labels.protocol(config), spread=spread_over(choice.scheduler))
     if choice.sets:
-        tests = set_tests(files, WindowLabels.of(ranked, found), config, Pooling.none(files.shape[1]))
+        tests = set_tests(files, labels, config, Pooling.none(files.shape[1]))
         GrownSet(tests.whole, checked_terms(len(utility.mean), 2), utility.expected_mean).up_to(2)
     print(*_used())
 

@@ -43,13 +43,13 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import spearmanr
 
-from w2w.core.clip_ranking import WindowLabels, rank_windows, set_tests
+from w2w.core.clip_ranking import WindowLabels, set_tests
 from w2w.core.imu.virtual import at_patches
 from w2w.core.patches.strip_graph import SkinDistances
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.inputs import PatchBlocks, SomePatches, SomeWindows
 from w2w.core.ranking.pooling import Pooling
-from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap
+from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, utility_map
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.answer import product_patches
 from w2w.core.selection.constraints import Terms
@@ -114,7 +114,8 @@ class Library:
         """Rank on some windows."""
         config = replace(self.config, by_subject=by_subject)
         inputs = SomeWindows(self.inputs, rows)
-        return rank_windows(inputs, self.part(rows, activity), config, pooling=self.pooling)
+        protocol = self.part(rows, activity).protocol(config)
+        return utility_map(inputs, protocol, config.classifier, pooling=self.pooling)
 
     def sets(self, rows: np.ndarray, by_subject: bool, activity: np.ndarray, utility: UtilityMap) -> SetTests:
         """What sets are chosen and judged by, on some windows that were ranked."""

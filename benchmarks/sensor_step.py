@@ -18,12 +18,13 @@ from pathlib import Path
 import numpy as np
 
 from w2w.core.clip_files import signals_file
-from w2w.core.clip_ranking import rank_windows, set_tests
+from w2w.core.clip_ranking import set_tests
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.virtual import at_patches
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.inputs import ArrayBlocks
 from w2w.core.ranking.pooling import Pooling
+from w2w.core.ranking.utility import utility_map
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise
 from w2w.core.selection.headline import short
@@ -68,7 +69,7 @@ class Recorded:
         """What a run would say of a draw."""
         config, labels = self.study.config(), self.study.labels()
         inputs = ArrayBlocks(self.features(draw))
-        utility = rank_windows(inputs, labels, config, pooling=self.pooling)
+        utility = utility_map(inputs, labels.protocol(config), config.classifier, pooling=self.pooling)
         tests = set_tests(inputs, labels, config, self.pooling, utility=utility)
         advice = advise(utility, self.patches, self.study.body(), tests, config.target)
         said, best = advice.answer, advice.best

@@ -13,7 +13,7 @@ import numpy as np
 
 from .core.body.body import Body
 from .core.clip_files import ClipWindows
-from .core.clip_ranking import LabelledClip, WindowLabels, copies_among, rank_clips
+from .core.clip_ranking import LabelledClip, WindowLabels, copies_among, same_motions
 from .core.findings.notes import copies_sentence, left_out_sentences
 from .core.imu.presets import DEFAULT_SENSOR
 from .core.imu.recording import ImuRecording
@@ -26,7 +26,7 @@ from .core.patches.naming import resolve
 from .core.patches.patches import PatchSet
 from .core.ranking.features import window_features
 from .core.ranking.pooling import Pooling
-from .core.ranking.utility import UtilityMap, inputs_of
+from .core.ranking.utility import UtilityMap, inputs_of, utility_map
 from .core.ranking.weights import check_counting
 from .core.ranking.windows import TooShortError, WindowSpec, cut_windows
 from .core.results_folder import StudyResults
@@ -198,8 +198,9 @@ def rank(
     whole = np.concatenate(inputs)
     pooling = Pooling.on(signals.motions.body, signals.patches)
     progress = progress or progress_bar("Ranking patches")
-    utility, ranked = rank_clips(used, found, whole, config, progress, None, classifier, pooling)
+    ranked = same_motions(used, found)
     labels = WindowLabels.of(ranked, found)
+    utility = utility_map(whole, labels.protocol(config), classifier, progress=progress, pooling=pooling)
     left_out = _left_out(signals, utility, copies_among(used, ranked))
     parts = signals.patches, signals.motions.body, whole, labels, config, classifier
     return Ranking(utility, *parts, tuple(skipped), left_out)

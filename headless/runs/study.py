@@ -16,7 +16,7 @@ import numpy as np
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
 from w2w.core.clip_files import NO_SIGNATURE, WORK, ClipWindows, FilesToRank, Signatures, ranking_inputs
-from w2w.core.clip_ranking import LabelledClip, copies_among, rank_clips, same_motions
+from w2w.core.clip_ranking import LabelledClip, WindowLabels, copies_among, same_motions
 from w2w.core.files import UNFINISHED, file_sha256, write_json
 from w2w.core.findings.notes import copies_sentence
 from w2w.core.findings.summary import config_content
@@ -24,7 +24,7 @@ from w2w.core.garments.cover import FITTED
 from w2w.core.motion.library import Clip, Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
-from w2w.core.ranking.utility import UtilityMap
+from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.results_folder import ClipResult, Study, StudyResults, advised
 from w2w.core.study import StudyConfig, place_patches
 
@@ -239,7 +239,11 @@ def _rank(
 
         n_windows = sum(len(found.is_test) for found in files.windows)
         spread = spread_over(engine.scheduler) or spread_here(engine.workers, n_windows)
-        return rank_clips(
-            files.clips, files.windows, files.inputs, config, progress, out.resolve() / WORK,
-            pooling=pooling, spread=spread, signatures=files.signatures,
+        ranked = same_motions(files.clips, files.windows, files.signatures)
+        protocol = WindowLabels.of(ranked, files.windows).protocol(config)
+        work = out.resolve() / WORK
+        utility = utility_map(
+            files.inputs, protocol, config.classifier,
+            progress=progress, work=work, pooling=pooling, spread=spread,
         )  # fmt: skip
+        return utility, ranked

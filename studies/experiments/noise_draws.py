@@ -19,11 +19,12 @@ from pathlib import Path
 
 import numpy as np
 
-from w2w.core.clip_ranking import WindowLabels, rank_windows
+from w2w.core.clip_ranking import WindowLabels
 from w2w.core.imu.virtual import at_patches
 from w2w.core.ranking.agreement import spearman_rows
 from w2w.core.ranking.inputs import ArrayBlocks, SomeWindows
 from w2w.core.ranking.pooling import Pooling
+from w2w.core.ranking.utility import utility_map
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import StudyConfig, describe, record
 from w2w.headless.options import sensor_settings
@@ -83,7 +84,8 @@ def ranked(
     draw: ArrayBlocks, labels: WindowLabels, rows: np.ndarray, config: StudyConfig, pooling: Pooling
 ) -> np.ndarray:
     """Expected and raw macro F1 of the patches by some windows, shape (2, N)."""
-    utility = rank_windows(SomeWindows(draw, rows), labels.some(rows), config, pooling=pooling)
+    protocol = labels.some(rows).protocol(config)
+    utility = utility_map(SomeWindows(draw, rows), protocol, config.classifier, pooling=pooling)
     return np.array([utility.expected_mean, utility.mean])
 
 

@@ -23,12 +23,12 @@ from w2w.core.clip_files import (
     ranking_inputs,
     write_features,
 )
-from w2w.core.clip_ranking import LabelledClip, WindowLabels, rank_windows
+from w2w.core.clip_ranking import LabelledClip, WindowLabels
 from w2w.core.files import write_json
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
-from w2w.core.ranking.utility import UtilityMap, inputs_of
+from w2w.core.ranking.utility import UtilityMap, inputs_of, utility_map
 from w2w.core.ranking.windows import TooShortError
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import copies_of, describe, place_patches, plain, record
@@ -133,7 +133,8 @@ class SweepMaps:
         found = [ClipWindows.read(*place) for place in places]
         labels = WindowLabels.of(clips, found)
         inputs = ranking_inputs(places, found, case.config.classifier, case.config.windows)
-        return rank_windows(inputs, labels, case.config, pooling=self.pooling)
+        config = case.config
+        return utility_map(inputs, labels.protocol(config), config.classifier, pooling=self.pooling)
 
 
 def _bake_clip(

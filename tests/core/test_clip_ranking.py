@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from w2w.core.clip_files import ClipWindows, features_file, write_features
-from w2w.core.clip_ranking import LabelledClip, WindowLabels, rank_clips
+from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions
 from w2w.core.motion.duplicates import SIZE
 from w2w.core.motion.library import Clip
+from w2w.core.ranking.utility import utility_map
 from w2w.core.study import StudyConfig
 
 ACTIVITIES = ("walk", "run", "jump")
@@ -31,7 +32,8 @@ def drawn(n_clips=12, n_windows=4):
 
 def test_files_of_a_library_are_ranked_as_they_are():
     clips, windows, features = drawn()
-    utility, ranked = rank_clips(clips, windows, features, StudyConfig(folds=2))
+    ranked = same_motions(clips, windows)
+    utility = utility_map(features, WindowLabels.of(ranked, windows).protocol(StudyConfig(folds=2)))
     assert utility.activities == tuple(sorted(ACTIVITIES))
     assert [(clip.name, clip.activity) for clip in ranked] == [(clip.name, clip.activity) for clip in clips]
     assert [clip.motion_key for clip in ranked] == [clip.name for clip in clips]
@@ -43,7 +45,7 @@ def test_a_second_file_of_a_motion_names_the_first_by_its_signature_or_by_its_ke
     clips = [LabelledClip(clip.name, clip.activity) for clip in clips]
     clips[4] = LabelledClip("clip_4", "run", "", "take 7")
     clips[7] = LabelledClip("clip_7", "run", "", "take 7")
-    _, ranked = rank_clips(clips, windows, features, StudyConfig(folds=2))
+    ranked = same_motions(clips, windows)
     shown = {clip.name: clip.motion_key for clip in ranked if clip.motion_key != clip.name}
     assert shown == {"clip_3": "clip_0", "clip_7": "clip_4"}
     labels = WindowLabels.of(ranked, windows)

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""From clips with labels to a ranking of patches: what the panel, the command line and Python do last."""
+"""Labels of clips and their windows, by which the panel, the command line and Python rank patches."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -11,11 +10,10 @@ import numpy as np
 from .clip_files import ClipWindows
 from .motion.library import Clip
 from .ranking.classifiers.ridge import Ridge
-from .ranking.f1 import Spread
 from .ranking.halves import Protocol
 from .ranking.inputs import PatchBlocks
 from .ranking.pooling import Pooling
-from .ranking.utility import UtilityMap, utility_map
+from .ranking.utility import UtilityMap
 from .ranking.weights import counting
 from .selection.set_tests import SetTests
 from .study import StudyConfig, same_clips
@@ -69,53 +67,12 @@ class WindowLabels:
         )
 
 
-def rank_clips(
-    clips: Sequence[Clip | LabelledClip],
-    windows: Sequence[ClipWindows],
-    inputs: np.ndarray | PatchBlocks,
-    config: StudyConfig,
-    progress: Callable[[float], None] | None = None,
-    work: Path | None = None,
-    classifier: Any = None,
-    pooling: Pooling | None = None,
-    spread: Spread | None = None,
-    signatures: Sequence[np.ndarray] | None = None,
-) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
-    """Find clips that show one motion, then train and test at every patch.
-
-    Parameters
-    ----------
-    clips, windows
-        One `ClipWindows` a clip.
-    inputs : ndarray or PatchBlocks, shape (W, N, ...)
-        What the classifier takes (`utility.inputs_of`), the clips' windows one after another.
-    progress, work, classifier, pooling, spread
-        As for `utility_map`; the classifier in place of the config's.
-    signatures : sequence of ndarrays (K,), length C, optional
-        Those of the clips, where `windows` are without.
-
-    Returns
-    -------
-    utility : UtilityMap
-    clips : tuple of LabelledClip
-        Each with the first clip that shows the same motion.
-
-    Raises
-    ------
-    ValueError
-        If fewer than two activities can be tested; the message says why.
-    """
-    ranked = same_motions(clips, windows, signatures)
-    labels = WindowLabels.of(ranked, windows)
-    return rank_windows(inputs, labels, config, progress, work, classifier, pooling, spread), ranked
-
-
 def same_motions(
     clips: Sequence[Clip | LabelledClip],
     windows: Sequence[ClipWindows],
     signatures: Sequence[np.ndarray] | None = None,
 ) -> tuple[LabelledClip, ...]:
-    """The clips, each with the first that shows the same motion."""
+    """The clips, each with the first that shows the same motion; `signatures` where `windows` lack them."""
     names, keys = [clip.name for clip in clips], [clip.motion_key for clip in clips]
     groups = same_clips(names, keys, signatures or [found.signature for found in windows])
     first = np.unique(groups, return_index=True)[1]
@@ -133,28 +90,6 @@ def copies_among(
     return [(called[clip.name], called[clip.motion_key]) for clip in ranked if clip.motion_key != clip.name]
 
 
-def rank_windows(
-    inputs: np.ndarray | PatchBlocks,
-    labels: WindowLabels,
-    config: StudyConfig,
-    progress: Callable[[float], None] | None = None,
-    work: Path | None = None,
-    classifier: Any = None,
-    pooling: Pooling | None = None,
-    spread: Spread | None = None,
-) -> UtilityMap:
-    """Train and test at every patch; as `rank_clips`, for windows whose motions are known."""
-    return utility_map(
-        inputs,
-        labels.protocol(config),
-        config.classifier if classifier is None else classifier,
-        progress=progress,
-        work=work,
-        pooling=pooling,
-        spread=spread,
-    )
-
-
 def set_tests(
     inputs: np.ndarray | PatchBlocks,
     labels: WindowLabels,
@@ -165,7 +100,7 @@ def set_tests(
 ) -> SetTests | None:
     """Tests that sets of patches are chosen and judged by; None for all but the ridge, which alone is fast.
 
-    `utility`, by `rank_windows` for the same arguments, spares ranking halves of the clips again.
+    `utility`, the map of the same inputs, labels and config, spares ranking halves of the clips again.
     """
     if (config.classifier if classifier is None else classifier) != Ridge.name:
         return None

@@ -14,7 +14,7 @@ import numpy as np
 from .body.body import Body
 from .clip_files import WORK, ClipWindows, FilesToRank, motion_file, ranking_inputs, signals_file
 from .clip_list import Entry, is_used, read_clip_list
-from .clip_ranking import LabelledClip, WindowLabels, copies_among, rank_windows, set_tests
+from .clip_ranking import LabelledClip, WindowLabels, copies_among, set_tests
 from .imu.recording import ImuRecording
 from .motion.library import Clip, Library
 from .motion.motion import Motion
@@ -24,7 +24,7 @@ from .ranking.classifiers.ridge import Ridge
 from .ranking.inputs import PatchBlocks
 from .ranking.pooling import Pooling
 from .ranking.turned import may_turn
-from .ranking.utility import UtilityMap
+from .ranking.utility import UtilityMap, utility_map
 from .ranking.weights import counting, weights_of
 from .ranking.windows import cut_windows
 from .selection.advice import Advice, advise
@@ -170,7 +170,8 @@ def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
         return study
     pooling = Pooling.on(study.body(), study.patches)
     inputs, ranked_as = study.inputs(config.classifier), study.config()
-    utility = rank_windows(inputs, study.labels(), ranked_as, work=study.out / WORK, pooling=pooling)
+    protocol = study.labels().protocol(ranked_as)
+    utility = utility_map(inputs, protocol, ranked_as.classifier, work=study.out / WORK, pooling=pooling)
     return replace(study, utility=utility)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from w2w.core.clip_files import ClipWindows
-from w2w.core.clip_ranking import LabelledClip, rank_clips
+from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions
 from w2w.core.files import write_npz
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.duplicates import SIZE
@@ -191,9 +191,11 @@ def test_ranking_from_files_equals_memory_and_holds_one_block(tmp_path):
         clips.append(LabelledClip(f"clip {number}", activity[rows][0], "", str(number)))
         windows.append(ClipWindows(is_test[rows], signature, (n_windows,)))
     config = StudyConfig()
-    utility, ranked = rank_clips(clips, windows, features, config)
+    ranked = same_motions(clips, windows)
+    protocol = WindowLabels.of(ranked, windows).protocol(config)
+    utility = utility_map(features, protocol)
     assert [clip.motion_key for clip in ranked] == [clip.name for clip in clips]
-    streamed, _ = rank_clips(clips, windows, FeatureFiles(paths), config)
+    streamed = utility_map(FeatureFiles(paths), protocol)
     assert stored(streamed, tmp_path / "a.npz") == stored(utility, tmp_path / "b.npz")
     source = FeatureFiles(paths)
     tracemalloc.start()

@@ -13,7 +13,7 @@ from bpy.props import EnumProperty
 
 from ...core.body.body import Body
 from ...core.clip_files import WORK, ClipWindows, ranking_inputs
-from ...core.clip_ranking import LabelledClip, copies_among, rank_clips
+from ...core.clip_ranking import LabelledClip, WindowLabels, copies_among, same_motions
 from ...core.findings.notes import copies_sentence
 from ...core.garments.on_cloth import HAS_CAUGHT
 from ...core.imu.recording import ImuRecording
@@ -21,7 +21,7 @@ from ...core.imu.virtual import at_patches
 from ...core.motion.duplicates import motion_signature
 from ...core.motion.source import reason_of
 from ...core.ranking.pooling import Pooling
-from ...core.ranking.utility import UtilityMap
+from ...core.ranking.utility import UtilityMap, utility_map
 from ...core.study import describe, record_baked
 from ...core.wording import capital
 from ...scene.bake import PatchBaker
@@ -144,7 +144,9 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
         windows = [ClipWindows.read(*place) for place in places]
         inputs = ranking_inputs(places, windows, config.classifier, config.windows)
         pooling = Pooling.on(body, patches)
-        return rank_clips(used, windows, inputs, config, told, pooling=pooling)
+        ranked = same_motions(used, windows)
+        protocol = WindowLabels.of(ranked, windows).protocol(config)
+        return utility_map(inputs, protocol, config.classifier, progress=told, pooling=pooling), ranked
 
     low = 0.4 if lost else 0.0
     utility, ranked = yield from in_thread(rank, "training at every patch", low, 0.95)

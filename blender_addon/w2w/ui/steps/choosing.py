@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 
 import bpy
@@ -14,9 +13,10 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.clip_files import ClipWindows
-from ...core.clip_ranking import rank_windows, same_motions
+from ...core.clip_ranking import same_motions
 from ...core.findings.advice_content import advice_content
 from ...core.ranking.pooling import Pooling
+from ...core.ranking.utility import UtilityMap, utility_map
 from ...core.results_folder import StudyResults, advised
 from ...core.selection.advice import Advice
 from ...core.study import StudyConfig
@@ -122,8 +122,11 @@ def advised_steps(
     pooling = yield from in_thread(lambda _told: _pooling(found), "measuring the skin", 0.05, 0.2)
     if left_out or reweighed:
         text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
-        inputs, labels = found.inputs(config.classifier), found.labels()
-        rank = partial(rank_windows, inputs, labels, config, pooling=pooling)
+        inputs, protocol = found.inputs(config.classifier), found.labels().protocol(config)
+
+        def rank(told: Callable[[float], None]) -> UtilityMap:
+            return utility_map(inputs, protocol, config.classifier, progress=told, pooling=pooling)
+
         found = replace(found, utility=(yield from in_thread(rank, text, 0.2, 0.3)))
     advice = yield from in_thread(
         lambda _told: advised(found, config, pooling), "choosing what to wear", 0.3, 1.0
