@@ -3,14 +3,16 @@
 
 import tracemalloc
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from w2w.core.ranking.classifiers import ridge
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.f1 import TrialSums, window_f1
-from w2w.core.ranking.halves import Protocol, Scored, plan
+from w2w.core.ranking.f1 import try_patches, window_f1
+from w2w.core.ranking.halves import Named, Protocol, plan
+from w2w.core.ranking.inputs import ArrayBlocks
 from w2w.core.ranking.utility import utility_map
 
 A = 4
@@ -30,16 +32,19 @@ def test_sums_over_some_windows_at_a_time_give_what_all_at_once_would(by_subject
     work = plan(labels, clip, fold, is_test, by_subject)
     rng = np.random.default_rng(1)
     given = [rng.normal(size=(1, len(split.tested), A)) for split in work.splits]
-    sums = TrialSums(labels, is_test, work, 3)
     parts = []
     for split in rng.permutation(len(given)).tolist():
-        ends = [0, *np.sort(rng.integers(len(given[split][0]), size=2)), len(given[split][0])]
-        parts += [
-            Scored(split, first, given[split][:, first:last].transpose(2, 0, 1))
-            for first, last in pairwise(ends)
-        ]
-    sums.add(1, parts)
-    f1 = sums.f1()
+        tested, named = work.splits[split].tested, given[split].argmax(axis=2)
+        ends = [0, *np.sort(rng.integers(len(tested), size=2)), len(tested)]
+        parts += [Named(split, tested[first:last], named[:, first:last]) for first, last in pairwise(ends)]
+
+    class Told:
+        def name_splits(self, _source, _labels, _block, _splits, _alpha, receive, _progress):
+            receive(1, parts)
+
+    trial = SimpleNamespace(labels=labels, is_test=is_test, plan=work)
+    tried = try_patches(Told(), ArrayBlocks(np.empty((len(labels), 3, 1))), trial, 0.1, (0, 3))
+    f1 = tried.f1
     assert f1.shape == (len(work.trials), A, 3)
     for number, trial in enumerate(work.trials):
         scores = np.concatenate([given[split] for split in trial.splits], axis=1)
@@ -47,7 +52,7 @@ def test_sums_over_some_windows_at_a_time_give_what_all_at_once_would(by_subject
         np.testing.assert_array_equal(f1[number, :, 1], window_f1(scores[0].argmax(axis=1), true, A))
     whole = np.concatenate([given[split][0] for split in work.whole.splits]).argmax(axis=1)
     position = np.cumsum(is_test) - 1
-    np.testing.assert_array_equal(sums.predictions[position[work.whole.windows], 1], whole)
+    np.testing.assert_array_equal(tried.predictions[position[work.whole.windows], 1], whole)
 
 
 def features(labels, n_patches=5, width=6, seed=2):
@@ -77,11 +82,10 @@ def test_what_a_patch_takes_does_not_grow_with_the_windows(monkeypatch):
         labels, clip, fold, is_test = windows(clips)
         inputs = features(labels, 2, 40)
         work = plan(labels, clip, fold, is_test)
-        sums = TrialSums(labels, is_test, work, 2)
-        model = Ridge(alphas=(0.1,), workers=1)
-        settings = model.settings(inputs, labels, fold, is_test, work)
+        model, source = Ridge(alphas=(0.1,), workers=1), ArrayBlocks(inputs)
+        trial = SimpleNamespace(labels=labels, is_test=is_test, plan=work)
         tracemalloc.start()
-        model.score_splits(inputs, labels, work.block, work.splits, settings, sums.add)
+        try_patches(model, source, trial, 0.1, (0, 2))
         peaks.append(tracemalloc.get_traced_memory()[1] - labels.nbytes)  # one index a window is kept
         tracemalloc.stop()
     assert peaks[1] < 1.3 * peaks[0]

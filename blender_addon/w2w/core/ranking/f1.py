@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from scipy.stats import rankdata
 
-from .halves import Plan, Planned, Scored
+from .halves import Named, Planned
 from .inputs import PatchBlocks, SomePatches
 from .weights import mean_over
 
@@ -95,7 +95,6 @@ def score_patches(
     n_resamples: int,
     level: float,
     seed: int,
-    block: int | None = None,
     activity_weights: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, Bootstrap]:
     """F1 (N, A), float32, and confusion (N, A, A), int32, of every patch, and how sure they are.
@@ -106,13 +105,12 @@ def score_patches(
     folds. All patches see the same resamples.
 
     `truth` (W,), `predictions` (W, N) and `clip` (W,) are as for `count_by_clip`; `activity_weights` (A,) say
-    what each activity counts in the macro F1, all alike by default. `block` patches are looked at at a time,
-    as many as `COUNT_BYTES` hold by default; counts are whole numbers, so it changes no bit.
+    what each activity counts in the macro F1, all alike by default. `COUNT_BYTES` decide how many patches are
+    looked at at a time; counts are whole numbers, so it changes no bit.
     """
     units = _Units(truth, clip, n_activities)
     weights = clip_resamples(units.activity, n_resamples, np.random.default_rng(seed))
-    if block is None:
-        block = max(1, COUNT_BYTES // (len(units.size) * n_activities * np.dtype(np.float32).itemsize))
+    block = max(1, COUNT_BYTES // (len(units.size) * n_activities * np.dtype(np.float32).itemsize))
     share = np.ones(n_activities) if activity_weights is None else activity_weights
     tail = [(1 - level) / 2, (1 + level) / 2]
     f1, confusion, means, bounds = [], [], [], []
@@ -259,48 +257,29 @@ def try_patches(
     model: Any,
     source: PatchBlocks,
     trial: Planned,
-    settings: np.ndarray,
+    alpha: float,
     span: tuple[int, int],
     progress: Callable[[float], None] | None = None,
 ) -> Tried:
     """Try the patches of `source` from the first of a span to before its last.
 
-    By a model with `score_splits`, as `Ridge` has, and its `settings` (splits, models) of that name;
-    `progress` is given the fraction done.
+    By the ridge `alpha` of a model with `name_splits`, as `Ridge` has; `progress` is given the fraction done.
     """
-    plan, some = trial.plan, SomePatches(source, *span)
-    sums = TrialSums(trial.labels, trial.is_test, plan, some.shape[1])
-    model.score_splits(some, trial.labels, plan.block, plan.splits, settings, sums.add, progress)
-    return Tried(sums.predictions, sums.f1())
+    labels, plan, some = trial.labels, trial.plan, SomePatches(source, *span)
+    position = np.cumsum(trial.is_test) - 1
+    trials_of = [
+        [number for number, one in enumerate(plan.trials) if split in one.splits]
+        for split in range(len(plan.splits))
+    ]
+    n_patches, n_trials, n_activities = some.shape[1], len(plan.trials), len(plan.whole.testable)
+    predictions = np.empty((int(trial.is_test.sum()), n_patches), dtype=np.int16)
+    counts = np.zeros((n_patches, n_trials, 3, n_activities), dtype=np.int64)
 
+    def receive(patch: int, found: Iterable[Named]) -> None:
+        for split, windows, activities in found:
+            counts[patch, trials_of[split]] += window_counts(activities[0], labels[windows], n_activities)
+            if WHOLE in trials_of[split]:
+                predictions[position[windows], patch] = activities[0]
 
-class TrialSums:
-    """Hits and names of each trial of a plan, and the activities that the whole names, patch by patch.
-
-    From labels (W,) and `is_test` (W,); `predictions` (W_test, N), int16, are the whole's.
-    """
-
-    def __init__(self, labels: np.ndarray, is_test: np.ndarray, plan: Plan, n_patches: int) -> None:
-        self._labels, self._plan = labels, plan
-        self._position = np.cumsum(is_test) - 1
-        self._of_split: dict[int, list[int]] = {}
-        for number, trial in enumerate(plan.trials):
-            for split in trial.splits:
-                self._of_split.setdefault(split, []).append(number)
-        n_trials, n_activities = len(plan.trials), len(plan.whole.testable)
-        self.predictions = np.empty((int(is_test.sum()), n_patches), dtype=np.int16)
-        self._counts = np.zeros((n_patches, n_trials, 3, n_activities), dtype=np.int64)
-
-    def add(self, patch: int, scored: Iterable[Scored]) -> None:
-        """Take in scores of a patch, some after the other."""
-        for some in scored:
-            windows = self._plan.splits[some.split].tested[some.place]
-            true, named = self._labels[windows], some.scores[:, 0].argmax(axis=0)
-            trials = self._of_split[some.split]
-            self._counts[patch, trials] += window_counts(named, true, len(some.scores))
-            if trials[0] == WHOLE:
-                self.predictions[self._position[windows], patch] = named
-
-    def f1(self) -> np.ndarray:
-        """F1 by window of each trial, shape (trials, A, N)."""
-        return np.moveaxis(f1_of(*np.moveaxis(self._counts, -2, 0)), 0, 2)
+    model.name_splits(some, labels, plan.block, plan.splits, alpha, receive, progress)
+    return Tried(predictions, np.moveaxis(f1_of(*np.moveaxis(counts, -2, 0)), 0, 2))

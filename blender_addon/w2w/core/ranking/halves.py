@@ -34,17 +34,12 @@ class Split(NamedTuple):
     tested: np.ndarray
 
 
-class Scored(NamedTuple):
-    """Scores of v windows that a split tests, one after the other."""
+class Named(NamedTuple):
+    """Activities that one or several models name for some of the windows that a split tests."""
 
     split: int  # its number in the plan
-    first: int  # number of the first of them among those that it tests
-    scores: np.ndarray  # (A, models, v)
-
-    @property
-    def place(self) -> slice:
-        """Their place among the windows that the split tests."""
-        return slice(self.first, self.first + self.scores.shape[2])
+    windows: np.ndarray  # (v,), int
+    activities: np.ndarray  # (models, v), int
 
 
 @dataclass(frozen=True, eq=False)

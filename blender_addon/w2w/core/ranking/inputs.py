@@ -3,7 +3,8 @@
 
 import math
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Protocol, Self, runtime_checkable
@@ -152,6 +153,26 @@ def spans(source: PatchBlocks, budget: int = BLOCK_BYTES) -> Iterator[tuple[int,
     size = max(1, budget // max(1, n_windows * math.prod(rest) * ITEM_BYTES))
     for first in range(0, n_patches, size):
         yield first, min(first + size, n_patches)
+
+
+def for_each_patch(
+    source: PatchBlocks,
+    work: Callable[[int, np.ndarray], None],
+    workers: int,
+    budget: int,
+    progress: Callable[[float], None] | None,
+) -> None:
+    """Call `work` in threads with each patch and its windows (W, ...), within a budget of bytes held.
+
+    `progress` is given the fraction done.
+    """
+    with ThreadPoolExecutor(workers) as pool:
+        for first, last in spans(source, budget):
+            held = source.patches(first, last).swapaxes(0, 1)
+            for done, _ in enumerate(pool.map(work, range(first, last), held), start=first + 1):
+                if progress is not None:
+                    progress(done / source.shape[1])
+            del held  # before the next is read
 
 
 class FeatureFiles:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from .classifiers.ridge import Ridge
 from .f1 import window_f1
 from .features import window_features
-from .halves import Protocol, Scored, Split
+from .halves import Named, Protocol, Split
 from .weights import mean_over
 
 TURNS = (5, 10, 15, 20, 30, 45, 90)
@@ -62,14 +62,13 @@ def _f1_of_turned(windows: np.ndarray, rate: float, protocol: Protocol, turns: t
     ]
     named = np.zeros(len(labels), dtype=np.int16)
 
-    def receive(_sensor: int, scored: Iterable[Scored]) -> None:
-        for some in scored:
-            named[splits[some.split].tested[some.place]] = some.scores[:, 0].argmax(axis=0)
+    def receive(_sensor: int, found: Iterable[Named]) -> None:
+        for _, rows, activities in found:
+            named[rows] = activities[0]
 
     ridge = Ridge()
     alpha = ridge.choose_alpha(features[: len(seen)], trial.labels, trial.fold, trial.is_test)
-    alphas, block = np.full((len(splits), 1), alpha), np.concatenate([trial.plan.block, never])
-    ridge.score_splits(features, labels, block, splits, alphas, receive)
+    ridge.name_splits(features, labels, np.concatenate([trial.plan.block, never]), splits, alpha, receive)
     names = named[len(seen) :].reshape(len(turns), -1)
     f1 = [window_f1(row, trial.labels[tested], len(trial.activities)) for row in names]
     return mean_over(np.array(f1), trial.weights)

@@ -231,7 +231,7 @@ def utility_map(
     """
     clip, seed = np.asarray(protocol.clip), protocol.seed
     model = _model(classifier, seed, work)
-    scored = hasattr(model, "score_splits")
+    scored = hasattr(model, "name_splits")
     trial = protocol.planned(halvings * scored)
     weights = trial.weights
     source = SomeWindows(as_blocks(inputs), trial.used)
@@ -276,13 +276,13 @@ def _try_all(
     progress: Callable[[float], None] | None,
     spread: Spread | None,
 ) -> Tried:
-    settings = model.settings(source, trial.labels, trial.fold, trial.is_test, trial.plan)
+    alpha = model.choose_alpha(source, trial.labels, trial.fold, trial.is_test)
     n_patches = source.shape[1]
     if spread is None:
-        return try_patches(model, source, trial, settings, (0, n_patches), progress)
+        return try_patches(model, source, trial, alpha, (0, n_patches), progress)
     spans = [(first, min(first + TASK_PATCHES, n_patches)) for first in range(0, n_patches, TASK_PATCHES)]
     parts = []
-    for tried in spread(partial(try_patches, replace(model, workers=1), source, trial, settings), spans):
+    for tried in spread(partial(try_patches, replace(model, workers=1), source, trial, alpha), spans):
         parts.append(tried)
         if progress is not None:
             progress(len(parts) / len(spans))

@@ -2,7 +2,6 @@
 """Any scikit-learn estimator as a classifier of windows, patch by patch."""
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -10,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ...threads import n_threads
-from ..inputs import BLOCK_BYTES, PatchBlocks, as_blocks, spans
+from ..inputs import BLOCK_BYTES, PatchBlocks, as_blocks, for_each_patch
 
 
 @dataclass(frozen=True)
@@ -68,11 +67,10 @@ class EstimatorClassifier:
     ) -> np.ndarray:
         """Predict every test window by an estimator fitted to the other folds, as `Ridge.predict_folds`."""
         source = as_blocks(inputs)
-        n_patches = source.shape[1]
         folds = np.unique(fold[is_test])
         splits = [(np.flatnonzero(fold != f), np.flatnonzero(is_test & (fold == f))) for f in folds]
         position = np.cumsum(is_test) - 1
-        predictions = np.empty((int(is_test.sum()), n_patches), dtype=np.int16)
+        predictions = np.empty((int(is_test.sum()), source.shape[1]), dtype=np.int16)
 
         if hasattr(self.estimator, "get_params"):
             from sklearn.base import clone as fresh
@@ -85,12 +83,7 @@ class EstimatorClassifier:
                 fitted.fit(given[train], labels[train])
                 predictions[position[test], patch] = fitted.predict(given[test])
 
-        with ThreadPoolExecutor(self.workers or n_threads()) as pool:
-            for first, last in spans(source, self.block_bytes):
-                block = source.patches(first, last).swapaxes(0, 1)
-                for done, _ in enumerate(pool.map(predict, range(first, last), block), start=first + 1):
-                    if progress is not None:
-                        progress(done / n_patches)
+        for_each_patch(source, predict, self.workers or n_threads(), self.block_bytes, progress)
         return predictions
 
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from ...blas import add_square, multiply
 from ...threads import unthreaded_products
-from ..halves import Plan, Scored, Split, plan
-from ..inputs import BLOCK_BYTES, PatchBlocks, as_blocks, spans
+from ..halves import Named, Split, plan
+from ..inputs import BLOCK_BYTES, PatchBlocks, as_blocks, for_each_patch
 from .discriminant import Discriminant, few, summing
 
 ALPHAS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
@@ -75,55 +75,36 @@ class Ridge:
         position = np.cumsum(is_test) - 1
         predictions = np.empty((int(is_test.sum()), as_blocks(features).shape[1]), dtype=np.int16)
 
-        def name_windows(sensor: int, scored: Iterable[Scored]) -> None:
-            for some in scored:
-                windows = work.splits[some.split].tested[some.place]
-                predictions[position[windows], sensor] = some.scores[:, 0].argmax(axis=0)
+        def receive(sensor: int, found: Iterable[Named]) -> None:
+            for _, windows, activities in found:
+                predictions[position[windows], sensor] = activities[0]
 
-        alphas = self.settings(features, labels, fold, is_test, work)
-        self.score_splits(features, labels, work.block, work.splits, alphas, name_windows, progress)
+        alpha = self.choose_alpha(features, labels, fold, is_test)
+        self.name_splits(features, labels, work.block, work.splits, alpha, receive, progress)
         return predictions
 
-    def settings(
-        self,
-        features: np.ndarray | PatchBlocks,
-        labels: np.ndarray,
-        fold: np.ndarray,
-        is_test: np.ndarray,
-        trials: Plan,
-    ) -> np.ndarray:
-        """The ridge of each split of a plan, shape (splits, 1)."""
-        return np.full((len(trials.splits), 1), self.choose_alpha(features, labels, fold, is_test))
-
-    def score_splits(
+    def name_splits(
         self,
         features: np.ndarray | PatchBlocks,
         labels: np.ndarray,
         block: np.ndarray,
         splits: Sequence[Split],
-        alphas: np.ndarray,
-        receive: Callable[[int, Iterable[Scored]], None],
+        alpha: float,
+        receive: Callable[[int, Iterable[Named]], None],
         progress: Callable[[float], None] | None = None,
     ) -> None:
-        """Score the activities in the tested windows of each split, by ridges `alphas` (splits, ridges).
+        """Name the tested windows of each split by a ridge.
 
-        `block` (W,) is as `halves.plan` gives it. `receive` is given a sensor's number and all its scores,
-        to be taken one after the other; sensors in any order and from several threads.
+        `block` (W,) is as `halves.plan` gives it. `receive` is given a sensor's number and all its names, to
+        be taken one after the other; sensors in any order and from several threads.
         """
-        source = as_blocks(features)
-        n_sensors = source.shape[1]
-        sums = _Splits(labels, block, splits)
+        sums, alphas = _Splits(labels, block, splits), np.full((len(splits), 1), alpha)
 
-        def score(sensor: int, inputs: np.ndarray) -> None:
-            receive(sensor, sums.scores(inputs, alphas))
+        def name_windows(sensor: int, inputs: np.ndarray) -> None:
+            receive(sensor, sums.named(inputs, alphas))
 
-        with unthreaded_products(), ThreadPoolExecutor(self.workers) as pool:
-            for first, last in spans(source, self.block_bytes):
-                held = source.patches(first, last).swapaxes(0, 1)
-                for done, _ in enumerate(pool.map(score, range(first, last), held), start=first + 1):
-                    if progress is not None:
-                        progress(done / n_sensors)
-                del held  # before the next is read
+        with unthreaded_products():
+            for_each_patch(as_blocks(features), name_windows, self.workers, self.block_bytes, progress)
 
     def choose_alpha(
         self, features: np.ndarray | PatchBlocks, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
@@ -148,10 +129,10 @@ class Ridge:
 
         def accuracies(sensor: int) -> np.ndarray:
             hits = np.zeros((len(splits), len(self.alphas), sums.n_classes))
-            for some in sums.scores(source.patches(sensor, sensor + 1)[:, 0], alphas):
-                true = labels[splits[some.split].tested[some.place]]
-                right = some.scores.argmax(axis=0) == true
-                hits[some.split] += [np.bincount(true, one, minlength=sums.n_classes) for one in right]
+            for split, rows, activities in sums.named(source.patches(sensor, sensor + 1)[:, 0], alphas):
+                true = labels[rows]
+                right = activities == true
+                hits[split] += [np.bincount(true, one, minlength=sums.n_classes) for one in right]
             return np.nanmean(hits / windows[:, None], axis=2)
 
         with unthreaded_products(), ThreadPoolExecutor(self.workers) as pool:
@@ -206,8 +187,8 @@ class _Splits:
         self._few: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._rooms = local()
 
-    def scores(self, inputs: np.ndarray, alphas: np.ndarray) -> Iterator[Scored]:
-        """Scores of some tested windows at a time, for each ridge of the split in `alphas`."""
+    def named(self, inputs: np.ndarray, alphas: np.ndarray) -> Iterator[Named]:
+        """Names of some tested windows at a time, by each ridge of the split in `alphas`."""
         centre = inputs.mean(axis=0)
         is_few = few(self.n_trained, inputs.shape[1])
         class_means = self._share * sum(
@@ -228,7 +209,8 @@ class _Splits:
                 trained = _by_features(next(kept), about_centre, windows, ridges)
             for first in range(0, len(rows), WINDOWS_AT_ONCE):
                 some = rows[first : first + WINDOWS_AT_ONCE]
-                yield Scored(number, first, trained.scores(_single(inputs[some] - centre)))
+                scores = trained.scores(_single(inputs[some] - centre))
+                yield Named(number, some, scores.argmax(axis=0))
 
     def _of_splits(self, chosen: np.ndarray, inputs: np.ndarray, class_means: np.ndarray) -> Iterator[_Sums]:
         """Sums over the blocks that each of some splits trains on."""
