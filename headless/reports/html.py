@@ -17,7 +17,6 @@ from w2w.core.clip_list import Entry, is_used, read_clip_list
 from w2w.core.colours import colour_table
 from w2w.core.files import write_text
 from w2w.core.findings.notes import (
-    clip_counts,
     copies_sentence,
     counts_sentence,
     few_clips,
@@ -103,13 +102,12 @@ def write_report(out: Path, project: str | None = None) -> Path:
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
     notable = [entry for entry in read_clip_list(out) if NOTABLE & entry.keys()]
-    clips = clip_counts(summary["clips"]["found"], [clip.activity for clip in study.clips], utility)
     text = environment.get_template("page.html").render(
         project=study.parameters.get("title", "") if project is None else project.strip(),
         summary=summary,
         config=config,
-        clips=clips,
-        counts=counts_sentence(clips, utility),
+        clips=summary["clips"],
+        counts=counts_sentence(summary["clips"], utility),
         in_blend=len(clips_in_blend(study.clips)),
         caution=interval_caution(utility),
         mean_caution=headline.mean_caution(utility),

@@ -15,7 +15,6 @@ from rich.table import Table
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import DIGITS, write_text
 from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.expected import of_halves
 from w2w.core.ranking.utility import UtilityMap
 
 from .cases import Case
@@ -78,7 +77,8 @@ def show_sweep(swept: Sequence[SweptCase], patches: PatchSet, console: Console) 
 def _of_other_clips(usual: UtilityMap) -> str:
     if np.isnan(usual.reliability):
         return "how far other clips would agree is not known"
-    halves = of_halves(usual.reliability)
+    whole = usual.reliability
+    halves = whole / (2 - whole) if whole > 0 else whole  # the inverse of `expected.of_all`
     return f"disjoint halves of them, whose maps are pooled over the skin, by {halves:.2f}"
 
 

@@ -74,9 +74,6 @@ def test_some_windows_of_a_source():
     some = SomeWindows(ArrayBlocks(array), np.array([0, 3]))
     assert some.shape == (2, 4, 3)
     np.testing.assert_array_equal(some.patches(1, 3), array[[0, 3], 1:3])
-    fresh = ArrayBlocks(array.copy())
-    object.__setattr__(fresh, "fresh", True)
-    np.testing.assert_array_equal(SomeWindows(fresh, np.array([0, 2, 3])).patches(0, 4), array[[0, 2, 3]])
     all_of_them = SomeWindows(ArrayBlocks(array), np.arange(5)).patches(0, 4)
     assert np.shares_memory(all_of_them, array)
 

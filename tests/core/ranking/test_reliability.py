@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.expected import agreement, clips_needed, expect, of_all, of_halves
+from w2w.core.ranking.expected import agreement, clips_needed, expect, of_all
 from w2w.core.ranking.halves import Protocol, plan
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
@@ -53,8 +53,6 @@ def test_noise_alone_is_not_reliable():
 def test_the_formula_and_its_inverse():
     assert of_all(0.71) == pytest.approx(0.8304, abs=1e-4)
     assert clips_needed(of_all(0.71)) == pytest.approx(1.157, abs=1e-3)
-    for halves in (-0.4, 0.0, 0.1, 0.9):
-        assert of_halves(of_all(halves)) == pytest.approx(halves)
     assert clips_needed(0.85) == pytest.approx(1)
     assert clips_needed(0.0) == clips_needed(-0.3) == np.inf
     assert np.isnan(clips_needed(np.nan))

@@ -43,8 +43,3 @@ def test_a_place_that_always_says_one_thing_correlates_with_none():
     predictions = np.stack([np.zeros(50, int), np.arange(50) % 3, np.zeros(50, int)], axis=1)
     np.testing.assert_array_equal(prediction_correlation(predictions, 3), np.eye(3))
     assert redundancy_clusters(predictions[:, :1], 3).tolist() == [0]
-
-
-def test_threshold_out_of_range_is_refused():
-    with pytest.raises(ValueError, match="correlation"):
-        redundancy_clusters(np.zeros((3, 2), int), 2, correlation=1.5)

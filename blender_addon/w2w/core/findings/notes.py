@@ -12,16 +12,6 @@ TOO_FEW = "too few clips"
 """In a table's cell, instead of an interval."""
 
 
-def clip_counts(found: int, used: Sequence[str], utility: UtilityMap) -> dict[str, int]:
-    """Clips found, used, ranked and skipped.
-
-    `found` are the motion files of the library, `used` the activities of the clips turned into signals;
-    ranked are those of the map's activities.
-    """
-    ranked = sum(activity in utility.activities for activity in used)
-    return {"found": found, "used": len(used), "ranked": ranked, "skipped": found - len(used)}
-
-
 def counts_sentence(clips: dict[str, int], utility: UtilityMap) -> str:
     """The counts in words."""
     names, left_out = len(utility.activities), len(utility.left_out)

@@ -26,7 +26,7 @@ from ..ranking.windows import WindowSpec
 from ..results_folder import UTILITY, ClipResult, Study
 from ..wording import plain_words
 from .advice_content import advice_content, interval_content, patch_content, rounded
-from .notes import clip_counts, few_clips, label_content
+from .notes import few_clips, label_content
 from .sources import shown_in, source_caution
 
 PLACEMENTS = "placements.csv"
@@ -178,10 +178,10 @@ def window_content(results: Sequence[ClipResult], spec: WindowSpec) -> dict[str,
 
 
 def study_counts(study: Study) -> dict[str, int]:
-    """Clips found, used, ranked and skipped."""
-    found = len(study.clips) + len(study.library.skipped)
-    used = [result.clip.activity for result in study.used]
-    return clip_counts(found, used, study.results.utility)
+    """Clips found, used, ranked and skipped: found are the motion files, ranked those of the map."""
+    found, used = len(study.clips) + len(study.library.skipped), len(study.used)
+    ranked = sum(result.clip.activity in study.results.utility.activities for result in study.used)
+    return {"found": found, "used": used, "ranked": ranked, "skipped": found - used}
 
 
 def _activities(study: Study) -> dict[str, dict[str, Any]]:

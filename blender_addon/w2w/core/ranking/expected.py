@@ -150,19 +150,17 @@ class _Slope(NamedTuple):
 
 def _slope(pooled: Pairs, raw: Pairs, disjoint: bool) -> _Slope:
     """Least squares of the one half's F1 on the other half's pooled map, about means over patches."""
-    together = square = 0.0
+    together = square = repeated = 0.0
     for (a, b), (raw_a, raw_b) in zip(pooled, raw, strict=True):
-        together += (centred(a) * centred(raw_b)).sum() + (centred(b) * centred(raw_a)).sum()
-        square += (centred(a) ** 2).sum() + (centred(b) ** 2).sum()
-    of_half = float(np.clip(together / square, FLATTEST, STEEPEST)) if square > 0 else 0.0
-    return _Slope(of_half, _spearman_brown(pooled) if disjoint else 1.0)
-
-
-def _spearman_brown(pairs: Pairs) -> float:
-    """Factor on a slope for twice the clips, whose noise is half (Spearman 1910, Brown 1910)."""
-    together = sum((centred(a) * centred(b)).sum() for a, b in pairs)
-    square = sum((centred(a) ** 2).sum() + (centred(b) ** 2).sum() for a, b in pairs) / 2
-    return float(2 / (1 + np.clip(together / square, 0, 1))) if square > 0 else 1.0
+        a, b = centred(a), centred(b)
+        together += (a * centred(raw_b)).sum() + (b * centred(raw_a)).sum()
+        square += (a**2).sum() + (b**2).sum()
+        repeated += (a * b).sum()
+    if square <= 0:
+        return _Slope(0.0, 1.0)
+    of_half = float(np.clip(together / square, FLATTEST, STEEPEST))
+    # twice the clips have half the noise (Spearman 1910, Brown 1910)
+    return _Slope(of_half, float(2 / (1 + np.clip(repeated / (square / 2), 0, 1))) if disjoint else 1.0)
 
 
 def _noise_ratio(whole: np.ndarray, halves: Pairs, clips: np.ndarray, weights: np.ndarray) -> float:
@@ -273,16 +271,11 @@ def of_all(of_halves: float) -> float:
     return 2 * of_halves / (1 + of_halves) if of_halves > 0 else of_halves
 
 
-def of_halves(reliability: float) -> float:
-    """Agreement of halves where all clips have this reliability: the inverse of `of_all`."""
-    return reliability / (2 - reliability) if reliability > 0 else reliability
-
-
-def clips_needed(reliability: float, wanted: float = WANTED) -> float:
-    """Factor on the number of clips that would give the wanted reliability, by the same formula.
+def clips_needed(reliability: float) -> float:
+    """Factor on the number of clips that would give the reliability `WANTED`, by the same formula.
 
     1 or less where these do; infinite where they show nothing that repeats; NaN where it is not known.
     """
     if reliability <= 0:
         return np.inf
-    return wanted * (1 - reliability) / (reliability * (1 - wanted))
+    return WANTED * (1 - reliability) / (reliability * (1 - WANTED))

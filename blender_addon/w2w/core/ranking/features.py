@@ -101,21 +101,14 @@ def _band_power(samples: int, rate: float) -> _BandPower:
     return _BandPower(samples, rate)
 
 
-def channels_of(slab: np.ndarray) -> np.ndarray:
-    """The six channels of a window (samples, 6, N) and the two magnitudes, in UNIT, (samples, 8, N)."""
+def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
+    """(samples, 6, N) -> (N, D)."""
     samples, _, n_sensors = slab.shape
-    channels = np.empty((samples, 8, n_sensors), dtype=np.float32)
+    channels = np.empty((samples, 8, n_sensors), dtype=np.float32)  # the six and two magnitudes, in UNIT
     channels[:, :6] = slab
     np.sqrt((channels[:, 0:3] ** 2).sum(axis=1), out=channels[:, 6])
     np.sqrt((channels[:, 3:6] ** 2).sum(axis=1), out=channels[:, 7])
     channels /= UNIT[:, None]
-    return channels
-
-
-def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
-    """(samples, 6, N) -> (N, D)."""
-    channels = channels_of(slab)
-    samples, _, n_sensors = channels.shape
 
     mean = channels.mean(axis=0)
     lowest, highest = channels.min(axis=0) - mean, channels.max(axis=0) - mean

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Protocol, Self, runtime_checkable
+from typing import Protocol, Self, runtime_checkable
 from zipfile import ZIP_STORED, ZipFile
 
 import numpy as np
@@ -15,6 +15,8 @@ import numpy as np
 from ..files import DAMAGED, load_arrays, read_header
 from ..imu.recording import ImuRecording
 from .windows import WindowSpec, cut_windows, window_starts
+
+ITEM_BYTES = np.dtype(np.float32).itemsize
 
 LOCAL_HEADER = struct.Struct("<26x2H")
 """Start of a zip member: after 26 bytes come the lengths of its name and of its extra field."""
@@ -27,7 +29,6 @@ class StoredArray:
     path: Path
     offset: int  # byte of its first value
     shape: tuple[int, ...]
-    dtype: np.dtype
 
     @classmethod
     def find(cls, path: Path, name: str) -> Self:
@@ -47,13 +48,13 @@ class StoredArray:
         held = offset + math.prod(shape) * dtype.itemsize <= path.stat().st_size
         if is_fortran or dtype != np.float32 or len(shape) != 3 or 0 in shape or not held:
             raise ValueError(f"{path}: '{name}' is not an array that W2W wrote")
-        return cls(path, offset, shape, dtype)
+        return cls(path, offset, shape)
 
     def columns(self, first: int, last: int, rows: np.ndarray | None = None) -> np.ndarray:
         """A copy of the part from `first` to before `last` of the second axis, of all rows or of some."""
         wanted = range(self.shape[0]) if rows is None else rows.tolist()
-        part = np.empty((len(wanted), last - first, self.shape[2]), self.dtype)
-        value_bytes = self.shape[2] * self.dtype.itemsize
+        part = np.empty((len(wanted), last - first, self.shape[2]), np.float32)
+        value_bytes = self.shape[2] * ITEM_BYTES
         with self.path.open("rb", buffering=0) as stream:
             for row, values in zip(wanted, part, strict=True):
                 stream.seek(self.offset + (row * self.shape[1] + first) * value_bytes)
@@ -64,8 +65,6 @@ class StoredArray:
 
 BLOCK_BYTES = 256 * 2**20
 """Memory for the patches held at a time."""
-
-ITEM_BYTES = np.dtype(np.float32).itemsize
 
 
 @runtime_checkable
@@ -110,17 +109,12 @@ class SomeWindows:
 
     def patches(self, first: int, last: int) -> np.ndarray:
         """The wanted windows of some patches; from files no others are read."""
-        rising = (np.diff(self.rows) > 0).all()
-        if rising and isinstance(self.source, FeatureFiles):
+        if isinstance(self.source, FeatureFiles) and (np.diff(self.rows) > 0).all():
             return self.source.patches(first, last, self.rows)
         block = self.source.patches(first, last)
         if np.array_equal(self.rows, np.arange(len(block))):
             return block
-        if not getattr(self.source, "fresh", False) or not rising:
-            return block[self.rows]
-        for target, row in enumerate(self.rows):  # moved up one by one: each is at its place or after it
-            block[target] = block[row]
-        return block[: len(self.rows)]
+        return block[self.rows]
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,33 +208,28 @@ class WindowFiles:
     of each whole recording makes. A ValueError says which file is no recording.
     """
 
-    fresh: ClassVar[bool] = True
-    """`patches` gives an array that the receiver may change."""
-
     def __init__(self, paths: Sequence[Path], windows: Sequence[int], spec: WindowSpec) -> None:
-        self._paths, self._spec = list(paths), spec
-        rates = (float(load_arrays(path, ("rate",), "is no recording")["rate"]) for path in paths)
-        found = ((StoredArray.find(path, "acc"), StoredArray.find(path, "gyr")) for path in paths)
-        self._parts = [(acc, gyr, rate) for (acc, gyr), rate in zip(found, rates, strict=True)]
+        self._paths, self._counts, self._spec = list(paths), list(windows), spec
+        self._parts = [(StoredArray.find(path, "acc"), StoredArray.find(path, "gyr")) for path in paths]
+        self._rates = [float(load_arrays(path, ("rate",), "is no recording")["rate"]) for path in paths]
         self._ends = np.cumsum(windows)
-        self._counts = list(windows)
         self._chosen: dict[int, np.ndarray] = {}
 
     @property
     def shape(self) -> tuple[int, ...]:
         """(W, N, samples, 6)."""
-        acc, _, rate = self._parts[0]
-        return (int(self._ends[-1]), acc.shape[1], self._spec.samples(rate), 6)
+        n_patches = self._parts[0][0].shape[1]
+        return (int(self._ends[-1]), n_patches, self._spec.samples(self._rates[0]), 6)
 
     def patches(self, first: int, last: int) -> np.ndarray:
         """Windows of some patches, shape (W, last - first, samples, 6)."""
-        shape = self.shape
-        block = np.empty((shape[0], last - first, *shape[2:]), dtype=np.float32)
-        for clip, (count, end) in enumerate(zip(self._counts, self._ends, strict=True)):
-            acc, gyr, rate = self._parts[clip]
+        n_windows, _, *rest = self.shape
+        block = np.empty((n_windows, last - first, *rest), dtype=np.float32)
+        for clip, (acc, gyr) in enumerate(self._parts):
+            rate, end = self._rates[clip], self._ends[clip]
             recording = ImuRecording(acc.columns(first, last), gyr.columns(first, last), rate)
             starts = self._starts(clip, acc.shape[0], rate)
-            block[end - count : end] = cut_windows(recording, self._spec, starts).signals
+            block[end - self._counts[clip] : end] = cut_windows(recording, self._spec, starts).signals
         return block
 
     def _starts(self, clip: int, n_samples: int, rate: float) -> np.ndarray | None:

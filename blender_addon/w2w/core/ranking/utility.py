@@ -32,6 +32,9 @@ CLASSIFIERS: dict[str, EntryPoint | None] = {
 }
 """Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, like `Ridge`."""
 
+LEVEL = 0.95
+"""Confidence of the intervals."""
+
 OPTIONAL = ("half_f1", "weights")
 """Fields that a file may lack: `half_f1` where nothing was halved, `weights` where all count alike."""
 
@@ -177,12 +180,10 @@ class UtilityMap:
         """Read a file that `save` wrote; a ValueError if it is not a utility map."""
         names = [field.name for field in fields(cls) if field.name not in OPTIONAL]
         content = load_arrays(path, names, "is not a utility map", OPTIONAL)
-        content["activities"] = tuple(content["activities"].tolist())
-        content["left_out"] = json.loads(content["left_out"].item())
-        content["level"], content["can_rank"] = float(content["level"]), bool(content["can_rank"])
-        content |= {name: float(content[name]) for name in ("reliability", "beats_average")}
-        content |= {name: content[name].item() for name in ("classifier", "protocol")}
-        return cls(**content)
+        found = {name: values if values.ndim else values.item() for name, values in content.items()}
+        found["activities"] = tuple(found["activities"].tolist())
+        found["left_out"] = json.loads(found["left_out"])
+        return cls(**found)
 
 
 def utility_map(
@@ -191,7 +192,6 @@ def utility_map(
     classifier: Any = "ridge",
     *,
     resamples: int = 500,
-    level: float = 0.95,
     progress: Callable[[float], None] | None = None,
     work: Path | None = None,
     pooling: Pooling | None = None,
@@ -210,8 +210,6 @@ def utility_map(
         Name in CLASSIFIERS, or an object with their `predict_folds`.
     resamples : int
         Bootstrap resamples of the clips.
-    level : float
-        Confidence of the intervals.
     progress : callable, optional
         Given the fraction done.
     work : Path, optional
@@ -244,11 +242,11 @@ def utility_map(
     truth = trial.labels[trial.is_test].astype(np.int16)
     n_activities = len(trial.activities)
     f1, confusion, boot = score_patches(
-        truth, predictions, clip[tested], n_activities, resamples, level, seed, activity_weights=weights
+        truth, predictions, clip[tested], n_activities, resamples, LEVEL, seed, activity_weights=weights
     )
     if not scored:
         trials_f1 = f1.T[None]
-    expected = expect(trials_f1, trial.plan, pooling or Pooling.none(len(f1)), level, seed, weights)
+    expected = expect(trials_f1, trial.plan, pooling or Pooling.none(len(f1)), LEVEL, seed, weights)
     halves = maps_of(trials_f1, trial.plan)[: len(trial.plan.pairs_to_choose_by())]
     return UtilityMap(
         activities=trial.activities,
@@ -260,7 +258,7 @@ def utility_map(
         predictions=predictions,
         truth=truth,
         clip=clip[tested].astype(np.str_),
-        level=level,
+        level=LEVEL,
         classifier=model.name,
         protocol=trial.protocol,
         left_out=trial.left_out,

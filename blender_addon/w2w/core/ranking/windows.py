@@ -149,7 +149,12 @@ def _prepared(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
     signals[..., :3], signals[..., 3:] = recording.acc, recording.gyr
     _bridge_gaps(signals, round(spec.longest_gap_s * recording.rate))
     if len(signals) < samples:
-        _refuse_too_short(recording, spec)
+        duration = recording.n_samples / recording.rate
+        limit = spec.length_s if spec.short == "refuse" else spec.shortest_s
+        if duration < limit:
+            raise TooShortError(
+                f"clip {recording.clip!r} lasts {duration:.2f} s, shorter than the {limit:g} s a window needs"
+            )
         frames, backwards = _played(len(signals), samples, spec.short)
         signals = signals[frames]
         signals[backwards, :, 3:] *= -1.0
@@ -193,15 +198,6 @@ def _bridge_gaps(signals: np.ndarray, longest: int) -> None:
         for channel in range(signals.shape[2]):
             values = signals[:, sensor, channel]
             values[missing] = np.interp(missing, given, values[given])
-
-
-def _refuse_too_short(recording: ImuRecording, spec: WindowSpec) -> None:
-    duration = len(recording.acc) / recording.rate
-    limit = spec.length_s if spec.short == "refuse" else spec.shortest_s
-    if duration < limit:
-        raise TooShortError(
-            f"clip {recording.clip!r} lasts {duration:.2f} s, shorter than the {limit:g} s a window needs"
-        )
 
 
 def _played(n_frames: int, samples: int, how: ShortClips) -> tuple[np.ndarray, np.ndarray]:

@@ -17,6 +17,15 @@ from .constraints import Constraints, Terms
 from .joint import WORTH, JointSet, choose_together
 from .set_tests import SetTests
 
+WINDOWS_AT_ONCE = 4096
+"""Windows whose predictions are correlated at once, so that memory does not grow with the library."""
+
+SWAPS = 2
+"""Patches tried in the place of each one of a set."""
+
+SAME_OPINION = 0.8
+"""Mean correlation of predictions from which patches are grouped as equivalent."""
+
 
 def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.ndarray:
     """Correlation (N, N), float64, between the predictions (W, N) of every two patches.
@@ -41,14 +50,14 @@ def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.nda
     return correlation
 
 
-def redundancy_clusters(predictions: np.ndarray, n_activities: int, correlation: float = 0.8) -> np.ndarray:
+def redundancy_clusters(
+    predictions: np.ndarray, n_activities: int, correlation: float = SAME_OPINION
+) -> np.ndarray:
     """Cluster of each patch, shape (N,), int, 0 the largest, by how its predictions (W, N) correlate.
 
     Average linkage: within a cluster the mean correlation between the parts last joined
     is at least `correlation`, above 0 and up to 1; higher makes more and smaller clusters.
     """
-    if not 0 < correlation <= 1:
-        raise ValueError(f"correlation must be in (0, 1], not {correlation}")
     n_patches = predictions.shape[1]
     if n_patches == 1:
         return np.zeros(1, dtype=np.int64)
@@ -58,16 +67,6 @@ def redundancy_clusters(predictions: np.ndarray, n_activities: int, correlation:
     cluster = fcluster(tree, 1.0 - correlation + 1e-9, criterion="distance") - 1
     by_size = np.argsort(-np.bincount(cluster), kind="stable")
     return np.argsort(by_size)[cluster]
-
-
-WINDOWS_AT_ONCE = 4096
-"""Windows whose predictions are correlated at once, so that memory does not grow with the library."""
-
-SWAPS = 2
-"""Patches tried in the place of each one of a set."""
-
-SAME_OPINION = 0.8
-"""Mean correlation of predictions from which patches are grouped as equivalent."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +111,7 @@ def advise(
     said = answer(scored)
     alone = [score.patch for score in said.named] or [said.patch]
     recommended = dict.fromkeys([*alone, *(worn.order if worn else ())])
-    clusters = redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION)
+    clusters = redundancy_clusters(utility.predictions, len(utility.activities))
     cards = tuple(card(body, patches, utility.expected_mean, patch) for patch in recommended)
     return Advice(scored.best, said, worn, swaps, clusters, cards, products, terms.allowed)
 

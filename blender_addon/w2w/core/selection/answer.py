@@ -221,12 +221,7 @@ def _region(scored: Scored) -> tuple[str, int]:
     members = group[regions == region]
     centres = scored.body.vertices[patches.vertices[members]]
     middle = int(members[np.linalg.norm(centres[:, None] - centres, axis=2).sum(axis=1).argmin()])
-    long, wide = _extent(scored.body.vertices[np.isin(patches.labels, members)])
+    skin = scored.body.vertices[np.isin(patches.labels, members)]
+    axes = np.linalg.svd(skin - skin.mean(axis=0), full_matrices=False)[2]
+    long, wide = 100 * np.ptp(skin @ axes[:2].T, axis=0)
     return f"{region} ({long:.0f} by {wide:.0f} cm)", middle
-
-
-def _extent(points: np.ndarray) -> tuple[float, float]:
-    """Length and width, cm, of points (V, 3) along their principal axes."""
-    axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
-    long, wide = np.ptp(points @ axes[:2].T, axis=0)
-    return 100 * float(long), 100 * float(wide)

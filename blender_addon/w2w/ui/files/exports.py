@@ -17,7 +17,7 @@ from ...core.findings.summary import patch_table
 from ...core.imu.formats import FORMATS, HELD, write_recording
 from ...core.motion.library import unique_names
 from ...core.results_folder import stored_recording
-from ...core.selection.advice import SAME_OPINION, redundancy_clusters
+from ...core.selection.advice import redundancy_clusters
 from ...core.selection.headline import mean_title
 from ...extension import NAME as EXTENSION
 from ...scene.heatmap import MEAN, ON_THESE_CLIPS
@@ -77,7 +77,7 @@ def table_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     utility, patches = utility_of(mesh.w2w), patches_of(mesh)
 
     def write(_told: object) -> None:
-        clusters = redundancy_clusters(utility.predictions, len(utility.activities), SAME_OPINION)
+        clusters = redundancy_clusters(utility.predictions, len(utility.activities))
         write_text(path, patch_table(utility, patches, clusters))
 
     yield from in_thread(write, f"writing {path.name}", 0.0, 1.0)
