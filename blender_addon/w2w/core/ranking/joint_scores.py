@@ -13,15 +13,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from itertools import islice, pairwise
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from ..blas import add_square, multiply, multiply_lower, solve_positive
 from .classifiers.discriminant import averaging, deviation, few, summing, with_ridge
-
-Judged = TypeVar("Judged")
 
 
 class Training(NamedTuple):
@@ -58,8 +56,8 @@ class JointScores:
         self.windows = np.concatenate([training.tested for training in trainings])
 
     def of_added(
-        self, worn: Sequence[int], candidates: Iterable[int], judge: Callable[[np.ndarray], Judged]
-    ) -> list[Judged]:
+        self, worn: Sequence[int], candidates: Iterable[int], judge: Callable[[np.ndarray], np.ndarray]
+    ) -> list[np.ndarray]:
         """Judge the patches worn and one more, for each candidate.
 
         `judge` is given scores (V, A), float32: logarithms of the classes' probabilities, but for a term that
@@ -94,12 +92,12 @@ class JointScores:
     ) -> Iterator[list[np.ndarray]]:
         """Scores (V, A) by the first patch, the first two, and so on, of one order after another.
 
-        By the ascending numbers of patches in `sizes` only, if given; an order passes over those beyond it.
+        By the ascending numbers of patches in `sizes` only, if given.
         """
 
         def of(order_and_dual: tuple[Sequence[int], _Dual]) -> list[np.ndarray]:
             order, dual = order_and_dual
-            some = range(1, len(order) + 1) if sizes is None else [n for n in sizes if n <= len(order)]
+            some = range(1, len(order) + 1) if sizes is None else sizes
             sums = zip(some, dual.sums_of_kernels(order, some), strict=True)
             return [dual.scores(kernels, count) for count, kernels in sums]
 

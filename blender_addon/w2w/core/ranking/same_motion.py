@@ -96,43 +96,11 @@ class _Rows:
         for start in range(0, len(self.numbers), ROWS_AT_ONCE):
             yield self.some(slice(start, start + ROWS_AT_ONCE))
 
-    def deviation(self) -> np.ndarray:
-        """Standard deviation of each column, shape (K,)."""
-        mean = sum(rows.sum(axis=0, dtype=np.float64) for rows in self.blocks()) / len(self.numbers)
-        square = sum(((rows - mean) ** 2).sum(axis=0) for rows in self.blocks())
-        return np.sqrt(square / len(self.numbers))
-
-
-@dataclass(frozen=True, eq=False)
-class _Projected:
-    """Rows on a few axes, along the first of them in order."""
-
-    rows: _Rows
-    order: np.ndarray  # (L,), int: which of the rows each line is of
-    lines: np.ndarray  # (L, AXES), in double precision, however the rows are held
-
-    @classmethod
-    def of(cls, rows: _Rows, axes: np.ndarray) -> _Projected:
-        """Rows on axes (K, AXES)."""
-        lines = np.concatenate([block.astype(np.float64) @ axes for block in rows.blocks()])
+    def on(self, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Lines (L, AXES) on axes (K, AXES), along the first of them, and which of the rows each is of."""
+        lines = np.concatenate([block.astype(np.float64) @ axes for block in self.blocks()])
         order = np.argsort(lines[:, 0])
-        return cls(rows, order, lines[order])
-
-
-@dataclass(frozen=True, eq=False)
-class _Nearness:
-    """When two rows are one motion: columns times `scale` no further apart than `reach`, and `alike`."""
-
-    scale: np.ndarray
-    reach: float
-    alike: Callable[[np.ndarray, np.ndarray], np.ndarray] | None
-
-    def of(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Which of the pairs are, shape (L,)."""
-        near = np.linalg.norm((first - second) * self.scale, axis=1) <= self.reach
-        if self.alike is not None:
-            near[near] = self.alike(first[near], second[near])
-        return near
+        return lines[order], order
 
 
 def _near_pairs(
@@ -145,44 +113,45 @@ def _near_pairs(
 ) -> np.ndarray:
     """Index pairs (2, M) of distinct rows that differ by at most `tolerance`, columns standardised, and are
     `alike`; of rows and mirrored rows too, where they can be mirrored."""
+    found = [np.empty((2, 0), dtype=np.int64)]
     if not len(distinct):
-        return np.empty((2, 0), dtype=np.int64)
-    told = np.array([number for number, row in enumerate(signatures) if len(row)])
-    deviation = _Rows(signatures, told).deviation()
+        return found[0]
+    told = _Rows(signatures, np.array([number for number, row in enumerate(signatures) if len(row)]))
+    mean = sum(rows.sum(axis=0, dtype=np.float64) for rows in told.blocks()) / len(told.numbers)
+    square = sum(((rows - mean) ** 2).sum(axis=0) for rows in told.blocks())
+    deviation = np.sqrt(square / len(told.numbers))
     used = deviation > 0 if columns is None else columns & (deviation > 0)
     scale = np.divide(1.0, deviation, where=used, out=np.zeros_like(deviation))
-    nearness = _Nearness(scale, tolerance * np.sqrt(used.sum()), alike)
+    reach = tolerance * np.sqrt(used.sum())
     rows = _Rows(signatures, distinct)
     for_axes = rows.some(slice(None, None, -(-len(distinct) // FOR_AXES)))[:, used] * scale[used]
     centred = for_axes - for_axes.mean(axis=0)
     principal = np.linalg.eigh(centred.T @ centred)[1][:, ::-1][:, :AXES]  # the greatest first
     axes = np.zeros((len(scale), AXES))
     axes[used, : min(AXES, used.sum())] = scale[used, None] * principal
-    own = _Projected.of(rows, axes)
-    pairs = [*_pairs_within(own, own, nearness)]
-    if mirrored is not None:
-        pairs += _pairs_within(_Projected.of(_Rows(signatures, distinct, mirrored), axes), own, nearness)
-    return distinct[np.concatenate(pairs, axis=1)] if pairs else np.empty((2, 0), dtype=np.int64)
+    lines, order = rows.on(axes)
+    for side in [rows] if mirrored is None else [rows, _Rows(signatures, distinct, mirrored)]:
+        side_lines, side_order = (lines, order) if side is rows else side.on(axes)
+        for i, j in _pairs_on_axes(side_lines, lines, reach):
+            i, j = side_order[i], order[j]
+            for start in range(0, len(i), PAIRS_AT_ONCE):
+                some = slice(start, start + PAIRS_AT_ONCE)
+                one, other = side.some(i[some]), rows.some(j[some])
+                near = np.linalg.norm((one - other) * scale, axis=1) <= reach
+                if alike is not None:
+                    near[near] = alike(one[near], other[near])
+                found.append(np.stack([i[some][near], j[some][near]]))
+    return distinct[np.concatenate(found, axis=1)]
 
 
-def _pairs_within(one: _Projected, other: _Projected, nearness: _Nearness) -> Iterator[np.ndarray]:
-    """Index pairs (2, M) of near rows of two kinds, some at a time."""
-    a, b = one.lines, other.lines
+def _pairs_on_axes(a: np.ndarray, b: np.ndarray, reach: float) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Indices of lines (L, AXES) that are near one another, some at a time."""
     half_a, half_b = ((part**2).sum(axis=1) / 2 for part in (a, b))
-    far = nearness.reach * (1 + 1e-6) + 1e-9  # of projections, which are no longer than what they are of
+    far = reach * (1 + 1e-6) + 1e-9  # of projections, which are no longer than what they are of
     step = max(1, PRODUCTS // len(b))
     for start in range(0, len(a), step):
         block = slice(start, start + step)
         low, high = np.searchsorted(b[:, 0], [a[block][0, 0] - far, a[block][-1, 0] + far])
         near = a[block] @ b[low:high].T - half_b[low:high] >= half_a[block, None] - far**2 / 2
         i, j = np.nonzero(near)
-        yield _within(one.rows, other.rows, one.order[start + i], other.order[low + j], nearness)
-
-
-def _within(one: _Rows, other: _Rows, i: np.ndarray, j: np.ndarray, nearness: _Nearness) -> np.ndarray:
-    """Those of the pairs that are near, shape (2, L)."""
-    near = np.empty(len(i), dtype=bool)
-    for start in range(0, len(i), PAIRS_AT_ONCE):
-        block = slice(start, start + PAIRS_AT_ONCE)
-        near[block] = nearness.of(one.some(i[block]), other.some(j[block]))
-    return np.stack([i[near], j[near]])
+        yield start + i, low + j

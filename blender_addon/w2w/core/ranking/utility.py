@@ -171,9 +171,8 @@ class UtilityMap:
         arrays["activities"] = np.array(self.activities, dtype=np.str_)
         arrays["left_out"] = np.array(json.dumps(self.left_out, ensure_ascii=False))
         if alike(self.weights):
-            del arrays["weights"]
-        known = {name: values for name, values in arrays.items() if values is not None}
-        write_npz(path, known, compress=True)
+            arrays["weights"] = None
+        write_npz(path, {name: array for name, array in arrays.items() if array is not None}, compress=True)
 
     @classmethod
     def load(cls, path: str | Path) -> Self:

@@ -142,13 +142,6 @@ class Ridge:
         return self.alphas[int(np.flatnonzero(lag.mean(axis=0) <= error).max())]
 
 
-class _Piece(NamedTuple):
-    """Some windows, ordered by block."""
-
-    windows: np.ndarray  # (w,), int
-    blocks: list[tuple[int, slice]]  # each block among them, with its place
-
-
 class _Sums(NamedTuple):
     """Features trained on, about the class means of all windows, added up over some blocks."""
 
@@ -179,11 +172,11 @@ class _Splits:
         self._share = (1 / np.maximum(np.bincount(labels), 1)).astype(np.float32)[:, None]
         order = np.argsort(block, kind="stable")
         parts = np.split(order, range(WINDOWS_AT_ONCE, len(order), WINDOWS_AT_ONCE))
-        self._pieces = []
+        self._pieces: list[tuple[np.ndarray, list[tuple[int, slice]]]] = []  # ordered by block
         for windows in parts:
             blocks, starts = np.unique(block[windows], return_index=True)
             places = map(slice, starts, [*starts[1:], len(windows)])
-            self._pieces.append(_Piece(windows, list(zip(blocks.tolist(), places, strict=True))))
+            self._pieces.append((windows, list(zip(blocks.tolist(), places, strict=True))))
         self._few: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._rooms = local()
 
@@ -192,8 +185,7 @@ class _Splits:
         centre = inputs.mean(axis=0)
         is_few = few(self.n_trained, inputs.shape[1])
         class_means = self._share * sum(
-            summing(self.labels[piece.windows], self.n_classes) @ inputs[piece.windows]
-            for piece in self._pieces
+            summing(self.labels[windows], self.n_classes) @ inputs[windows] for windows, _ in self._pieces
         )
         kept = self._of_splits(~is_few, inputs, class_means)
         about_centre = _single(class_means - centre)
@@ -205,8 +197,7 @@ class _Splits:
                 some, member = self._few[number]
                 trained = Discriminant.by_windows(_single(inputs[some] - centre), member, ridges)
             else:
-                windows = self._windows[number]
-                trained = _by_features(next(kept), about_centre, windows, ridges)
+                trained = _by_features(next(kept), about_centre, self._windows[number], ridges)
             for first in range(0, len(rows), WINDOWS_AT_ONCE):
                 some = rows[first : first + WINDOWS_AT_ONCE]
                 scores = trained.scores(_single(inputs[some] - centre))
@@ -222,11 +213,11 @@ class _Splits:
         for sums in of_blocks:
             sums[...] = 0
         grams, of_cell = of_blocks.gram, of_blocks.of_class.reshape(-1, width)
-        for piece in self._pieces:
-            about = _single(inputs[piece.windows] - class_means[self.labels[piece.windows]])
-            for block, rows in piece.blocks:
+        for windows, blocks in self._pieces:
+            about = _single(inputs[windows] - class_means[self.labels[windows]])
+            for block, rows in blocks:
                 add_square(grams[block], about[rows])
-            cell = self._blocks[piece.windows] * self.n_classes + self.labels[piece.windows]
+            cell = self._blocks[windows] * self.n_classes + self.labels[windows]
             cells, place = np.unique(cell, return_inverse=True)
             of_cell[cells] += summing(place, len(cells)) @ about  # made anew: all would take memory
         for sums, out in zip(of_blocks, of_splits, strict=True):
