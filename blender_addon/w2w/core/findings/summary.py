@@ -235,7 +235,7 @@ def own_scores(names: Sequence[str], utility: UtilityMap, patches: PatchSet) -> 
     ]
 
 
-def best_regions(utility: UtilityMap, patches: PatchSet, count: int = MOST_REGIONS) -> list[dict[str, Any]]:
+def best_regions(utility: UtilityMap, patches: PatchSet) -> list[dict[str, Any]]:
     """The best patch of each region by expected F1, with its scores, best region first."""
     return [
         {
@@ -249,7 +249,7 @@ def best_regions(utility: UtilityMap, patches: PatchSet, count: int = MOST_REGIO
             "f1_low": float(utility.mean_low[patch]),
             "f1_high": float(utility.mean_high[patch]),
         }
-        for patch in patches.best_of_regions(utility.expected_mean)[:count]
+        for patch in patches.best_of_regions(utility.expected_mean)[:MOST_REGIONS]
     ]
 
 
@@ -257,13 +257,13 @@ def _regions(utility: UtilityMap, patches: PatchSet) -> dict[str, dict[str, Any]
     """Each named region: how many patches it has and how good they are, best expected first."""
     regions = np.array(patches.regions)
     content = {}
-    for row in best_regions(utility, patches, len(patches)):
-        here, region = regions == patches.regions[row["patch"]], patches.regions[row["patch"]]
-        content[region] = {
+    for best in patches.best_of_regions(utility.expected_mean):
+        here = regions == regions[best]
+        content[patches.regions[best]] = {
             "patches": int(here.sum()),
             "as_good": int(utility.as_good[here].sum()),
-            "best_patch": row["patch"],
-            **interval_content("best_expected_f1", row["expected"], row["low"], row["high"]),
+            "best_patch": best,
+            **interval_content("best_expected_f1", *(values[best] for values in utility.expected)),
             "average_expected_f1": rounded(utility.expected_mean[here].mean()),
             "best_mean_f1": rounded(utility.mean[here].max()),
             "average_mean_f1": rounded(utility.mean[here].mean()),

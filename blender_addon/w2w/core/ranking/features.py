@@ -96,9 +96,7 @@ class _BandPower:
         return np.add.reduceat(power, self.start, axis=0)
 
 
-@lru_cache(maxsize=8)
-def _band_power(samples: int, rate: float) -> _BandPower:
-    return _BandPower(samples, rate)
+_band_power = lru_cache(maxsize=8)(_BandPower)
 
 
 def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:

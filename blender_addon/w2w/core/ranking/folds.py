@@ -2,7 +2,6 @@
 """Split windows into folds that never share a clip."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -94,24 +93,17 @@ def check_testable(activity: Sequence[str], group: Sequence[str]) -> None:
     `activity` and `group` are each clip's label and name, or that of the clips that are one motion.
     """
     names = sorted(set(activity))
-    left_out = untestable(np.asarray(activity), np.asarray(group), names)
-    if len(names) - len(left_out) < 2:
-        raise ValueError(_too_few([name for name in names if name not in left_out], left_out))
+    _check_two(names, untestable(np.asarray(activity), np.asarray(group), names))
 
 
-def _too_few(tested: Sequence[str], left_out: dict[str, str]) -> str:
-    there = f"only {tested[0]}" if len(tested) == 1 else "none"
-    why = f": {'; '.join(left_out.values())}" if left_out else ""
-    return f"a utility map needs two activities that can be tested, and there is {there}{why}"
-
-
-class Dealt(NamedTuple):
-    """Windows dealt to folds."""
-
-    fold: np.ndarray  # (W,), int
-    tested: tuple[str, ...]  # activities
-    left_out: dict[str, str]  # the others, each with the reason
-    protocol: str  # in words
+def _check_two(activities: Sequence[str], left_out: dict[str, str]) -> tuple[str, ...]:
+    """The activities that are not left out; a ValueError if there are not two."""
+    tested = tuple(name for name in activities if name not in left_out)
+    if len(tested) < 2:
+        there = f"only {tested[0]}" if tested else "none"
+        why = f": {'; '.join(left_out.values())}" if left_out else ""
+        raise ValueError(f"a utility map needs two activities that can be tested, and there is {there}{why}")
+    return tested
 
 
 def deal(
@@ -121,23 +113,23 @@ def deal(
     activities: Sequence[str],
     folds: int,
     seed: int,
-) -> Dealt:
-    """Deal the windows of testable activities to folds; see `utility.utility_map`."""
+) -> tuple[np.ndarray, tuple[str, ...], dict[str, str], str]:
+    """Deal the windows of testable activities to folds; see `utility.utility_map`.
+
+    Returns the fold of each window (W,), the activities tested, the others, each with the reason, and the
+    protocol in words.
+    """
     left_out = untestable(activity, clip, activities)
-    candidates = [name for name in activities if name not in left_out]
+    candidates = _check_two(activities, left_out)
     rows = np.flatnonzero(np.isin(activity, candidates))
-    if len(candidates) > 1:
-        fold = np.full(len(activity), ALWAYS_TRAIN)
-        if subject is not None:
-            subject = np.asarray(subject)[rows]
-            fold[rows] = subject_folds(subject, clip[rows])
-            protocol = f"{SUBJECT_OUT} {len(np.unique(subject))} subjects out"
-        else:
-            n_folds = min(folds, len(np.unique(clip[rows])))
-            fold[rows] = grouped_folds(activity[rows], clip[rows], n_folds, seed)
-            protocol = f"{n_folds}-fold cross-validation grouped by clip"
-        left_out |= untestable(activity, clip, candidates, fold)
-        tested = tuple(name for name in candidates if name not in left_out)
-        if len(tested) > 1:
-            return Dealt(fold, tested, left_out, protocol)
-    raise ValueError(_too_few([name for name in candidates if name not in left_out], left_out))
+    fold = np.full(len(activity), ALWAYS_TRAIN)
+    if subject is not None:
+        subject = np.asarray(subject)[rows]
+        fold[rows] = subject_folds(subject, clip[rows])
+        protocol = f"{SUBJECT_OUT} {len(np.unique(subject))} subjects out"
+    else:
+        n_folds = min(folds, len(np.unique(clip[rows])))
+        fold[rows] = grouped_folds(activity[rows], clip[rows], n_folds, seed)
+        protocol = f"{n_folds}-fold cross-validation grouped by clip"
+    left_out |= untestable(activity, clip, candidates, fold)
+    return fold, _check_two(candidates, left_out), left_out, protocol

@@ -253,16 +253,16 @@ class Protocol:
         """
         activity, clip = np.asarray(self.activity), np.asarray(self.clip)
         is_test = np.asarray(self.is_test, bool)
-        split = deal(activity, clip, self.subject, self.activities, self.folds, self.seed)
-        index = {name: number for number, name in enumerate(split.tested)}
-        used = np.flatnonzero(np.isin(activity, split.tested))
-        labels = np.array([index[name] for name in activity[used].tolist()])
-        fold, tested = split.fold[used], is_test[used]
-        trials = plan(labels, clip[used], fold, tested, self.subject is not None, self.seed, halvings)
-        weights = weights_of(split.tested, self.counts)
-        return Planned(
-            used, labels, fold, tested, trials, split.tested, weights, split.left_out, split.protocol
+        fold, activities, left_out, protocol = deal(
+            activity, clip, self.subject, self.activities, self.folds, self.seed
         )
+        index = {name: number for number, name in enumerate(activities)}
+        used = np.flatnonzero(np.isin(activity, activities))
+        labels = np.array([index[name] for name in activity[used].tolist()])
+        fold, is_test = fold[used], is_test[used]
+        trials = plan(labels, clip[used], fold, is_test, self.subject is not None, self.seed, halvings)
+        weights = weights_of(activities, self.counts)
+        return Planned(used, labels, fold, is_test, trials, activities, weights, left_out, protocol)
 
 
 @dataclass(frozen=True, eq=False)

@@ -43,6 +43,7 @@ class Tests:
     ) -> None:
         self._scores, self._labels, self.trial = scores, labels, trial
         self._pooling, self.weights = pooling, weights
+        self._shown_weights = weights[trial.testable]
         if alone is not None:
             self.alone = alone
 
@@ -59,10 +60,6 @@ class Tests:
         """Mean F1 of each patch alone, pooled over the skin, shape (N,)."""
         pooled = self._pooling.apply(self.alone[self.trial.testable])
         return mean_over(pooled, self._shown_weights, 0)
-
-    @property
-    def _shown_weights(self) -> np.ndarray:
-        return self.weights[self.trial.testable]
 
     def added(self, worn: Sequence[int], candidates: np.ndarray, worst: bool) -> np.ndarray:
         """Area under the ROC curve with each candidate added: the mean over activities, or the least."""
