@@ -3,7 +3,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import rankdata
@@ -239,11 +239,6 @@ class Tried(NamedTuple):
 
     predictions: np.ndarray  # (W_test, N), int16: activities that the whole named
     f1: np.ndarray  # (trials, A, N): F1 by window; NaN where an activity was not tested
-
-    @classmethod
-    def joined(cls, parts: Sequence[Self]) -> Self:
-        """Results for all patches, from those for some after others."""
-        return cls(*(np.concatenate(of_parts, axis=-1) for of_parts in zip(*parts, strict=True)))
 
 
 WHOLE = 0

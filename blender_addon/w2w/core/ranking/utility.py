@@ -283,7 +283,7 @@ def _try_all(
         parts.append(tried)
         if progress is not None:
             progress(len(parts) / len(spans))
-    return Tried.joined(parts)
+    return Tried(*(np.concatenate(values, axis=-1) for values in zip(*parts, strict=True)))
 
 
 def inputs_of(classifier: Any) -> str:
