@@ -76,7 +76,7 @@ def main() -> None:
     terms = Constraints().terms(study.patches)
     best = int(utility.expected_mean.argmax())
     others = np.setdiff1d(np.arange(n_patches), [best])
-    compare_ways(tests.whole._scores, [best, *others[:: n_patches // 4]])
+    compare_ways(tests.whole.scores, [best, *others[:: n_patches // 4]])
     with threadpool_limits(1):
         one_more, _ = timed(f"{len(others)} second sensors", lambda: tests.whole.added([best], others, False))
     timed(

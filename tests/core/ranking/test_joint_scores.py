@@ -59,13 +59,13 @@ def test_the_first_and_the_first_two_are_what_adding_gives(library):
     features, labels, trainings = library
     joint = JointScores(features, labels, trainings, RIDGE)
     order = [3, 0, 5]
-    for size, scores in enumerate(next(joint.each_first_of([order])), start=1):
+    for size, scores in enumerate(next(joint.each_first_of([order], range(1, len(order) + 1))), start=1):
         (added,) = joint.of_added(order[: size - 1], [order[size - 1]], np.copy)
         np.testing.assert_allclose(scores, added, atol=2e-3 * np.abs(added).max())
     np.testing.assert_array_equal(joint.windows, [*range(40, 60), *range(20)])
     some = list(joint.each_first_of([order, order[::-1]], sizes=[1, 3]))
     for one, scores in zip((order, order[::-1]), some, strict=True):
-        every = next(joint.each_first_of([one]))
+        every = next(joint.each_first_of([one], range(1, len(one) + 1)))
         np.testing.assert_allclose(scores, every[::2], rtol=1e-5)  # summed in other steps
 
 
@@ -73,7 +73,7 @@ def test_an_activity_without_training_is_never_named(library):
     features, labels, _ = library
     seen = np.flatnonzero(labels[:40] != 2)
     joint = JointScores(features, labels, [Training(seen, np.arange(40, 60))], RIDGE)
-    for scores in next(joint.each_first_of([[0, 1]])):
+    for scores in next(joint.each_first_of([[0, 1]], [1, 2])):
         assert (scores[:, 2] == -np.inf).all()
         assert np.isfinite(scores[:, :2]).all()
 

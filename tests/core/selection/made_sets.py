@@ -32,9 +32,7 @@ def library(seed=0, told=(0, 1), shuffled=False):
 
 def prepare(features, names, clip, subject=None, counts=None):
     every = np.ones(len(clip), dtype=bool)
-    return SetTests.of(
-        features, Protocol(names, clip, subject, every, NAMES, counts=counts), Pooling.none(N), workers=1
-    )
+    return SetTests.of(features, Protocol(names, clip, subject, every, NAMES, counts=counts), Pooling.none(N))
 
 
 def terms(size=N, allowed=None, required=(), cost=None):

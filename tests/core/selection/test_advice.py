@@ -47,7 +47,7 @@ def utility(made):
 
 @pytest.fixture(scope="module")
 def tests(made, patches):
-    return SetTests.of(made[0], Protocol(*made[1:]), Pooling.none(len(patches)), workers=1)
+    return SetTests.of(made[0], Protocol(*made[1:]), Pooling.none(len(patches)))
 
 
 def side(patches, place):

@@ -103,7 +103,7 @@ def test_random_sets_are_tested_once_for_all_that_is_chosen_under_the_same_terms
     tested = []
     f1_of_firsts = type(tests.whole).f1_of_firsts
 
-    def f1_of_firsts_told(one, orders, sizes=None):
+    def f1_of_firsts_told(one, orders, sizes):
         tested.extend(orders)
         return f1_of_firsts(one, orders, sizes)
 

@@ -21,6 +21,9 @@ from scipy.linalg import cholesky, solve_triangular
 from ..blas import add_square, multiply, multiply_lower, solve_positive
 from .classifiers.discriminant import averaging, deviation, few, summing, with_ridge
 
+WORKERS = 2
+"""Threads."""
+
 
 class Training(NamedTuple):
     """Windows trained on, and windows tested on what was trained."""
@@ -37,7 +40,7 @@ class JointScores:
     single patch.
 
     From features (N, W, D), float32, about their means over windows, labels (W,) from 0 to A - 1, and a ridge
-    in units of a feature's variance within classes. The caller keeps BLAS to one thread in each of `workers`.
+    in units of a feature's variance within classes. The caller keeps BLAS to one thread in each of `WORKERS`.
     `windows` (V,) are those tested, training by training, as scores are.
     """
 
@@ -47,10 +50,8 @@ class JointScores:
         labels: np.ndarray,
         trainings: Sequence[Training],
         ridge: float,
-        workers: int = 2,
     ) -> None:
         self.n_patches, _, self._width = features.shape
-        self._workers = workers
         self._duals = [_Dual(features, labels, training, ridge) for training in trainings]
         self._primal = _Primal(features, labels, self._duals)
         self.windows = np.concatenate([training.tested for training in trainings])
@@ -88,17 +89,13 @@ class JointScores:
         return add
 
     def each_first_of(
-        self, orders: Sequence[Sequence[int]], sizes: Sequence[int] | None = None
+        self, orders: Sequence[Sequence[int]], sizes: Sequence[int]
     ) -> Iterator[list[np.ndarray]]:
-        """Scores (V, A) by the first patch, the first two, and so on, of one order after another.
-
-        By the ascending numbers of patches in `sizes` only, if given.
-        """
+        """Scores (V, A) by the first patches of each of some ascending sizes, of one order after another."""
 
         def of(order_and_dual: tuple[Sequence[int], _Dual]) -> list[np.ndarray]:
             order, dual = order_and_dual
-            some = range(1, len(order) + 1) if sizes is None else sizes
-            sums = zip(some, dual.sums_of_kernels(order, some), strict=True)
+            sums = zip(sizes, dual.sums_of_kernels(order, sizes), strict=True)
             return [dual.scores(kernels, count) for count, kernels in sums]
 
         found = self._parallel(of, [(order, dual) for order in orders for dual in self._duals])
@@ -107,7 +104,7 @@ class JointScores:
             yield [np.concatenate(of_size) for of_size in zip(*of_duals, strict=True)]
 
     def _parallel(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
-        with ThreadPoolExecutor(self._workers) as pool:
+        with ThreadPoolExecutor(WORKERS) as pool:
             yield from pool.map(work, items)
 
 

@@ -2,7 +2,7 @@
 """Sets chosen by the classifier that will be worn, and what such a set would reach on other clips."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -73,17 +73,17 @@ class GrownSet:
         return tuple(order[:size])
 
 
+@dataclass(frozen=True)
 class ByHalves:
     """Chooses as all clips do, among fewer candidates; goes on from what it chose before."""
 
-    def __init__(self, worst: bool = False) -> None:
-        self._worst = worst
-        self._grown: dict[Tests, GrownSet] = {}
+    worst: bool = False
+    _grown: dict[Tests, GrownSet] = field(default_factory=dict)
 
     def __call__(self, half: Tests, terms: Terms, size: int) -> tuple[int, ...]:
         """Choose from the tests of a half, under the same terms each time."""
         if half not in self._grown:
-            self._grown[half] = GrownSet(half, terms, half.single, self._worst, OF_HALVES)
+            self._grown[half] = GrownSet(half, terms, half.single, self.worst, OF_HALVES)
         return self._grown[half].up_to(size)
 
 

@@ -25,59 +25,50 @@ READ_BYTES = 32 * 2**20
 """Features read at a time: they take memory beside those of all patches, which are held."""
 
 
+@dataclass(frozen=True, eq=False)
 class Tests:
-    """The tests of one trial, that a choice may look at and is judged by.
+    """The tests of one trial, that a choice may look at and is judged by."""
 
-    From labels (V,) of the windows tested, weights (A,), what each activity counts, and, where it is known,
-    the F1 (A, N) of each patch alone.
-    """
-
-    def __init__(
-        self,
-        scores: JointScores,
-        labels: np.ndarray,
-        trial: Trial,
-        weights: np.ndarray,
-        pooling: Pooling,
-        alone: np.ndarray | None = None,
-    ) -> None:
-        self._scores, self._labels, self.trial = scores, labels, trial
-        self._pooling, self.weights = pooling, weights
-        self._shown_weights = weights[trial.testable]
-        if alone is not None:
-            self.alone = alone
+    scores: JointScores
+    labels: np.ndarray  # (V,): of the windows tested
+    trial: Trial
+    weights: np.ndarray  # (A,): what each activity counts
+    pooling: Pooling
+    known: np.ndarray | None  # (A, N): F1 of each patch alone, where a ranking has it
 
     def _f1(self, scores: np.ndarray) -> np.ndarray:
-        return window_f1(scores.argmax(axis=1), self._labels, len(self.weights))
+        return window_f1(scores.argmax(axis=1), self.labels, len(self.weights))
 
     @cached_property
     def alone(self) -> np.ndarray:
         """F1 of each patch alone, shape (A, N)."""
-        return np.stack(self._scores.of_added((), range(self._scores.n_patches), self._f1), axis=1)
+        if self.known is not None:
+            return self.known
+        return np.stack(self.scores.of_added((), range(self.scores.n_patches), self._f1), axis=1)
 
     @cached_property
     def single(self) -> np.ndarray:
         """Mean F1 of each patch alone, pooled over the skin, shape (N,)."""
-        pooled = self._pooling.apply(self.alone[self.trial.testable])
-        return mean_over(pooled, self._shown_weights, 0)
+        shown = self.trial.testable
+        return mean_over(self.pooling.apply(self.alone[shown]), self.weights[shown], 0)
 
     def added(self, worn: Sequence[int], candidates: np.ndarray, worst: bool) -> np.ndarray:
         """Area under the ROC curve with each candidate added: the mean over activities, or the least."""
+        shown = self.trial.testable
 
         def judge(scores: np.ndarray) -> np.ndarray:
-            return class_auc(scores, self._labels, self.trial.weight)[self.trial.testable]
+            return class_auc(scores, self.labels, self.trial.weight)[shown]
 
-        areas = np.array(self._scores.of_added(worn, candidates.tolist(), judge))
-        weights = self._shown_weights
+        areas, weights = np.array(self.scores.of_added(worn, candidates.tolist(), judge)), self.weights[shown]
         return areas[:, weights > 0].min(axis=1) if worst else mean_over(areas, weights)
 
     def f1_of_first(self, order: Sequence[int]) -> np.ndarray:
         """F1 by the first patch, the first two, and so on, shape (K, A); NaN where not tested."""
-        return self.f1_of_firsts([order])[0]
+        return self.f1_of_firsts([order], range(1, len(order) + 1))[0]
 
-    def f1_of_firsts(self, orders: Sequence[Sequence[int]], sizes: Sequence[int] | None = None) -> np.ndarray:
-        """The same of several orders of one length, shape (orders, K, A); of some `sizes` only, if given."""
-        found = [list(map(self._f1, of_order)) for of_order in self._scores.each_first_of(orders, sizes)]
+    def f1_of_firsts(self, orders: Sequence[Sequence[int]], sizes: Sequence[int]) -> np.ndarray:
+        """The same of several orders, by the first patches of some ascending `sizes`; (orders, sizes, A)."""
+        found = [list(map(self._f1, of_order)) for of_order in self.scores.each_first_of(orders, sizes)]
         return np.where(self.trial.testable, found, np.nan)
 
 
@@ -98,7 +89,6 @@ class SetTests:
         inputs: np.ndarray | PatchBlocks,
         protocol: Protocol,
         pooling: Pooling,
-        workers: int = 2,
         utility: UtilityMap | None = None,
     ) -> SetTests:
         """Prepare the tests of a library, for features (W, N, D) as `Ridge` takes them.
@@ -112,7 +102,7 @@ class SetTests:
         work = everything.among(_evenly(activity, clip, everything.is_test, MOST_WINDOWS))
         weights = work.weights
         source = SomeWindows(as_blocks(inputs), work.used)
-        ridge = Ridge(workers=workers).choose_alpha(source, work.labels, work.fold, work.is_test)
+        ridge = Ridge().choose_alpha(source, work.labels, work.fold, work.is_test)
         features = _held(source)
         alone = _alone(utility, work.plan)
 
@@ -121,7 +111,7 @@ class SetTests:
                 Training(np.flatnonzero(np.isin(work.plan.block, split.train)), split.tested)
                 for split in (work.plan.splits[number] for number in trial.splits)
             ]
-            scores = JointScores(features, work.labels, trainings, ridge, workers)
+            scores = JointScores(features, work.labels, trainings, ridge)
             labels = work.labels[scores.windows]
             return Tests(scores, labels, trial, weights, pooling, alone.get(trial))
 
