@@ -124,11 +124,7 @@ def _near_pairs(
     scale = np.divide(1.0, deviation, where=used, out=np.zeros_like(deviation))
     reach = tolerance * np.sqrt(used.sum())
     rows = _Rows(signatures, distinct)
-    for_axes = rows.some(slice(None, None, -(-len(distinct) // FOR_AXES)))[:, used] * scale[used]
-    centred = for_axes - for_axes.mean(axis=0)
-    principal = np.linalg.eigh(centred.T @ centred)[1][:, ::-1][:, :AXES]  # the greatest first
-    axes = np.zeros((len(scale), AXES))
-    axes[used, : min(AXES, used.sum())] = scale[used, None] * principal
+    axes = _principal_axes(rows.some(slice(None, None, -(-len(distinct) // FOR_AXES))), used, scale)
     lines, order = rows.on(axes)
     for side in [rows] if mirrored is None else [rows, _Rows(signatures, distinct, mirrored)]:
         side_lines, side_order = (lines, order) if side is rows else side.on(axes)
@@ -142,6 +138,16 @@ def _near_pairs(
                     near[near] = alike(one[near], other[near])
                 found.append(np.stack([i[some][near], j[some][near]]))
     return distinct[np.concatenate(found, axis=1)]
+
+
+def _principal_axes(rows: np.ndarray, used: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Axes (K, AXES) of rows (L, K) times `scale` (K,), of the columns that are used, (K,) of bool."""
+    scaled = rows[:, used] * scale[used]
+    centred = scaled - scaled.mean(axis=0)
+    principal = np.linalg.eigh(centred.T @ centred)[1][:, ::-1][:, :AXES]  # the greatest first
+    axes = np.zeros((len(scale), AXES))
+    axes[used, : min(AXES, used.sum())] = scale[used, None] * principal
+    return axes
 
 
 def _pairs_on_axes(a: np.ndarray, b: np.ndarray, reach: float) -> Iterator[tuple[np.ndarray, np.ndarray]]:
