@@ -104,7 +104,10 @@ class SetTests:
         source = SomeWindows(as_blocks(inputs), work.used)
         ridge = Ridge().choose_alpha(source, work.labels, work.fold, work.is_test)
         features = _held(source)
-        alone = _alone(utility, work.plan)
+        known: dict[Trial, np.ndarray] = {}  # F1 of each patch alone
+        if utility is not None and utility.half_f1 is not None:
+            for pair, of_pair in zip(work.plan.pairs, utility.half_f1, strict=True):
+                known.update(zip(pair, of_pair, strict=True))
 
         def tests(trial: Trial) -> Tests:
             trainings = [
@@ -113,7 +116,7 @@ class SetTests:
             ]
             scores = JointScores(features, work.labels, trainings, ridge)
             labels = work.labels[scores.windows]
-            return Tests(scores, labels, trial, weights, pooling, alone.get(trial))
+            return Tests(scores, labels, trial, weights, pooling, known.get(trial))
 
         halves = [(a, b) for a, b in work.plan.pairs if (a.testable & b.testable & (weights > 0)).any()]
         whole = work.plan.whole
@@ -121,17 +124,6 @@ class SetTests:
         made = {trial: tests(trial) for trial in trials}
         pairs = tuple((made[a], made[b]) for a, b in halves)
         return cls(made[whole], pairs, work.plan, work.activities, protocol.seed, weights)
-
-
-def _alone(utility: UtilityMap | None, plan: Plan) -> dict[Trial, np.ndarray]:
-    """F1 of each patch alone, by trial, where a ranking has it."""
-    if utility is None or utility.half_f1 is None:
-        return {}
-    return {
-        trial: f1
-        for pair, of_pair in zip(plan.pairs, utility.half_f1, strict=True)
-        for trial, f1 in zip(pair, of_pair, strict=True)
-    }
 
 
 def _held(source: PatchBlocks) -> np.ndarray:
