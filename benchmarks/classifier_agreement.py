@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from w2w.core.ranking.agreement import spearman_rows
-from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores
+from w2w.core.ranking.f1 import ClipUnits, clip_resamples, f1_scores
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.inputs import BLOCK_BYTES, ITEM_BYTES, ArrayBlocks, PatchBlocks, SomeWindows
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, maker, utility_map
@@ -148,7 +148,7 @@ def compare(
         raise ValueError("the two maps are not of the same clips and folds")
     n_activities = len(first.activities)
     counts = [
-        count_by_clip(first.truth[tested], named[tested], first.clip[tested], n_activities)
+        ClipUnits(first.truth[tested], first.clip[tested], n_activities).count(named[tested])
         for named in (first.predictions[:, list(places)], second.predictions)
     ]
     weights = clip_resamples(counts[0].activity, RESAMPLES, np.random.default_rng(seed))

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from w2w.core.patches.naming import DEFAULT_SIDE
-from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores
+from w2w.core.ranking.f1 import ClipUnits, clip_resamples, f1_scores
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.studies.classifiers.multi3net.classifier import Multi3Net
@@ -31,7 +31,7 @@ def macro_f1(utility: UtilityMap, tested: np.ndarray) -> tuple[np.ndarray, np.nd
     """Mean F1 of the activities among the tested windows, by place, and of bootstrap samples of the clips."""
     truth = utility.truth[tested]
     seen = np.unique(truth)
-    count = count_by_clip(truth, utility.predictions[tested], utility.clip[tested], len(utility.activities))
+    count = ClipUnits(truth, utility.clip[tested], len(utility.activities)).count(utility.predictions[tested])
     weights = clip_resamples(count.activity, RESAMPLES, np.random.default_rng(0))
     whole = np.ones((1, weights.shape[1]), dtype=weights.dtype)
     return tuple(np.nan_to_num(f1_scores(count, w))[..., seen].mean(axis=-1) for w in (whole, weights))

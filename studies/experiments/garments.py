@@ -27,7 +27,7 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.naming import resolve
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.agreement import spearman_rows
-from w2w.core.ranking.f1 import ClipCounts, count_by_clip
+from w2w.core.ranking.f1 import ClipCounts, ClipUnits
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import UTILITY
 
@@ -181,7 +181,7 @@ def _counted(own: UtilityMap, clips: Compared, covered: np.ndarray) -> ClipCount
     if not np.array_equal(tested, clips.names[np.argsort(clips.names)]):
         raise SystemExit("the two runs did not test the same clips, or some hold the same motion")
     place = np.argsort(np.argsort(clips.names))
-    counts = count_by_clip(own.truth, own.predictions[:, covered], own.clip, len(own.activities))
+    counts = ClipUnits(own.truth, own.clip, len(own.activities)).count(own.predictions[:, covered])
     return ClipCounts(*(getattr(counts, name)[place] for name in ("hit", "named", "size", "activity")))
 
 

@@ -29,7 +29,7 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.f1 import count_by_clip, f1_scores
+from w2w.core.ranking.f1 import ClipUnits, f1_scores
 from w2w.core.ranking.features import window_features
 from w2w.core.ranking.folds import ALWAYS_TRAIN
 from w2w.core.ranking.halves import Protocol
@@ -148,7 +148,7 @@ def _taught(teacher: Side, tested: Side, activities: list[str]) -> np.ndarray:
     truth = labels[1][asked]
     features = np.concatenate([teacher.features, tested.features[asked]])
     named = Ridge().predict_folds(features, np.concatenate([labels[0], truth]), fold, fold == 0)
-    counts = count_by_clip(truth, named, tested.clip[asked], len(activities))
+    counts = ClipUnits(truth, tested.clip[asked], len(activities)).count(named)
     return f1_scores(counts, np.ones((1, len(counts.size))))[0].mean(axis=1)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores
+from w2w.core.ranking.f1 import ClipUnits, clip_resamples, f1_scores
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.ranking.weights import mean_over
 
@@ -86,6 +86,6 @@ def resampled_f1(
     Returns `f1` (N, A); `samples` (n_resamples, N, A): the same clips are drawn at all patches: a difference
     of two has an interval of its own.
     """
-    counts = count_by_clip(truth, predictions, clip, n_activities)
+    counts = ClipUnits(truth, clip, n_activities).count(predictions)
     drawn = clip_resamples(counts.activity, n_resamples, np.random.default_rng(seed))
     return f1_scores(counts, np.ones((1, len(counts.size))))[0], f1_scores(counts, drawn)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from w2w.core.ranking.f1 import ClipCounts, clip_resamples, count_by_clip, f1_scores
+from w2w.core.ranking.f1 import ClipCounts, ClipUnits, clip_resamples, f1_scores
 from w2w.core.ranking.utility import UtilityMap
 
 RESAMPLES = 2000
@@ -96,7 +96,7 @@ def site_scores(
     """
     n_activities = len(found.activities)
     unit = found.clip if person_of is None else np.array([person_of[clip] for clip in found.clip.tolist()])
-    counts = count_by_clip(found.truth, found.predictions, unit, n_activities)
+    counts = ClipUnits(found.truth, unit, n_activities).count(found.predictions)
     names, index = np.unique(unit, return_inverse=True)
     person = None if person_of is None else np.unique(index * n_activities + found.truth) // n_activities
     rng = np.random.default_rng(seed)

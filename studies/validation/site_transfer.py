@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.f1 import count_by_clip, f1_scores
+from w2w.core.ranking.f1 import ClipUnits, f1_scores
 from w2w.core.ranking.features import window_features
 from w2w.core.ranking.folds import ALWAYS_TRAIN
 from w2w.core.ranking.windows import TooShortError, WindowSpec, cut_windows
@@ -211,7 +211,7 @@ def _tested(worn: SiteSignals, made: SiteSignals | None, way: Way, n_activities:
         labels = np.concatenate([y, worn.label[out]])
         found = Ridge(seed=seed).predict_folds(np.concatenate([x, tested])[:, None], labels, fold, fold == 0)
         named[out] = found[:, 0]
-    counts = count_by_clip(worn.label, named[:, None], worn.person, n_activities)
+    counts = ClipUnits(worn.label, worn.person, n_activities).count(named[:, None])
     return float(f1_scores(counts, np.ones((1, len(counts.size)))).mean())
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from sklearn.metrics import confusion_matrix, f1_score
 
 from w2w.core.ranking import f1
-from w2w.core.ranking.f1 import clip_resamples, count_by_clip, f1_scores, score_patches
+from w2w.core.ranking.f1 import ClipUnits, clip_resamples, f1_scores, score_patches
 
 
 def simulate(rng, n_clips=30, n_activities=3, n_sensors=1, right=0.7, clip_spread=0.2):
@@ -28,7 +28,7 @@ def simulate(rng, n_clips=30, n_activities=3, n_sensors=1, right=0.7, clip_sprea
 
 def test_f1_and_confusion_equal_scikit_learn():
     truth, predictions, clip = simulate(np.random.default_rng(0), n_sensors=4)
-    counts = count_by_clip(truth, predictions, clip, 3)
+    counts = ClipUnits(truth, clip, 3).count(predictions)
     f1 = f1_scores(counts, np.ones((1, len(counts.size))))[0]
     for sensor in range(4):
         expected = f1_score(truth, predictions[:, sensor], average=None)
@@ -41,7 +41,7 @@ def test_f1_and_confusion_equal_scikit_learn():
 def test_weights_are_repetitions_of_clips():
     rng = np.random.default_rng(1)
     truth, predictions, clip = simulate(rng, n_clips=5, n_sensors=2)
-    counts = count_by_clip(truth, predictions, clip, 3)
+    counts = ClipUnits(truth, clip, 3).count(predictions)
     weights = rng.integers(0, 3, size=15)
     weights[:3] = 1
     repeated = np.concatenate([np.flatnonzero(clip == c) for c in range(15) for _ in range(weights[c])])
@@ -63,7 +63,7 @@ def test_interval_covers_the_true_macro_f1():
     """95 % intervals over 30 clips an activity must cover at least 85 % of the time, and not always."""
     rng = np.random.default_rng(3)
     truth, predictions, clip = simulate(rng, n_clips=6000)
-    counts = count_by_clip(truth, predictions, clip, 3)
+    counts = ClipUnits(truth, clip, 3).count(predictions)
     true_f1 = f1_scores(counts, np.ones((1, len(counts.size)))).mean()
     covered = 0
     for seed in range(200):
@@ -102,12 +102,12 @@ def test_blocks_of_clips_and_of_draws_change_nothing(monkeypatch):
 
 
 def test_a_clip_under_two_activities_counts_as_two():
-    counts = count_by_clip(np.array([0, 0, 1]), np.array([[0], [1], [1]]), np.array(["s", "s", "s"]), 2)
+    counts = ClipUnits(np.array([0, 0, 1]), np.array(["s", "s", "s"]), 2).count(np.array([[0], [1], [1]]))
     np.testing.assert_array_equal(counts.size, [2, 1])
     np.testing.assert_array_equal(counts.hit[:, 0], [1, 1])
     np.testing.assert_array_equal(counts.confusion()[0], [[1, 1], [0, 1]])
 
 
 def test_an_activity_without_windows_has_no_f1_even_where_it_is_named():
-    counts = count_by_clip(np.array([0, 0, 2]), np.array([[1], [0], [2]]), np.array([0, 0, 1]), 3)
+    counts = ClipUnits(np.array([0, 0, 2]), np.array([0, 0, 1]), 3).count(np.array([[1], [0], [2]]))
     np.testing.assert_allclose(f1_scores(counts, np.ones((1, 2)))[0, 0], [2 / 3, np.nan, 1])

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.f1 import count_by_clip, f1_scores
+from w2w.core.ranking.f1 import ClipUnits, f1_scores
 from w2w.studies.experiments import garment_intervals
 
 ACTIVITIES, PERFORMERS, CLIPS, PATCHES = 3, 4, 2, 6
@@ -27,7 +27,7 @@ def counted(seed, right):
     truth = np.repeat(clips()[1], 2)
     wrong = (truth[:, None] + rng.integers(1, ACTIVITIES, (len(truth), PATCHES))) % ACTIVITIES
     named = np.where(rng.random(wrong.shape) < right, truth[:, None], wrong)
-    return count_by_clip(truth, named, np.repeat(np.arange(len(truth) // 2), 2), ACTIVITIES)
+    return ClipUnits(truth, np.repeat(np.arange(len(truth) // 2), 2), ACTIVITIES).count(named)
 
 
 def drawn(resamples=4000):

@@ -65,6 +65,28 @@ class ClipCounts:
         return np.stack(of, axis=1).astype(np.int32)
 
 
+class ClipUnits:
+    """Windows (W,) by clip; those of one clip and several activities count as several clips."""
+
+    def __init__(self, truth: np.ndarray, clip: np.ndarray, n_activities: int) -> None:
+        _, clip_index = np.unique(np.asarray(clip), return_inverse=True)
+        units, self.of_window = np.unique(clip_index * n_activities + truth, return_inverse=True)
+        self.activity = units % n_activities
+        self.n_activities = n_activities
+        self.size = np.bincount(self.of_window, minlength=len(units)).astype(np.float32)
+
+    def count(self, predictions: np.ndarray) -> ClipCounts:
+        """Count hits and names clip by clip, of the activities that N sensors name, (W, N)."""
+        n_sensors = predictions.shape[1]
+        named = np.zeros((len(self.size), n_sensors, self.n_activities), dtype=np.float32)
+        cells, first = len(self.size) * self.n_activities, self.of_window * self.n_activities
+        for sensor in range(n_sensors):
+            found = np.bincount(first + predictions[:, sensor], minlength=cells)
+            named[:, sensor] = found.reshape(-1, self.n_activities)
+        hit = named[np.arange(len(named)), :, self.activity]
+        return ClipCounts(hit, named, self.size, self.activity)
+
+
 class Bootstrap(NamedTuple):
     """Percentile intervals, and the macro F1 of every resample."""
 
@@ -75,16 +97,6 @@ class Bootstrap(NamedTuple):
     rank_low: np.ndarray  # (N,): of the rank by macro F1; 1 is the best
     rank_high: np.ndarray
     mean_samples: np.ndarray  # (B, N)
-
-
-def count_by_clip(
-    truth: np.ndarray, predictions: np.ndarray, clip: np.ndarray, n_activities: int
-) -> ClipCounts:
-    """Count hits and names clip by clip, of windows' labels (W,), names (W, N) and clips (W,).
-
-    Windows of one clip and several activities count as several clips.
-    """
-    return _Units(truth, clip, n_activities).count(predictions)
 
 
 def score_patches(
@@ -104,11 +116,11 @@ def score_patches(
     are tested, so the intervals say how far the result depends on the clips at hand, not on the draw of the
     folds. All patches see the same resamples.
 
-    `truth` (W,), `predictions` (W, N) and `clip` (W,) are as for `count_by_clip`; `activity_weights` (A,) say
+    `truth` (W,), `predictions` (W, N) and `clip` (W,) are as for `ClipUnits`; `activity_weights` (A,) say
     what each activity counts in the macro F1, all alike by default. `COUNT_BYTES` decide how many patches are
     looked at at a time; counts are whole numbers, so it changes no bit.
     """
-    units = _Units(truth, clip, n_activities)
+    units = ClipUnits(truth, clip, n_activities)
     weights = clip_resamples(units.activity, n_resamples, np.random.default_rng(seed))
     block = max(1, COUNT_BYTES // (len(units.size) * n_activities * np.dtype(np.float32).itemsize))
     share = np.ones(n_activities) if activity_weights is None else activity_weights
@@ -128,27 +140,6 @@ def score_patches(
     rank_low, rank_high = np.quantile(ranks, tail, axis=0, method="nearest").astype(np.int32)
     bootstrap = Bootstrap(f1_low, f1_high, mean_low, mean_high, rank_low, rank_high, samples)
     return np.concatenate(f1), np.concatenate(confusion), bootstrap
-
-
-class _Units:
-    """The windows of one clip and activity, which count as one clip."""
-
-    def __init__(self, truth: np.ndarray, clip: np.ndarray, n_activities: int) -> None:
-        _, clip_index = np.unique(np.asarray(clip), return_inverse=True)
-        units, self.of_window = np.unique(clip_index * n_activities + truth, return_inverse=True)
-        self.activity = units % n_activities
-        self.n_activities = n_activities
-        self.size = np.bincount(self.of_window, minlength=len(units)).astype(np.float32)
-
-    def count(self, predictions: np.ndarray) -> ClipCounts:
-        n_sensors = predictions.shape[1]
-        named = np.zeros((len(self.size), n_sensors, self.n_activities), dtype=np.float32)
-        cells, first = len(self.size) * self.n_activities, self.of_window * self.n_activities
-        for sensor in range(n_sensors):
-            found = np.bincount(first + predictions[:, sensor], minlength=cells)
-            named[:, sensor] = found.reshape(-1, self.n_activities)
-        hit = named[np.arange(len(named)), :, self.activity]
-        return ClipCounts(hit, named, self.size, self.activity)
 
 
 def f1_scores(counts: ClipCounts, weights: np.ndarray) -> np.ndarray:
