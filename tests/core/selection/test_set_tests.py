@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What sets are judged by: halves that a ranking knows already are not ranked again."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -74,7 +76,7 @@ def test_the_worst_activity_decides_where_every_one_is_asked_for(asked, utility)
     worst = half.added((), candidates, worst=True)
     each = []
     for activity in range(len(weights)):
-        half.weights = np.eye(len(weights))[activity]
-        each.append(half.added((), candidates, worst=False))
+        alone = replace(half, weights=np.eye(len(weights))[activity])
+        each.append(alone.added((), candidates, worst=False))
     np.testing.assert_allclose(worst, np.min(each, axis=0))
     assert (np.ptp(each, axis=0) > 0.01).any()
