@@ -18,7 +18,7 @@ from w2w.core.study import StudyConfig
 
 def test_every_parameter_is_read_back_as_it_was():
     config = StudyConfig(
-        placements=(("belt", 12), ("chest", (0.0, -0.1, 1.25))),
+        placements=(("belt", 12), ("cuff", "left forearm 85% 50%"), ("chest", (0.0, -0.1, 1.25))),
         garments=("tshirt",),
         synthesis=Synthesis(rate_hz=80, cutoff_hz=None, convention="paper"),
         sensor="watch",

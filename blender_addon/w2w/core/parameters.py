@@ -109,8 +109,9 @@ def _value(kind: Any, given: Any, where: str) -> Any:
     if origin in (Union, UnionType):
         if given is None and type(None) in parts:
             return None
+        exact = [part for part in parts if part is type(given)]
         wanted = [part for part in parts if (get_origin(part) is tuple) == isinstance(given, list)]
-        return _value((wanted or parts)[0], given, where)
+        return _value((exact or wanted or parts)[0], given, where)
     if isinstance(kind, type) and is_dataclass(kind):
         return read_record(kind, given, where)
     if origin is tuple and isinstance(given, list | tuple):

@@ -53,7 +53,7 @@ class StudyConfig:
         "Number of patches on the body that are compared.",
         title="Patches", least=2, most=6890, usual=(None, 1024),
     )  # fmt: skip
-    placements: tuple[tuple[str, int | tuple[float, ...]], ...] = parameter(
+    placements: tuple[tuple[str, int | str | tuple[float, ...]], ...] = parameter(
         (),
         "Spots of your own beside them: csv with columns name and vertex, spot, or x, y, z (metres "
         "on the body at rest, z up, soles at z = 0).",
