@@ -2,7 +2,8 @@
 """Acclaim's skeleton (.asf) and motion (.amc) files, as CMU and HDM05 publish their motion capture."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from itertools import pairwise, permutations
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +30,7 @@ MAX_ASF_BYTES = 1 << 22
 
 ROOT = "root"
 TURNS, SHIFTS = ("rx", "ry", "rz"), ("tx", "ty", "tz")
-ORDERS = {"".join((a, b, c)) for a in "xyz" for b in "xyz" for c in "xyz" if len({a, b, c}) == 3}
+ORDERS = {"".join(axes) for axes in permutations("xyz")}
 
 
 @dataclass
@@ -37,10 +38,11 @@ class _Bone:
     """A segment: where it points and how long it is, its axes, and what moves it."""
 
     name: str
-    direction: np.ndarray = field(default_factory=lambda: np.array([0.0, 1.0, 0.0]))
-    length: float = 0.0
-    axis: tuple[np.ndarray, str] = (np.zeros(3), "xyz")
-    moves: tuple[str, ...] = ()
+    direction: np.ndarray
+    length: float
+    axis: np.ndarray  # degrees
+    order: str
+    moves: tuple[str, ...]
     parent: int = -1
 
 
@@ -89,8 +91,8 @@ def _lines(path: Path) -> list[str]:
     return [line for line in (raw.partition("#")[0].strip() for raw in text.splitlines()) if line]
 
 
-def _sections(lines: list[str]) -> dict[str, list[str]]:
-    """The parts of an .asf: the word after the colon, in lower case, and the lines below."""
+def _skeleton(lines: list[str]) -> list[_Bone]:
+    """Bones, the root first, parents before children."""
     parts: dict[str, list[str]] = {}
     held: list[str] = []
     for line in lines:
@@ -99,18 +101,12 @@ def _sections(lines: list[str]) -> dict[str, list[str]]:
             held = parts[name.lower()] = [rest] if rest else []
         else:
             held.append(line)
-    return parts
-
-
-def _skeleton(lines: list[str]) -> list[_Bone]:
-    """Bones, the root first, parents before children."""
-    parts = _sections(lines)
     missing = [name for name in ("root", "bonedata", "hierarchy") if name not in parts]
     if missing:
         raise ValueError(f"it lacks :{', :'.join(missing)}")
     if any(line.lower().split() == ["angle", "rad"] for line in parts.get("units", ())):
         raise ValueError("its angles are in radians; only degrees are known")
-    found = {ROOT: _root(parts["root"])} | {bone.name: bone for bone in _bones(parts["bonedata"])}
+    found = {bone.name: bone for bone in (_root(parts["root"]), *_bones(parts["bonedata"]))}
     ordered, place = [found[ROOT]], {ROOT: 0}
     waiting = [line.split() for line in parts["hierarchy"] if line.lower() not in ("begin", "end")]
     while waiting:
@@ -130,40 +126,37 @@ def _skeleton(lines: list[str]) -> list[_Bone]:
 
 def _root(lines: list[str]) -> _Bone:
     facts = {line.split()[0].lower(): line.split()[1:] for line in lines}
-    order = facts.get("axis", ["XYZ"])[0].lower()
-    turned = [float(word) for word in facts.get("orientation", ["0", "0", "0"])]
-    moves = tuple(word.lower() for word in facts["order"])
-    return _Bone(ROOT, axis=(np.array(turned), _checked(order)), moves=moves)
+    axis = [*facts.get("orientation", ["0", "0", "0"]), facts.get("axis", ["XYZ"])[0]]
+    return _bone({"name": [ROOT], "axis": axis, "dof": facts["order"]})
 
 
 def _bones(lines: list[str]) -> Iterator[_Bone]:
-    bone = None
+    facts: dict[str, list[str]] | None = None
     for line in lines:
         key, *words = line.split()
-        key = key.lower()
-        if key == "begin":
-            bone = _Bone("")
-        elif key == "end" and bone is not None:
-            yield bone
-            bone = None
-        elif bone is None:
-            continue
-        elif key == "name":
-            bone.name = words[0]
-        elif key == "direction":
-            bone.direction = np.array([float(word) for word in words[:3]])
-        elif key == "length":
-            bone.length = float(words[0])
-        elif key == "axis":
-            bone.axis = (np.array([float(word) for word in words[:3]]), _checked(words[3].lower()))
-        elif key == "dof":
-            bone.moves = tuple(word.lower() for word in words)
+        if key.lower() == "begin":
+            facts = {}
+        elif facts is not None and key.lower() == "end":
+            yield _bone(facts)
+            facts = None
+        elif facts is not None:
+            facts[key.lower()] = words
 
 
-def _checked(order: str) -> str:
+def _bone(facts: dict[str, list[str]]) -> _Bone:
+    """The bone of the words of its lines, by each line's first word."""
+    axis = facts.get("axis", ["0", "0", "0", "XYZ"])
+    order = axis[3].lower()
     if order not in ORDERS:
         raise ValueError(f"{order} is no order of axes")
-    return order
+    return _Bone(
+        facts.get("name", [""])[0],
+        np.array([float(word) for word in facts.get("direction", ["0", "1", "0"])[:3]]),
+        float(facts.get("length", ["0"])[0]),
+        np.array([float(word) for word in axis[:3]]),
+        order,
+        tuple(word.lower() for word in facts.get("dof", ())),
+    )
 
 
 def _frames(lines: list[str], bones: list[_Bone]) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -175,8 +168,7 @@ def _frames(lines: list[str], bones: list[_Bone]) -> tuple[dict[str, np.ndarray]
     refuse_too_long(len(starts), len(bones))
     moving = {bone.name: bone.moves for bone in bones if bone.moves}
     values = {name: np.zeros((len(starts), len(moves))) for name, moves in moving.items()}
-    for frame, start in enumerate(starts):
-        stop = starts[frame + 1] if frame + 1 < len(starts) else len(lines)
+    for frame, (start, stop) in enumerate(pairwise([*starts, len(lines)])):
         for line in lines[start + 1 : stop]:
             name, *words = line.split()
             if name not in moving:
@@ -196,37 +188,33 @@ def _frames(lines: list[str], bones: list[_Bone]) -> tuple[dict[str, np.ndarray]
 
 
 def _source(bones: list[_Bone], values: dict[str, np.ndarray], root: np.ndarray, rate: float) -> SourceMotion:
-    n_frames = len(root)
     rest = np.tile(np.eye(4), (len(bones), 1, 1))
-    moved = np.tile(np.eye(4), (n_frames, len(bones), 1, 1))
-    rest_end, end = np.zeros((len(bones), 3)), np.zeros((n_frames, len(bones), 3))
+    moved = np.tile(np.eye(4), (len(root), len(bones), 1, 1))
+    moved[:, 0, :3, 3] = root
+    reaches = [bone.direction / max(np.linalg.norm(bone.direction), 1e-12) * bone.length for bone in bones]
     for number, bone in enumerate(bones):
-        turn = _turn(bone, values.get(bone.name), n_frames)
-        reach = bone.direction / max(np.linalg.norm(bone.direction), 1e-12) * bone.length
-        if bone.parent >= 0:
-            turn = moved[:, bone.parent, :3, :3] @ turn
-            rest[number, :3, 3], moved[:, number, :3, 3] = rest_end[bone.parent], end[:, bone.parent]
-        else:
-            moved[:, number, :3, 3] = root
+        turn, parent = _turn(bone, values.get(bone.name)), bone.parent
+        if parent >= 0:
+            turned, reach = moved[:, parent, :3, :3], reaches[parent]
+            turn = turned @ turn
+            rest[number, :3, 3] = rest[parent, :3, 3] + reach
+            moved[:, number, :3, 3] = moved[:, parent, :3, 3] + turned @ reach
         moved[:, number, :3, :3] = turn
-        rest_end[number] = rest[number, :3, 3] + reach
-        end[:, number] = moved[:, number, :3, 3] + turn @ reach
     parents = np.array([bone.parent for bone in bones])
     names = tuple(bone.name for bone in bones)
     return SourceMotion(names, parents, TO_Z_UP @ rest @ TO_Z_UP.T, TO_Z_UP @ moved @ TO_Z_UP.T, rate)
 
 
-def _turn(bone: _Bone, values: np.ndarray | None, n_frames: int) -> np.ndarray:
-    """Turn of a bone against its parent in each frame, in the axes of the rest pose, shape (T, 3, 3).
+def _turn(bone: _Bone, values: np.ndarray | None) -> np.ndarray:
+    """Turn of a bone against its parent in each frame, in the axes of the rest pose, (T, 3, 3) or (3, 3).
 
     The bone turns about its own axes, which stand turned by `axis` in the rest pose: C M C^-1. The first
     axis of an order is applied first.
     """
-    angles, order = bone.axis
-    own = Rotation.from_euler(order, angles, degrees=True).as_matrix()
-    moving = [(place, move[1]) for place, move in enumerate(bone.moves) if move in TURNS]
-    if values is None or not moving:
-        return np.tile(np.eye(3), (n_frames, 1, 1))
-    places, axes = zip(*moving, strict=True)
-    turned = Rotation.from_euler("".join(axes), values[:, list(places)], degrees=True)
+    places = [place for place, move in enumerate(bone.moves) if move in TURNS]
+    if values is None or not places:
+        return np.eye(3)
+    own = Rotation.from_euler(bone.order, bone.axis, degrees=True).as_matrix()
+    order = "".join(bone.moves[place][1] for place in places)
+    turned = Rotation.from_euler(order, values[:, places], degrees=True)
     return own @ turned.as_matrix().reshape(-1, 3, 3) @ own.T

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..wording import free_name
 from .source import (
     HIGHEST_RATE,
     LOWEST_RATE,
@@ -45,7 +46,6 @@ AN_END = -1
 """Stands for an End Site among the numbers of joints."""
 
 Lines = Iterator[tuple[int, str]]
-Statements = Iterator[tuple[int, list[str]]]
 
 
 @dataclass
@@ -98,27 +98,23 @@ def _joints(lines: Lines, size: int) -> list[BvhJoint]:
     statements = list(_until_motion(lines, size))
     opened, closed = (sum(words == [brace] for _, words in statements) for brace in "{}")
     if opened != closed:
-        raise UnusableMotion(f"it is damaged: its skeleton opens {opened} braces and closes {closed}")
-    tree = _Tree()
-    for number, words in statements:
-        tree.take_up(number, words)
-    if not tree.joints:
-        raise UnusableMotion("it is damaged: its skeleton has no joint")
-    for joint in tree.joints:
+        raise _damaged(f"its skeleton opens {opened} braces and closes {closed}")
+    joints = _tree(statements)
+    if not joints:
+        raise _damaged("its skeleton has no joint")
+    for joint in joints:
         if not joint.offset:
-            raise UnusableMotion(
-                f"it is damaged: its joint {_quoted(joint.name)} (line {joint.line}) has no OFFSET"
-            )
-    return tree.joints
+            raise _damaged(f"its joint {_quoted(joint.name)} (line {joint.line}) has no OFFSET")
+    return joints
 
 
-def _until_motion(lines: Lines, size: int) -> Statements:
+def _until_motion(lines: Lines, size: int) -> Iterator[tuple[int, list[str]]]:
     """Words of each line above MOTION; braces count as lines of their own, which they are in most files."""
     length = 0
     for number, line in lines:
         length += len(line)
         if length > MAX_SKELETON:
-            raise UnusableMotion("it is damaged: what should be its skeleton is too large to be one")
+            raise _damaged("what should be its skeleton is too large to be one")
         for part in re.split(r"([{}])", line):
             words = part.split()
             if len(words) == 1 and words[0].upper() == "MOTION":
@@ -128,73 +124,56 @@ def _until_motion(lines: Lines, size: int) -> Statements:
     raise UnusableMotion(f"it is cut short at {size} bytes: no MOTION follows its skeleton")
 
 
-class _Tree:
-    """The skeleton, as its lines are taken up one by one."""
-
-    def __init__(self) -> None:
-        self.joints: list[BvhJoint] = []
-        self._names: set[str] = set()
-        self._open: list[int] = []
-        self._named: int | None = None
-
-    def take_up(self, number: int, words: list[str]) -> None:
-        """Take up the words of a line."""
+def _tree(statements: list[tuple[int, list[str]]]) -> list[BvhJoint]:
+    """The joints of a skeleton's lines; names that come twice are told apart as Blender does."""
+    joints: list[BvhJoint] = []
+    names: set[str] = set()
+    within: list[int] = []  # joints whose braces are open
+    named: int | None = None  # whose brace comes next
+    for number, words in statements:
         kind = words[0].upper()
-        if kind in ("ROOT", "JOINT") and self._named is None and AN_END not in self._open[-1:]:
-            self._name("_".join(words[1:]), number)
-        elif kind == "END" and [word.upper() for word in words[1:2]] == ["SITE"] and self._open:
-            self._named = AN_END
-        elif kind == "{" and self._named is not None:
-            self._open.append(self._named)
-            self._named = None
-        elif kind == "}" and self._open and self._named is None:
-            self._open.pop()
-        elif kind == "OFFSET" and self._open:
-            self._offset(words[1:], number)
-        elif kind == "CHANNELS" and self._open and self._open[-1] != AN_END:
-            self._channels(words[1:], number)
+        if kind in ("ROOT", "JOINT") and named is None and AN_END not in within[-1:]:
+            name, named = free_name("_".join(words[1:]), names, "{}.{:03d}", 1), len(joints)
+            names.add(name)
+            joints.append(BvhJoint(name, within[-1] if within else -1, number))
+        elif kind == "END" and [word.upper() for word in words[1:2]] == ["SITE"] and within:
+            named = AN_END
+        elif kind == "{" and named is not None:
+            within.append(named)
+            named = None
+        elif kind == "}" and within and named is None:
+            within.pop()
+        elif kind == "OFFSET" and within:
+            offset = _offset(words[1:], number)
+            if within[-1] != AN_END:
+                joints[within[-1]].offset = offset
+        elif kind == "CHANNELS" and within and within[-1] != AN_END:
+            _add_channels(joints[within[-1]], words[1:], number)
         else:
-            raise UnusableMotion(
-                f"it is damaged: line {number} holds {_quoted(' '.join(words))} where no such line belongs"
-            )
+            raise _damaged(f"line {number} holds {_quoted(' '.join(words))} where no such line belongs")
+    return joints
 
-    def _name(self, name: str, number: int) -> None:
-        """Begin a joint, as Blender names it: one name twice would be two joints in one."""
-        free, copies = name, 0
-        while free in self._names:
-            copies += 1
-            free = f"{name}.{copies:03d}"
-        self._names.add(free)
-        self._named = len(self.joints)
-        self.joints.append(BvhJoint(free, self._open[-1] if self._open else -1, number))
 
-    def _offset(self, words: list[str], number: int) -> None:
-        if len(words) != 3:
-            raise UnusableMotion(
-                f"it is damaged: line {number} gives an offset of {len(words)} numbers, and one has 3"
-            )
-        offset = tuple(_numbers(words, number))
-        if not all(abs(value) < MOST for value in offset):  # NaN too
-            raise UnusableMotion(NOT_FINITE)
-        if self._open[-1] != AN_END:
-            self.joints[self._open[-1]].offset = offset
+def _offset(words: list[str], number: int) -> tuple[float, ...]:
+    if len(words) != 3:
+        raise _damaged(f"line {number} gives an offset of {len(words)} numbers, and one has 3")
+    offset = tuple(_numbers(words, number))
+    if not all(abs(value) < MOST for value in offset):  # NaN too
+        raise UnusableMotion(NOT_FINITE)
+    return offset
 
-    def _channels(self, words: list[str], number: int) -> None:
-        if words[:1] != [str(len(words) - 1)]:
-            raise UnusableMotion(
-                f"it is damaged: line {number} says {_quoted(' '.join(words[:1]))} channels and names "
-                f"{max(0, len(words) - 1)}"
-            )
-        joint = self.joints[self._open[-1]]
-        for word in words[1:]:
-            channel = word.lower()
-            if channel not in (*CHANNELS, *UNUSED_CHANNELS) or channel in joint.channels:
-                twice = " a second time" if channel in joint.channels else ""
-                raise UnusableMotion(
-                    f"it is damaged: line {number} names the channel {_quoted(word)}{twice}, not one such as "
-                    "Xposition or Zrotation"
-                )
-            joint.channels += (channel,)
+
+def _add_channels(joint: BvhJoint, words: list[str], number: int) -> None:
+    if words[:1] != [str(len(words) - 1)]:
+        named = max(0, len(words) - 1)
+        raise _damaged(f"line {number} says {_quoted(' '.join(words[:1]))} channels and names {named}")
+    for word in words[1:]:
+        channel = word.lower()
+        if channel not in (*CHANNELS, *UNUSED_CHANNELS) or channel in joint.channels:
+            twice = " a second time" if channel in joint.channels else ""
+            what = f"{_quoted(word)}{twice}"
+            raise _damaged(f"line {number} names the channel {what}, not one such as Xposition or Zrotation")
+        joint.channels += (channel,)
 
 
 def _header(lines: Lines) -> tuple[int, float]:
@@ -214,7 +193,7 @@ def _rate(word: str) -> float:
         seconds = float(word)
     except ValueError:
         seconds = math.nan
-    if not (math.isfinite(seconds) and seconds > 0):
+    if not 0 < seconds < math.inf:
         raise UnusableMotion(
             f"its frame time is {_quoted(word)}, which gives no frame rate: write the seconds from one "
             "frame to the next, such as 'Frame Time: 0.0333' for 30 frames a second"
@@ -230,13 +209,12 @@ def _rate(word: str) -> float:
 def _frames(lines: Lines, promised: int, joints: list[BvhJoint]) -> np.ndarray:
     """Numbers of the frames, a row each."""
     channels = sum(len(joint.channels) for joint in joints)
-    most = MOST_BONE_FRAMES // len(joints)
     blocks, found = [np.zeros((0, channels))], 0
     full = ((number, line) for number, line in lines if not line.isspace())
     while block := list(islice(full, LINES_AT_ONCE)):
         blocks.append(_rows(block, channels))
         found += len(block)
-        if found > most:
+        if found * len(joints) > MOST_BONE_FRAMES:
             refuse_too_long(max(found, promised), len(joints))
     if found != promised:
         raise UnusableMotion(
@@ -262,9 +240,7 @@ def _row(line: str, number: int, channels: int) -> list[float]:
     words = line.split(None, channels)  # at most: a line may be as long as the file
     if len(words) != channels or not channels:
         count = sum(1 for _ in re.finditer(r"\S+", line))
-        raise UnusableMotion(
-            f"it is damaged: line {number} holds {count} numbers, and its skeleton has {channels} channels"
-        )
+        raise _damaged(f"line {number} holds {count} numbers, and its skeleton has {channels} channels")
     return _numbers(words, number)
 
 
@@ -277,9 +253,7 @@ def _numbers(words: list[str], line: int) -> list[float]:
         except ValueError:
             if any(part in word.lower() for part in ("nan", "inf", "#")):  # as C writes them
                 raise UnusableMotion(NOT_FINITE) from None
-            raise UnusableMotion(
-                f"it is damaged: line {line} holds {_quoted(word)} where a number should stand"
-            ) from None
+            raise _damaged(f"line {line} holds {_quoted(word)} where a number should stand") from None
     return found
 
 
@@ -292,3 +266,7 @@ def _quoted(text: str) -> str:
     """A piece of the file, short and printable."""
     short = text if len(text) <= SHOWN else text[:SHOWN] + "..."
     return f"'{short.encode('unicode_escape').decode('ascii')}'"
+
+
+def _damaged(what: str) -> UnusableMotion:
+    return UnusableMotion(f"it is damaged: {what}")

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Xsens MVN's open export, MVNX: segments' positions and orientations, read as a stream of XML."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree
@@ -11,7 +9,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from .source import (
-    MOST_BONE_FRAMES,
     SourceMotion,
     UnusableMotion,
     refuse_few_frames,
@@ -23,7 +20,6 @@ from .source import (
 
 MVNX_SUFFIX = ".mvnx"
 
-CHUNK = 1 << 20
 REST_FRAMES = ("tpose", "identity", "npose")
 """Calibration poses, the best first: its own T-pose is nearest to W2W's."""
 
@@ -40,62 +36,52 @@ UNIT_LENGTH = 0.05
 """How far a quaternion's length may be from 1."""
 
 
-class _Content:
-    """The part of the stream of tags that is kept."""
+class _Content(ElementTree.TreeBuilder):
+    """The first person's frames; their elements are emptied as they end, so that long files fit in memory."""
 
     def __init__(self) -> None:
+        super().__init__()
         self.segments: list[str] = []
         self.rate = 0.0
         self.poses: dict[str, dict[str, list[float]]] = {}
         self.frames: list[dict[str, list[float]]] = []
-        self._frame: dict[str, list[float]] | None = None
-        self._type = ""
-        self._text: list[str] | None = None
         self.subjects = 0
 
     def doctype(self, *_: str) -> None:
         """Refused: a file of MVN has none, and entities may grow without end."""
         raise UnusableMotion("it holds a document type, which no MVNX file has")
 
-    def start(self, tag: str, attributes: dict[str, str]) -> None:
-        """Take up what a tag says."""
-        name = tag.rpartition("}")[2]
-        if name == "subject":
+    def start(self, tag: str, attributes: dict[str, str]) -> ElementTree.Element:
+        """Take up the rate and the names of segments."""
+        if _plain(tag) == "subject":
             self.subjects += 1
             if self.subjects == 1:
                 self.rate = _number(attributes.get("frameRate", "0"))
-        elif self.subjects != 1:
-            return
-        elif name == "segment":
+        elif _plain(tag) == "segment" and self.subjects == 1:
             self.segments.append(attributes.get("label", ""))
-        elif name == "frame":
-            self._frame, self._type = {}, attributes.get("type", "normal")
-        elif name in ("orientation", "position") and self._frame is not None:
-            self._text = []
+        return super().start(tag, attributes)
 
-    def data(self, text: str) -> None:
-        """Collect the numbers of a tag that is kept."""
-        if self._text is not None:
-            self._text.append(text)
+    def end(self, tag: str) -> ElementTree.Element:
+        """Keep the numbers of a frame."""
+        element = super().end(tag)
+        if _plain(tag) == "frame":
+            if self.subjects == 1:
+                self._keep(element)
+            element.clear()
+        return element
 
-    def end(self, tag: str) -> None:
-        """Keep what a tag held."""
-        name = tag.rpartition("}")[2]
-        if self._text is not None and self._frame is not None and name in ("orientation", "position"):
-            self._frame[name] = [_number(word) for word in "".join(self._text).split()]
-            self._text = None
-        elif name == "frame" and self._frame is not None:
-            if self._type == "normal":
-                self.frames.append(self._frame)
-                if len(self.frames) * max(1, len(self.segments)) > MOST_BONE_FRAMES:
-                    refuse_too_long(len(self.frames), len(self.segments))
-            else:
-                self.poses.setdefault(self._type, self._frame)
-            self._frame = None
-
-    def close(self) -> _Content:
-        """The content itself."""
-        return self
+    def _keep(self, element: ElementTree.Element) -> None:
+        frame = {
+            _plain(part.tag): [_number(word) for word in "".join(part.itertext()).split()]
+            for part in element.iter()
+            if _plain(part.tag) in ("orientation", "position")
+        }
+        kind = element.get("type", "normal")
+        if kind == "normal":
+            self.frames.append(frame)
+            refuse_too_long(len(self.frames), max(1, len(self.segments)))
+        else:
+            self.poses.setdefault(kind, frame)
 
 
 def read_mvnx(path: str | Path) -> SourceMotion:
@@ -105,17 +91,19 @@ def read_mvnx(path: str | Path) -> SourceMotion:
     """
     path = Path(path)
     size_and_head(path)
-    parser = ElementTree.XMLParser(target=_Content())
+    content = _Content()
     try:
-        with path.open("rb") as stream:
-            while chunk := stream.read(CHUNK):
-                parser.feed(chunk)
-        content = parser.close()
+        ElementTree.parse(path, ElementTree.XMLParser(target=content))
     except OSError as error:
         raise UnusableMotion(unreadable(error)) from error
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise UnusableMotion(f"it cannot be read as MVNX: {error}") from error
     return _source(content)
+
+
+def _plain(tag: str) -> str:
+    """A tag without its name space."""
+    return tag.rpartition("}")[2]
 
 
 def _number(word: str) -> float:
