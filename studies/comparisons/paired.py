@@ -117,7 +117,7 @@ def _pairs(
         except ValueError as error:
             unusable.append(f"{real.clip}: {error}")
             continue
-        exchanged += fit.paths.exchanged
+        exchanged += fit.exchanged
         n = min(real.n_samples, made.n_samples)
         pairs.append(tuple(replace(side, acc=side.acc[:n], gyr=side.gyr[:n]) for side in (real, made)))
     if not pairs:

@@ -18,7 +18,7 @@ from ..motion.motion import Motion
 from ..motion.skinning import on_the_ground, relative_to_parents
 from ..rotations import frame_of, turn_about, unit
 from .joint_sets import SIDES, JointSet
-from .limbs import Evidence, cone_swing, hinge_bend, swing_and_twist
+from .limbs import cone_swing, hinge_bend, swing_and_twist
 from .paths import Paths, landmark_paths, middle
 
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
@@ -27,13 +27,9 @@ CUTOFF_HZ = 6.0
 """Band of the joints' paths by default: holds voluntary movement. Noisy pose wants less: 3 Hz for
 UTD-MHAD's Kinect (docs/validation.md)."""
 
-TRUNK_LIMIT = np.radians(100)
-HEAD_CONE, WRIST_CONE, ANKLE_CONE = np.radians((60, 80, 60))
-ELBOW, KNEE = np.radians((-10, 150)), np.radians((-10, 155))
-OUT_OF_PLANE = np.radians(20)
-SHOULDER_TWIST, HIP_TWIST, FOREARM_TWIST = np.radians((100, 60, 95))
-"""Greatest angles, a little beyond the active ranges of healthy adults (American Academy of Orthopaedic
-Surgeons, Joint Motion, 1965), so that noise about a straight knee is not cut on one side."""
+TRUNK_LIMIT, HEAD_CONE, OUT_OF_PLANE, FOREARM_TWIST = np.radians((100, 60, 20, 95))
+"""Greatest angles here and in `_Limb`, a little beyond the active ranges of healthy adults (American Academy
+of Orthopaedic Surgeons, Joint Motion, 1965), so that noise about a straight knee is not cut on one side."""
 
 TOE_TRUST = 0.1
 """How far toes show a hip's twist, against a bent knee: the shank and foot turn too."""
@@ -43,23 +39,21 @@ class _Limb(NamedTuple):
     """How an arm or a leg hangs on the trunk and bends."""
 
     carrier: str  # joint that carries it
-    joints: tuple[str, ...]
-    landmarks: tuple[str, ...]
-    left_hinge: np.ndarray  # axis of the elbow or knee in the T-pose
-    right_hinge: np.ndarray
-    twist: float  # greatest angles, radians
+    parts: tuple[str, ...]  # its landmarks from the trunk outwards
+    hinges: dict[str, np.ndarray]  # axis of the elbow or knee in the T-pose, by side
+    twist: float  # greatest angles of the upper segment, the hinge and the end, radians
     bend: np.ndarray
     cone: float
 
 
-_ARM_PARTS = ("shoulder", "elbow", "wrist", "hand")
+_X, _Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 _ARM = _Limb(
-    "{}_collar", _ARM_PARTS, _ARM_PARTS, np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0]),
-    SHOULDER_TWIST, ELBOW, WRIST_CONE,
+    "spine3", ("shoulder", "elbow", "wrist", "hand"), {"left": -_Z, "right": _Z},
+    np.radians(100), np.radians((-10, 150)), np.radians(80),
 )  # fmt: skip
 _LEG = _Limb(
-    "pelvis", ("hip", "knee", "ankle", "foot"), ("hip", "knee", "ankle", "toe"),
-    np.array([1.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]), HIP_TWIST, KNEE, ANKLE_CONE,
+    "pelvis", ("hip", "knee", "ankle", "toe"), {"left": _X, "right": _X},
+    np.radians(60), np.radians((-10, 155)), np.radians(60),
 )  # fmt: skip
 
 
@@ -69,7 +63,7 @@ class KeypointFit:
 
     motion: Motion
     scale: float  # body metres in one unit of the positions, by the lengths of the limbs' bones
-    paths: Paths  # landmarks after cleaning, z up, in the positions' unit
+    exchanged: bool  # whether left and right were called the wrong way round throughout
 
 
 def fit_keypoints(
@@ -100,13 +94,12 @@ def fit_keypoints(
     carried = _carried_by_trunk(world, joints)
     pelvis = np.mean([middle(points, part) - middle(carried, part) for part in ("hip", "shoulder")], axis=0)
     for side in SIDES:
-        for start, end, parent in (("hip", "knee", "pelvis"), ("shoulder", "elbow", "spine3")):
-            found = pelvis + carried[f"{side} {start}"]
-            _anchor(points, f"{side} {start}", f"{side} {end}", found, world[:, JOINT_INDEX[parent]])
         for limb in (_ARM, _LEG):
+            start, end = (f"{side} {part}" for part in limb.parts[:2])
+            _anchor(points, start, end, pelvis + carried[start], world[:, JOINT_INDEX[limb.carrier]])
             _limb_rotations(world, points, joints, side, rate, limb)
     motion = Motion(relative_to_parents(world), pelvis, rate)
-    return KeypointFit(on_the_ground(body, motion), scale, paths)
+    return KeypointFit(on_the_ground(body, motion), scale, paths.exchanged)
 
 
 def guess_up(keypoints: np.ndarray, joint_set: JointSet) -> Up:
@@ -239,10 +232,9 @@ def _limb_rotations(
     limb: _Limb,
 ) -> None:
     """An arm's or a leg's segments, from the trunk outwards."""
-    upper, lower, end, tip = (JOINT_INDEX[f"{side}_{joint}"] for joint in limb.joints)
-    bones, seen = (_bones(found, side, limb.landmarks) for found in (joints, points))
-    hinge = limb.left_hinge if side == "left" else limb.right_hinge
-    trunk = world[:, JOINT_INDEX[limb.carrier.format(side)]]
+    upper, lower, end, tip = (JOINT_INDEX[f"{side}_{part}".replace("toe", "foot")] for part in limb.parts)
+    bones, seen = (_bones(found, side, limb.parts) for found in (joints, points))
+    hinge, trunk = limb.hinges[side], world[:, JOINT_INDEX[limb.carrier]]
     if seen[0] is None:
         world[:, [upper, lower, end, tip]] = trunk[:, None]
         return
@@ -250,9 +242,9 @@ def _limb_rotations(
     evidence = []
     if seen[1] is not None:
         below = unit(_seen_from(trunk, seen[1]))
-        evidence.append(Evidence(np.cross(unit(direction), below)))
+        evidence.append((np.cross(unit(direction), below), 1.0))
         if limb is _LEG and seen[2] is not None:
-            evidence.append(Evidence(np.cross(unit(_seen_from(trunk, seen[2])), below), TOE_TRUST))
+            evidence.append((np.cross(unit(_seen_from(trunk, seen[2])), below), TOE_TRUST))
     world[:, upper] = trunk @ swing_and_twist(bones[0], hinge, direction, evidence, limb.twist, rate)
     world[:, lower] = world[:, upper]
     if seen[1] is not None:
@@ -264,7 +256,7 @@ def _limb_rotations(
         across = _seen_from(world[:, lower], unit(palm[0] - palm[1]))
         along = np.broadcast_to(bones[1], across.shape)
         world[:, lower] = world[:, lower] @ swing_and_twist(
-            bones[1], np.array([0.0, -1.0, 0.0]), along, [Evidence(across)], FOREARM_TWIST, rate
+            bones[1], np.array([0.0, -1.0, 0.0]), along, [(across, 1.0)], FOREARM_TWIST, rate
         )
     world[:, end] = world[:, lower]
     if seen[2] is not None:

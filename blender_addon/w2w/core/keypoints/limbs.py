@@ -6,8 +6,6 @@ a knee bends in: the better the more it is bent. Where it is straight the twist 
 time and an anatomical prior: no twist but the one that the smallest rotation from the T-pose gives.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ..rotations import smallest_rotation, turn_about, unit
@@ -22,16 +20,9 @@ TWIST_PRIOR = 0.7
 TWIST_BAND_HZ = 1.0
 """Band that a twist known to `DIRECTION_NOISE` over sin(bend) = itself is smoothed to."""
 
-
-class Evidence(NamedTuple):
-    """A direction that shows a segment's twist.
-
-    The hinge axis (T, 3) is in the parent's frame; its length across the segment, the sine of the bend, says
-    how sharply it shows.
-    """
-
-    hinge: np.ndarray
-    trust: float = 1.0  # weight against a hinge of flesh and bone, 1
+Evidence = tuple[np.ndarray, float]
+"""A hinge axis (T, 3) in the parent's frame, which shows a segment's twist, and its weight against a hinge of
+flesh and bone, 1. The axis's length across the segment, the sine of the bend, says how sharply it shows."""
 
 
 def swing_and_twist(
@@ -56,10 +47,10 @@ def swing_and_twist(
     across = np.cross(axis, reference)
     noise = DIRECTION_NOISE**2
     pull, weight = 0.0, 0.0
-    for item in evidence:
-        cosine, sine = ((item.hinge * basis).sum(axis=1) for basis in (reference, across))
+    for shown, trust in evidence:
+        cosine, sine = ((shown * basis).sum(axis=1) for basis in (reference, across))
         square = cosine**2 + sine**2
-        certain = item.trust * np.clip(square - noise, 0, None) / noise
+        certain = trust * np.clip(square - noise, 0, None) / noise
         pull = pull + certain * (cosine + 1j * sine) / np.sqrt(np.maximum(square, 1e-12))
         weight = weight + certain
     prior = 1 / TWIST_PRIOR**2

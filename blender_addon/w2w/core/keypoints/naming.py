@@ -90,22 +90,18 @@ def _by_steadiness(fitting: list[str], positions: np.ndarray) -> str:
 
 def _unsteadiness(joint_set: JointSet, positions: np.ndarray) -> float:
     """How much the limbs' bones change in length and differ between the sides, as part of their length."""
-    lengths = {}
-    with np.errstate(invalid="ignore"):
-        for start, end in BONES:
-            ends = [positions[:, list(joint_set.members(name))].mean(axis=1) for name in (start, end)]
+    middles, changes = [], []
+    for start, end in BONES:
+        ends = [positions[:, list(joint_set.members(name))].mean(axis=1) for name in (start, end)]
+        with np.errstate(invalid="ignore"):
             found = np.linalg.norm(ends[1].astype(np.float64) - ends[0], axis=1)
-            found = found[np.isfinite(found) & (found > 0)]
-            if not len(found):
-                return np.inf
-            lengths[start, end] = found
-    middle = {bone: float(np.median(found)) for bone, found in lengths.items()}
-    changes = [float(np.median(np.abs(own - middle[bone]))) / middle[bone] for bone, own in lengths.items()]
-    half = len(BONES) // 2
-    apart = [
-        abs(middle[a] - middle[b]) / (middle[a] + middle[b])
-        for a, b in zip(BONES[:half], BONES[half:], strict=True)
-    ]
+        found = found[np.isfinite(found) & (found > 0)]
+        if not len(found):
+            return np.inf
+        middles.append(float(np.median(found)))
+        changes.append(float(np.median(np.abs(found - middles[-1]))) / middles[-1])
+    left, right = np.split(np.array(middles), 2)
+    apart = np.abs(left - right) / (left + right)
     return float(np.mean(changes) + np.mean(apart) + LOWEST_STEADINESS)
 
 
@@ -121,23 +117,19 @@ def plain_joint(name: str) -> str:
 def _by_names(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
     place = {plain_joint(name): number for number, name in enumerate(raw.names)}
     best, best_rank = None, (-1.0, 0)
-    for name in [wanted] if wanted else CANDIDATES:
-        joint_set = JOINT_SETS[name]
+    for joint_set in [JOINT_SETS[name] for name in ([wanted] if wanted else CANDIDATES)]:
         there = {joint for joint in joint_set.joints if plain_joint(joint) in place}
         needed = {joint for landmark in REQUIRED for joint in joint_set.landmarks[landmark]}
         rank = (len(there) / len(joint_set.joints), len(there))
         if needed <= there and rank > best_rank:
-            best, best_rank = name, rank
+            best, best_rank = joint_set, rank
     if best is None:
-        missing = [name for name in REQUIRED if name not in {plain_joint(given) for given in raw.names}]
+        missing = [name for name in REQUIRED if name not in place]
         raise UnusableMotion(
             f"its joints' names are of no set that W2W knows: it lacks "
             f"{', '.join(missing or [str(wanted)])}; the sets are {', '.join(JOINT_SETS)}"
         )
-    joint_set = JOINT_SETS[best]
     nowhere = np.full((len(raw.positions), 3), np.nan)
-    columns = [
-        raw.positions[:, place[plain_joint(joint)]] if plain_joint(joint) in place else nowhere
-        for joint in joint_set.joints
-    ]
-    return joint_set, np.stack(columns, axis=1)
+    numbers = [place.get(plain_joint(joint)) for joint in best.joints]
+    columns = [nowhere if number is None else raw.positions[:, number] for number in numbers]
+    return best, np.stack(columns, axis=1)

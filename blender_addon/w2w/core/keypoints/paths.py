@@ -19,34 +19,29 @@ KNEES_SAY = 0.04
 show which way the person faces."""
 
 
-def undo_swaps(points: dict[str, np.ndarray], size: float) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def _undo_swaps(points: dict[str, np.ndarray], size: float) -> dict[str, np.ndarray]:
     """Undo frames in which the arms or the legs changed sides.
 
     Of all ways to call each frame swapped or not, the one along which the joints move least is taken
     (Viterbi's algorithm), for arms and legs apart; what most frames say is right.
 
     `points` holds a path (T, 3) a landmark, NaN where not seen; `size` is the trunk's length in their unit.
-    Returns the points, and the frames (T, 2) in which arms and legs were swapped.
     """
     points = dict(points)
-    swapped = []
     for parts in (ARMS, LEGS):
-        names = [
-            f"left {part}" for part in parts if all(np.isfinite(points[f"{s} {part}"]).any() for s in SIDES)
-        ]
-        left = np.stack([points[name] for name in names], axis=1)
-        right = np.stack([points[mirrored(name)] for name in names], axis=1)
-        states = _smoothest(left, right, SWAP_COST * size**2)
-        if states.mean() > 0.5:
-            states = ~states
-        for index, name in enumerate(names):
-            points[name] = np.where(states[:, None], right[:, index], left[:, index])
-            points[mirrored(name)] = np.where(states[:, None], left[:, index], right[:, index])
-        swapped.append(states)
-    return points, np.stack(swapped, axis=1)
+        pairs = [(f"left {part}", f"right {part}") for part in parts]
+        pairs = [pair for pair in pairs if all(np.isfinite(points[name]).any() for name in pair)]
+        left, right = (np.stack([points[pair[side]] for pair in pairs], axis=1) for side in (0, 1))
+        swapped = _smoothest(left, right, SWAP_COST * size**2)[:, None]
+        if swapped.mean() > 0.5:
+            swapped = ~swapped
+        for index, (own, other) in enumerate(pairs):
+            points[own] = np.where(swapped, right[:, index], left[:, index])
+            points[other] = np.where(swapped, left[:, index], right[:, index])
+    return points
 
 
-def sides_are_exchanged(points: dict[str, np.ndarray]) -> bool:
+def _sides_are_exchanged(points: dict[str, np.ndarray]) -> bool:
     """Whether left and right are called the wrong way round throughout, once single frames' swaps are undone.
 
     Knees bend forwards and toes and noses point there; forward is where up and the left hip say it is.
@@ -128,8 +123,6 @@ class Paths(NamedTuple):
     points: dict[str, np.ndarray]  # landmark -> smooth path (T, 3); landmarks never seen are not there
     lengths: dict[tuple[str, str], float]  # bone -> its length in the positions' unit, left and right alike
     trunk: float  # from between the hips to between the shoulders
-    seen: dict[str, float]  # landmark -> share of the frames in which it was seen
-    swapped: np.ndarray  # (T, 2), frames in which arms, legs had changed sides
     exchanged: bool  # whether left and right were called the wrong way round throughout
 
 
@@ -140,22 +133,24 @@ def landmark_paths(keypoints: np.ndarray, joint_set: JointSet, rate: float, cuto
     the gain is a half. Raises ValueError if shapes disagree or the hips or shoulders are hardly ever seen.
     """
     points = _landmarks(keypoints, joint_set)
-    seen = {name: float(np.isfinite(path).all(axis=1).mean()) for name, path in points.items()}
-    hidden = [name for name in REQUIRED if seen[name] < LEAST_SEEN]
+    hidden = [name for name in REQUIRED if np.isfinite(points[name]).all(axis=1).mean() < LEAST_SEEN]
     if hidden:
         raise ValueError(f"the {', '.join(hidden)} can hardly ever be seen: there is no body to fit")
     trunk = float(np.nanmedian(np.linalg.norm(middle(points, "shoulder") - middle(points, "hip"), axis=1)))
     if not trunk > 0:
         raise ValueError("the hips and the shoulders are at the same place: there is no body to fit")
-    points, swapped = undo_swaps(points, trunk)
-    wrong = sides_are_exchanged(points)
-    if wrong:
+    points = _undo_swaps(points, trunk)
+    exchanged = _sides_are_exchanged(points)
+    if exchanged:
         points = {name: points[mirrored(name)] for name in points}
     points = {name: path for name, path in points.items() if np.isfinite(path).any()}
     lengths = _bone_lengths(points)
-    points = _smoothed(points, trunk, rate, cutoff_hz)
+    hips = _filled(middle(points, "hip"), 0.0)
+    for name, path in points.items():
+        weights = np.where(np.isfinite(path).all(axis=1), 1.0, FILLED_WEIGHT)
+        points[name] = smooth_robustly(_filled(path, hips), weights, rate, cutoff_hz, OUTLIER_FLOOR * trunk)
     _keep_lengths(points, lengths)
-    return Paths(points, lengths, trunk, seen, swapped, wrong)
+    return Paths(points, lengths, trunk, exchanged)
 
 
 def _landmarks(keypoints: np.ndarray, joint_set: JointSet) -> dict[str, np.ndarray]:
@@ -182,23 +177,11 @@ def _bone_lengths(points: dict[str, np.ndarray]) -> dict[tuple[str, str], float]
     """Median length of each bone over all frames and both sides."""
     lengths = {}
     for start, end in BONES:
-        pairs = [(a, b) for a, b in ((start, end), (mirrored(start), mirrored(end))) if {a, b} <= set(points)]
-        values = [np.linalg.norm(points[b] - points[a], axis=1) for a, b in pairs]
-        values = np.concatenate(values) if values else np.array([np.nan])
+        pairs = ((start, end), (mirrored(start), mirrored(end)))
+        values = [np.linalg.norm(points[b] - points[a], axis=1) for a, b in pairs if {a, b} <= points.keys()]
         if np.isfinite(values).any():
             lengths[start, end] = float(np.nanmedian(values))
     return lengths
-
-
-def _smoothed(
-    points: dict[str, np.ndarray], trunk: float, rate: float, cutoff_hz: float
-) -> dict[str, np.ndarray]:
-    hips = _filled(middle(points, "hip"), 0.0)
-    result = {}
-    for name, path in points.items():
-        weights = np.where(np.isfinite(path).all(axis=1), 1.0, FILLED_WEIGHT)
-        result[name] = smooth_robustly(_filled(path, hips), weights, rate, cutoff_hz, OUTLIER_FLOOR * trunk)
-    return result
 
 
 def _filled(path: np.ndarray, carrier: np.ndarray | float) -> np.ndarray:
@@ -235,12 +218,11 @@ def smooth(
 
     Minimises sum w |s - y|^2 + (rate / 2 pi f0)^(2 k) sum |D^k s|^2 for differences of order k (Whittaker
     1923; Eilers 2003, doi:10.1021/ac034173t), with f0 = `cutoff_hz`. Where all weights are 1 the gain is 1 /
-    (1 + (f / f0)^(2 k)). Values are finite, also where the weight is 0; at least k weights are positive.
+    (1 + (f / f0)^(2 k)). There are two samples or more; values are finite, also where the weight is 0; at
+    least k weights are positive.
     """
     n = len(values)
     order = min(order, n - 1)
-    if order < 1:
-        return values.copy()
     penalty = (rate / (2 * np.pi * cutoff_hz)) ** (2 * order)
     bands = penalty * _difference_bands(n, order)
     bands[0] += weights

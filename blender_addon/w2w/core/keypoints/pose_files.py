@@ -11,12 +11,11 @@ from ..files import array_names, read_arrays, read_npy
 from ..motion.library import POSITION_KEYS
 from ..motion.source import (
     UnusableMotion,
-    reason_of,
+    reading,
     refuse_few_frames,
     refuse_rate,
     refuse_too_long,
     size_and_head,
-    unreadable,
 )
 from ..wording import shown
 from .facts import SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
@@ -117,10 +116,8 @@ class JointPositions:
 
         Raises UnusableMotion if there is no body in them, or none of a human's size in their unit.
         """
-        try:
+        with reading(ValueError, np.linalg.LinAlgError):
             found = fit_keypoints(self.positions, self.rate, self.joint_set, body, self.up)
-        except (ValueError, np.linalg.LinAlgError) as error:
-            raise UnusableMotion(reason_of(error)) from error
         height = self.height(body, found)
         if height is not None and not SHORTEST_M <= height <= TALLEST_M:
             raise UnusableMotion(
@@ -145,12 +142,8 @@ def read_joints(path: str | Path, given: PoseFacts = NO_FACTS) -> JointPositions
     reader = _READERS.get(path.suffix.lower())
     if reader is None:
         raise UnusableMotion(f"'{path.suffix}' is no kind of file that joint positions come in")
-    try:
+    with reading(ValueError, MemoryError):
         raw = reader(path)
-    except OSError as error:
-        raise UnusableMotion(unreadable(error)) from error
-    except (ValueError, MemoryError) as error:
-        raise UnusableMotion(reason_of(error)) from error
     facts = given.completed(raw.facts).completed(side_car_facts(path))
     if raw.positions.ndim < 2:
         raise UnusableMotion(f"it has shape {raw.positions.shape}; joint positions have (frames, joints, 3)")
@@ -164,10 +157,8 @@ def read_joints(path: str | Path, given: PoseFacts = NO_FACTS) -> JointPositions
     joint_set, positions = told_by(raw, facts.joint_set)
     positions = _seen(positions)
     refuse_few_frames(len(positions))
-    try:
+    with reading(ValueError):
         up = facts.up or guess_up(positions, joint_set)
-    except ValueError as error:
-        raise UnusableMotion(reason_of(error)) from error
     return JointPositions(positions, facts.rate, joint_set, facts.unit or "", up, facts.up is None)
 
 

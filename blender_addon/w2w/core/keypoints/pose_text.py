@@ -139,10 +139,10 @@ def _array(values: list[Any]) -> np.ndarray:
         ) from error
 
 
-def _without_null(values: list[Any]) -> list[Any]:
-    """Nested lists with NaN for a null coordinate; a null joint is one that was not seen."""
-    if any(value is None for value in values):
-        like = next((other for other in values if isinstance(other, list)), None)
-        unseen = float("nan") if like is None else [float("nan")] * len(like)
-        values = [unseen if value is None else value for value in values]
-    return [_without_null(value) if isinstance(value, list) else value for value in values]
+def _without_null(values: Any) -> Any:
+    """Nested lists with a joint of nulls, NaN to NumPy, for a null joint: it was not seen."""
+    lists = [value for value in values if isinstance(value, list)] if isinstance(values, list) else []
+    if not lists:
+        return values
+    unseen = [None] * len(lists[0])
+    return [_without_null(unseen if value is None else value) for value in values]

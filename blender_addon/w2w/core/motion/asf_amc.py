@@ -14,11 +14,11 @@ from .source import (
     TO_Z_UP,
     SourceMotion,
     UnusableMotion,
+    reading,
     refuse_few_frames,
     refuse_rate,
     refuse_too_long,
     size_and_head,
-    unreadable,
 )
 
 AMC_SUFFIX, ASF_SUFFIX = ".amc", ".asf"
@@ -72,7 +72,7 @@ def read_amc(path: str | Path, rate: float | None = None) -> SourceMotion:
     rate = USUAL_RATE if rate is None else rate
     refuse_rate(rate)
     size_and_head(path)
-    try:
+    with reading():
         skeleton = skeleton_file(path)
         if size_and_head(skeleton)[0] > MAX_ASF_BYTES:
             raise UnusableMotion(f"its skeleton {shown(skeleton.name)} is too large to be one")
@@ -81,8 +81,6 @@ def read_amc(path: str | Path, rate: float | None = None) -> SourceMotion:
         except (ValueError, IndexError, KeyError) as error:
             raise UnusableMotion(f"its skeleton {shown(skeleton.name)} is damaged: {error}") from error
         values, position = _frames(_lines(path), bones)
-    except OSError as error:
-        raise UnusableMotion(unreadable(error)) from error
     return _source(bones, values, position, rate)
 
 

@@ -18,9 +18,9 @@ from .source import (
     MOST_BONE_FRAMES,
     NOT_FINITE,
     UnusableMotion,
+    reading,
     refuse_too_long,
     size_and_head,
-    unreadable,
 )
 
 MOST = 1e10
@@ -79,7 +79,7 @@ def read_bvh_text(path: Path) -> BvhText:
     if head.removeprefix(b"\xef\xbb\xbf").lstrip()[:9].upper() != b"HIERARCHY":
         raise UnusableMotion("it is not a BVH file: it does not begin with HIERARCHY")
     try:
-        with path.open(encoding="utf-8-sig") as stream:
+        with reading(), path.open(encoding="utf-8-sig") as stream:
             lines = enumerate(stream, start=1)
             joints = _joints(lines, size)
             n_frames, rate = _header(lines)
@@ -89,8 +89,6 @@ def read_bvh_text(path: Path) -> BvhText:
             "it holds bytes that are not UTF-8 text: it is damaged, or was saved in another encoding; if it "
             "opens elsewhere, save it as UTF-8"
         ) from error
-    except OSError as error:
-        raise UnusableMotion(unreadable(error)) from error
 
 
 def _joints(lines: Lines, size: int) -> list[BvhJoint]:

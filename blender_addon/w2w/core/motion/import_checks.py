@@ -5,10 +5,11 @@ import json
 import math
 import re
 import struct
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from .source import UnusableMotion, size_and_head, unreadable
+from .source import UnusableMotion, reading, size_and_head
 
 MAGIC = b"glTF"
 JSON_CHUNK = 0x4E4F534A
@@ -22,20 +23,18 @@ def check_gltf(path: Path, skin: bool = True) -> None:
     """
     size, head = size_and_head(path)
     try:
-        content = json.loads(_json_of(path, size, head))
-    except OSError as error:
-        raise UnusableMotion(unreadable(error)) from error
+        with reading():
+            content = json.loads(_json_of(path, size, head))
+        version = str(content["asset"].get("version", ""))
     except (ValueError, RecursionError) as error:
         raise UnusableMotion(f"it is damaged or no glTF file: {error}") from error
-    if not isinstance(content, dict) or not isinstance(content.get("asset"), dict):
-        raise UnusableMotion("it is damaged or no glTF file: it names no asset")
-    version = str(content["asset"].get("version", ""))
+    except (KeyError, TypeError, AttributeError) as error:
+        raise UnusableMotion("it is damaged or no glTF file: it names no asset") from error
     if not version.startswith("2"):
         raise UnusableMotion(f"it is glTF of version {version[:20] or 'unknown'}; Blender reads version 2")
     for kind in ("buffers", "images"):
-        for item in _items(content, kind):
-            if not str(item.get("uri", "data:")).startswith("data:"):
-                raise UnusableMotion(f"its {kind} lie in other files: save it as one file, .glb")
+        if not all(str(item.get("uri", "data:")).startswith("data:") for item in _items(content, kind)):
+            raise UnusableMotion(f"its {kind} lie in other files: save it as one file, .glb")
     if not _items(content, "animations"):
         raise UnusableMotion("it holds no animation")
     if skin and not _items(content, "skins"):
@@ -102,24 +101,14 @@ def as_plain_glb(path: Path) -> bytes:
 
 def _bones(content: dict[str, Any]) -> dict[int, str]:
     """Node -> name of the bone that it is."""
-    nodes: Any = content.get("nodes")
-    extensions: Any = content.get("extensions")
-    found: dict[int, str] = {}
     for name in EXTENSIONS:
-        try:
-            humans = extensions[name]["humanoid"]["humanBones"]
-            pairs = [(each["bone"], each["node"]) for each in humans] if isinstance(humans, list) else [
-                (bone, each["node"]) for bone, each in humans.items()
-            ]  # fmt: skip
-            found = {node: str(bone) for bone, node in pairs if isinstance(nodes[node], dict)}
-            break
-        except (KeyError, TypeError, IndexError, AttributeError):
-            continue
-    if not found:
-        raise UnusableMotion(
-            "it does not say which of its nodes are a body's bones: it is damaged, or no VRM"
-        )
-    return found
+        with suppress(KeyError, TypeError, IndexError, AttributeError):
+            nodes, humans = content["nodes"], content["extensions"][name]["humanoid"]["humanBones"]
+            pairs = [(each["bone"], each) for each in humans] if isinstance(humans, list) else humans.items()
+            found = {each["node"]: str(bone) for bone, each in pairs if isinstance(nodes[each["node"]], dict)}
+            if found:
+                return found
+    raise UnusableMotion("it does not say which of its nodes are a body's bones: it is damaged, or no VRM")
 
 
 def _joints(nodes: list[dict[str, Any]], bones: dict[int, str]) -> list[int]:
@@ -148,8 +137,6 @@ MAX_TEXT_BYTES = 512 * 2**20
 HEADER = re.compile(rb"#usda 1\.\d\s*\((?P<header>.*?)^\)", re.DOTALL | re.MULTILINE)
 COMPOSED = re.compile(rb"\b(?:subLayers|references|payload)\s*=[^@\n]*(?:\n[^@\n]*)?@(?P<asset>[^@\n]+)@")
 
-HOW_TO_READ = "use Blender 4.4 or later, or save it as text, .usda"
-
 
 def check_usd(path: Path) -> float:
     """Time codes a second of a USD file; one that is damaged or put together from other files is refused.
@@ -170,14 +157,11 @@ def _of_text(text: bytes) -> float:
     if found := COMPOSED.search(text):
         _refuse_parts(found["asset"].decode("utf-8", "replace"))
     header = HEADER.match(text)
-    if header is None:
-        if not text.rstrip().endswith((b"}", b")")):
-            raise UnusableMotion("it is cut short")
-        return FALLBACK_RATE
-    if not text.rstrip().endswith(b"}"):
+    if not text.rstrip().endswith(b"}" if header else (b"}", b")")):
         raise UnusableMotion("it is cut short")
     for name in (rb"timeCodesPerSecond", rb"framesPerSecond"):
-        if found := re.search(rb"^\s*" + name + rb"\s*=\s*(\S+)", header["header"], re.MULTILINE):
+        line = rb"^\s*" + name + rb"\s*=\s*(\S+)"
+        if header and (found := re.search(line, header["header"], re.MULTILINE)):
             return _rate(found[1].decode("ascii", "replace"))
     return FALLBACK_RATE
 
@@ -188,7 +172,8 @@ def _by_usd(path: Path) -> float:
         from pxr import Sdf, Tf
     except ImportError:
         raise UnusableMotion(
-            f"it is USD in binary form, whose frames a second cannot be read here: {HOW_TO_READ}"
+            "it is USD in binary form, whose frames a second cannot be read here: use Blender 4.4 or later, "
+            "or save it as text, .usda"
         ) from None
     try:
         layer = Sdf.Layer.OpenAsAnonymous(str(path))

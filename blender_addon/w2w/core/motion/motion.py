@@ -18,12 +18,11 @@ from ..filtering import butterworth, count_resampled
 from ..rotations import in_axes
 from .source import (
     UnusableMotion,
-    reason_of,
+    reading,
     refuse_few_frames,
     refuse_rate,
     refuse_too_long,
     size_and_head,
-    unreadable,
 )
 
 SMPL_PELVIS = np.array([-0.00179506, -0.22333382, 0.02821918])
@@ -127,11 +126,9 @@ SMPL_SUFFIXES = (".npz", ".smpl")
 
 RATE_KEYS = ("mocap_framerate", "mocap_frame_rate", "framerate", "fps", "frameRate")
 TRANS_KEYS = ("trans", "transl", "bodyTranslation")
-POSE_PARTS = (("root_orient", "pose_body"), ("global_orient", "body_pose"))
-"""Names of the pelvis's turn and of the other joints', in files that keep them apart."""
-
-SMPL_CONTAINER = "bodyPose"
-"""Where a `.smpl` file (Meshcapade's smplcodec, an npz by other names) keeps its poses."""
+POSE_KEYS = (("poses",), ("bodyPose",), ("root_orient", "pose_body"), ("global_orient", "body_pose"))
+"""Names of the poses in AMASS and in `.smpl` files (Meshcapade's smplcodec, an npz by other names), or of the
+pelvis's turn and the other joints', in files that keep them apart."""
 
 BODY_JOINTS = min(BODY_HANDS)
 """Joints before the hands: the same in SMPL, SMPL-H and SMPL-X (Pavlakos et al. 2019)."""
@@ -160,12 +157,8 @@ def read_amass(path: str | Path, z_up: bool = False) -> Motion:
     """
     path = Path(path)
     size_and_head(path)
-    try:
+    with reading(ValueError):
         arrays = _read_arrays(path)
-    except OSError as error:
-        raise UnusableMotion(unreadable(error)) from error
-    except ValueError as error:
-        raise UnusableMotion(reason_of(error)) from error
     return _motion_of(arrays, z_up)
 
 
@@ -191,11 +184,9 @@ def _motion_of(arrays: dict[str, np.ndarray], z_up: bool) -> Motion:
 
 def _read_arrays(path: Path, further: Sequence[str] = ()) -> dict[str, np.ndarray]:
     """The small arrays of an npz; object arrays and unreasonable sizes are refused."""
-    parts = [name for pair in POSE_PARTS for name in pair]
-    names = ("poses", SMPL_CONTAINER, *parts, *TRANS_KEYS, *RATE_KEYS, *further)
-    arrays = read_arrays(path, names, MAX_BYTES)
-    holders = ({"poses"}, {SMPL_CONTAINER}, *map(set, POSE_PARTS))
-    if not any(arrays.keys() >= holder for holder in holders):
+    poses = [name for names in POSE_KEYS for name in names]
+    arrays = read_arrays(path, (*poses, *TRANS_KEYS, *RATE_KEYS, *further), MAX_BYTES)
+    if not any(arrays.keys() >= set(names) for names in POSE_KEYS):
         held = ", ".join(sorted(array_names(path))[:8])
         raise UnusableMotion(f"it is not an AMASS-style motion: it holds {held} and no 'poses'")
     return arrays
@@ -203,15 +194,13 @@ def _read_arrays(path: Path, further: Sequence[str] = ()) -> dict[str, np.ndarra
 
 def _poses(arrays: dict[str, np.ndarray]) -> np.ndarray:
     """Rotation vectors of the joints before the hands, shape (T, 66)."""
-    name = next((name for name in ("poses", SMPL_CONTAINER) if name in arrays), None)
-    if name is None:
-        name, parts = next(("' and '".join(pair), pair) for pair in POSE_PARTS if set(pair) <= arrays.keys())
-        turns = [arrays[part].reshape(len(arrays[part]), -1) for part in parts if arrays[part].ndim]
-        if len(turns) < len(parts) or len(turns[0]) != len(turns[1]):
+    names = next(names for names in POSE_KEYS if arrays.keys() >= set(names))
+    name, poses = "' and '".join(names), arrays[names[0]]
+    if len(names) > 1:
+        turns = [arrays[part].reshape(len(arrays[part]), -1) for part in names if arrays[part].ndim]
+        if len({len(turn) for turn in turns}) != 1 or len(turns) < len(names):
             raise UnusableMotion(f"its '{name}' differ in their number of frames")
         poses = np.concatenate(turns, axis=1)
-    else:
-        poses = arrays[name]
     if poses.ndim == 3 and poses.shape[2] == 3:
         poses = poses.reshape(len(poses), -1)
     if poses.ndim != 2 or poses.shape[1] not in POSE_WIDTHS or poses.dtype.kind != "f":
@@ -235,7 +224,7 @@ def _rate(arrays: dict[str, np.ndarray]) -> float:
     for name in RATE_KEYS:
         if name in arrays and arrays[name].size == 1 and arrays[name].dtype.kind in "fiu":
             rate = float(arrays[name].item())
-            if np.isfinite(rate) and rate > 0:
+            if 0 < rate < np.inf:
                 refuse_rate(rate)
                 return rate
     raise UnusableMotion(
@@ -302,16 +291,13 @@ def demo_motions(clips: int = DEMO_CLIPS) -> dict[str, Motion]:
     """The first clips of each activity, each under the name of the file it is for."""
     with np.load(DEMO, allow_pickle=False) as stored:
         arrays = dict(stored)
+    labels = (arrays[name].tolist() for name in ("files", "activities", "subjects"))
+    parts = np.split(arrays["differences"].astype(np.int64), np.cumsum(arrays["frames"])[:-1])
     found: dict[str, Motion] = {}
-    names = ("files", "activities", "subjects")
-    ends = np.cumsum(arrays["frames"])
-    for end, frames, *labels in zip(ends, arrays["frames"], *(arrays[name] for name in names), strict=True):
-        file, activity, subject = map(str, labels)
-        if sum(motion.activity == activity for motion in found.values()) == clips:
-            continue
-        differences = arrays["differences"][end - frames : end].astype(np.int64)
-        values = DEMO_STEP * np.cumsum(np.cumsum(differences, axis=0), axis=0)
-        turns = Rotation.from_rotvec(values[:, 3:].reshape(-1, 3)).as_matrix()
-        rotations = turns.reshape(-1, N_JOINTS, 3, 3)
-        found[file] = Motion(rotations, values[:, :3], float(arrays["rate"]), activity, subject)
+    for file, activity, subject, differences in zip(*labels, parts, strict=True):
+        if sum(motion.activity == activity for motion in found.values()) < clips:
+            values = DEMO_STEP * np.cumsum(np.cumsum(differences, axis=0), axis=0)
+            turns = Rotation.from_rotvec(values[:, 3:].reshape(-1, 3)).as_matrix()
+            rotations = turns.reshape(-1, N_JOINTS, 3, 3)
+            found[file] = Motion(rotations, values[:, :3], float(arrays["rate"]), activity, subject)
     return found

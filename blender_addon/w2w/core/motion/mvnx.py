@@ -11,11 +11,11 @@ from scipy.spatial.transform import Rotation
 from .source import (
     SourceMotion,
     UnusableMotion,
+    reading,
     refuse_few_frames,
     refuse_rate,
     refuse_too_long,
     size_and_head,
-    unreadable,
 )
 
 MVNX_SUFFIX = ".mvnx"
@@ -93,9 +93,8 @@ def read_mvnx(path: str | Path) -> SourceMotion:
     size_and_head(path)
     content = _Content()
     try:
-        ElementTree.parse(path, ElementTree.XMLParser(target=content))
-    except OSError as error:
-        raise UnusableMotion(unreadable(error)) from error
+        with reading():
+            ElementTree.parse(path, ElementTree.XMLParser(target=content))
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise UnusableMotion(f"it cannot be read as MVNX: {error}") from error
     return _source(content)

@@ -3,6 +3,8 @@
 
 import errno
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -187,11 +189,8 @@ def size_and_head(path: Path) -> tuple[int, bytes]:
     Raises UnusableMotion if it cannot be read, is empty, or is a pointer to a file that was never fetched.
     """
     size = readable_size(path)
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(HEAD_BYTES)
-    except OSError as error:
-        raise UnusableMotion(unreadable(error)) from error
+    with reading(), path.open("rb") as stream:
+        head = stream.read(HEAD_BYTES)
     if size == 0:
         raise UnusableMotion("the file is empty (0 bytes)")
     if head.startswith(GIT_LFS_MAGIC):
@@ -202,6 +201,17 @@ def size_and_head(path: Path) -> tuple[int, bytes]:
 def unreadable(error: OSError) -> str:
     """The system's reason against reading a file."""
     return f"it cannot be read: {error.strerror or type(error).__name__}"
+
+
+@contextmanager
+def reading(*faults: type[Exception]) -> Iterator[None]:
+    """Refuse a file that the system does not let one read, or whose reading raises one of some `faults`."""
+    try:
+        yield
+    except OSError as error:
+        raise UnusableMotion(unreadable(error)) from error
+    except faults as error:
+        raise UnusableMotion(reason_of(error)) from error
 
 
 def _why_missing(path: Path, error: Exception) -> str:
