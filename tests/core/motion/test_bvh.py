@@ -81,7 +81,7 @@ def _measure(source, result, body):
         "trunk_tilt": np.degrees(np.arccos(np.clip(turns[:, 9, 2, 2], -1, 1))),
         "pelvis_height": heads[:, 0, 2],
         "travel": np.linalg.norm(np.diff(heads[:, 0, :2], axis=0), axis=1).sum(),
-        "seconds": source.duration,
+        "seconds": (source.n_frames - 1) / source.rate,
         "knee_hinges": np.concatenate(hinges),
         "n_frames": source.n_frames,
     }

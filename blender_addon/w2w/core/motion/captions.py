@@ -52,7 +52,7 @@ def read_caption_labels(
         texts = list(_captions(folder / file))
         found = sorted({activity for words, activity in wanted if any(words in text for text in texts)})
         if len(found) == 1:
-            rows[file] = {"activity": found[0], "subject": "", "motion_key": "", "source": ""}
+            rows[file] = {"activity": found[0]}
         elif found:
             left_out[file] = f"its captions are of {' and '.join(found)}"
         else:

@@ -90,13 +90,10 @@ def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = No
         missing = f"{shown(labels.name)} gives it no activity"
         left_out += [(file, missing) for file in files if file not in rows]
     else:
-        rows = {
-            file: {"activity": _label(path, by), "subject": "", "motion_key": ""}
-            for path, file in zip(motions, files, strict=True)
-        }
+        rows = {file: {"activity": _label(path, by)} for path, file in zip(motions, files, strict=True)}
         check, labelled_by = NO_LABELS, NAMED.get(by, NAMED[BY_FILE])
     clips = [
-        Clip(path, file, name, rows[file]["activity"], rows[file]["subject"], rows[file]["motion_key"])
+        Clip(path, file, name, **rows[file])
         for path, file, name in zip(motions, files, names, strict=True)
         if file in rows
     ]

@@ -56,21 +56,22 @@ def read_labels(
             empty.append(row["file"] or f"line {number}")
             named.update(find.candidates(row["file"]))
             continue
-        file = find.file_of(row["file"], number)
+        text = row.pop("file")
+        file = find.file_of(text, number)
         if file is None:
-            strangers.append(row["file"])
+            strangers.append(text)
             continue
-        if rows.get(file, row | {"file": file}) != row | {"file": file}:
+        if rows.setdefault(file, row) != row:
             raise LibraryError(
                 f"{shown(path)}, line {number}: '{file}' is listed twice with different labels"
             )
-        rows[file] = row | {"file": file}
     if not rows:
         raise LibraryError(_useless(path, inside, strangers, empty))
     name_of, spellings = _one_spelling(row["activity"] for row in rows.values())
     if not exact:
         rows = {file: row | {"activity": name_of[row["activity"]]} for file, row in rows.items()}
-    missing = tuple(file for file in inside if file not in named | set(rows))
+    named.update(rows)
+    missing = tuple(file for file in inside if file not in named)
     check = LabelCheck(tuple(strangers), tuple(empty), missing, spellings, exact, table.note)
     return rows, check
 

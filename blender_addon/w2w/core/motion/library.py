@@ -112,14 +112,32 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
     files = [above[place] / name for place, _, name in (file.rpartition("/") for file in inside)]
     names = unique_names(inside)
     inside = [shown(file) for file in inside]
-    if labels is not None:
-        return _labelled(folder, Path(labels), files, inside, names, exact_labels)
+    if labels is None:
+        rows = {file: {"activity": activity_of(file)} for file in inside}
+        sources = {"folder names" if "/" in file else "file names" for file in inside}
+        labelled_by, reasons, check = " and ".join(sorted(sources, reverse=True)), {}, NO_LABELS
+    else:
+        labels = Path(labels)
+        labelled_by = f"the file {shown(labels.name)}"
+        rows, reasons, check = _rows(labels, folder, inside, exact_labels)
     clips = [
-        Clip(path, file, name, activity_of(file))
+        Clip(path, file, name, **rows[file])
         for path, file, name in zip(files, inside, names, strict=True)
+        if file in rows
     ]
-    sources = {"folder names" if "/" in file else "file names" for file in inside}
-    return Library(folder, tuple(clips), " and ".join(sorted(sources, reverse=True)))
+    skipped = [(file, reasons[file]) for file in inside if file not in rows]
+    return Library(folder, tuple(clips), labelled_by, tuple(skipped), check)
+
+
+def _rows(
+    labels: Path, folder: Path, inside: list[str], exact: bool
+) -> tuple[dict[str, dict[str, str]], dict[str, str], LabelCheck]:
+    """Labels of files by a csv, the reason for each file without one, and what stood out."""
+    if asks_for_captions(labels):
+        return read_caption_labels(labels, folder, inside)
+    rows, check = read_labels(labels, folder, inside, exact)
+    reasons = dict.fromkeys(inside, f"{shown(labels.name)} gives it no activity")
+    return rows, reasons | dict.fromkeys(check.not_listed, f"{shown(labels.name)} does not list it"), check
 
 
 def activity_of(file: str) -> str:
@@ -173,27 +191,6 @@ def _hashed(stem: str, file: str, taken: set[str]) -> str:
     return next(name for end in ends if (name := f"{stem}_{end}".strip("_")).lower() not in taken)
 
 
-def _labelled(
-    folder: Path, labels: Path, files: list[Path], inside: list[str], names: list[str], exact: bool
-) -> Library:
-    """The library as a csv labels it."""
-    named = shown(labels.name)
-    if asks_for_captions(labels):
-        rows, reasons, check = read_caption_labels(labels, folder, inside)
-    else:
-        rows, check = read_labels(labels, folder, inside, exact)
-        reasons = dict.fromkeys(check.not_listed, f"{named} does not list it")
-    clips, skipped = [], []
-    for path, file, name in zip(files, inside, names, strict=True):
-        row = rows.get(file)
-        if row is not None:
-            told = (row[column] for column in ("activity", "subject", "motion_key", "source"))
-            clips.append(Clip(path, file, name, *told))
-        else:
-            skipped.append((file, reasons.get(file, f"{named} gives it no activity")))
-    return Library(folder, tuple(clips), f"the file {named}", tuple(skipped), check)
-
-
 def _motion_files(folder: Path) -> Iterable[str]:
     """Whatever a folder and its subfolders name as a motion file, by its path in the folder, less results.
 
@@ -229,9 +226,9 @@ def joint_columns(names: Iterable[str]) -> dict[str, tuple[int, ...]]:
 
 def may_hold_joints(path: Path) -> bool:
     """Whether a csv or json file, by its first bytes, holds joint positions; never waits for a pipe."""
-    if not _is_regular(path):
-        return False
     try:
+        if not path.is_file():
+            return False
         with path.open("rb") as stream:
             head = stream.read(HEAD_BYTES)
     except OSError:
@@ -248,18 +245,8 @@ def is_joint_file(path: Path) -> bool:
     suffix = path.suffix.lower()
     if suffix != ".npz":
         return suffix in (*ARRAY_SUFFIXES, *TEXT_SUFFIXES)
-    if not _is_regular(path):
-        return False
     try:
-        names = set(array_names(path))
+        names = set(array_names(path)) if path.is_file() else set()
     except (OSError, ValueError):
         return False
     return not {"poses", "bodyPose", "pose_body", "body_pose"} & names and bool(set(POSITION_KEYS) & names)
-
-
-def _is_regular(path: Path) -> bool:
-    """Whether a file can be opened without waiting for someone to write into it."""
-    try:
-        return path.is_file()
-    except OSError:
-        return False

@@ -140,7 +140,7 @@ def rest_alignment(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
     torso = _torso_frame(body, rest)
     alignment = np.tile(torso, (N_JOINTS, 1, 1))
     for joint in range(1, N_JOINTS):
-        if JOINT_NAMES[joint].endswith(("ankle", "foot")):
+        if JOINT_NAMES[joint].endswith("ankle"):
             alignment[joint] = _foot_alignment(joint, alignment, torso, body, rest)
             continue
         on_torso = ("hip", "collar", "spine1", "spine2", "spine3", "neck", "head")
@@ -178,8 +178,6 @@ def _foot_alignment(
 
     Only where the shank itself leans is the foot's pitch taken from its joints.
     """
-    if JOINT_NAMES[joint].endswith("foot"):
-        return alignment[PARENTS[joint]]
     knee, toe = PARENTS[joint], joint + JOINT_INDEX["left_foot"] - JOINT_INDEX["left_ankle"]
     if toe not in rest or joint not in rest:
         return torso

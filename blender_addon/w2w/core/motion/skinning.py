@@ -8,6 +8,7 @@ import numpy as np
 from ..blas import multiply
 from ..body.body import Body
 from ..body.skeleton import N_JOINTS, PARENTS
+from ..rotations import cross, cyclic, dot
 from .motion import Motion
 
 GROUND_SAMPLE = 15
@@ -106,25 +107,12 @@ def triangle_frames(corners: np.ndarray) -> np.ndarray:
 def _write_frames(entries: np.ndarray, origin: np.ndarray, edge_x: np.ndarray, edge_b: np.ndarray) -> None:
     """Fill matrices (4, 4, ...) from vectors (3, ...): whole components are quick to work on."""
     x, y, z, place = (entries[:3, column] for column in range(4))
-    np.divide(edge_x, _length(edge_x), out=x)
-    _cross(edge_x, edge_b, out=z)
-    z /= _length(z)
-    _cross(z, x, out=y)
+    np.divide(edge_x, np.sqrt(dot(edge_x, edge_x)), out=x)
+    z[...] = cross(cyclic(edge_x), cyclic(edge_b))
+    z /= np.sqrt(dot(z, z))
+    y[...] = cross(cyclic(z), cyclic(x))
     place[...] = origin
     entries[3, :3], entries[3, 3] = 0.0, 1.0
-
-
-def _cross(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
-    """Cross product of vectors (3, ...)."""
-    for axis in range(3):
-        second, third = (axis + 1) % 3, (axis + 2) % 3
-        np.multiply(a[second], b[third], out=out[axis])
-        out[axis] -= a[third] * b[second]
-
-
-def _length(vectors: np.ndarray) -> np.ndarray:
-    """Lengths of vectors (3, ...)."""
-    return np.sqrt((vectors * vectors).sum(axis=0))
 
 
 def _skinning_rows(weights: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -32,11 +32,6 @@ class SourceMotion:
         """Number of frames."""
         return len(self.matrices)
 
-    @property
-    def duration(self) -> float:
-        """Seconds from the first frame to the last."""
-        return (self.n_frames - 1) / self.rate
-
 
 def people_in(parents: np.ndarray) -> int:
     """Trees of bones that are no mere helpers: half as large as the largest."""

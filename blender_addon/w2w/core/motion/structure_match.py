@@ -9,7 +9,7 @@ sides where they tell, else from where toes and knees point.
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -58,12 +58,10 @@ class _Pair:
 def match_by_structure(source: SourceMotion) -> dict[int, int]:
     """Joint index -> bone index of an unnamed skeleton; empty where the bones are not those of a person."""
     tree = _Tree(source)
-    pairs = tree.pairs()
-    for first in range(len(pairs)):
-        for second in range(first + 1, len(pairs)):
-            matched = _as_person(tree, pairs[first], pairs[second])
-            if matched:
-                return matched
+    for first, second in combinations(tree.pairs(), 2):
+        matched = _as_person(tree, first, second)
+        if matched:
+            return matched
     return {}
 
 
@@ -130,22 +128,20 @@ class _Tree:
         """All pairs of like chains, longest first."""
         found = []
         for fork, children in enumerate(self.children):
-            if len(children) < 2:
-                continue
-            tails = [(self.reach[child], self.longest(child), child) for child in children]
-            for i, (length, chain, child) in enumerate(tails):
-                for other_length, other_chain, other in tails[i + 1 :]:
-                    mean = (length + other_length) / 2
-                    start, end = self.distance(fork, child), self.distance(fork, other)
-                    apart = abs(length - other_length) + abs(start - end)
-                    if len(chain) >= 3 and len(other_chain) >= 3 and apart < ALIKE * mean:
-                        found.append(_Pair(fork, (chain, other_chain), mean))
+            chains = [self.longest(child) for child in children] if len(children) > 1 else []
+            for one, other in combinations([chain for chain in chains if len(chain) >= 3], 2):
+                lengths = self.reach[one[0]], self.reach[other[0]]
+                starts = self.distance(fork, one[0]), self.distance(fork, other[0])
+                mean = sum(lengths) / 2
+                apart = abs(lengths[0] - lengths[1]) + abs(starts[0] - starts[1])
+                if apart < ALIKE * mean:
+                    found.append(_Pair(fork, (one, other), mean))
         return sorted(found, key=lambda pair: -pair.length)
 
 
 def _without_helpers(source: SourceMotion) -> list[int]:
     """Parent of each bone, past helper bones; -2 for the helpers themselves."""
-    helper = [bool(HELPERS.search(name)) for name in source.bones]
+    helper = [HELPERS.search(name) for name in source.bones]
     parents = []
     for bone, parent in enumerate(source.parents.tolist()):
         while parent >= 0 and helper[parent]:
@@ -249,10 +245,9 @@ def _spine_joints(spine: Chain) -> dict[int, int]:
 
 def _head_joints(tree: _Tree, arms: _Pair) -> dict[int, int]:
     """Neck and head: the longest chain that goes on beyond the arms."""
-    beyond = [bone for bone in tree.children[arms.fork] if bone not in {chain[0] for chain in arms.chains}]
+    beyond = set(tree.children[arms.fork]) - {chain[0] for chain in arms.chains}
     if not beyond:
         return {}
-    neck = max(beyond, key=lambda bone: tree.reach[bone] + tree.distance(arms.fork, bone))
-    head = next(iter(tree.children[neck]), None)
-    found = {JOINT_INDEX["neck"]: neck}
-    return found if head is None else found | {JOINT_INDEX["head"]: head}
+    neck = max(sorted(beyond), key=lambda bone: tree.reach[bone] + tree.distance(arms.fork, bone))
+    bones = [neck, *tree.children[neck][:1]]
+    return {JOINT_INDEX[name]: bone for name, bone in zip(("neck", "head"), bones, strict=False)}
