@@ -4,7 +4,7 @@
 import hashlib
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..wording import shown
@@ -23,8 +23,6 @@ from .library import (
 AUTOMATIC, BY_FOLDER, BY_FILE, BY_CSV = "AUTOMATIC", "FOLDER", "FILE", "CSV"
 """Sources of labels; automatic is the folder's labels.csv, else folders in it, else file names."""
 
-NAMED = {BY_FOLDER: "folder names", BY_FILE: "file names"}
-
 LABELS = "labels.csv"
 
 SAYS_NOTHING = re.compile(
@@ -40,8 +38,7 @@ class ImportPlan:
     clips: tuple[Clip, ...]  # clips it would take; one without an activity is taken, too, and not ranked
     left_out: tuple[tuple[str, str], ...] = ()  # files that it would leave out, each with the reason
     known: tuple[str, ...] = ()  # files that were taken before, which it would not take again
-    labelled_by: str = ""  # where the labels come from, in words
-    check: LabelCheck = field(default=NO_LABELS)  # what stood out in a csv
+    check: LabelCheck = NO_LABELS  # what stood out in a csv
 
     @property
     def activities(self) -> dict[str, list[str]]:
@@ -64,11 +61,10 @@ def plan_folder(folder: Path, by: str = AUTOMATIC, csv: Path | None = None) -> I
     if by == BY_CSV or (by == AUTOMATIC and (folder / LABELS).is_file()):
         labels = csv or folder / LABELS
     library = read_library(folder, labels)
-    plan = ImportPlan(library.clips, library.skipped, (), library.labelled_by, library.check)
+    clips: Sequence[Clip] = library.clips
     if by in (BY_FOLDER, BY_FILE):
-        clips = tuple(replace(clip, activity=_label(clip.path, by)) for clip in plan.clips)
-        plan = replace(plan, clips=clips, labelled_by=NAMED[by])
-    return _without_copies(plan)
+        clips = [replace(clip, activity=_label(clip.path, by)) for clip in clips]
+    return _plan(clips, library.skipped, library.check)
 
 
 def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = None) -> ImportPlan:
@@ -86,18 +82,17 @@ def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = No
     if by == BY_CSV:
         labels = csv or motions[0].parent / LABELS
         rows, check = read_labels(labels, motions[0].parent, files)
-        labelled_by = f"the file {shown(labels.name)}"
         missing = f"{shown(labels.name)} gives it no activity"
         left_out += [(file, missing) for file in files if file not in rows]
     else:
         rows = {file: {"activity": _label(path, by)} for path, file in zip(motions, files, strict=True)}
-        check, labelled_by = NO_LABELS, NAMED.get(by, NAMED[BY_FILE])
+        check = NO_LABELS
     clips = [
         Clip(path, file, name, **rows[file])
         for path, file, name in zip(motions, files, names, strict=True)
         if file in rows
     ]
-    return _without_copies(ImportPlan(tuple(clips), tuple(left_out), (), labelled_by, check))
+    return _plan(clips, left_out, check)
 
 
 def without_known(plan: ImportPlan, known: Iterable[Path]) -> ImportPlan:
@@ -153,10 +148,10 @@ def _label(path: Path, by: str) -> str:
     return activity_of(shown(path.name))
 
 
-def _without_copies(plan: ImportPlan) -> ImportPlan:
-    """A plan less files that are the same as another of it: they would be tested on what they trained."""
-    file_of = {clip.path: clip.file for clip in plan.clips}
-    copies = same_files([clip.path for clip in plan.clips])
-    left_out = [(file_of[path], f"it is the same file as {file_of[first]}") for path, first in copies.items()]
-    clips = tuple(clip for clip in plan.clips if clip.path not in copies)
-    return replace(plan, clips=clips, left_out=(*plan.left_out, *left_out))
+def _plan(clips: Sequence[Clip], left_out: Sequence[tuple[str, str]], check: LabelCheck) -> ImportPlan:
+    """A plan without files that are the same as another of it: they would be tested on what they trained."""
+    file_of = {clip.path: clip.file for clip in clips}
+    copies = same_files([clip.path for clip in clips])
+    twice = [(file_of[path], f"it is the same file as {file_of[first]}") for path, first in copies.items()]
+    alone = tuple(clip for clip in clips if clip.path not in copies)
+    return ImportPlan(alone, (*left_out, *twice), check=check)

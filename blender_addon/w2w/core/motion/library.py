@@ -112,10 +112,11 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
     files = [above[place] / name for place, _, name in (file.rpartition("/") for file in inside)]
     names = unique_names(inside)
     inside = [shown(file) for file in inside]
+    reasons: dict[str, str] = {}
     if labels is None:
-        rows = {file: {"activity": activity_of(file)} for file in inside}
+        rows, check = {file: {"activity": activity_of(file)} for file in inside}, NO_LABELS
         sources = {"folder names" if "/" in file else "file names" for file in inside}
-        labelled_by, reasons, check = " and ".join(sorted(sources, reverse=True)), {}, NO_LABELS
+        labelled_by = " and ".join(sorted(sources, reverse=True))
     else:
         labels = Path(labels)
         labelled_by = f"the file {shown(labels.name)}"
