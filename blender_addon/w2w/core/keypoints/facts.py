@@ -74,17 +74,14 @@ class PoseFacts:
 def facts_of(content: Mapping[str, Any]) -> PoseFacts:
     """The facts among what a file holds, under their usual names.
 
-    Raises UnusableMotion if one is out of its range.
+    Raises ValueError if one is out of its range.
     """
     given: dict[str, Any] = {}
     for key, value in content.items():
         name = SPELLINGS.get(str(key).lower(), str(key).lower())
         if name in {item.name for item in fields(PoseFacts)} and value not in (None, ""):
             given[name] = value
-    try:
-        return PoseFacts(**{name: _fact(name, value) for name, value in given.items()})
-    except ValueError as error:
-        raise UnusableMotion(str(error)) from error
+    return PoseFacts(**{name: _fact(name, value) for name, value in given.items()})
 
 
 def _fact(name: str, value: Any) -> float | str:
@@ -120,5 +117,5 @@ def side_car_facts(path: Path) -> PoseFacts:
         raise UnusableMotion(f"{name} beside it must be a JSON object with 'rate', 'unit', 'up', 'joint_set'")
     try:
         return facts_of(content)
-    except UnusableMotion as error:
+    except ValueError as error:
         raise UnusableMotion(f"{name} beside it: {error}") from error

@@ -16,7 +16,8 @@ from ..body.body import Body
 from ..body.skeleton import JOINT_INDEX, N_JOINTS
 from ..motion.motion import Motion
 from ..motion.skinning import on_the_ground, relative_to_parents
-from ..rotations import frame_of, turn_about, unit
+from ..rotations import frame_of, smallest_rotation, turn_about, unit
+from .facts import UPS
 from .joint_sets import SIDES, JointSet
 from .limbs import cone_swing, hinge_bend, swing_and_twist
 from .paths import Paths, landmark_paths, middle
@@ -121,15 +122,9 @@ def guess_up(keypoints: np.ndarray, joint_set: JointSet) -> Up:
     return f"{'-' if mean[axis] < 0 else ''}{'xyz'[axis]}"
 
 
-def _axes(up: str) -> np.ndarray:
-    """Rotation that turns an axis to z."""
-    axis = np.zeros(3)
-    axis["xyz".index(up[-1])] = -1.0 if up.startswith("-") else 1.0
-    turn, _ = Rotation.align_vectors([[0.0, 0.0, 1.0]], [axis])
-    return turn.as_matrix().round()
-
-
-_UP = {up: _axes(up) for up in ("x", "y", "z", "-x", "-y", "-z")}
+_UPRIGHT = smallest_rotation(np.concatenate([np.eye(3), -np.eye(3)]), np.array([0.0, 0.0, 1.0])).round()
+_UP = dict(zip(UPS, _UPRIGHT, strict=True))
+"""Rotations that turn an axis to z."""
 
 
 def _named_joints(body: Body) -> dict[str, np.ndarray]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..csv_tables import SEPARATORS, CsvError, decoded
+from ..csv_tables import SEPARATORS, decoded
 from ..motion.library import joint_columns
 from ..motion.source import UnusableMotion
 from .facts import PoseFacts, facts_of
@@ -28,10 +28,7 @@ def read_csv_pose(path: Path) -> RawPose:
 
     Raises UnusableMotion if the columns are no joints' or a row is damaged.
     """
-    try:
-        text, _ = decoded(path)
-    except CsvError as error:
-        raise UnusableMotion(str(error)) from error
+    text, _ = decoded(path)
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
     header = lines[0] if lines else ""
     separator = max(SEPARATORS, key=header.count)

@@ -48,22 +48,25 @@ def read_labels(
         table = read_table(path, ("file", "activity"), ("subject", "motion_key", "source"))
     except CsvError as error:
         raise LibraryError(str(error)) from error
-    find = _Finder(path, folder, inside)
+    find = _Finder(folder, inside)
     rows: dict[str, dict[str, str]] = {}
     strangers, empty, named = [], [], set()
     for number, row in table.rows:
-        if not (row["file"] and row["activity"]):
-            empty.append(row["file"] or f"line {number}")
-            named.update(find.candidates(row["file"]))
-            continue
         text = row.pop("file")
-        file = find.file_of(text, number)
-        if file is None:
+        found = find.candidates(text)
+        if not (text and row["activity"]):
+            empty.append(text or f"line {number}")
+            named.update(found)
+        elif not found:
             strangers.append(text)
-            continue
-        if rows.setdefault(file, row) != row:
+        elif len(found) > 1:
             raise LibraryError(
-                f"{shown(path)}, line {number}: '{file}' is listed twice with different labels"
+                f"{shown(path)}, line {number}: '{text}' could be any of {', '.join(found[:3])}: "
+                "write the path inside the library"
+            )
+        elif rows.setdefault(found[0], row) != row:
+            raise LibraryError(
+                f"{shown(path)}, line {number}: '{found[0]}' is listed twice with different labels"
             )
     if not rows:
         raise LibraryError(_useless(path, inside, strangers, empty))
@@ -113,15 +116,15 @@ class _Finder:
     folder before it: any other folder in a row is one that the file does not lie in.
     """
 
-    def __init__(self, labels: Path, folder: Path, inside: Sequence[str]) -> None:
-        self.labels, self.known = labels, set(inside)
+    def __init__(self, folder: Path, inside: Sequence[str]) -> None:
+        self.known = set(inside)
         self.folders = {shown(folder.absolute().name), shown(folder.resolve().name)}
         self.by_name: dict[str, list[str]] = {}
         for file in inside:
             self.by_name.setdefault(PurePosixPath(file).name, []).append(file)
 
     def candidates(self, text: str) -> list[str]:
-        """Files that may be meant."""
+        """Files that may be meant; none where the library does not hold one."""
         file = PurePosixPath(text.replace("\\", "/"))
         if file.as_posix() in self.known:
             return [file.as_posix()]
@@ -132,16 +135,6 @@ class _Finder:
             if before != str(file) and PurePosixPath(before).name in self.folders:
                 whole.append(found)
         return whole or [found for found in same_name if f"/{found}".endswith(f"/{file}")]
-
-    def file_of(self, text: str, number: int) -> str | None:
-        """The file that is meant; None where the library does not hold it."""
-        found = self.candidates(text)
-        if len(found) > 1:
-            raise LibraryError(
-                f"{shown(self.labels)}, line {number}: '{text}' could be any of {', '.join(found[:3])}: "
-                "write the path inside the library"
-            )
-        return found[0] if found else None
 
 
 def _useless(path: Path, inside: Sequence[str], strangers: list[str], empty: list[str]) -> str:

@@ -34,6 +34,9 @@ from .structure_match import match_by_structure, with_whole_spine
 
 SIDES = ("left", "right")
 
+ACROSS = tuple(tuple(JOINT_INDEX[f"{side}_{part}"] for side in SIDES) for part in ("hip", "shoulder"))
+"""Left and right hip, left and right shoulder."""
+
 CRUMPLED = 1e-3
 """Left and right joints of a rest pose closer than this part of its extent show no side."""
 
@@ -125,11 +128,8 @@ def is_crumpled(rest: dict[int, np.ndarray]) -> bool:
     `rest` has the position (3,) of each matched joint; pairs that are not both matched are ignored.
     """
     extent = np.ptp(list(rest.values()), axis=0).max() if rest else 0.0
-    pairs = ([JOINT_INDEX[f"{side}_{part}"] for side in SIDES] for part in ("hip", "shoulder"))
-    apart = (
-        np.linalg.norm(rest[left] - rest[right]) for left, right in pairs if {left, right} <= rest.keys()
-    )
-    return any(distance <= CRUMPLED * extent for distance in apart)
+    pairs = [pair for pair in ACROSS if rest.keys() >= set(pair)]
+    return any(np.linalg.norm(rest[left] - rest[right]) <= CRUMPLED * extent for left, right in pairs)
 
 
 def rest_alignment(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
@@ -151,8 +151,7 @@ def rest_alignment(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
 
 def _torso_frame(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
     """Rotation from the body's rest axes (left +x, up +z) to those of the source's torso."""
-    pairs = ([rest[JOINT_INDEX[f"{side}_{part}"]] for side in SIDES] for part in ("hip", "shoulder"))
-    left = sum(unit(on_left - on_right) for on_left, on_right in pairs)
+    left = sum(unit(rest[on_left] - rest[on_right]) for on_left, on_right in ACROSS)
     trunk = unit(trunk_line(rest))
     if trunk[2] >= UPRIGHT:
         return frame_of(left, np.array([0.0, 0.0, 1.0]))

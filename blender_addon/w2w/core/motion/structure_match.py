@@ -97,10 +97,14 @@ class _Tree:
         frames = np.linspace(0, source.n_frames - 1, min(SAMPLES, source.n_frames)).astype(int)
         self.heads = source.matrices[frames][..., :3, 3]
         self.names = source.bones
-        self.parents = _without_helpers(source)
+        helper = [HELPERS.search(name) for name in source.bones]
+        self.parents: list[int] = []  # past helper bones; -2 for the helpers themselves
         self.children: list[Chain] = [[] for _ in source.bones]
-        for bone, parent in enumerate(self.parents):
-            if parent >= 0:
+        for bone, parent in enumerate(source.parents.tolist()):
+            while parent >= 0 and helper[parent]:
+                parent = int(source.parents[parent])
+            self.parents.append(-2 if helper[bone] else parent)
+            if self.parents[bone] >= 0:
                 self.children[parent].append(bone)
         self.reach, self._onward = self._to_leaves()
 
@@ -137,17 +141,6 @@ class _Tree:
                 if apart < ALIKE * mean:
                     found.append(_Pair(fork, (one, other), mean))
         return sorted(found, key=lambda pair: -pair.length)
-
-
-def _without_helpers(source: SourceMotion) -> list[int]:
-    """Parent of each bone, past helper bones; -2 for the helpers themselves."""
-    helper = [HELPERS.search(name) for name in source.bones]
-    parents = []
-    for bone, parent in enumerate(source.parents.tolist()):
-        while parent >= 0 and helper[parent]:
-            parent = int(source.parents[parent])
-        parents.append(-2 if helper[bone] else parent)
-    return parents
 
 
 def _as_person(tree: _Tree, a: _Pair, b: _Pair) -> dict[int, int]:
