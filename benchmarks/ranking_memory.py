@@ -27,7 +27,7 @@ import numpy as np
 from w2w.core.clip_files import ClipWindows
 from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions, set_tests
 from w2w.core.files import write_npz
-from w2w.core.motion.duplicates import SIZE
+from w2w.core.motion.duplicates import POSES
 from w2w.core.ranking.features import feature_names
 from w2w.core.ranking.inputs import FeatureFiles
 from w2w.core.ranking.pooling import Pooling
@@ -115,9 +115,8 @@ def _rank(choice: argparse.Namespace) -> None:
     rng = np.random.default_rng(1)
     is_test = np.arange(windows) % 2 == 0
     clips = [LabelledClip(str(number), f"activity {number % ACTIVITIES}", "") for number in range(n_clips)]
-    found = [
-        ClipWindows(is_test, rng.normal(size=SIZE).astype(np.float32), (windows,)) for _ in range(n_clips)
-    ]
+    signatures = rng.normal(size=(n_clips, len(POSES))).astype(np.float32)
+    found = [ClipWindows(is_test, signature, (windows,)) for signature in signatures]
     files = FeatureFiles([place / f"{number}.npz" for number in range(n_clips)])
     config = StudyConfig()
     labels = WindowLabels.of(same_motions(clips, found), found)

@@ -13,7 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.imu.augmentation import at_tempo, mirrored, scaled
-from w2w.core.motion.duplicates import SIZE, mirrored_signatures, motion_signature, move_alike
+from w2w.core.motion.duplicates import POSES, mirrored_signatures, motion_signature, move_alike
 from w2w.core.study import same_clips
 from w2w.loading import load
 
@@ -25,7 +25,7 @@ def test_the_mirrored_signature_is_that_of_the_mirrored_motion(waving):
 
 
 def test_of_no_pairs_none_moves_alike():
-    none = np.empty((0, SIZE), dtype=np.float32)
+    none = np.empty((0, len(POSES)), dtype=np.float32)
     assert move_alike(none, none).shape == (0,)
 
 

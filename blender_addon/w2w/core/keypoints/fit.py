@@ -20,7 +20,7 @@ from ..rotations import frame_of, smallest_rotation, turn_about, unit
 from .facts import UPS
 from .joint_sets import SIDES, JointSet
 from .limbs import cone_swing, hinge_bend, swing_and_twist
-from .paths import Paths, landmark_paths, middle
+from .paths import Paths, Points, landmark_paths, middle
 
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
 
@@ -127,7 +127,7 @@ _UP = dict(zip(UPS, _UPRIGHT, strict=True))
 """Rotations that turn an axis to z."""
 
 
-def _named_joints(body: Body) -> dict[str, np.ndarray]:
+def _named_joints(body: Body) -> Points:
     """Rest positions by landmark."""
     joints = {name.replace("_", " "): body.joints[index] for name, index in JOINT_INDEX.items()}
     for side in SIDES:
@@ -136,7 +136,7 @@ def _named_joints(body: Body) -> dict[str, np.ndarray]:
     return joints
 
 
-def _scale(paths: Paths, joints: dict[str, np.ndarray]) -> float:
+def _scale(paths: Paths, joints: Points) -> float:
     """Body metres in one unit, by the limbs' bones; by the trunk, which bends, only where no limb is seen."""
     if not paths.lengths:
         return float(np.linalg.norm(middle(joints, "shoulder") - middle(joints, "hip")) / paths.trunk)
@@ -144,7 +144,7 @@ def _scale(paths: Paths, joints: dict[str, np.ndarray]) -> float:
     return float(ours / sum(paths.lengths.values()))
 
 
-def _carried_by_trunk(world: np.ndarray, joints: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _carried_by_trunk(world: np.ndarray, joints: Points) -> Points:
     """Where the trunk's rotations put hips and shoulders, relative to the pelvis; shape (T, 3) each."""
     spine = np.zeros((len(world), 3))
     for start, end in pairwise(("pelvis", "spine1", "spine2", "spine3")):
@@ -157,9 +157,7 @@ def _carried_by_trunk(world: np.ndarray, joints: dict[str, np.ndarray]) -> dict[
     return carried
 
 
-def _anchor(
-    points: dict[str, np.ndarray], start: str, end: str, found: np.ndarray, frame: np.ndarray
-) -> None:
+def _anchor(points: Points, start: str, end: str, found: np.ndarray, frame: np.ndarray) -> None:
     """Hang a limb on the trunk's own hip or shoulder, in place.
 
     So noise of the trunk's joints does not reach the hand or foot: the data say only where the joint is on
@@ -173,7 +171,7 @@ def _anchor(
         points[end] = points[start] + np.median(length) * bone / length
 
 
-def _trunk_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: dict[str, np.ndarray]) -> None:
+def _trunk_rotations(world: np.ndarray, points: Points, joints: Points) -> None:
     """Pelvis and chest by their own left and up; the spine's joints share out what lies between them."""
     bend = "spine" in points
     frames = []
@@ -194,7 +192,7 @@ def _trunk_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: d
         world[:, JOINT_INDEX[f"{side}_collar"]] = world[:, JOINT_INDEX["spine3"]]
 
 
-def _head_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: dict[str, np.ndarray]) -> None:
+def _head_rotations(world: np.ndarray, points: Points, joints: Points) -> None:
     """The neck leans with the head, seen from the neck or from between the shoulders.
 
     The head's turn is seen where there is a nose.
@@ -219,12 +217,7 @@ def _head_rotations(world: np.ndarray, points: dict[str, np.ndarray], joints: di
 
 
 def _limb_rotations(
-    world: np.ndarray,
-    points: dict[str, np.ndarray],
-    joints: dict[str, np.ndarray],
-    side: str,
-    rate: float,
-    limb: _Limb,
+    world: np.ndarray, points: Points, joints: Points, side: str, rate: float, limb: _Limb
 ) -> None:
     """An arm's or a leg's segments, from the trunk outwards."""
     upper, lower, end, tip = (JOINT_INDEX[f"{side}_{part}".replace("toe", "foot")] for part in limb.parts)
@@ -260,7 +253,7 @@ def _limb_rotations(
     world[:, tip] = world[:, end]
 
 
-def _bones(found: dict[str, np.ndarray], side: str, parts: tuple[str, ...]) -> list[np.ndarray | None]:
+def _bones(found: Points, side: str, parts: tuple[str, ...]) -> list[np.ndarray | None]:
     """Vectors from each part to the next; None where either is missing."""
     ends = [found.get(f"{side} {part}") for part in parts]
     return [None if a is None or b is None else b - a for a, b in pairwise(ends)]

@@ -8,6 +8,9 @@ from scipy.linalg import solveh_banded
 
 from .joint_sets import SIDES, JointSet, mirrored
 
+Points = dict[str, np.ndarray]
+"""Paths (T, 3) or rest positions (3,) of landmarks by their names."""
+
 LEGS = ("hip", "knee", "ankle", "toe")
 ARMS = ("shoulder", "elbow", "wrist", "hand", "thumb side", "little finger side")
 
@@ -19,7 +22,7 @@ KNEES_SAY = 0.04
 show which way the person faces."""
 
 
-def _undo_swaps(points: dict[str, np.ndarray], size: float) -> dict[str, np.ndarray]:
+def _undo_swaps(points: Points, size: float) -> Points:
     """Undo frames in which the arms or the legs changed sides.
 
     Of all ways to call each frame swapped or not, the one along which the joints move least is taken
@@ -41,7 +44,7 @@ def _undo_swaps(points: dict[str, np.ndarray], size: float) -> dict[str, np.ndar
     return points
 
 
-def _sides_are_exchanged(points: dict[str, np.ndarray]) -> bool:
+def _sides_are_exchanged(points: Points) -> bool:
     """Whether left and right are called the wrong way round throughout, once single frames' swaps are undone.
 
     Knees bend forwards and toes and noses point there; forward is where up and the left hip say it is.
@@ -120,7 +123,7 @@ LENGTH_ROUNDS = 10
 class Paths(NamedTuple):
     """Landmarks of one clip."""
 
-    points: dict[str, np.ndarray]  # landmark -> smooth path (T, 3); landmarks never seen are not there
+    points: Points  # landmark -> smooth path (T, 3); landmarks never seen are not there
     lengths: dict[tuple[str, str], float]  # bone -> its length in the positions' unit, left and right alike
     trunk: float  # from between the hips to between the shoulders
     exchanged: bool  # whether left and right were called the wrong way round throughout
@@ -153,7 +156,7 @@ def landmark_paths(keypoints: np.ndarray, joint_set: JointSet, rate: float, cuto
     return Paths(points, lengths, trunk, exchanged)
 
 
-def _landmarks(keypoints: np.ndarray, joint_set: JointSet) -> dict[str, np.ndarray]:
+def _landmarks(keypoints: np.ndarray, joint_set: JointSet) -> Points:
     keypoints = np.asarray(keypoints, dtype=np.float64)
     if keypoints.ndim != 3 or keypoints.shape[1:] != (len(joint_set.joints), 3) or len(keypoints) < 2:
         raise ValueError(
@@ -168,12 +171,12 @@ def _landmarks(keypoints: np.ndarray, joint_set: JointSet) -> dict[str, np.ndarr
     }
 
 
-def middle(points: dict[str, np.ndarray], part: str) -> np.ndarray:
+def middle(points: Points, part: str) -> np.ndarray:
     """Halfway between left and right, shape (T, 3)."""
     return (points[f"left {part}"] + points[f"right {part}"]) / 2
 
 
-def _bone_lengths(points: dict[str, np.ndarray]) -> dict[tuple[str, str], float]:
+def _bone_lengths(points: Points) -> dict[tuple[str, str], float]:
     """Median length of each bone over all frames and both sides."""
     lengths = {}
     for start, end in BONES:
@@ -192,7 +195,7 @@ def _filled(path: np.ndarray, carrier: np.ndarray | float) -> np.ndarray:
     return carrier + np.stack([np.interp(frames, frames[seen], offset[seen, axis]) for axis in range(3)], 1)
 
 
-def _keep_lengths(points: dict[str, np.ndarray], lengths: dict[tuple[str, str], float]) -> None:
+def _keep_lengths(points: Points, lengths: dict[tuple[str, str], float]) -> None:
     """Move both ends of each bone, in place, until it has its length in every frame."""
     for _ in range(LENGTH_ROUNDS):
         for (start, end), length in lengths.items():

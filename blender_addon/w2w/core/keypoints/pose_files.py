@@ -133,17 +133,15 @@ class JointPositions:
 def read_joints(path: str | Path, given: PoseFacts = NO_FACTS) -> JointPositions:
     """Read joint positions: csv (columns ``left_hip_x``, ...), npy or npz (T, J, 3), json or c3d.
 
-    Facts that the file does not say itself may lie in ``NAME.json`` beside it; `given` are known better.
+    The file is one that `is_joint_file` knows by its suffix. Facts that it does not say itself may lie in
+    ``NAME.json`` beside it; `given` are known better.
 
     Raises UnusableMotion, with the reason, if it is another file, or its rate or joints are not known.
     """
     path = Path(path)
     size_and_head(path)
-    reader = _READERS.get(path.suffix.lower())
-    if reader is None:
-        raise UnusableMotion(f"'{path.suffix}' is no kind of file that joint positions come in")
     with reading(ValueError, MemoryError):
-        raw = reader(path)
+        raw = _READERS[path.suffix.lower()](path)
     facts = given.completed(raw.facts).completed(side_car_facts(path))
     if raw.positions.ndim < 2:
         raise UnusableMotion(f"it has shape {raw.positions.shape}; joint positions have (frames, joints, 3)")

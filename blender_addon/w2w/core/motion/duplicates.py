@@ -22,16 +22,11 @@ JOINTS = tuple(
 POSED = np.arange(len(JOINTS)) < 9
 """Joints whose poses are alike on other rigs; of head, hands and feet only the movement is."""
 
-SIZE = PHASES * len(JOINTS) * 6 + 1
-"""Numbers of a signature, K."""
-
 POSES = np.append(np.broadcast_to(POSED[:, None], (PHASES, len(JOINTS), 6)).ravel(), True)
-"""Numbers of a signature by which copies are sought: poses of `POSED`, and the length."""
-
+"""Which of a signature's K numbers copies are sought by: poses of `POSED`, and the length."""
 
 SIGNS = np.array([-1.0, 1.0, 1.0])[:, None] * np.array([-1.0, 1.0])
 """Of A R A with A = diag(-1, 1, 1), on the first two columns of R."""
-
 
 MOVED_ALIKE = 0.4
 """Copies differ in their movement by at most this share of it: real ones, on other rigs and at other rates,
@@ -68,7 +63,7 @@ def move_alike(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     K).
     """
     one, other = _movement(first), _movement(second)
-    moved = np.maximum(*(np.sqrt((part**2).mean(axis=1)) for part in (one, other)))
+    moved = np.sqrt(np.maximum((one**2).mean(axis=1), (other**2).mean(axis=1)))
     apart = np.sqrt(((one - other) ** 2).mean(axis=1))
     last_alike = np.abs(first[:, -1] - second[:, -1]) <= ONE_LENGTH
     return (apart <= np.maximum(MOVED_ALIKE * moved, STILL)) & (last_alike | (moved >= QUIET))
