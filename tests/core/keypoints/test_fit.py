@@ -230,8 +230,3 @@ def test_what_is_no_body_is_refused(bundled_body, spoil, message):
     points = seen_as(KINECT_20, bundled_body, anatomical(1))
     with pytest.raises(ValueError, match=message):
         fit_keypoints(spoil(points), RATE, KINECT_20, bundled_body)
-
-
-def test_an_unknown_axis_is_refused(bundled_body):
-    with pytest.raises(ValueError, match="up must be one of"):
-        fit_keypoints(np.ones((5, 20, 3)), RATE, KINECT_20, bundled_body, up="w")

@@ -83,8 +83,6 @@ def fit_keypoints(
 
     Raises ValueError if shapes disagree, or hips or shoulders are hardly ever seen.
     """
-    if up not in _UP:
-        raise ValueError(f"up must be one of {', '.join(_UP)}, not {up!r}")
     paths = landmark_paths(np.asarray(keypoints) @ _UP[up].T, joint_set, rate, cutoff_hz)
     joints = _named_joints(body)
     scale = _scale(paths, joints)

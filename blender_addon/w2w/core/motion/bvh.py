@@ -12,8 +12,6 @@ from .source import TO_Z_UP, SourceMotion, people_in, refuse_pose
 
 BVH_SUFFIX = ".bvh"
 
-POSITION, ROTATION = "position", "rotation"
-
 
 def read_bvh(path: str | Path) -> SourceMotion:
     """Read a BVH file: z up, in its own unit of length, without a leading T-pose, at rest as a person can be.
@@ -54,12 +52,14 @@ def _local_matrices(text: BvhText) -> np.ndarray:
     for number, joint in enumerate(text.joints):
         columns = {name: start + place for place, name in enumerate(joint.channels)}
         start += len(columns)
-        shifts = {"xyz".index(name[0]): column for name, column in columns.items() if POSITION in name}
+        shifts = {
+            "xyz".index(name[0]): column for name, column in columns.items() if name.endswith("position")
+        }
         if not shifts:
             local[:, number, :3, 3] = joint.offset
         for axis, column in shifts.items():
             local[:, number, axis, 3] = text.values[:, column]
-        turns = {name: column for name, column in columns.items() if ROTATION in name}
+        turns = {name: column for name, column in columns.items() if name.endswith("rotation")}
         if turns:
             order = "".join(name[0] for name in turns)
             turning.setdefault(order, []).append((number, list(turns.values())))

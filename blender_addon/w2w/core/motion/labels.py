@@ -1,15 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Labels from a csv file: which row means which clip, and what in it is of no use."""
+"""Labels from a csv file: which row means which clip, and what in it is of no use.
+
+A row names a file or words of captions, as HumanML3D has them (Guo et al. 2022, doi
+10.1109/CVPR52688.2022.00509). ``texts/000021.txt`` captions ``new_joints/000021.npy``, a line each: ``a
+person walks.#a/DET person/NOUN walk/VERB#0.0#0.0``, the words with their base forms, and the seconds that it
+is about; 0 to 0 is the whole.
+"""
 
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from ..csv_tables import CsvError, read_table
+from ..csv_tables import CsvError, CsvTable, read_table
 from ..wording import shown
 
 
@@ -32,6 +39,29 @@ class LabelCheck:
 
 NO_LABELS = LabelCheck()
 """The check of a library that no csv file labels."""
+
+
+WORD = re.compile(r"[^\W_]+")
+
+MOST_BYTES = 2**20
+"""Longest file of captions that is read."""
+
+
+def label_rows(
+    labels: Path, folder: Path, inside: Sequence[str], exact: bool
+) -> tuple[dict[str, dict[str, str]], dict[str, str], LabelCheck]:
+    """Labels of a library's files by a csv of files or of captions.
+
+    Returns rows by file as `read_labels` does, the reason for each file without one, and what stood out.
+    Raises LibraryError if the csv cannot be understood, or labels nothing.
+    """
+    with suppress(CsvError):
+        captions = read_table(labels, ("caption", "activity"), ("file",))
+        if not any(row["file"] for _, row in captions.rows):
+            return _caption_labels(labels, captions, folder, inside)
+    rows, check = read_labels(labels, folder, inside, exact)
+    reasons = dict.fromkeys(inside, f"{shown(labels.name)} gives it no activity")
+    return rows, reasons | dict.fromkeys(check.not_listed, f"{shown(labels.name)} does not list it"), check
 
 
 def read_labels(
@@ -144,3 +174,52 @@ def _useless(path: Path, inside: Sequence[str], strangers: list[str], empty: lis
     elif empty:
         text += f": {len(empty)} rows have no file or no activity"
     return text
+
+
+def _caption_labels(
+    path: Path, table: CsvTable, folder: Path, inside: Sequence[str]
+) -> tuple[dict[str, dict[str, str]], dict[str, str], LabelCheck]:
+    """Labels by the words of captions.
+
+    A clip is of an activity if one of its captions holds a row's words side by side, as they stand or in
+    their base forms (*walk* is in "he walks"). Captions of a whole clip count, from ``NAME.txt`` beside the
+    clip or in a folder ``texts`` beside its own.
+    """
+    wanted = [
+        (_words(row["caption"]), row["activity"])
+        for _, row in table.rows
+        if row["caption"] and row["activity"]
+    ]
+    rows: dict[str, dict[str, str]] = {}
+    left_out: dict[str, str] = {}
+    for file in inside:
+        texts = list(_captions(folder / file))
+        found = sorted({activity for words, activity in wanted if any(words in text for text in texts)})
+        if len(found) == 1:
+            rows[file] = {"activity": found[0]}
+        elif found:
+            left_out[file] = f"its captions are of {' and '.join(found)}"
+        else:
+            left_out[file] = "none of its captions is listed" if texts else "it has no captions"
+    if not rows:
+        raise LibraryError(f"{shown(path)} holds the words of no caption of the {len(inside)} motion files")
+    empty = tuple(f"line {number}" for number, row in table.rows if not (row["caption"] and row["activity"]))
+    check = LabelCheck(no_activity=empty, not_listed=tuple(left_out), note=table.note)
+    return rows, left_out, check
+
+
+def _captions(file: Path) -> Iterator[str]:
+    """Each caption of a whole clip, as it stands and then in base forms, by its `_words`."""
+    for place in (file.parent, file.parent.parent / "texts"):
+        text = place / f"{file.stem}.txt"
+        if text.is_file() and text.stat().st_size <= MOST_BYTES:
+            for line in text.read_text(encoding="utf-8", errors="replace").splitlines():
+                caption, forms, *span = (*line.split("#"), "")
+                if all(part in ("", "0.0", "nan") for part in span):
+                    yield _words(caption)
+                    yield _words(" ".join(word.partition("/")[0] for word in forms.split()))
+
+
+def _words(text: str) -> str:
+    """Words in lower case, with a space before and after each."""
+    return f" {' '.join(WORD.findall(text.lower()))} "

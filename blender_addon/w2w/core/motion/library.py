@@ -15,9 +15,8 @@ from pathlib import Path, PurePosixPath
 from ..files import array_names, reserved
 from ..wording import name_bytes, shown
 from .asf_amc import AMC_SUFFIX
-from .captions import asks_for_captions, read_caption_labels
 from .import_checks import USD_SUFFIXES, VRM_SUFFIXES
-from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
+from .labels import NO_LABELS, LabelCheck, LibraryError, label_rows
 from .mvnx import MVNX_SUFFIX
 
 POSITION_KEYS = (
@@ -91,7 +90,7 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
     file name (``Walking (2).fbx``, ``X Bot@Waving.fbx``). `labels` is a csv with columns ``file`` and
     ``activity``, and if wanted ``subject``, ``source`` and ``motion_key``; ``file`` is the path inside the
     library, or an end of it, such as the bare name, that only one clip has. With columns ``caption`` and
-    ``activity`` it labels clips by words of their captions (`read_caption_labels`). `exact_labels` keeps
+    ``activity`` it labels clips by words of their captions. `exact_labels` keeps
     activities apart that differ only in case, spaces or underscores.
 
     Raises LibraryError if the folder is missing or holds no motion files, or the csv cannot be understood.
@@ -120,7 +119,7 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
     else:
         labels = Path(labels)
         labelled_by = f"the file {shown(labels.name)}"
-        rows, reasons, check = _rows(labels, folder, inside, exact_labels)
+        rows, reasons, check = label_rows(labels, folder, inside, exact_labels)
     clips = [
         Clip(path, file, name, **rows[file])
         for path, file, name in zip(files, inside, names, strict=True)
@@ -128,17 +127,6 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
     ]
     skipped = [(file, reasons[file]) for file in inside if file not in rows]
     return Library(folder, tuple(clips), labelled_by, tuple(skipped), check)
-
-
-def _rows(
-    labels: Path, folder: Path, inside: list[str], exact: bool
-) -> tuple[dict[str, dict[str, str]], dict[str, str], LabelCheck]:
-    """Labels of files by a csv, the reason for each file without one, and what stood out."""
-    if asks_for_captions(labels):
-        return read_caption_labels(labels, folder, inside)
-    rows, check = read_labels(labels, folder, inside, exact)
-    reasons = dict.fromkeys(inside, f"{shown(labels.name)} gives it no activity")
-    return rows, reasons | dict.fromkeys(check.not_listed, f"{shown(labels.name)} does not list it"), check
 
 
 def activity_of(file: str) -> str:

@@ -145,13 +145,12 @@ MAX_TURN = 1e4
 """Radians of one rotation vector: over a thousand whole turns."""
 
 
-def read_amass(path: str | Path, z_up: bool = False) -> Motion:
+def read_amass(path: str | Path) -> Motion:
     """Read an AMASS-style npz or a `.smpl` file, without labels.
 
     AMASS files (Mahmood et al. 2019) hold ``poses`` (T, 72, 156 or 165) as axis-angle, or ``root_orient`` and
     ``pose_body``, ``trans`` (T, 3) in metres and ``mocap_framerate``. Their world is z up; files whose bodies
-    stand along y instead, as `.smpl` files have it, are turned. Where the world is known to be z up, as in
-    files that `Motion.save` wrote, a body that lies or crawls is not taken for one that stands along y.
+    stand along y instead, as `.smpl` files have it, are turned.
 
     Raises UnusableMotion if it is no such file, or holds a pose instead of a motion.
     """
@@ -159,10 +158,11 @@ def read_amass(path: str | Path, z_up: bool = False) -> Motion:
     size_and_head(path)
     with reading(ValueError):
         arrays = _read_arrays(path)
-    return _motion_of(arrays, z_up)
+    return _motion_of(arrays)
 
 
-def _motion_of(arrays: dict[str, np.ndarray], z_up: bool) -> Motion:
+def _motion_of(arrays: dict[str, np.ndarray], z_up: bool = False) -> Motion:
+    """The motion, turned if its body stands along y and its world is not known to be z up."""
     poses = _poses(arrays)
     refuse_too_long(len(poses), poses.shape[1] // 3)
     refuse_few_frames(len(poses))
