@@ -191,11 +191,9 @@ def _motion_files(folder: Path) -> Iterable[str]:
             files = [name for name in files if name not in RESULTS]
         inside = Path(place).relative_to(folder).as_posix()
         inside = "" if inside == "." else f"{inside}/"
-        yield from (f"{inside}{name}" for name in files if _is_motion(place, name))
-
-
-def _is_motion(place: str, name: str) -> bool:
-    return posixpath.splitext(name)[1].lower() in MOTION_SUFFIXES or is_motion(Path(place, name))
+        for name in files:  # most are told by their suffix, without a path for each
+            if posixpath.splitext(name)[1].lower() in MOTION_SUFFIXES or is_motion(Path(place, name)):
+                yield f"{inside}{name}"
 
 
 def is_motion(path: Path) -> bool:
