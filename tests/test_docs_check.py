@@ -70,7 +70,7 @@ def test_a_command_that_takes_long_is_ended(tool, tmp_path):
 
 def test_the_documents_carry_commands(tool):
     carried = {check.document.name for path in tool.documents() for check in tool.checks_in(path)}
-    assert {"signals.md", "studies.md", "utility.md"} <= carried
+    assert {"sensors.md", "studies.md", "utility.md"} <= carried
 
 
 @pytest.mark.slow

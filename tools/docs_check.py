@@ -87,13 +87,13 @@ def _plain(text: str) -> str:
 
 def documents() -> list[Path]:
     """README and the documents."""
-    return [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Check documents; 1 where one is stale."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("documents", nargs="*", type=Path, help="[default: README.md and docs/*.md]")
+    parser.add_argument("documents", nargs="*", type=Path, help="[default: README.md and all in docs]")
     parser.add_argument("--slow", action="store_true", help="run the slow commands, too")
     parser.add_argument("--list", action="store_true", help="list the commands and run none")
     asked = parser.parse_args(arguments)

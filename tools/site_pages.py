@@ -8,12 +8,13 @@ from pathlib import Path
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).resolve().parents[1]
 BIN = ROOT / ".venv" / "bin"
 
-OUTSIDE = re.compile(r"\[([^\]]+)\]\(\.\./[^)]*\)")
-"""A link out of the documents' folder."""
+LINK = re.compile(r"\[([^\]]+)\]\(((?:\.\./)+)[^)]*\)")
+"""A link to a folder above the page's own."""
 
 OFFERED = "import w2w; print(*(name for name in w2w.__all__ if name[0] != '_' and 'register' not in name))"
 
@@ -25,9 +26,14 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     return files
 
 
-def on_page_markdown(markdown: str, **_: object) -> str:
+def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
     """Name files of the code where a document links to them: the site does not hold them."""
-    return OUTSIDE.sub(r"\1", markdown)
+    inside = 3 * page.file.src_uri.count("/")
+
+    def shown(link: re.Match[str]) -> str:
+        return link[1] if len(link[2]) > inside else link[0]
+
+    return LINK.sub(shown, markdown)
 
 
 def _command_line() -> str:

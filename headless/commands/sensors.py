@@ -72,7 +72,7 @@ def _presets() -> Table:
             "Bandwidth in Hz, or in per cent of the sample rate where the part's filter follows it.\n"
             f"With drift: {', '.join(drifting)}.\n"
             f"Turned, on tissue or with losses: {', '.join(worn)}.\n"
-            "All figures of one: w2w sensors NAME. A file of your own part: docs/signals.md."
+            "All figures of one: w2w sensors NAME. A file of your own part: docs/sensors.md."
         ),
         caption_justify="left",
     )

@@ -26,7 +26,7 @@ Up = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 CUTOFF_HZ = 6.0
 """Band of the joints' paths by default: holds voluntary movement. Noisy pose wants less: 3 Hz for
-UTD-MHAD's Kinect (docs/validation.md)."""
+UTD-MHAD's Kinect (docs/evidence/validation.md)."""
 
 TRUNK_LIMIT, HEAD_CONE, OUT_OF_PLANE, FOREARM_TWIST = np.radians((100, 60, 20, 95))
 """Greatest angles here and in `_Limb`, a little beyond the active ranges of healthy adults (American Academy

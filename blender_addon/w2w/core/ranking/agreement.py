@@ -117,7 +117,7 @@ def bootstrap_interval(estimate: float, draws: np.ndarray, level: float = 0.95) 
     Resampling adds noise to noise, so the draws agree less than the estimate does. The
     bias-corrected interval undoes that but is too narrow over few sites, and so is BCa;
     this one spans it, the percentile interval and the estimate, and holds the truth most
-    often (docs/evidence.md).
+    often (docs/evidence/people.md).
 
     Parameters
     ----------

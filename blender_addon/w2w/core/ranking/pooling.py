@@ -14,7 +14,7 @@ from ..patches.strip_graph import SkinDistances
 
 WIDTH_M = 0.05
 """Standard deviation of the kernel over the skin. Widths from 0 to 25 cm, and widths that halves of the clips
-choose, deliver the same within noise on five libraries (docs/utility.md)."""
+choose, deliver the same within noise on five libraries (docs/evidence/ranking.md)."""
 
 MIRROR_M = 0.04
 """Width of the kernel that reads a map at mirror images, which lie between patches."""
