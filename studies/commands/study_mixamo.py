@@ -16,7 +16,6 @@ from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
 from w2w.core.motion.labels import same_label
 from w2w.core.motion.library import Library, read_library
-from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.ranking.weights import check_counting
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import place_patches
@@ -33,7 +32,7 @@ from ..placements.activity_groups import (
     named_by_paper,
 )
 from ..placements.comparison import PatchDifference, compare_patches
-from ..placements.placement_patches import placement_patches
+from ..placements.placement_patches import UNUSUAL, placement_patches
 from ..placements.placement_study import CLAIMS, PAGES, write_placement_study
 from ..placements.score_table import score_table
 from ..placements.score_text import show_scores, write_scores
@@ -196,8 +195,8 @@ def show_placements(study: StudyResults, group_of: Mapping[str, str], side: str,
     rows = score_table(study.utility, patches, group_of)
     show_scores(rows, columns, f"F1 at the placements, {side} side", console)
     write_scores(study.out / TABLES, rows, columns, patches, study.utility)
-    unusual = [one.name for one in PLACEMENTS if not one.common and one.name in found]
-    common = [one.name for one in PLACEMENTS if one.common and one.name in found]
+    unusual = [name for name in found if name in UNUSUAL]
+    common = [name for name in found if name not in UNUSUAL]
     tested = [name for name in dict.fromkeys(group_of.values()) if name]
     members = {
         group: [name for name in study.utility.activities if group_of.get(name) == group] for group in tested

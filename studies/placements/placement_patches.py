@@ -11,6 +11,9 @@ from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.patches.naming import DEFAULT_SIDE, Nearest, nearest
 from w2w.core.patches.patches import PatchSet
 
+UNUSUAL = ("posterior scapula", "lower spine", "lateral oblique")
+"""Placements at which wearables are seldom worn."""
+
 
 def placement_patches(
     body: Body, patches: PatchSet, side: str = DEFAULT_SIDE, say: Callable[[str], object] = warnings.warn

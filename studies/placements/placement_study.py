@@ -9,12 +9,11 @@ from pathlib import Path
 from rich.console import Console
 
 from w2w.core.files import write_text
-from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import CANNOT_RANK, mean_sentence
 
 from .activity_groups import PAPER_GROUPS
-from .placement_patches import placement_patches
+from .placement_patches import UNUSUAL, placement_patches
 from .score_table import ScoreRow, score_table
 from .trend_table import show_trends, trend_csv, trend_markdown
 from .trends import Claim, judge
@@ -47,7 +46,7 @@ def write_placement_study(
     found = placement_patches(study.body(), study.patches, side, lambda _: None)
     rows = figure_rows(study, group_of, [near.patch for near in found.values()])
     title = f"{len(rows)} activities at {len(found)} placements, {side} side"
-    common = [one.common for one in PLACEMENTS if one.name in found]
+    common = [name not in UNUSUAL for name in found]
     placement_figure(out / FIGURE, rows, list(found), common, title)
     write_text(out / TRENDS, trend_csv(trends))
     write_text(out / PAGE, _page(study, title, trend_markdown(trends), missing))

@@ -16,13 +16,12 @@ from typer.testing import CliRunner
 
 from w2w.core.findings.sources import Shown, source_caution
 from w2w.core.motion.library import Clip, Library, read_library
-from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
 from w2w.studies.commands.study_mixamo import show_placements
 from w2w.studies.commands.study_rehab import by_quality, headings, rehab_takes
 from w2w.studies.placements.activity_groups import PAPER_GROUPS, named_by_paper
-from w2w.studies.placements.placement_patches import placement_patches
+from w2w.studies.placements.placement_patches import UNUSUAL, placement_patches
 from w2w.studies.rehab.background import BACKGROUND
 from w2w.studies.rehab.executions import FAULTS, WELL
 
@@ -51,10 +50,7 @@ def test_unusual_placements_are_held_against_common_ones(drawn_results, tmp_path
     assert "Unusual placements against the common ones" in told
     assert "[dim]" not in told
     rows = rows_of(drawn_results / "unusual_places.csv")
-    unusual, common = (
-        [one.name for one in PLACEMENTS if one.common == usual and one.name in near]
-        for usual in (False, True)
-    )
+    unusual, common = ([name for name in near if (name not in UNUSUAL) == usual] for usual in (False, True))
     assert len(unusual) > 1
     assert len(common) > 4
     assert len(rows) == 3 * len(unusual) * len(common)  # two groups and all

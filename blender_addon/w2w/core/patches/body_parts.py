@@ -35,27 +35,20 @@ class Place:
         return self.region.replace("*", side)
 
 
-@dataclass(frozen=True)
-class Placement(Place):
-    """A place that studies compare."""
-
-    common: bool  # whether wearables are usually worn there
-
-
-PLACEMENTS: tuple[Placement, ...] = (
-    Placement("wrist", "* wrist dorsal", common=True),
-    Placement("upper arm", "* upper arm lateral", common=True),
-    Placement("chest", "sternum", common=True),
-    Placement("waist", "* hip", common=True),
-    Placement("pocket", "* front pocket", common=True),
-    Placement("ankle", "* ankle lateral", common=True),
-    Placement("foot", "* instep", common=True),
-    Placement("ear", "* ear", common=True),
-    Placement("posterior scapula", "* posterior scapula", common=False),
-    Placement("lower spine", "lower spine", common=False),
-    Placement("lateral oblique", "* lateral oblique", common=False),
+PLACEMENTS: tuple[Place, ...] = (
+    Place("wrist", "* wrist dorsal"),
+    Place("upper arm", "* upper arm lateral"),
+    Place("chest", "sternum"),
+    Place("waist", "* hip"),
+    Place("pocket", "* front pocket"),
+    Place("ankle", "* ankle lateral"),
+    Place("foot", "* instep"),
+    Place("ear", "* ear"),
+    Place("posterior scapula", "* posterior scapula"),
+    Place("lower spine", "lower spine"),
+    Place("lateral oblique", "* lateral oblique"),
 )
-"""The 11 placements: 8 common ones and 3 unusual ones."""
+"""The 11 placements: 8 common ones, then 3 unusual ones."""
 
 
 @dataclass(frozen=True)
