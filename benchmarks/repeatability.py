@@ -92,7 +92,7 @@ class Library:
         used = json.loads((out / "summary.json").read_text())["used"]
         files = np.repeat([entry["file"] for entry in used], [len(found.is_test) for found in study.windows])
         first = at_patches(study.patches, list(range(len(study.patches)))[:n_patches])
-        skin = SkinDistances.of(study.body(), first)
+        skin = SkinDistances.of(study.body(), first.vertices)
         pooling, others = Pooling.over(skin), [Pooling.over(skin, width) for width in WIDTHS]
         inputs = SomePatches(study.inputs(classifier), 0, len(pooling.kernel))
         products = np.isin(np.arange(len(first)), list(product_patches(first, study.body())))

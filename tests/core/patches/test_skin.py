@@ -15,7 +15,7 @@ from w2w.core.patches.strip_graph import SkinDistances
 def measured():
     body = Body.bundled()
     patches = sample_patches(body, 96, symmetric=True)
-    return body, patches, SkinDistances.of(body, patches)
+    return body, patches, SkinDistances.of(body, patches.vertices)
 
 
 def test_between_patches_is_symmetric_and_never_shorter_than_the_straight_line(measured):
@@ -36,5 +36,5 @@ def test_of_a_symmetric_sampling_every_mirror_image_is_a_patch(measured):
 
 def test_a_body_without_a_mirror_map_is_reflected(measured):
     body, patches, skin = measured
-    found = SkinDistances.of(replace(body, mirror=None), patches)
+    found = SkinDistances.of(replace(body, mirror=None), patches.vertices)
     np.testing.assert_allclose(found.to_mirror_image, skin.to_mirror_image, atol=0.02)

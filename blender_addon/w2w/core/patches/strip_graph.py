@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
@@ -20,17 +19,11 @@ from scipy.spatial import KDTree
 
 from ..body.body import Body
 
-if TYPE_CHECKING:  # patches are sampled by these distances
-    from .patches import PatchSet
-
 CROSSINGS = 3
 """Edges a straight line of the graph may cross: 3 leave 0.6 % of mean error."""
 
 KEPT = 2
 """Meshes whose graphs are kept."""
-
-CHUNK = 256
-"""Sources solved for at once, to bound memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,16 +51,14 @@ class StripGraph:
 
     def neighbourhoods(self, centres: np.ndarray, reach: float, count: int) -> Iterator[np.ndarray]:
         """Vertices within `reach` of each centre, nearest first, or the `count` nearest if those are more."""
-        for begin in range(0, len(centres), CHUNK):
-            chunk = centres[begin : begin + CHUNK]
-            for centre, distance in zip(chunk, self.distances(chunk, limit=reach), strict=True):
-                within = int(np.isfinite(distance).sum())
-                found = distance
-                for wider in (4 * reach, np.inf):
-                    if np.isfinite(found).sum() < count:
-                        found = self.distances(centre, limit=wider)
-                near = np.flatnonzero(np.isfinite(found))
-                yield near[np.argsort(found[near], kind="stable")][: max(within, count)]
+        for centre, distance in zip(centres, self.distances(centres, limit=reach), strict=True):
+            within = int(np.isfinite(distance).sum())
+            found = distance
+            for wider in (4 * reach, np.inf):
+                if np.isfinite(found).sum() < count:
+                    found = self.distances(centre, limit=wider)
+            near = np.flatnonzero(np.isfinite(found))
+            yield near[np.argsort(found[near], kind="stable")][: max(within, count)]
 
     def nearest(self, centres: np.ndarray) -> np.ndarray:
         """Position in `centres` of the one nearest to each vertex, shape (V,), int32.
@@ -125,68 +116,56 @@ class _Strips:
         keys = sides[:, 0] * len(vertices) + sides[:, 1]
         order = np.argsort(keys, kind="stable")
         self._keys, self._apexes = keys[order], sides[order, 2]
-        self.right, self.left, self.source = sides.T
-        to_right, to_left = self._length(self.source, self.right), self._length(self.source, self.left)
-        base = self._length(self.right, self.left)
-        x = (to_right**2 + to_left**2 - base**2) / (2 * to_right)
-        self.right_at = np.stack([to_right, np.zeros_like(x)], axis=1)
-        self.left_at = np.stack([x, np.sqrt(np.maximum(to_left**2 - x**2, 0))], axis=1)
-        self.low, self.high = self.right_at, self.left_at
+        right, left, source = sides.T
+        to_right, to_left = self._length(source, right), self._length(source, left)
+        x = (to_right**2 + to_left**2 - self._length(right, left) ** 2) / (2 * to_right)
+        right_at = np.stack([to_right, np.zeros_like(x)], axis=1)
+        left_at = np.stack([x, np.sqrt(np.maximum(to_left**2 - x**2, 0))], axis=1)
+        self.corners = np.stack([source, right, left])  # (3, S), vertices
+        self.places = np.stack([right_at, left_at, right_at, left_at])  # (4, S, 2): right, left, low, high
 
     def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The mesh's own edges: from, to, length."""
-        return self.source, self.right, np.linalg.norm(self.right_at, axis=1)
+        return self.corners[0], self.corners[1], np.linalg.norm(self.places[0], axis=1)
 
     def unfold(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Grow every strip by one triangle; the lines to new vertices that are in sight."""
         apex = self._across()
-        self._keep(apex >= 0)
-        apex = apex[apex >= 0]
+        inside = apex >= 0
+        self.corners, self.places, apex = self.corners[:, inside], self.places[:, inside], apex[inside]
+        source, right, left = self.corners
+        right_at, left_at, low, high = self.places
         at = self._place(apex)
-        above, below = _cross(self.low, at), _cross(at, self.high)
+        above, below = _cross(low, at), _cross(at, high)
+        # go on across both far edges of the new triangle, as far as they are in sight
+        lowered = np.where((below > 0)[:, None], at, high)
+        raised = np.where((above > 0)[:, None], at, low)
+        to_right, to_left = _cross(low, lowered) > 0, _cross(raised, high) > 0
+        ends = np.stack([source, right, apex]), np.stack([source, apex, left])
+        rays = np.stack([right_at, at, low, lowered]), np.stack([at, left_at, raised, high])
+        self.corners = np.concatenate([ends[0][:, to_right], ends[1][:, to_left]], axis=1)
+        self.places = np.concatenate([rays[0][:, to_right], rays[1][:, to_left]], axis=1)
         seen = (above >= 0) & (below >= 0)
-        lines = self.source[seen], apex[seen], np.linalg.norm(at[seen], axis=1)
-        self._split(apex, at, above, below)
-        return lines
+        return source[seen], apex[seen], np.linalg.norm(at[seen], axis=1)
 
     def _across(self) -> np.ndarray:
         """Apex of the triangle beyond the edge right -> left, -1 at a border."""
-        keys = self.left * len(self.vertices) + self.right
+        keys = self.corners[2] * len(self.vertices) + self.corners[1]
         slots = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
         return np.where(self._keys[slots] == keys, self._apexes[slots], -1)
 
     def _place(self, apex: np.ndarray) -> np.ndarray:
         """Where the apex comes to lie in the plane, on the far side of the edge."""
-        base = self.left_at - self.right_at
+        _, right, left = self.corners
+        base = self.places[1] - self.places[0]
         length = np.linalg.norm(base, axis=1, keepdims=True)
         along = base / length
         outward = np.stack([along[:, 1], -along[:, 0]], axis=1)
-        spoke = self.vertices[apex] - self.vertices[self.right]
-        edge = self.vertices[self.left] - self.vertices[self.right]
+        spoke = self.vertices[apex] - self.vertices[right]
+        edge = self.vertices[left] - self.vertices[right]
         foot = np.einsum("ij,ij->i", spoke, edge)[:, None] / length
         height = np.sqrt(np.maximum(np.einsum("ij,ij->i", spoke, spoke)[:, None] - foot**2, 0))
-        return self.right_at + along * foot + outward * height
-
-    def _split(self, apex: np.ndarray, at: np.ndarray, above: np.ndarray, below: np.ndarray) -> None:
-        """Go on across both far edges of the new triangle, as far as they are in sight."""
-        high = np.where((below > 0)[:, None], at, self.high)
-        low = np.where((above > 0)[:, None], at, self.low)
-        right_side, left_side = _cross(self.low, high) > 0, _cross(low, self.high) > 0
-        halves = (
-            (self.source, self.source),
-            (self.right, apex),
-            (apex, self.left),
-            (self.right_at, at),
-            (at, self.left_at),
-            (self.low, low),
-            (high, self.high),
-        )
-        joined = [np.concatenate([a[right_side], b[left_side]]) for a, b in halves]
-        self.source, self.right, self.left, self.right_at, self.left_at, self.low, self.high = joined
-
-    def _keep(self, which: np.ndarray) -> None:
-        for name in ("source", "right", "left", "right_at", "left_at", "low", "high"):
-            setattr(self, name, getattr(self, name)[which])
+        return self.places[0] + along * foot + outward * height
 
     def _length(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
         return np.linalg.norm(self.vertices[first] - self.vertices[second], axis=1)
@@ -195,9 +174,6 @@ class _Strips:
 def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
 
-
-FLIP = np.array([-1.0, 1.0, 1.0])
-"""Left and right lie along x."""
 
 AT_ONCE = 4
 """Sources from which distances are searched in one go, which lets no other thread work."""
@@ -211,29 +187,26 @@ class SkinDistances:
     to_mirror_image: np.ndarray  # (N, N), from the mirror image of the row's patch to the column's patch
 
     @classmethod
-    def of(cls, body: Body, patches: PatchSet) -> SkinDistances:
-        """Measure them; a body without a mirror map is reflected in its middle plane.
+    def of(cls, body: Body, centres: np.ndarray) -> SkinDistances:
+        """Measure them between patches centred at vertices (N,) of a body.
 
+        A body without a mirror map is reflected in its middle plane.
         The last few are kept, since they take seconds.
         """
-        centres = np.asarray(patches.vertices)
         if body.mirror is None:
-            images = KDTree(body.vertices).query(body.vertices[centres] * FLIP)[1]
+            images = KDTree(body.vertices).query(body.vertices[centres] * [-1, 1, 1])[1]
         else:
-            images = np.asarray(body.mirror)[centres]
+            images = body.mirror[centres]
         return _measured(StripGraph.of(body.vertices, body.faces), tuple(centres), tuple(images))
 
 
 @lru_cache(maxsize=KEPT)
 def _measured(graph: StripGraph, centres: tuple[int, ...], images: tuple[int, ...]) -> SkinDistances:
-    ends = np.array(centres)
-    distances = [_to(ends, graph, np.array(sources)) for sources in (centres, images)]
-    for one in distances:
-        one.flags.writeable = False
-    return SkinDistances(*distances)
-
-
-def _to(centres: np.ndarray, graph: StripGraph, sources: np.ndarray) -> np.ndarray:
-    """Distances of centres from sources, some at a time: a window has its turn in between."""
-    starts = range(0, len(sources), AT_ONCE)
-    return np.concatenate([graph.distances(sources[at : at + AT_ONCE])[:, centres] for at in starts])
+    found = []
+    for sources in (centres, images):
+        # some sources at a time: a window has its turn in between
+        starts = range(0, len(sources), AT_ONCE)
+        rows = [graph.distances(np.array(sources[at : at + AT_ONCE]))[:, centres] for at in starts]
+        found.append(np.concatenate(rows))
+        found[-1].flags.writeable = False
+    return SkinDistances(*found)

@@ -36,7 +36,7 @@ class Pooling:
     @classmethod
     def on(cls, body: Body, patches: PatchSet) -> Pooling:
         """Pooling over the skin of a body at rest."""
-        return cls.over(SkinDistances.of(body, patches))
+        return cls.over(SkinDistances.of(body, patches.vertices))
 
     @classmethod
     def over(cls, skin: SkinDistances, width_m: float = WIDTH_M) -> Pooling:
