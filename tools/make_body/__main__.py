@@ -9,7 +9,7 @@ from pathlib import Path
 from .makehuman import Source, find_wheel
 from .pipeline import make_body, pose_source
 from .quality import report
-from .targets import make_targets
+from .targets import make_targets, save_targets
 
 TEMPLATES = Path(__file__).resolve().parents[2] / "assets" / "templates"
 
@@ -24,7 +24,7 @@ def main() -> None:
     posed = pose_source(source)
     body, binding = make_body(posed)
     body.save(options.out / "body.npz")
-    make_targets(source, posed, body, binding).save(options.out / "shapes.npz")
+    save_targets(make_targets(source, posed, body, binding), options.out / "shapes.npz")
     print(report(body))
 
 

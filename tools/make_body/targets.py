@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 import hashlib
+from pathlib import Path
 
 import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import LIMB_STEP, ShapeTargets
 from w2w.core.body.skeleton import JOINT_INDEX, MIRRORED_JOINTS
+from w2w.core.files import write_npz
 
 from . import rig
 from .makehuman import AVERAGE, N_BODY_VERTICES, SEXES, Source
@@ -70,6 +72,13 @@ def make_targets(source: Source, posed: PosedSource, body: Body, binding: Bindin
         joints=np.stack(list(joints.values())),
         faces_digest=hashlib.sha256(body.faces.tobytes()).hexdigest(),
     )
+
+
+def save_targets(targets: ShapeTargets, path: Path) -> None:
+    """Write what `ShapeTargets.load` reads, whole or not at all."""
+    moves = {"vertices": targets.vertices.astype(np.float32), "joints": targets.joints.astype(np.float32)}
+    digest = np.array(targets.faces_digest)
+    write_npz(path, {"names": np.array(targets.names), **moves, "faces_digest": digest}, compress=True)
 
 
 def _limb_scale(name: str, joints: np.ndarray, moves: np.ndarray) -> float:

@@ -186,10 +186,13 @@ def test_the_name_says_the_shape():
 
 
 def test_targets_survive_their_file(tmp_path):
+    pytest.importorskip("igl", reason="what makes the targets needs libigl")
+    from tools.make_body.targets import save_targets
+
     targets = bundled_targets()
-    targets.save(tmp_path / "a.npz")
+    save_targets(targets, tmp_path / "a.npz")
     again = ShapeTargets.load(tmp_path / "a.npz")
-    again.save(tmp_path / "b.npz")
+    save_targets(again, tmp_path / "b.npz")
     assert again.names == targets.names
     assert np.array_equal(again.vertices, targets.vertices)
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()

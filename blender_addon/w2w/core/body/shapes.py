@@ -9,7 +9,7 @@ skinning weights never change, so patches stay where they are.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from numbers import Real
@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from ..files import load_arrays, write_npz
+from ..files import load_arrays
 from .body import TEMPLATES, Body
 
 DENSITY = 985.0
@@ -66,15 +66,9 @@ class ShapeTargets:
     joints: np.ndarray  # (K, 24, 3)
     faces_digest: str  # SHA-256 of the faces (int32) of the body that they fit
 
-    def save(self, path: str | Path) -> None:
-        """Write an npz file, whole or not at all."""
-        moves = {"vertices": self.vertices.astype(np.float32), "joints": self.joints.astype(np.float32)}
-        digest = np.array(self.faces_digest)
-        write_npz(path, {"names": np.array(self.names), **moves, "faces_digest": digest}, compress=True)
-
     @classmethod
     def load(cls, path: str | Path) -> ShapeTargets:
-        """Read what `save` wrote."""
+        """Read what `tools/make_body` wrote."""
         needed = ("names", "vertices", "joints", "faces_digest")
         data = load_arrays(path, needed, "does not hold shape targets")
         vertices, joints = (data[name].astype(np.float64) for name in ("vertices", "joints"))
@@ -141,9 +135,7 @@ def shaped(
     targets = bundled_targets()
     if not targets.fit(body):
         raise ValueError(f"{body.name!r} cannot be reshaped: the shape targets fit only W2W's bundled body")
-    blend = _Blend(body, targets, gender, muscle, age, arms, legs)
-    tallness, stoutness = blend.solve(height, weight)
-    vertices, joints = blend.vertices(tallness, stoutness), blend.joints(tallness, stoutness)
+    vertices, joints = _moved(body, targets, given)
     floor = np.array([0.0, 0.0, vertices[:, 2].min()])
     return replace(body, vertices=vertices - floor, joints=joints - floor, name=_name(body.name, given))
 
@@ -165,68 +157,48 @@ def mass(body: Body) -> float:
     return DENSITY * volume(body.vertices, body.faces)
 
 
-class _Blend:
-    """Sum of targets with everything settled but how tall and how stout."""
+def _moved(body: Body, targets: ShapeTargets, given: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and joints moved by targets, as tall and as stout as it takes to reach height and weight."""
+    height, weight = given.get("height"), given.get("weight")
 
-    def __init__(
-        self, body: Body, targets: ShapeTargets, gender: float, muscle: float, age: float, arms: float,
-        legs: float,
-    ) -> None:  # fmt: skip
-        self._body = body
-        self._targets = targets
-        self._shares = {"female": (1 - gender) / 2, "male": (1 + gender) / 2}
-        self._settled = (
-            self._coefficients({"male": gender})
-            + self._of_sexes("muscular", muscle)
-            + self._of_sexes("old", (age - YOUNG) / (OLD - YOUNG))
-            + self._either("longer arms", "shorter arms", (arms - 1) / LIMB_STEP)
-            + self._either("longer legs", "shorter legs", (legs - 1) / LIMB_STEP)
-        )
+    def vertices_at(tallness: float, stoutness: float) -> np.ndarray:
+        shares = _shares(targets.names, given, tallness, stoutness)
+        half = np.tensordot(shares, targets.vertices, axes=1)
+        moves = np.empty_like(body.vertices)
+        moves[body.mirror[: len(half)]] = half * [-1, 1, 1]
+        moves[: len(half)] = half
+        return body.vertices + moves
 
-    def _coefficients(self, values: dict[str, float]) -> np.ndarray:
-        return np.array([values.get(name, 0.0) for name in self._targets.names])
+    def tallness_at(stoutness: float) -> float:
+        if height is None:
+            return 0.0
+        return _solve(lambda tall: float(np.ptp(vertices_at(tall, stoutness)[:, 2])), height, "height", "m")
 
-    def _of_sexes(self, name: str, value: float) -> np.ndarray:
-        return self._coefficients({f"{sex} {name}": share * value for sex, share in self._shares.items()})
+    def weight_at(stoutness: float) -> float:
+        return DENSITY * volume(vertices_at(tallness_at(stoutness), stoutness), body.faces)
 
-    def _either(self, more: str, less: str, value: float) -> np.ndarray:
-        return self._coefficients({more: max(value, 0.0), less: max(-value, 0.0)})
+    stoutness = 0.0 if weight is None else _solve(weight_at, weight, "weight", "kg")
+    tallness = tallness_at(stoutness)
+    shares = _shares(targets.names, given, tallness, stoutness)
+    return vertices_at(tallness, stoutness), body.joints + np.tensordot(shares, targets.joints, axes=1)
 
-    def _all(self, tallness: float, stoutness: float) -> np.ndarray:
-        return (
-            self._settled
-            + self._of_sexes("taller", max(tallness, 0.0))
-            + self._of_sexes("shorter", max(-tallness, 0.0))
-            + self._of_sexes("heavier", max(stoutness, 0.0))
-            + self._of_sexes("lighter", max(-stoutness, 0.0))
-        )
 
-    def vertices(self, tallness: float, stoutness: float) -> np.ndarray:
-        """Vertices, shape (V, 3); both arguments from -1 to 1."""
-        half = np.tensordot(self._all(tallness, stoutness), self._targets.vertices, axes=1)
-        moved = np.empty_like(self._body.vertices)
-        moved[self._body.mirror[: len(half)]] = half * [-1, 1, 1]
-        moved[: len(half)] = half
-        return self._body.vertices + moved
-
-    def joints(self, tallness: float, stoutness: float) -> np.ndarray:
-        """Joints, shape (24, 3)."""
-        return self._body.joints + np.tensordot(self._all(tallness, stoutness), self._targets.joints, axes=1)
-
-    def solve(self, height: float | None, weight: float | None) -> tuple[float, float]:
-        """How tall and how stout it takes to reach a height and a weight."""
-
-        def tallness_at(stout: float) -> float:
-            if height is None:
-                return 0.0
-            return _solve(lambda tall: float(np.ptp(self.vertices(tall, stout)[:, 2])), height, "height", "m")
-
-        def weight_at(stoutness: float) -> float:
-            vertices = self.vertices(tallness_at(stoutness), stoutness)
-            return DENSITY * volume(vertices, self._body.faces)
-
-        stoutness = 0.0 if weight is None else _solve(weight_at, weight, "weight", "kg")
-        return tallness_at(stoutness), stoutness
+def _shares(names: Sequence[str], given: dict[str, float], tallness: float, stoutness: float) -> np.ndarray:
+    """How much of each target to add; tallness and stoutness are from -1 to 1."""
+    shares = {"male": given["gender"]}
+    for name in ("arms", "legs"):
+        steps = (given[name] - 1) / LIMB_STEP
+        shares |= {f"longer {name}": max(steps, 0.0), f"shorter {name}": max(-steps, 0.0)}
+    for sex, share in (("female", (1 - given["gender"]) / 2), ("male", (1 + given["gender"]) / 2)):
+        shares |= {
+            f"{sex} muscular": share * given["muscle"],
+            f"{sex} old": share * ((given["age"] - YOUNG) / (OLD - YOUNG)),
+            f"{sex} taller": share * max(tallness, 0.0),
+            f"{sex} shorter": share * max(-tallness, 0.0),
+            f"{sex} heavier": share * max(stoutness, 0.0),
+            f"{sex} lighter": share * max(-stoutness, 0.0),
+        }
+    return np.array([shares[name] for name in names])
 
 
 def _solve(measure: Callable[[float], float], wanted: float, name: str, unit: str) -> float:
