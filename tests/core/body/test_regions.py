@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from w2w.core.body.body import Body
-from w2w.core.body.regions import label_regions, regions_of
+from w2w.core.body.regions import regions_of
 from w2w.core.body.shapes import shaped
 from w2w.core.body.skeleton import JOINT_INDEX
 
@@ -178,7 +180,7 @@ def test_fingers_lie_side_by_side_from_thumb_to_little_finger(bundled_body) -> N
 
 def test_fingers_that_cannot_be_told_apart_are_one_region(bundled_body, monkeypatch) -> None:
     monkeypatch.setattr("w2w.core.body.region_limbs.FINGER_PROMINENCE", 0.9)
-    codes, names = label_regions(bundled_body)
+    codes, names = regions_of(replace(bundled_body))
     assert EXPECTED - set(names) == {f"{side} {finger}" for side in ("left", "right") for finger in FINGERS}
     x = bundled_body.vertices[:, 0]
     fingers = codes == names.index("left fingers")
@@ -189,7 +191,7 @@ def test_fingers_that_cannot_be_told_apart_are_one_region(bundled_body, monkeypa
 def test_regions_do_not_depend_on_size_or_place(bundled_body) -> None:
     body = bundled_body
     child = Body(0.6 * body.vertices, body.faces, 0.6 * body.joints, body.weights)
-    codes, names = label_regions(child)
+    codes, names = regions_of(child)
     assert names == regions_of(body)[1]
     assert (codes == regions_of(body)[0]).mean() > 0.999
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+from scipy.sparse import coo_matrix, csr_matrix
 
 from ..files import load_arrays, write_npz
 from .skeleton import N_JOINTS, PARENTS
@@ -124,23 +125,42 @@ def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     return normals / np.maximum(lengths, np.finfo(float).tiny)
 
 
+def edges_of(faces: np.ndarray) -> np.ndarray:
+    """Edges (3F, 2) of triangles, along the order of their corners; an edge of two triangles twice."""
+    return faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+
+
+def neighbours(edges: np.ndarray, n_vertices: int) -> csr_matrix:
+    """Which vertices share an edge: 1 where they do, shape (V, V)."""
+    both = np.concatenate([edges, edges[:, ::-1]])
+    links = coo_matrix((np.ones(len(both)), both.T), shape=(n_vertices, n_vertices)).tocsr()
+    links.data[:] = 1.0
+    return links
+
+
+def edge_lengths(points: np.ndarray, edges: np.ndarray) -> csr_matrix:
+    """Lengths of edges between points (V, 3), both ways, shape (V, V)."""
+    links = neighbours(edges, len(points)).tocoo()
+    lengths = np.linalg.norm(points[links.row] - points[links.col], axis=1)
+    return csr_matrix((lengths, (links.row, links.col)), shape=links.shape)
+
+
 def _check(body: Body) -> None:
     n_vertices = len(body.vertices)
-    if body.vertices.ndim != 2 or body.vertices.shape[1] != 3 or n_vertices == 0:
-        raise ValueError(f"vertices must have shape (V, 3), not {body.vertices.shape}")
-    if body.faces.ndim != 2 or body.faces.shape[1] != 3 or len(body.faces) == 0:
-        raise ValueError(f"faces must have shape (F, 3), not {body.faces.shape}")
+    for name, rows in (("vertices", "V"), ("faces", "F")):
+        values = getattr(body, name)
+        if values.ndim != 2 or values.shape[1] != 3 or len(values) == 0:
+            raise ValueError(f"{name} must have shape ({rows}, 3), not {values.shape}")
     if body.faces.min() < 0 or body.faces.max() >= n_vertices:
         raise ValueError(f"faces name vertices outside 0..{n_vertices - 1}")
-    if body.joints.shape != (N_JOINTS, 3):
-        raise ValueError(f"joints must have shape ({N_JOINTS}, 3), not {body.joints.shape}")
-    if body.weights.shape != (n_vertices, N_JOINTS):
-        raise ValueError(f"weights must have shape ({n_vertices}, {N_JOINTS}), not {body.weights.shape}")
+    shapes = {"joints": (N_JOINTS, 3), "weights": (n_vertices, N_JOINTS), "mirror": (n_vertices,)}
+    for name, shape in shapes.items():
+        values = getattr(body, name)
+        if values is not None and values.shape != shape:
+            raise ValueError(f"{name} must have shape {shape}, not {values.shape}")
     for name in ("vertices", "joints", "weights"):
         if not np.isfinite(getattr(body, name)).all():
             raise ValueError(f"{name} holds values that are not finite")
     wrong = max(np.abs(body.weights.sum(axis=1) - 1).max(), -body.weights.min())
     if wrong > WEIGHT_TOLERANCE:
         raise ValueError("skinning weights must be non-negative and sum to 1 at every vertex")
-    if body.mirror is not None and body.mirror.shape != (n_vertices,):
-        raise ValueError(f"mirror must have shape ({n_vertices},), not {body.mirror.shape}")

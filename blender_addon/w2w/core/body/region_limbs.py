@@ -2,10 +2,10 @@
 """Names of the regions of arms, hands, legs and feet, from the place along the bones and around them."""
 
 import numpy as np
-from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from .body import Body, template
+from ..rotations import frame_of
+from .body import Body, edge_lengths, edges_of, template
 from .region_trunk import in_bands
 from .skeleton import JOINT_INDEX
 
@@ -91,53 +91,40 @@ def _fingers(
     body: Body, vertices: np.ndarray, joints: np.ndarray, dorsal: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Vertices of the five fingers, or of all fingers together where five cannot be told apart."""
-    reach = _reach_from_wrist(body, vertices, joints[2])
-    branches = _branches(body.faces, vertices, reach, FINGER_PROMINENCE * reach.max())
+    points = body.vertices[vertices]
+    edges = _edges_between(body.faces, vertices)
+    ring = np.argsort(np.linalg.norm(points - joints[2], axis=1), kind="stable")[:8]  # around the wrist
+    reach = dijkstra(edge_lengths(points, edges), indices=ring, min_only=True)
+    reach = np.where(np.isfinite(reach), reach, 0)
+    branches = _branches(edges, reach, FINGER_PROMINENCE * reach.max())
     axis = joints[3] - joints[2]
     if len(branches) != 5:
-        return {"fingers": vertices[(body.vertices[vertices] - joints[3]) @ axis > 0.35 * axis @ axis]}
+        return {"fingers": vertices[(points - joints[3]) @ axis > 0.35 * axis @ axis]}
     to_thumb = np.cross(dorsal, axis)
     to_thumb *= np.sign(to_thumb @ (FORWARD + UP))
-    members = [vertices[branch] for branch in branches]
-    members.sort(key=lambda finger: -body.vertices[finger].mean(axis=0) @ to_thumb)
-    return dict(zip(FINGERS, members, strict=True))
-
-
-def _reach_from_wrist(body: Body, vertices: np.ndarray, wrist: np.ndarray) -> np.ndarray:
-    """Distance of a hand's vertices from the wrist along its edges, shape (K,)."""
-    edges = _edges_between(body.faces, vertices)
-    points = body.vertices[vertices]
-    lengths = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
-    shape = (len(vertices), len(vertices))
-    one_way = coo_matrix((lengths, edges.T), shape=shape).tocsr()
-    graph = one_way.maximum(one_way.T)
-    ring = np.argsort(np.linalg.norm(points - wrist, axis=1), kind="stable")[:8]
-    reach = dijkstra(graph, indices=ring, min_only=True)
-    return np.where(np.isfinite(reach), reach, 0)
+    branches.sort(key=lambda branch: -points[branch].mean(axis=0) @ to_thumb)
+    return {name: vertices[branch] for name, branch in zip(FINGERS, branches, strict=True)}
 
 
 def _edges_between(faces: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     """Edges of a mesh between some vertices, by their positions among these, shape (E, 2)."""
     local = np.full(faces.max() + 1, -1)
     local[vertices] = np.arange(len(vertices))
-    edges = local[faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)]
+    edges = local[edges_of(faces)]
     return edges[(edges >= 0).all(axis=1)]
 
 
-def _branches(
-    faces: np.ndarray, vertices: np.ndarray, height: np.ndarray, prominence: float
-) -> list[np.ndarray]:
+def _branches(edges: np.ndarray, height: np.ndarray, prominence: float) -> list[np.ndarray]:
     """Parts of a surface that stand out: branches of the merge tree of its height, from the tips down.
 
-    Of every branch that rises at least `prominence` above the saddle where it meets another, the positions
-    of its members in `vertices`.
+    The members of every branch that rises at least `prominence` above the saddle where it meets another.
     """
-    neighbours: list[set[int]] = [set() for _ in vertices]
-    for first, second in _edges_between(faces, vertices):
+    neighbours: list[set[int]] = [set() for _ in height]
+    for first, second in edges:
         neighbours[first].add(second)
         neighbours[second].add(first)
     members: dict[int, list[int]] = {}
-    owner = np.full(len(vertices), -1)
+    owner = np.full(len(height), -1)
     trunks: set[int] = set()
     branches: list[np.ndarray] = []
     for vertex in np.argsort(-height, kind="stable"):
@@ -179,12 +166,8 @@ def _around(
     points: np.ndarray, joints: np.ndarray, bone: np.ndarray, zero: np.ndarray, quarter: np.ndarray
 ) -> np.ndarray:
     """Angle of points around their bones, degrees: 0 towards `zero`, 90 towards `quarter`."""
-    axis = joints[bone + 1] - joints[bone]
-    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
-    first = zero - axis * (axis @ zero)[:, None]
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    second = np.cross(axis, first)
-    second *= np.sign(second @ quarter)[:, None]
+    first, second, _ = np.moveaxis(frame_of(zero, joints[bone + 1] - joints[bone]), -1, 0)
+    second = second * np.sign(second @ quarter)[:, None]
     spoke = points - joints[bone]
     return np.degrees(np.arctan2((spoke * second).sum(axis=1), (spoke * first).sum(axis=1)))
 

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from .body import Body, template
+from .body import Body, edges_of, template
 from .skeleton import JOINT_INDEX, midpoint
 
 TRUNK_BANDS: dict[str, dict[str, float]] = template("regions.json")["trunk"]
@@ -36,7 +36,7 @@ def groin_height(body: Body, lower: np.ndarray) -> np.ndarray:
     vertices of trunk and legs: only there may an edge across the midline be the crotch.
     """
     x = across(body)
-    edges = body.faces[lower[body.faces].all(axis=1)][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    edges = edges_of(body.faces[lower[body.faces].all(axis=1)])
     crossing = edges[(x[edges[:, 0]] <= 0) & (x[edges[:, 1]] >= 0)]
     left, right = (body.joints[JOINT_INDEX[f"{side}_hip"]] for side in ("left", "right"))
     hip = (left + right) / 2

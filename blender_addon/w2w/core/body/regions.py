@@ -10,10 +10,10 @@ limb may be meant by leaving the side out: "left wrist" is the four regions of t
 from functools import lru_cache
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix
+from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from .body import Body
+from .body import Body, edges_of, neighbours
 from .region_limbs import arm_names, leg_names
 from .region_trunk import across, groin_height, head_names, neck_names, trunk_names
 from .skeleton import JOINT_INDEX
@@ -35,14 +35,7 @@ SMALLEST_REGION = 3
 
 @lru_cache(maxsize=8)
 def regions_of(body: Body) -> tuple[np.ndarray, tuple[str, ...]]:
-    """`label_regions` of a body, kept for the next call."""
-    codes, names = label_regions(body)
-    codes.setflags(write=False)
-    return codes, names
-
-
-def label_regions(body: Body) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Region of every vertex: indices (V,), int16, into the names.
+    """Region of every vertex: indices (V,), int16, into the names; those of the last bodies are kept.
 
     Names are in the alphabetical order of the place, left before right.
     """
@@ -55,15 +48,15 @@ def label_regions(body: Body) -> tuple[np.ndarray, tuple[str, ...]]:
         named[part == f"{side} arm"] = arm_names(body, np.flatnonzero(part == f"{side} arm"), side)
         named[part == f"{side} leg"] = leg_names(body, np.flatnonzero(part == f"{side} leg"), side)
     # by place first, so that ties between neighbours fall the same way on both sides of the body
-    names = sorted({str(name) for name in named}, key=lambda name: (_place(name), name))
+    names = sorted(
+        set(named.tolist()), key=lambda name: (name.removeprefix("left ").removeprefix("right "), name)
+    )
     code = {name: index for index, name in enumerate(names)}
     codes = _in_one_piece(body.faces, np.array([code[name] for name in named]))
     used, codes = np.unique(codes, return_inverse=True)
-    return codes.astype(np.int16), tuple(names[index] for index in used)
-
-
-def _place(name: str) -> str:
-    return name.removeprefix("left ").removeprefix("right ")
+    codes = codes.astype(np.int16)
+    codes.setflags(write=False)
+    return codes, tuple(names[index] for index in used)
 
 
 def _parts(body: Body) -> np.ndarray:
@@ -82,11 +75,10 @@ def _parts(body: Body) -> np.ndarray:
 
 def _in_one_piece(faces: np.ndarray, codes: np.ndarray) -> np.ndarray:
     """Let stray pieces of a region join the neighbours they touch most, until each is in one piece."""
-    adjacency = _adjacency(faces, len(codes))
+    links = neighbours(edges_of(faces), len(codes)).tocoo()
     codes = codes.copy()
     while True:
-        stray = _stray(adjacency, codes)
-        links = adjacency.tocoo()
+        stray = _stray(links, codes)
         useful = stray[links.row] & ~stray[links.col]
         votes = np.zeros((len(codes), codes.max() + 1), dtype=np.int32)
         np.add.at(votes, (links.row[useful], codes[links.col[useful]]), 1)
@@ -96,21 +88,13 @@ def _in_one_piece(faces: np.ndarray, codes: np.ndarray) -> np.ndarray:
         codes[movable] = votes[movable].argmax(axis=1)
 
 
-def _stray(adjacency: csr_matrix, codes: np.ndarray) -> np.ndarray:
+def _stray(links: coo_matrix, codes: np.ndarray) -> np.ndarray:
     """Vertices outside the largest connected piece of their region, or in a region that is too small."""
-    links = adjacency.tocoo()
     same = codes[links.row] == codes[links.col]
-    graph = coo_matrix((np.ones(same.sum()), (links.row[same], links.col[same])), shape=adjacency.shape)
+    graph = coo_matrix((np.ones(same.sum()), (links.row[same], links.col[same])), shape=links.shape)
     pieces = connected_components(graph, directed=False)[1]
     sizes = np.bincount(pieces)
     by_size = np.argsort(sizes[pieces], kind="stable")
     largest = np.zeros(codes.max() + 1, dtype=np.int64)
     largest[codes[by_size]] = pieces[by_size]
     return (pieces != largest[codes]) | (sizes[pieces] < SMALLEST_REGION)
-
-
-def _adjacency(faces: np.ndarray, n_vertices: int) -> csr_matrix:
-    edges = faces[:, [0, 1, 1, 2, 2, 0, 1, 0, 2, 1, 0, 2]].reshape(-1, 2)
-    graph = coo_matrix((np.ones(len(edges), np.int32), edges.T), shape=(n_vertices, n_vertices)).tocsr()
-    graph.data[:] = 1
-    return graph

@@ -4,11 +4,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_matrix, csr_matrix, diags
+from scipy.sparse import csr_matrix, diags
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import KDTree
 
-from ..body.body import Body
+from ..body.body import Body, edge_lengths, edges_of, neighbours
 from ..body.regions import regions_of
 from ..body.skeleton import JOINT_INDEX
 from ..patches.body_parts import PARTS, SIDES
@@ -62,11 +62,11 @@ def cut(kind: str, body: Body) -> Garment:
     if len(skin) < 3:
         raise ValueError(f"the mesh of '{body.name}' has no surface where a {kind} goes")
     points = body.vertices[skin]
-    links = _links(_sides_of(faces), len(skin))
+    edges = edges_of(faces)
     edge = _holding_edge(kind, points, faces)
-    away = dijkstra(_lengths(links, points), indices=edge, min_only=True)
+    away = dijkstra(edge_lengths(points, edges), indices=edge, min_only=True)
     ease = np.interp(away, (0, TAPER), (SNUG, EASE))
-    loose = points + ease[:, None] * _soft_normals(body, skin, _average(links))
+    loose = points + ease[:, None] * _soft_normals(body, skin, _average(edges, len(skin)))
     off = points[:, 0] - body.joints[:, 0].mean()
     side = np.where((np.abs(off) > APART) & (kind == "trousers"), np.sign(off), 0.0)
     loose = _smoothed(loose, CLOSEST * ease, side, body, faces)
@@ -123,41 +123,22 @@ def _largest_piece(faces: np.ndarray, n_vertices: int) -> tuple[np.ndarray, np.n
     """Vertices of the largest connected piece, and its faces in their numbers."""
     if not len(faces):
         return np.empty(0, dtype=np.int64), faces
-    pieces = connected_components(_links(_sides_of(faces), n_vertices), directed=False)[1][faces[:, 0]]
+    pieces = connected_components(neighbours(edges_of(faces), n_vertices), directed=False)[1][faces[:, 0]]
     vertices, numbers = np.unique(faces[pieces == np.bincount(pieces).argmax()], return_inverse=True)
     return vertices, numbers.reshape(-1, 3)
 
 
-def _sides_of(faces: np.ndarray) -> np.ndarray:
-    """Pairs of vertices, one for each side of each triangle."""
-    return np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-
-
 def _borders(faces: np.ndarray) -> np.ndarray:
     """Edges that belong to one triangle only, shape (E, 2)."""
-    found, count = np.unique(_sides_of(faces), axis=0, return_counts=True)
+    found, count = np.unique(np.sort(edges_of(faces), axis=1), axis=0, return_counts=True)
     return found[count == 1]
-
-
-def _links(edges: np.ndarray, n_vertices: int) -> csr_matrix:
-    """Which vertices share an edge."""
-    both = np.concatenate([edges, edges[:, ::-1]])
-    links = coo_matrix((np.ones(len(both)), both.T), shape=(n_vertices, n_vertices)).tocsr()
-    links.data[:] = 1.0
-    return links
-
-
-def _lengths(links: csr_matrix, points: np.ndarray) -> csr_matrix:
-    found = links.tocoo()
-    lengths = np.linalg.norm(points[found.row] - points[found.col], axis=1)
-    return csr_matrix((lengths, (found.row, found.col)), shape=links.shape)
 
 
 def _holding_edge(kind: str, points: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Vertices of the edge that holds the garment: the highest, which is the waistband's or the collar's."""
     edges = _borders(faces)
     border = np.unique(edges)
-    loops = connected_components(_links(edges, len(points)), directed=False)[1][border]
+    loops = connected_components(neighbours(edges, len(points)), directed=False)[1][border]
     height = points[border, 2].copy()
     if kind == "tshirt":  # in the T-pose the sleeves' ends are as high, but far from the middle
         height -= np.abs(points[border, 0] - np.median(points[:, 0]))
@@ -172,8 +153,9 @@ def _soft_normals(body: Body, skin: np.ndarray, average: csr_matrix) -> np.ndarr
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
 
 
-def _average(links: csr_matrix) -> csr_matrix:
+def _average(edges: np.ndarray, n_vertices: int) -> csr_matrix:
     """Matrix that gives each vertex the mean of its neighbours."""
+    links = neighbours(edges, n_vertices)
     return diags(1 / np.maximum(np.asarray(links.sum(axis=1)).ravel(), 1)) @ links
 
 
@@ -188,8 +170,8 @@ def _smoothed(
     edges = _borders(faces)
     at_edge = np.zeros(len(points), dtype=bool)
     at_edge[edges] = True
-    inner = diags((~at_edge).astype(float)) @ _average(_links(_sides_of(faces), len(points)))
-    average = inner + _average(_links(edges, len(points)))
+    inner = diags((~at_edge).astype(float)) @ _average(edges_of(faces), len(points))
+    average = inner + _average(edges, len(points))
     skin, middle = KDTree(body.vertices), body.joints[:, 0].mean()
     for _ in range(SMOOTHINGS):
         points = (points + average @ points) / 2

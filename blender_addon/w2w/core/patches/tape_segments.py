@@ -16,13 +16,15 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 from scipy.spatial import ConvexHull, QhullError
 
-from ..body.body import Body, template
+from ..body.body import Body, edges_of, template
 from ..body.landmarks import SensorSite
 from ..body.regions import regions_of
 from ..body.shapes import bundled_targets
 from ..body.skeleton import JOINT_INDEX
+from ..rotations import frame_of
 from .body_parts import PARTS, SIDES, great_part, side_of
 
 _DATA: dict[str, Any] = template("tape_segments.json")
@@ -57,23 +59,14 @@ class Segment:
     def coordinates(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Per cents along and around of points (P, 3)."""
         ahead, front, outer = self.axes @ (points - self.origin).T
+        level = np.interp(ahead, self.levels, np.arange(len(self.levels)))
         turn = np.arctan2(outer, front) / (2 * np.pi) % 1 * TURNS
-        row, part = self._row(ahead)
-        column = np.minimum(turn.astype(int), TURNS - 1)
-        table, beyond = self.shares, turn - column
-        low, high = (
-            table[line, column] * (1 - beyond) + table[line, column + 1] * beyond for line in (row, row + 1)
-        )
-        return 100 * (ahead - self.start) / self.length, 100 * (low * (1 - part) + high * part)
+        share = map_coordinates(self.shares, [level, turn], order=1)
+        return 100 * (ahead - self.start) / self.length, 100 * share
 
     def girth(self, along: float) -> float:
         """Circumference at a per cent along, metres."""
         return float(np.interp(self.start + along / 100 * self.length, self.levels, self.girths))
-
-    def _row(self, ahead: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        place = np.interp(ahead, self.levels, np.arange(len(self.levels)))
-        row = np.minimum(place.astype(int), len(self.levels) - 2)
-        return row, place - row
 
 
 @lru_cache(maxsize=4)
@@ -82,27 +75,20 @@ def segments_of(body: Body) -> dict[str, Segment]:
 
     Raises ValueError if a segment, or a region in which a landmark lies, is not found on the body.
     """
-    marks = {name: body.vertices[vertex] for name, vertex in _landmarks(body).items()}
+    # on shapes of the bundled body they are the same vertices as on the bundled body
+    landmarks = _bundled_landmarks() if bundled_targets().fit(body) else _landmarks(body)
+    marks = {name: body.vertices[vertex] for name, vertex in landmarks.items()}
     owner = _owners(body, marks)
     return {name: _segment(body, name, marks, np.flatnonzero(owner == name)) for name in SEGMENT_NAMES}
 
 
-def _landmarks(body: Body) -> dict[str, int]:
-    """Vertex of each landmark, those of the limbs on the left and on the right.
-
-    On shapes of the bundled body they are the same vertices as on the bundled body.
-    """
-    if bundled_targets().fit(body):
-        return _bundled_landmarks()
-    return _find_landmarks(body)
-
-
 @lru_cache(maxsize=1)
 def _bundled_landmarks() -> dict[str, int]:
-    return _find_landmarks(Body.bundled())
+    return _landmarks(Body.bundled())
 
 
-def _find_landmarks(body: Body) -> dict[str, int]:
+def _landmarks(body: Body) -> dict[str, int]:
+    """Vertex of each landmark, those of the limbs on the left and on the right."""
     found = {}
     for name, given in _DATA["landmarks"].items():
         for side in SIDES:
@@ -133,11 +119,7 @@ def _frame(body: Body, name: str, middle: np.ndarray) -> tuple[np.ndarray, np.nd
         middle, axis = body.joints[ends[0]], np.subtract(*body.joints[ends[::-1]])
     else:
         axis = np.array(given["axis"], dtype=float)
-    axis = axis / np.linalg.norm(axis)
-    front = given["front"] * flip
-    front = front - front @ axis * axis
-    front /= np.linalg.norm(front)
-    outer = np.cross(axis, front)
+    front, outer, axis = frame_of(given["front"] * flip, axis).T
     return middle, np.stack([axis, front, outer * np.sign(outer @ (given["outer"] * flip))])
 
 
@@ -186,7 +168,7 @@ def _segment(body: Body, name: str, marks: dict[str, np.ndarray], members: np.nd
     origin, axes = _frame(body, name, (points.min(axis=0) + points.max(axis=0)) / 2)
     inside = np.zeros(len(body.vertices), dtype=bool)
     inside[members] = True
-    edges = body.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    edges = edges_of(body.faces)
     ends = (body.vertices[edges[inside[edges].any(axis=1)]] - origin) @ axes.T
     reach = (points - origin) @ axes[0]
     levels = np.linspace(reach.min(), reach.max(), LEVELS)
