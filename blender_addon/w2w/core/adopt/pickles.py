@@ -100,34 +100,29 @@ FOUND: dict[tuple[str, str], Callable | type] = {
     ("copy_reg", "_reconstructor"): _reconstructed,
     ("copyreg", "_reconstructor"): _reconstructed,
     ("_codecs", "encode"): _latin,
-    **{
-        (module, name): stand_in
-        for module in ("__builtin__", "builtins")
-        for name, stand_in in (("object", _NumpyArray), ("set", set))
-    },
+    ("__builtin__", "object"): _NumpyArray,
+    ("__builtin__", "set"): set,
+    ("builtins", "object"): _NumpyArray,
+    ("builtins", "set"): set,
     ("numpy", "ndarray"): _NumpyArray,
     ("numpy", "dtype"): _number_type,
-    **{
-        (f"numpy.{core}.multiarray", name): stand_in
-        for core in ("core", "_core")
-        for name, stand_in in (("_reconstruct", _empty_array), ("scalar", _scalar))
-    },
-    **{
-        (f"scipy.sparse.{module}", f"{kind}_{form}"): stand_in
-        for kind, stand_in in (("csc", _SparseMatrix), ("csr", _CsrMatrix))
-        for module in (kind, f"_{kind}")
-        for form in ("matrix", "array")
-    },
+    ("numpy", "_reconstruct"): _empty_array,
+    ("numpy", "scalar"): _scalar,
+    ("scipy", "csc_matrix"): _SparseMatrix,
+    ("scipy", "csc_array"): _SparseMatrix,
+    ("scipy", "csr_matrix"): _CsrMatrix,
+    ("scipy", "csr_array"): _CsrMatrix,
 }
-"""All that a model file may name, and what it gets instead."""
+"""All that a model file may name, by package, and what it gets instead."""
 
 
 class _ArrayUnpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
-        if module.partition(".")[0] == "chumpy":
+        package = module.partition(".")[0]
+        if package == "chumpy":
             return _Chumpy
         try:
-            return FOUND[module, name]
+            return FOUND[package, name]
         except KeyError:
             raise RefusedPickleError(
                 f"it names {module}.{name}: a body model holds arrays only, so it was not opened"

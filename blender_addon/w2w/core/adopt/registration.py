@@ -9,8 +9,6 @@ first stiff, then softer.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.linalg import block_diag
 from scipy.sparse import csr_matrix, diags, identity
@@ -18,7 +16,7 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from ..body.body import Body, vertex_normals
+from ..body.body import Body, edges_of, neighbours, vertex_normals
 from ..body.skeleton import MIRRORED_JOINTS, N_JOINTS, PARENTS
 
 N_POSE = 3 * N_JOINTS
@@ -115,23 +113,16 @@ def closest_shares(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
     return np.where(is_within[:, None], within / np.maximum(within.sum(axis=1), TINY)[:, None], on_side)
 
 
-@dataclass(frozen=True, eq=False)
-class Registered:
-    """A template laid on a target."""
-
-    vertices: np.ndarray  # (V, 3), the template's on the target's surface
-    joints: np.ndarray  # (24, 3), the template's carried along
-    weights: np.ndarray  # (T, 24), skinning weights of the target's vertices
-    residual: np.ndarray  # (T,), distance of the target's vertices from the registered template, metres
-
-
 def register(
     template: Body, vertices: np.ndarray, faces: np.ndarray, landmarks: tuple[np.ndarray, np.ndarray]
-) -> Registered:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Lay a template body on a target mesh and hand its rig and weights over.
 
     The target's vertices (T, 3) are in the template's axes, metres, its triangles (F, 3) counter-clockwise
     seen from outside. Landmarks (L,) are template vertices and target vertices that mark the same places.
+
+    Returns the template's joints (24, 3) carried along, skinning weights (T, 24) of the target's vertices,
+    and their distances (T,) from the template once that is laid on the target, metres.
     """
     target = Surface(vertices, faces)
     posed = _fit_skeleton(template, target, (landmarks[0], vertices[landmarks[1]]))
@@ -143,7 +134,7 @@ def register(
     if lost.any():  # deep in folds normals look every way: take what is near
         distance[lost], nearest = cKDTree(skin).query(vertices[lost])
         weights[lost] = template.weights[nearest]
-    return Registered(skin, carried_joints(template, skin), weights, distance)
+    return carried_joints(template, skin), weights, distance
 
 
 def carried_joints(body: Body, vertices: np.ndarray) -> np.ndarray:
@@ -280,9 +271,6 @@ def _fit_skin(posed: np.ndarray, faces: np.ndarray, target: Surface) -> np.ndarr
 
 def _bending(faces: np.ndarray, n_vertices: int) -> csr_matrix:
     """Squared uniform graph Laplacian, shape (V, V)."""
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    rows, columns = np.concatenate([start, end]), np.concatenate([end, start])
-    joined = csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(n_vertices, n_vertices))
-    joined.data[:] = 1.0
+    joined = neighbours(edges_of(faces), n_vertices)
     laplacian = identity(n_vertices) - diags(1 / np.asarray(joined.sum(axis=1)).ravel()) @ joined
     return (laplacian.T @ laplacian).tocsr()

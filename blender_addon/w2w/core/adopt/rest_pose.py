@@ -6,9 +6,11 @@ from scipy.spatial.transform import Rotation
 
 from ..body.body import Body
 from ..body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
-from ..rotations import smallest_rotation
+from ..rotations import frame_of, smallest_rotation
 
-UNITS = {1.0: "metres", 0.01: "centimetres", 0.001: "millimetres"}
+UNITS = (1.0, 0.01, 0.001)
+"""Metres, centimetres and millimetres."""
+
 SHORTEST, TALLEST = 0.4, 2.5
 """Heights of people, metres."""
 
@@ -48,10 +50,7 @@ def to_axes(left: np.ndarray, up: np.ndarray) -> np.ndarray:
     `left` and `up` (3,) have any length and need not be square to each other. A permutation of the axes where
     the body nearly stands along them.
     """
-    up = up / np.linalg.norm(up)
-    left = left - up * (left @ up)
-    left = left / np.linalg.norm(left)
-    turn = np.stack([left, np.cross(up, left), up])
+    turn = frame_of(left, up).T
     snapped = np.zeros((3, 3))
     longest = np.abs(turn).argmax(axis=1)
     snapped[np.arange(3), longest] = np.sign(turn[np.arange(3), longest])
@@ -77,7 +76,7 @@ def in_t_pose(
     reference's. Returns the vertices and joints.
     """
     turns = _turns_to_t_pose(joints if limbs is None else limbs, reference.joints)
-    if np.array_equal(turns, np.tile(np.eye(3), (N_JOINTS, 1, 1))):
+    if (turns == np.eye(3)).all():
         return vertices, joints
     straight = joints.copy()
     for joint in range(1, N_JOINTS):
@@ -98,14 +97,16 @@ def on_the_ground(vertices: np.ndarray, joints: np.ndarray) -> tuple[np.ndarray,
 
 def _turns_to_t_pose(joints: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """World rotation of each body part, shape (24, 3, 3)."""
-    turns = np.tile(np.eye(3), (N_JOINTS, 1, 1))
+    own = {0: np.eye(3)}
     for start, middle, end in LIMBS:
         upper, lower = joints[middle] - joints[start], joints[end] - joints[middle]
         unbend = smallest_rotation(lower, upper) if _angle(lower, upper) > BENT else np.eye(3)
         reach, wanted = upper + unbend @ lower, reference[end] - reference[start]
         raised = _raised(reach, wanted)
-        turns[start] = raised
-        turns[middle:] = np.where(_below(middle)[middle:, None, None], raised @ unbend, turns[middle:])
+        own |= {start: raised, middle: raised @ unbend}
+    turns = np.empty((N_JOINTS, 3, 3))
+    for joint, parent in enumerate(PARENTS):  # the others go with their parents
+        turns[joint] = own.get(joint, turns[parent])
     return turns
 
 
@@ -118,15 +119,6 @@ def _raised(reach: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     if _angle(turn @ reach, wanted) > AWAY:
         turn = smallest_rotation(reach, wanted)
     return turn
-
-
-def _below(joint: int) -> np.ndarray:
-    """Whether each joint moves with a joint, itself included, shape (24,)."""
-    below = np.zeros(N_JOINTS, dtype=bool)
-    below[joint] = True
-    for other in range(joint + 1, N_JOINTS):
-        below[other] = below[PARENTS[other]]
-    return below
 
 
 def _angle(a: np.ndarray, b: np.ndarray) -> float:

@@ -140,18 +140,18 @@ def body_from_mesh(vertices: np.ndarray, polygons: np.ndarray, name: str) -> Bod
     up = placed[CROWN] - placed[list(HEELS)].mean(axis=0)
     placed = placed @ to_axes(placed[FOREARMS[0]] - placed[FOREARMS[1]], up).T
     placed = placed * metres_per_unit(float(np.ptp(placed[:, 2])))
-    fit = register(template, placed, mesh.faces, _landmarks(template))
-    error = float(fit.residual.mean())
+    own_joints, own_weights, distance = register(template, placed, mesh.faces, _landmarks(template))
+    error = float(distance.mean())
     if error > WORST_FIT:
         raise BodyError(
             f"its faces are SMPL's, but the bundled body cannot be laid on it (it stays {1000 * error:.1f} "
             "mm away on average): expected a body in a T-pose or an A-pose"
         )
-    straight, straight_joints = in_t_pose(placed, fit.joints, fit.weights, template)
-    joints, weights = with_smpl_shoulders(straight, straight_joints, fit.weights)
+    straight, straight_joints = in_t_pose(placed, own_joints, own_weights, template)
+    joints, weights = with_smpl_shoulders(straight, straight_joints, own_weights)
     # a shoulder joint stays where it is when the arm turns about it
-    posed = fit.joints + joints - straight_joints
-    straight, joints = in_t_pose(placed, posed, weights, template, limbs=fit.joints)
+    posed = own_joints + joints - straight_joints
+    straight, joints = in_t_pose(placed, posed, weights, template, limbs=own_joints)
     straight, joints = on_the_ground(straight, joints)
     return Body(straight, mesh.faces, joints, weights, name, mesh.mirror)
 
@@ -241,15 +241,14 @@ def _as_24_joints(
     """Joints and weights of SMPL-H and SMPL-X with fingers gathered in the hands, face in the head."""
     if len(joints) == N_JOINTS:
         return joints, weights
-    carrier = np.arange(len(joints))
-    for joint in range(BODY_JOINTS, len(joints)):
-        carrier[joint] = carrier[parents[joint]]
     gathered, body_joints = np.zeros((len(weights), N_JOINTS)), np.empty((N_JOINTS, 3))
     gathered[:, :BODY_JOINTS], body_joints[:BODY_JOINTS] = weights[:, :BODY_JOINTS], joints[:BODY_JOINTS]
     hands = {JOINT_INDEX["left_wrist"]: BODY_HANDS[0], JOINT_INDEX["right_wrist"]: BODY_HANDS[1]}
+    moves = list(range(BODY_JOINTS))  # the joint of the 24 that each moves with
     for joint in range(BODY_JOINTS, len(joints)):
-        body_joint = hands.get(carrier[joint], carrier[joint])
-        gathered[:, body_joint] += weights[:, joint]
+        carrier = moves[parents[joint]]
+        moves.append(hands.get(carrier, carrier))
+        gathered[:, moves[joint]] += weights[:, joint]
     for wrist, hand in hands.items():
         knuckles = np.flatnonzero(parents == wrist)
         body_joints[hand] = joints[knuckles].mean(axis=0)

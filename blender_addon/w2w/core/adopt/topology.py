@@ -99,7 +99,7 @@ def canonical_walk(faces: list[tuple[int, ...]], n_vertices: int) -> Walk | None
     beyond = {(face[k - 1], face[k]): index for index, face in enumerate(faces) for k in range(len(face))}
     if len(beyond) != sum(map(len, faces)) or any((end, start) not in beyond for start, end in beyond):
         return None
-    walks = [_walk(faces, beyond, edge) for edge in _first_edges(faces, n_vertices)]
+    walks = [_walk(faces, beyond, edge) for edge in _first_edges(np.array(list(beyond)), n_vertices)]
     walk = min(walks, key=lambda walk: _code(walk, n_vertices).tobytes())
     return walk if len(walk.vertices) == n_vertices and len(walk.corners) == len(faces) else None
 
@@ -122,9 +122,8 @@ def _cut(walk: Walk) -> list[tuple[int, ...]]:
     return triangles
 
 
-def _first_edges(faces: list[tuple[int, ...]], n_vertices: int) -> list[tuple[int, int]]:
+def _first_edges(edges: np.ndarray, n_vertices: int) -> list[tuple[int, int]]:
     """All edges out of the vertex whose surroundings are rarest."""
-    edges = np.array([(face[k - 1], face[k]) for face in faces for k in range(len(face))])
     colours = _colours(edges, n_vertices)
     values, inverse, uses = np.unique(colours, return_inverse=True, return_counts=True)
     rarest = np.lexsort([values, uses])[0]
