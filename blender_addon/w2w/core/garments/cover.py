@@ -61,11 +61,6 @@ class Cover:
         found[..., :3, :3] = found[..., :3, :3] @ self.mounts
         return found
 
-    def without(self, patches: np.ndarray) -> Cover:
-        """The same less some patches, which another garment covers."""
-        kept = ~np.isin(self.patches, patches)
-        return Cover(self.patches[kept], self.triangles[kept], self.mounts[kept])
-
 
 def cover(vertices: np.ndarray, faces: np.ndarray, body: Body, patches: PatchSet) -> Cover:
     """The patches of a body that a mesh around it covers, vertices (V, 3) in the body's rest pose, metres.
@@ -144,7 +139,8 @@ def without_overlap(covers: Sequence[Cover]) -> list[Cover]:
     taken = np.empty(0, dtype=np.int64)
     found = []
     for own in covers:
-        found.append(own.without(taken))
+        kept = ~np.isin(own.patches, taken)
+        found.append(Cover(own.patches[kept], own.triangles[kept], own.mounts[kept]))
         taken = np.concatenate([taken, own.patches])
     return found
 

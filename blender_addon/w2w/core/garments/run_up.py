@@ -34,13 +34,12 @@ def with_run_up(motion: Motion, reach: float = 1.0) -> tuple[Motion, int]:
     run_up_s = reach * RUN_UP_S
     speeding = _times(run_up_s, rate)
     back = run_up_s / 2 - speeding**2 / (2 * run_up_s)  # seconds at the first speed still to go
-    up_to_speed = _before_first(clip, turn, way, back)
-    held = _before_first(clip, turn, way, np.array([run_up_s / 2]))
+    turned, moved = _before_first(clip, turn, way, np.concatenate([[run_up_s / 2], back]))
     share = _times(POSE_S, rate) / POSE_S
-    from_t_pose = _from_t_pose(held[0][0], share**2 * (3 - 2 * share))
+    from_t_pose = _from_t_pose(turned[0], share**2 * (3 - 2 * share))
     still = len(_times(SETTLE_S, rate)) + len(_times(RUN_UP_S, rate)) - len(speeding)
-    rotations = [from_t_pose, np.repeat(held[0], still, axis=0), up_to_speed[0], clip.rotations]
-    paths = [np.repeat(held[1], len(share) + still, axis=0), up_to_speed[1], clip.pelvis]
+    rotations = [from_t_pose, np.repeat(turned[:1], still, axis=0), turned[1:], clip.rotations]
+    paths = [np.repeat(moved[:1], len(share) + still, axis=0), moved[1:], clip.pelvis]
     pelvis = np.concatenate(paths) - clip.pelvis.mean(axis=0) * (1, 1, 0)
     whole = replace(clip, rotations=np.concatenate(rotations), pelvis=pelvis)
     return whole, whole.n_frames - clip.n_frames

@@ -20,6 +20,7 @@ from ..body.body import Body, vertex_normals
 from ..body.shapes import RANGES, shaped
 from ..body.skeleton import JOINT_INDEX, JOINT_NAMES, LEG, N_JOINTS, PARENTS, limb_length, trunk_line
 from ..motion.retarget import SEGMENT_END, rest_alignment
+from ..rotations import unit
 
 SAME_PART = 0.06
 """Metres that being of two parts of the body is worth: the hand that hangs at a thigh is no thigh."""
@@ -91,7 +92,12 @@ def correspond(character: Character, body: Body) -> SurfacePoints:
     _, nearest = cKDTree(_features(body.vertices, body.vertex_normals, body.weights)).query(
         _features(laid, vertex_normals(laid, character.faces), weights)
     )
-    return _nearest_points(laid, body, _faces_around(body)[nearest])
+    faces = _faces_around(body)[nearest]
+    triangles = body.vertices[body.faces[faces]]
+    _, distance = closest_on(triangles, laid)
+    rows, best = np.arange(len(laid)), distance.argmin(axis=1)
+    shares = closest_shares(triangles[rows, best], laid)
+    return SurfacePoints(faces[rows, best], shares, distance[rows, best])
 
 
 def lay_on(character: Character, body: Body, weights: np.ndarray) -> np.ndarray:
@@ -101,7 +107,10 @@ def lay_on(character: Character, body: Body, weights: np.ndarray) -> np.ndarray:
     """
     turns = rest_alignment(body, dict(character.joints)).swapaxes(-1, -2)
     scale = limb_length(body.joints) / limb_length(character.joints)
-    joints = _all_joints(character.joints, body, turns, scale)
+    joints = np.empty((N_JOINTS, 3))
+    for joint, parent in enumerate(PARENTS):
+        onward = turns[parent].T @ (body.joints[joint] - body.joints[parent]) / scale
+        joints[joint] = character.joints.get(joint, joints[parent] + onward)  # without a bone as ours
     laid = np.zeros((len(character.vertices), 3))
     for joint in range(N_JOINTS):
         part = CARRIED_BY.get(joint, joint)
@@ -111,19 +120,6 @@ def lay_on(character: Character, body: Body, weights: np.ndarray) -> np.ndarray:
         moved = across * turned + (along - across) * np.outer(turned @ axis, axis)
         laid += weights[:, joint, None] * (moved + body.joints[part])
     return laid
-
-
-def _all_joints(found: Mapping[int, np.ndarray], body: Body, turns: np.ndarray, scale: float) -> np.ndarray:
-    """The character's joints, shape (24, 3); those without a bone as our body has them."""
-    joints = np.empty((N_JOINTS, 3))
-    for joint in range(N_JOINTS):
-        parent = PARENTS[joint]
-        joints[joint] = (
-            found[joint]
-            if joint in found
-            else joints[parent] + turns[parent].T @ (body.joints[joint] - body.joints[parent]) / scale
-        )
-    return joints
 
 
 def _stretch(
@@ -148,8 +144,7 @@ def _axis(part: int, joints: np.ndarray) -> np.ndarray:
     """Unit direction of our body's bone that begins at a joint; zero where no bone does."""
     if part not in ONWARD:
         return np.zeros(3)
-    along = joints[ONWARD[part]] - joints[part]
-    return along / np.linalg.norm(along)
+    return unit(joints[ONWARD[part]] - joints[part])
 
 
 def _whole_weights(character: Character) -> np.ndarray:
@@ -180,15 +175,6 @@ def _faces_around(body: Body) -> np.ndarray:
     starts = np.cumsum(counts) - counts
     columns = np.minimum(np.arange(counts.max()), np.maximum(counts, 1)[:, None] - 1)
     return order[np.minimum(starts[:, None] + columns, len(order) - 1)] // 3
-
-
-def _nearest_points(points: np.ndarray, body: Body, faces: np.ndarray) -> SurfacePoints:
-    """The nearest point on some faces (V, K) to each point (V, 3)."""
-    triangles = body.vertices[body.faces[faces]]
-    _, distance = closest_on(triangles, points)
-    rows, best = np.arange(len(points)), distance.argmin(axis=1)
-    shares = closest_shares(triangles[rows, best], points)
-    return SurfacePoints(faces[rows, best], shares, distance[rows, best])
 
 
 LIMBS = {"arms": ("shoulder", "elbow", "wrist"), "legs": LEG}

@@ -48,9 +48,7 @@ def place(name: str, body: Body) -> int:
 
     Raises ValueError if nothing is called that; the message names what comes closest.
     """
-    if not isinstance(name, str):
-        raise ValueError(f"a placement is a name, such as 'left wrist', not {name!r}")
-    wanted = plain_words(name)
+    wanted = _words_of(name)
     if wanted.endswith("%"):
         return vertex_at(body, Spot.parse(wanted))
     sites = {site.name.lower(): site for site in SENSOR_SITES}
@@ -79,11 +77,9 @@ def resolve(
 
     Raises ValueError if nothing is called that, or no patch lies within 10 cm of the place.
     """
-    if not isinstance(name, str):
-        raise ValueError(f"a placement is a name, such as 'left wrist', not {name!r}")
-    own = {patch.lower(): index for index, patch in enumerate(patches.names)}
-    if (words := plain_words(name)) in own:
-        return own[words]
+    words, own = _words_of(name), [patch.lower() for patch in patches.names]
+    if words in own:
+        return own.index(words)
     return nearest(name, name, body, patches, say, silent_m).patch
 
 
@@ -116,11 +112,16 @@ def nearest_patch(vertex: int, body: Body, patches: PatchSet) -> Nearest:
     return Nearest(patch, float(away))
 
 
+def _words_of(name: str) -> str:
+    if not isinstance(name, str):
+        raise ValueError(f"a placement is a name, such as 'left wrist', not {name!r}")
+    return plain_words(name)
+
+
 @cache
 def _region_by_name() -> dict[str, str]:
     """Region of every placement and product by its name, alone and with its side."""
-    meant: dict[str, Place] = {placement.name: placement for placement in PLACEMENTS}
-    meant |= PRODUCT_NAMED
+    meant: dict[str, Place] = {**{placement.name: placement for placement in PLACEMENTS}, **PRODUCT_NAMED}
     region_of = {name: one.on(DEFAULT_SIDE) for name, one in meant.items()}
     for side in SIDES:
         region_of |= {f"{side} {name}": one.on(side) for name, one in meant.items() if one.sided}

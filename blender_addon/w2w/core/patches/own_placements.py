@@ -40,8 +40,8 @@ def patches_at(body: Body, placements: Mapping[str, int | str | Sequence[float]]
     """
     if not isinstance(placements, Mapping):
         raise ValueError(f"placements are given as {{'strap pod': 1234}}, not as {placements!r}")
-    names, centres = _checked(body, placements)
-    return patch_set(body, centres, names, seed=0)
+    vertices = placement_vertices(body, placements)
+    return patch_set(body, np.array(list(vertices.values())), tuple(vertices), seed=0)
 
 
 def with_placements(
@@ -54,10 +54,10 @@ def with_placements(
 
     Raises ValueError as `patches_at` does, or if a placement is called as a patch elsewhere is.
     """
-    own_names, own_centres = _checked(body, placements)
+    own = placement_vertices(body, placements)
+    check_names(own, names_elsewhere(patches, own.values()))
     names, centres = list(patches.names), patches.vertices.tolist()
-    check_names(own_names, names_elsewhere(patches, own_centres.tolist()))
-    for name, vertex in zip(own_names, own_centres.tolist(), strict=True):
+    for name, vertex in own.items():
         if vertex in centres:
             names[centres.index(vertex)] = name
         else:
@@ -68,8 +68,12 @@ def with_placements(
 
 def placement_vertices(body: Body, placements: Mapping[str, int | str | Sequence[float]]) -> dict[str, int]:
     """Vertex of the skin that each placement is at, by its name; parameters and errors as `patches_at`."""
-    names, centres = _checked(body, placements)
-    return dict(zip(names, centres.tolist(), strict=True))
+    if not placements:
+        raise ValueError("no placement is given: name at least one")
+    names = check_names(placements)
+    vertices = [_vertex(body, *each) for each in zip(names, placements.values(), strict=True)]
+    check_apart(names, vertices)
+    return dict(zip(names, vertices, strict=True))
 
 
 def check_names(given: Iterable[str], taken: Iterable[str] = ()) -> tuple[str, ...]:
@@ -102,7 +106,7 @@ def check_apart(names: Sequence[str], vertices: Sequence[int]) -> None:
         at[vertex] = name
 
 
-def names_elsewhere(patches: PatchSet, vertices: Sequence[int]) -> list[str]:
+def names_elsewhere(patches: PatchSet, vertices: Iterable[int]) -> list[str]:
     """Names of the patches at other vertices than these: no placement there may be called so."""
     at, pairs = set(vertices), zip(patches.names, patches.vertices.tolist(), strict=True)
     return [name for name, vertex in pairs if vertex not in at]
@@ -117,39 +121,25 @@ def read_placements(path: str | Path) -> dict[str, int | str | tuple[float, floa
     """
     found: dict[str, int | str | tuple[float, float, float]] = {}
     for line, row in read_table(path, ("name",), ("vertex", "spot", "x", "y", "z")).rows:
-        position = (row["x"], row["y"], row["z"])
         if row["name"] in found:
             raise ValueError(f"{path}, line {line}: '{row['name']}' stands there a second time")
+        position = (row["x"], row["y"], row["z"])
+        wrong = (
+            f"'{row['name']}' needs the number of a vertex, a spot, or x, y and z in metres, not "
+            f"'{row['vertex'] or ', '.join(position)}'"
+        )
         try:
             if row["spot"]:
                 found[row["name"]] = str(Spot.parse(row["spot"]))
-                continue
+            elif row["vertex"]:
+                found[row["name"]] = int(row["vertex"])
+            else:
+                found[row["name"]] = tuple(map(float, position))
         except ValueError as error:
-            raise ValueError(f"{path}, line {line}: {error}") from None
-        try:
-            found[row["name"]] = (
-                int(row["vertex"]) if row["vertex"] else tuple(float(number) for number in position)
-            )
-        except ValueError:
-            raise ValueError(
-                f"{path}, line {line}: '{row['name']}' needs the number of a vertex, a spot, or x, y and z "
-                f"in metres, not '{row['vertex'] or ', '.join(position)}'"
-            ) from None
+            raise ValueError(f"{path}, line {line}: {error if row['spot'] else wrong}") from None
     if not found:
         raise ValueError(f"{path} names no placement")
     return found
-
-
-def _checked(
-    body: Body, placements: Mapping[str, int | str | Sequence[float]]
-) -> tuple[tuple[str, ...], np.ndarray]:
-    """Names of placements and the vertices that they are at."""
-    if not placements:
-        raise ValueError("no placement is given: name at least one")
-    names = check_names(placements)
-    centres = np.array([_vertex(body, *each) for each in zip(names, placements.values(), strict=True)])
-    check_apart(names, centres.tolist())
-    return names, centres
 
 
 def _vertex(body: Body, name: str, where: int | str | Sequence[float]) -> int:

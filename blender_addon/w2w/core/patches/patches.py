@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral
@@ -20,6 +21,8 @@ from .strip_graph import StripGraph
 
 DEFAULT_PATCHES = 512
 """How many patches the paper samples."""
+
+SPARSE_PARTS = ("data", "indices", "indptr")
 
 PATCH_ORDER = TEMPLATES / "patch_order.npy"
 """All vertices of the bundled body in the order of an exact geodesic farthest-point sampling by seed 0."""
@@ -67,13 +70,10 @@ class PatchSet:
         """A unique name of each patch: its own, else its region, numbered where that has several."""
         if self.own_names:
             return self.own_names
-        total: dict[str, int] = {}
-        for region in self.regions:
-            total[region] = total.get(region, 0) + 1
-        seen: dict[str, int] = {}
+        total, seen = Counter(self.regions), Counter[str]()
         names = []
         for region in self.regions:
-            seen[region] = seen.get(region, 0) + 1
+            seen[region] += 1
             names.append(region if total[region] == 1 else f"{region} {seen[region]:02d}")
         return tuple(names)
 
@@ -125,9 +125,7 @@ class PatchSet:
             "labels": self.labels,
             "regions": np.array(self.regions),
             "seed": np.array(self.seed),
-            "interpolation_data": self.interpolation.data,
-            "interpolation_indices": self.interpolation.indices,
-            "interpolation_indptr": self.interpolation.indptr,
+            **{f"interpolation_{part}": getattr(self.interpolation, part) for part in SPARSE_PARTS},
         }
         if self.own_names:
             arrays["own_names"] = np.array(self.own_names)
@@ -142,7 +140,7 @@ class PatchSet:
         ValueError
             If the file does not hold patches.
         """
-        sparse_parts = [f"interpolation_{part}" for part in ("data", "indices", "indptr")]
+        sparse_parts = [f"interpolation_{part}" for part in SPARSE_PARTS]
         needed = ("vertices", "triangles", "labels", "regions", "seed", *sparse_parts)
         data = load_arrays(path, needed, "does not hold W2W patches", ("own_names",))
         shape = (len(data["labels"]), len(data["vertices"]))

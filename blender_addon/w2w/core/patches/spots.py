@@ -17,7 +17,8 @@ from .tape_segments import MIDDLE, SEGMENT_NAMES, SEGMENTS, Segment, segments_of
 LEAST, MOST = -100.0, 250.0
 """Per cents along that a spot may have: the skin of a segment goes on beyond its landmarks."""
 
-_NOTATION = re.compile(r"(?P<segment>.*?)\s*(?P<along>[-+]?[\d.]+)\s*%\s*(?P<around>[-+]?[\d.]+)\s*%")
+_NUMBER = r"(?<![\d.])[-+]?(?:\d+\.?\d*|\.\d+)"
+_NOTATION = re.compile(rf"(?P<segment>.*?)\s*(?P<along>{_NUMBER})\s*%\s*(?P<around>{_NUMBER})\s*%")
 
 
 @dataclass(frozen=True)
@@ -41,16 +42,13 @@ class Spot:
         Raises ValueError, with what to write instead, if it is no segment and two per cents.
         """
         match = _NOTATION.fullmatch(plain_words(text))
-        try:
-            along, around = (float(match[part]) for part in ("along", "around")) if match else (None, None)
-        except ValueError:
-            along = around = None
-        if match is None or along is None or around is None:
+        if match is None:
             raise ValueError(
                 f"'{text}' is no spot: write a segment, the per cent along it and the per cent around it, "
                 "such as 'left forearm 85% 50%'"
             )
         segment = _segment_called(match["segment"])
+        along, around = float(match["along"]), float(match["around"])
         if not LEAST <= along <= MOST:
             given = SEGMENTS[side_of(segment)[1]]
             raise ValueError(
