@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from ..body.body import Body, edges_of, neighbours, vertex_normals
 from ..body.skeleton import MIRRORED_JOINTS, N_JOINTS, PARENTS
+from ..rotations import unit
 
 N_POSE = 3 * N_JOINTS
 """Parameters before the root's translation: a rotation vector for each joint."""
@@ -63,8 +64,7 @@ class Surface:
     def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
         self.vertices, self.faces = vertices, faces
         corners = vertices[faces]
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        self.face_normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-20)
+        self.face_normals = unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
         self.tree = cKDTree(corners.mean(axis=1))
 
     def closest(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -273,12 +273,13 @@ def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
     Raises ValueError if the file is damaged, holds no faces, or faces of more than four corners.
     """
     path = Path(path)
-    reader = _read_obj if path.suffix.lower() == ".obj" else _read_ply
-    vertices, corners, sizes = reader(path)
-    if len(vertices) == 0 or len(sizes) == 0:
+    vertices, polygons = _read_obj(path) if path.suffix.lower() == ".obj" else _read_ply(path)
+    if len(vertices) == 0 or len(polygons) == 0:
         raise ValueError("it holds no mesh: no vertices or no faces")
+    sizes = np.array([len(polygon) for polygon in polygons])
     if sizes.min() < 3 or sizes.max() > MOST_CORNERS:
         raise ValueError(f"it holds faces of {sizes.min()} to {sizes.max()} corners, expected 3 or 4")
+    corners = np.concatenate(polygons)
     if corners.min() < 0 or corners.max() >= len(vertices):
         raise ValueError(f"its faces name vertices that it does not hold ({len(vertices)} vertices)")
     return vertices, padded(corners, sizes)
@@ -291,8 +292,8 @@ def padded(corners: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     return polygons
 
 
-def _read_ply(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Vertices, the corners of all polygons one behind the other, and how many each polygon has."""
+def _read_ply(path: Path) -> tuple[np.ndarray, list[list[int]]]:
+    """Vertices and the corners of each polygon."""
     try:
         content = PlyData.read(str(path))
     except (PlyParseError, ValueError, MemoryError) as error:
@@ -300,16 +301,16 @@ def _read_ply(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     try:
         vertex, face = content["vertex"].data, content["face"].data
         vertices = np.column_stack([vertex[axis].astype(float) for axis in "xyz"])
-        polygons = next(face[name] for name in ("vertex_indices", "vertex_index") if name in face.dtype.names)
-        sizes = np.array([len(polygon) for polygon in polygons], dtype=int)
+        named = next(face[name] for name in ("vertex_indices", "vertex_index") if name in face.dtype.names)
+        polygons = [[int(corner) for corner in polygon] for polygon in named]
     except (KeyError, StopIteration, TypeError, ValueError) as error:
         raise ValueError("it holds no vertices with x, y, z or no faces with vertex_indices") from error
-    return vertices, np.concatenate(polygons).astype(int) if len(polygons) else np.empty(0, int), sizes
+    return vertices, polygons
 
 
-def _read_obj(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _read_obj(path: Path) -> tuple[np.ndarray, list[list[int]]]:
     """The lines ``v`` and ``f`` of an OBJ."""
-    positions, corners, sizes = [], [], []
+    positions, polygons = [], []
     for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
         kind, *fields = line.split("#", 1)[0].split() or [""]
         try:
@@ -317,10 +318,9 @@ def _read_obj(path: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
                 positions.append([float(field) for field in fields[:3]])
             elif kind == "f":
                 named = [int(field.partition("/")[0]) for field in fields]
-                corners += [name - 1 if name > 0 else len(positions) + name for name in named]
-                sizes.append(len(named))
+                polygons.append([name - 1 if name > 0 else len(positions) + name for name in named])
         except ValueError as error:
             raise ValueError(f"line {number} cannot be read as OBJ: {line.strip()[:60]!r}") from error
     if any(len(position) != 3 for position in positions):
         raise ValueError("a vertex has fewer than three coordinates")
-    return np.array(positions, dtype=float).reshape(-1, 3), np.array(corners, int), np.array(sizes, int)
+    return np.array(positions, dtype=float).reshape(-1, 3), polygons

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 
 from ..files import load_arrays, write_npz
+from ..rotations import unit
 from .skeleton import N_JOINTS, PARENTS
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -121,8 +122,7 @@ def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     normals = np.zeros_like(vertices)
     for corner in range(3):
         np.add.at(normals, faces[:, corner], face_normals)
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    return normals / np.maximum(lengths, np.finfo(float).tiny)
+    return unit(normals)
 
 
 def edges_of(faces: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..rotations import unit
 from .body import Body, template
 from .skeleton import JOINT_INDEX
 
@@ -35,7 +36,7 @@ class SensorSite:
             for joints in (self.start, self.end)
         )
         spoke = body.vertices - (start + self.fraction * (end - start))
-        direction = np.array(self.direction) / np.linalg.norm(self.direction)
+        direction = unit(np.array(self.direction))
         ahead = spoke @ direction
         aside = np.linalg.norm(spoke - ahead[:, None] * direction, axis=1)
         # where the ray leaves the body: near the ray, ahead of the bone and not beyond another part

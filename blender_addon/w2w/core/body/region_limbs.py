@@ -92,7 +92,8 @@ def _fingers(
 ) -> dict[str, np.ndarray]:
     """Vertices of the five fingers, or of all fingers together where five cannot be told apart."""
     points = body.vertices[vertices]
-    edges = _edges_between(body.faces, vertices)
+    edges = edges_of(body.faces)
+    edges = np.searchsorted(vertices, edges[np.isin(edges, vertices).all(axis=1)])  # positions in `vertices`
     ring = np.argsort(np.linalg.norm(points - joints[2], axis=1), kind="stable")[:8]  # around the wrist
     reach = dijkstra(edge_lengths(points, edges), indices=ring, min_only=True)
     reach = np.where(np.isfinite(reach), reach, 0)
@@ -104,14 +105,6 @@ def _fingers(
     to_thumb *= np.sign(to_thumb @ (FORWARD + UP))
     branches.sort(key=lambda branch: -points[branch].mean(axis=0) @ to_thumb)
     return {name: vertices[branch] for name, branch in zip(FINGERS, branches, strict=True)}
-
-
-def _edges_between(faces: np.ndarray, vertices: np.ndarray) -> np.ndarray:
-    """Edges of a mesh between some vertices, by their positions among these, shape (E, 2)."""
-    local = np.full(faces.max() + 1, -1)
-    local[vertices] = np.arange(len(vertices))
-    edges = local[edges_of(faces)]
-    return edges[(edges >= 0).all(axis=1)]
 
 
 def _branches(edges: np.ndarray, height: np.ndarray, prominence: float) -> list[np.ndarray]:

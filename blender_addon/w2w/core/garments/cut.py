@@ -12,6 +12,7 @@ from ..body.body import Body, edge_lengths, edges_of, neighbours
 from ..body.regions import regions_of
 from ..body.skeleton import JOINT_INDEX
 from ..patches.body_parts import PARTS, SIDES
+from ..rotations import unit
 
 KINDS = ("tshirt", "trousers")
 """All garments."""
@@ -150,7 +151,7 @@ def _soft_normals(body: Body, skin: np.ndarray, average: csr_matrix) -> np.ndarr
     normals = body.vertex_normals[skin]
     for _ in range(NORMALS_SMOOTHED):
         normals = (normals + average @ normals) / 2
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+    return unit(normals)
 
 
 def _average(edges: np.ndarray, n_vertices: int) -> csr_matrix:
@@ -168,9 +169,8 @@ def _smoothed(
     smoothed as lines, for they would shrink.
     """
     edges = _borders(faces)
-    at_edge = np.zeros(len(points), dtype=bool)
-    at_edge[edges] = True
-    inner = diags((~at_edge).astype(float)) @ _average(edges_of(faces), len(points))
+    within = ~np.isin(np.arange(len(points)), edges)
+    inner = diags(within.astype(float)) @ _average(edges_of(faces), len(points))
     average = inner + _average(edges, len(points))
     skin, middle = KDTree(body.vertices), body.joints[:, 0].mean()
     for _ in range(SMOOTHINGS):

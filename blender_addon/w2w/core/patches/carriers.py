@@ -15,6 +15,7 @@ from ..body.body import Body
 from ..body.skeleton import JOINT_NAMES, N_JOINTS, PARENTS
 from ..motion.motion import Motion
 from ..motion.skinning import joint_transforms, skin, skinning_transforms, triangle_frames
+from ..rotations import unit
 from .strip_graph import StripGraph
 
 RANGES: dict[str, tuple[tuple[float, float], ...]] = {
@@ -192,4 +193,4 @@ def _bone_directions(body: Body) -> np.ndarray:
         children = [child for child in range(N_JOINTS) if PARENTS[child] == joint]
         end = body.joints[children].mean(axis=0) if children else body.joints[joint]
         directions[joint] = end - body.joints[joint if children else PARENTS[joint]]
-    return directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    return unit(directions)

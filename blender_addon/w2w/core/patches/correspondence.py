@@ -10,6 +10,7 @@ that is nearest, of the same part of the body and facing the same way.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -31,24 +32,16 @@ SAME_SIDE = 0.02
 GIRTHS = (0.5, 2.0)
 """How many times thicker or thinner than by its length a part may be to be fitted by its thickness."""
 
-ONWARD = {
-    JOINT_INDEX[start]: JOINT_INDEX[end]
-    for start, end in (
-        ("pelvis", "spine1"),
-        ("spine1", "spine2"),
-        ("spine2", "spine3"),
-        ("spine3", "neck"),
-        ("neck", "head"),
-        ("left_collar", "left_shoulder"),
-        ("right_collar", "right_shoulder"),
-    )
-} | {start: end for start, end in SEGMENT_END.items() if not JOINT_NAMES[start].endswith("wrist")}
+TRUNK = ("pelvis", "spine1", "spine2", "spine3", "neck", "head")
+COLLARS = (("left_collar", "left_shoulder"), ("right_collar", "right_shoulder"))
+
+ONWARD = {JOINT_INDEX[start]: JOINT_INDEX[end] for start, end in (*pairwise(TRUNK), *COLLARS)} | {
+    start: end for start, end in SEGMENT_END.items() if not JOINT_NAMES[start].endswith("wrist")
+}
 """Joints with a bone to the next; the others end in a hand, a foot or the head."""
 
 CARRIED_BY = {
-    JOINT_INDEX[f"{side}_{end}"]: JOINT_INDEX[f"{side}_{start}"]
-    for side in ("left", "right")
-    for start, end in (("wrist", "hand"), ("ankle", "foot"))
+    joint: PARENTS[joint] for joint, name in enumerate(JOINT_NAMES) if name.endswith(("hand", "foot"))
 }
 """Joints whose part is one with their parent's, for many rigs lack them."""
 

@@ -158,7 +158,7 @@ def _vertex(body: Body, name: str, where: int | str | Sequence[float]) -> int:
         position = np.asarray(where, dtype=np.float64)
     except (TypeError, ValueError):
         position = np.empty(0)
-    if isinstance(where, bool) or position.shape != (3,) or not np.isfinite(position).all():
+    if position.shape != (3,) or not np.isfinite(position).all():
         raise ValueError(
             f"'{name}' needs the number of a vertex or a position (x, y, z) in metres, not {where!r}"
         )

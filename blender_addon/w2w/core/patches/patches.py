@@ -10,7 +10,7 @@ from numbers import Integral
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, hstack
 
 from ..body.body import TEMPLATES, Body
 from ..body.regions import regions_of
@@ -244,17 +244,15 @@ def interpolation_weights(graph: StripGraph, centres: np.ndarray) -> csr_matrix:
     """
     cover = graph.distances(centres, nearest=True)
     reach = REACH * float(cover[np.isfinite(cover)].max())
-    rows, columns, values = [], [], []
+    blocks = []
     for begin in range(0, len(centres), CHUNK):
         distance = graph.distances(centres[begin : begin + CHUNK], limit=reach)
         column, row = np.nonzero(distance < reach)
         scaled = distance[column, row] / reach
-        rows.append(row)
-        columns.append(column + begin)
         near = (REACH * scaled) ** 2 + SHARPNESS**2
-        values.append((1 - scaled) ** 4 * (4 * scaled + 1) / near)
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    weights = csr_matrix(entries, shape=(len(cover), len(centres)))
+        values = (1 - scaled) ** 4 * (4 * scaled + 1) / near
+        blocks.append(csr_matrix((values, (row, column)), shape=distance.T.shape))
+    weights = hstack(blocks, format="csr")
     total = np.asarray(weights.sum(axis=1))
     return weights.multiply(1 / total).tocsr().astype(np.float32)
 

@@ -166,10 +166,8 @@ def _segment(body: Body, name: str, marks: dict[str, np.ndarray], members: np.nd
         raise ValueError(f"this body has no {name}, so its tape measures cannot be found")
     points = body.vertices[members]
     origin, axes = _frame(body, name, (points.min(axis=0) + points.max(axis=0)) / 2)
-    inside = np.zeros(len(body.vertices), dtype=bool)
-    inside[members] = True
     edges = edges_of(body.faces)
-    ends = (body.vertices[edges[inside[edges].any(axis=1)]] - origin) @ axes.T
+    ends = (body.vertices[edges[np.isin(edges, members).any(axis=1)]] - origin) @ axes.T
     reach = (points - origin) @ axes[0]
     levels = np.linspace(reach.min(), reach.max(), LEVELS)
     outlines = {row: found for row, level in enumerate(levels) if (found := _outline(ends, level))}
