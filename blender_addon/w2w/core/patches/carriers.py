@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from ..body.body import Body
 from ..body.skeleton import JOINT_NAMES, N_JOINTS, PARENTS
 from ..motion.motion import Motion
-from ..motion.skinning import joint_transforms, skin, skinning_transforms, triangle_frames
+from ..motion.skinning import frames_from_edges, joint_transforms, skin, skinning_transforms
 from ..rotations import unit
 from .strip_graph import StripGraph
 
@@ -128,13 +128,20 @@ def triangle_rotation_error(body: Body, triangles: np.ndarray, poses: Motion) ->
     """
     bone = body.weights[triangles].mean(axis=1).argmax(axis=1)
     turned = joint_transforms(body, poses)[0][:, bone]
-    rest = triangle_frames(body.vertices[triangles])[:, :3, :3]
+    rest = _frames(body.vertices[None], triangles)[0]
     used, corners = np.unique(triangles, return_inverse=True)
     posed = skin(body, skinning_transforms(body, poses), used)
-    frames = triangle_frames(posed[:, corners.reshape(triangles.shape)])[..., :3, :3]
+    frames = _frames(posed, corners.reshape(triangles.shape))
     # trace(bone^T frame rest^T) is the sum of the products of frame with bone @ rest
     cosine = (np.einsum("tnab,tnab->tn", frames, turned @ rest) - 1) / 2
     return np.arccos(np.clip(cosine.min(axis=0), -1, 1))
+
+
+def _frames(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Rotations (T, N, 3, 3) of triangles' frames on vertices (T, V, 3)."""
+    first = vertices[:, triangles[:, 0]]
+    edge_x, edge_b = vertices[:, triangles[:, 1]] - first, vertices[:, triangles[:, 2]] - first
+    return frames_from_edges(first, edge_x, edge_b)[..., :3, :3]
 
 
 def _corners_to_try(graph: StripGraph, centres: np.ndarray) -> np.ndarray:
