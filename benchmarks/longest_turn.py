@@ -122,8 +122,8 @@ def measure(library: Path, folder: Path, patches: int) -> None:
     show("bake", turns_of(bake_steps(body, to_bake(body.w2w))))
     show("rank", turns_of(rank_steps(body)))
     show("look at a patch", at_once(lambda: bpy.ops.w2w.select_patch(patch=7)))
-    show("untick", at_once(lambda: setattr(body.w2w.activities[0], "use", False)))
-    body.w2w.activities[0].use = True
+    show("untick", at_once(lambda: setattr(body.w2w.activities[0], "part", "LEFT_OUT")))
+    body.w2w.activities[0].part = "COUNTED"
     show("choose", turns_of(choose_steps(body)))
     show("export map", turns_of(map_steps(body, folder / "map.png")))
     show("save results", turns_of(save_steps(body, folder / "saved")))

@@ -198,7 +198,7 @@ def test_without_an_activity_the_choice_is_that_of_the_folder_saved_without_it(
     finished_run: Path, tmp_path: Path
 ) -> None:
     body = open_file(finished_run / "study.blend")
-    body.w2w.activities["run"].use = False
+    body.w2w.activities["run"].part = "LEFT_OUT"
     assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
     assert jobs.message.text.endswith(". Without run")
     content = advice_of(body.w2w)
@@ -207,14 +207,14 @@ def test_without_an_activity_the_choice_is_that_of_the_folder_saved_without_it(
     assert bpy.ops.w2w.save_results(directory=str(tmp_path / "saved")) == {"FINISHED"}
     choice, _ = place(tmp_path / "saved", tmp_path, "--forbid", "foot", "--max", "3", "--target", "0.85")
     assert content == choice
-    body.w2w.activities["run"].use = True
+    body.w2w.activities["run"].part = "COUNTED"
     assert advice_of(body.w2w) is None
 
 
 def test_one_activity_alone_cannot_be_chosen_for(finished_run: Path) -> None:
     body = open_file(finished_run / "study.blend")
     for name in ("run", "bow"):
-        body.w2w.activities[name].use = False
+        body.w2w.activities[name].part = "LEFT_OUT"
     with pytest.raises(RuntimeError, match="activit"):
         bpy.ops.w2w.choose_sensors()
 
@@ -241,16 +241,3 @@ def test_signals_that_are_gone_are_said(finished_run: Path, monkeypatch: pytest.
     monkeypatch.setattr(signal_cache, "has", lambda _key: False)
     with pytest.raises(RuntimeError, match="The signals of 9 clips are gone"):
         bpy.ops.w2w.choose_sensors()
-
-
-def test_a_file_of_an_earlier_version_keeps_the_wishes_of_its_run(finished_run: Path, tmp_path: Path) -> None:
-    body = open_file(finished_run / "study.blend")
-    parameters = json.loads((finished_run / "config.json").read_text())["parameters"]
-    body.w2w.wishes.clear()
-    body.w2w.parameters = json.dumps(parameters)
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "study.blend"))
-    body = open_file(tmp_path / "study.blend")
-    assert constraints_of(body.w2w).forbid == ("foot",)
-    body.w2w.wishes.clear()
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "study.blend"))
-    assert not constraints_of(open_file(tmp_path / "study.blend").w2w)

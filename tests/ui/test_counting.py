@@ -116,7 +116,6 @@ def test_what_is_shown_follows_at_once_and_rank_again_makes_it_exact(library: Pa
     assert is_reweighed(study, utility)
     study.activities[0].part = "LEFT_OUT"
     assert not is_reweighed(study, utility)
-    assert (study.activities[0].use, study.activities[0].background) == (False, False)
 
 
 @pytest.mark.slow

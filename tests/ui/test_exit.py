@@ -21,8 +21,9 @@ study = bpy.context.scene.w2w.body.w2w
 study.patch_count = 24
 bpy.ops.w2w.place_patches()
 if sys.argv[2] == "job":
-    from w2w.ui import jobs, step3_patches
-    steps = step3_patches.place_steps(bpy.context.scene.w2w.body)
+    from w2w.ui.jobs import jobs
+    from w2w.ui.steps import patches
+    steps = patches.place_steps(bpy.context.scene.w2w.body)
     next(steps)
     jobs.running = jobs.Job("Place Patches", steps)
 print("the end")

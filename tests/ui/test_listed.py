@@ -94,11 +94,3 @@ def test_clips_that_come_after_the_ranking_wait_for_the_next(library: Path) -> N
     body.w2w.clips[0].activity = "greeting"
     assert [activity.name for activity in body.w2w.activities] == LABELS
     assert body.w2w.ranked_as != rank_settings(body.w2w)
-
-
-def test_a_file_of_an_earlier_version_lists_them_when_it_is_opened(library: Path, tmp_path: Path) -> None:
-    study = make_study(library, "motions").w2w
-    study.activities.clear()
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "study.blend"))
-    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "study.blend"))
-    assert listed(bpy.context.scene.w2w.body.w2w) == [(name, "COUNTED", 1.0) for name in LABELS]

@@ -137,7 +137,7 @@ def test_ranking_again_needs_no_baking_and_gives_the_same(
 def test_ticks_choose_within_the_runs_constraints(opened: bpy.types.Object) -> None:
     study = opened.w2w
     study.target = 1.0
-    study.activities["run"].use = False
+    study.activities["run"].part = "LEFT_OUT"
     patches = patches_of(opened)
     forbidden = find_patches(patches.regions, patches.names, "foot")
     assert len(forbidden)

@@ -150,7 +150,7 @@ def test_what_was_changed_in_blender_goes_back_into_a_folder(finished_run: Path,
 
 def test_an_activity_that_is_not_ticked_is_left_out_and_said(finished_run: Path, tmp_path: Path) -> None:
     body = open_file(finished_run / "study.blend")
-    body.w2w.activities["run"].use = False
+    body.w2w.activities["run"].part = "LEFT_OUT"
     summary = save(tmp_path / "saved")
     assert jobs.message.text.endswith("ranked anew without run")
     saved = StudyResults.load(tmp_path / "saved")

@@ -75,7 +75,7 @@ def test_the_joint_that_moves_decides_where_its_activity_is_seen(library: Path) 
 def test_the_ticks_choose_anew_at_once(library: Path) -> None:
     body = make_study(library)
     study, utility = body.w2w, utility_of(body.w2w)
-    study.activities[0].use = False
+    study.activities[0].part = "LEFT_OUT"
     mean = utility.expected_f1[:, 1:].mean(axis=1)
     (best,) = study.chosen
     assert best.f1 == study.regions[0].f1 == pytest.approx(mean.max(), abs=1e-6)
@@ -150,7 +150,7 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     assert second.startswith(f"rank 1 of {len(patches)}; on these clips {utility.mean[best]:.2f} (")
     results.list_regions(body)
     assert study.regions[0].high == pytest.approx(high)
-    study.activities[0].use = False
+    study.activities[0].part = "LEFT_OUT"
     fewer = utility.expected_f1[:, 1:].mean(axis=1)
     assert f"F1 {short(fewer.max())} over the activities" in answer_of(study)["sentence"]
     assert study.regions[0].f1 == pytest.approx(fewer.max(), abs=1e-6)

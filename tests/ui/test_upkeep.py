@@ -56,7 +56,7 @@ def test_colours_changed_in_edit_mode_follow_when_it_is_left(library: Path) -> N
 def test_activities_ticked_in_edit_mode_count_at_once(library: Path) -> None:
     body = make_study(library)
     edit_mode(body, True)
-    body.w2w.activities[0].use = False
+    body.w2w.activities[0].part = "LEFT_OUT"
     best = utility_of(body.w2w).expected_f1[:, 1:].mean(axis=1).max()
     assert body.w2w.regions[0].f1 == pytest.approx(best, abs=1e-6)
     edit_mode(body, False)

@@ -1,31 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The user interface: what registers with Blender, in the order in which it must."""
 
+from importlib import import_module
 from types import ModuleType
 
 import bpy
 
-from .files import exports, open_results, save_results
-from .jobs import jobs, preferences
-from .jobs import windows as job_windows
-from .panels import character, menus, properties, rows, wearing
-from .panels import placement as placement_panels
-from .panels import results as result_panels
-from .panels import sensor as own_sensor_panel
-from .panels import steps as panels
-from .results import upkeep
-from .steps import baking, bone_maps, choosing, import_dialog, run_all
-from .steps import body as step1_body
-from .steps import motions as step2_motions
-from .steps import patches as step3_patches
-from .viewport import overlay
-
-MODULES: tuple[ModuleType, ...] = (
-    preferences, step1_body, rows, properties, jobs, job_windows,
-    step2_motions, import_dialog, bone_maps, step3_patches, baking, choosing, run_all, menus, open_results,
-    save_results, exports, panels, character, wearing, own_sensor_panel,
-    result_panels, placement_panels, overlay, upkeep,
+NAMES = (
+    "jobs.preferences", "steps.body", "panels.rows", "panels.properties", "jobs.jobs", "jobs.windows",
+    "steps.motions", "steps.import_dialog", "steps.bone_maps", "steps.patches", "steps.baking",
+    "steps.choosing", "steps.run_all", "panels.menus", "files.open_results", "files.save_results",
+    "files.exports", "panels.steps", "panels.character", "panels.wearing", "panels.sensor", "panels.results",
+    "panels.placement", "viewport.overlay", "results.upkeep",
 )  # fmt: skip
+
+MODULES = tuple(import_module(f".{name}", __name__) for name in NAMES)
 """Modules with classes to register, in their order, and those that also have a `register` of their own."""
 
 KINDS = (

@@ -24,16 +24,10 @@ from ...scene.heatmap import MEAN, ON_THESE_CLIPS
 from ..jobs import jobs
 from ..jobs.jobs import Step, Steps, in_thread, on_body, part
 from ..steps.baking import body_as_run, ranked_clips
-from ..study import signal_cache
-from ..study.counting import is_as_ranked
-from ..study.operators import AsksForFile, AsksForFolder, OnBody, OnRanking
-from ..study.scores import EXPECTED, beside_of, colour_range, minus_index, shown_scores, view_index
-from ..study.state import config_of, current_body, patches_of, utility_of
+from ..study import counting, operators, scores, signal_cache, state
 from ..viewport.legend import legend
 from ..viewport.overlay import picks
 from .save_results import save_steps
-
-Context = bpy.types.Context
 
 SUFFIXES = {"npz": ".npz", "csv": ".csv", "xsens": ".txt", "x-io": ""}
 
@@ -43,29 +37,28 @@ ROOT = Path(__file__).resolve().parents[4]
 @on_body
 def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Draw the heatmap that is shown, in a thread."""
-    study, utility, patches = mesh.w2w, utility_of(mesh.w2w), patches_of(mesh)
-    scores = shown_scores(study, utility)
-    index = view_index(study)
+    study, utility, patches = mesh.w2w, state.utility_of(mesh.w2w), state.patches_of(mesh)
+    values = scores.shown_scores(study, utility)
+    index = scores.view_index(study)
+    title = mean_title(utility) if counting.is_as_ranked(study, utility) else "Activities that count (mean)"
     if index:
         title = utility.activities[index - 1].replace("_", " ").capitalize()
-    else:
-        title = mean_title(utility) if is_as_ranked(study, utility) else "Activities that count (mean)"
-    best = int(scores.argmax())
+    best = int(values.argmax())
     subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
-    subtitle += f"Best patch: {patches.names[best]} ({scores[best]:.2f})"
-    label = MEAN if study.scores == EXPECTED else ON_THESE_CLIPS
-    one_scale = study.fix_range or beside_of(study) is not None
-    ends = colour_range(study, scores, utility) if one_scale else (None, None)
+    subtitle += f"Best patch: {patches.names[best]} ({values[best]:.2f})"
+    label = MEAN if study.scores == scores.EXPECTED else ON_THESE_CLIPS
+    one_scale = study.fix_range or scores.beside_of(study) is not None
+    ends = scores.colour_range(study, values, utility) if one_scale else (None, None)
     body, colours = body_as_run(mesh), (study.colour_map, utility.colour_span)
-    if minus_index(study) >= 0:
+    if scores.minus_index(study) >= 0:
         shown = legend(study, utility)
         title, label, ends, colours = shown.name, shown.title, (shown.low, shown.high), (shown.colour_map,)
-        subtitle = f"Farthest above: {patches.names[best]} ({scores[best]:+.2f})"
+        subtitle = f"Farthest above: {patches.names[best]} ({values[best]:+.2f})"
 
     def draw(_told: object) -> None:
         from ...drawing import draw_heatmap  # matplotlib is slow to import
 
-        draw_heatmap(path, body, patches, scores, title, subtitle, label, *ends, *colours)
+        draw_heatmap(path, body, patches, values, title, subtitle, label, *ends, *colours)
 
     yield from in_thread(draw, f"drawing {path.name}", 0.0, 1.0)
     return f"Saved the map: {path}"
@@ -74,7 +67,7 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
 @on_body
 def table_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Write utility.csv."""
-    utility, patches = utility_of(mesh.w2w), patches_of(mesh)
+    utility, patches = state.utility_of(mesh.w2w), state.patches_of(mesh)
 
     def write(_told: object) -> None:
         clusters = redundancy_clusters(utility.predictions, len(utility.activities))
@@ -87,39 +80,33 @@ def table_steps(mesh: bpy.types.Object, path: Path) -> Steps:
 @on_body
 def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None, kind: str) -> Steps:
     """Write the signals of some patches, a file each, or of all patches, a file a clip."""
-    patches, clips = patches_of(mesh), ranked_clips(mesh.w2w)
+    patches, clips = state.patches_of(mesh), ranked_clips(mesh.w2w)
     names = unique_names([f"{clip.name}.npz" for clip in clips])
-    places = signal_cache.places_of(clips)
-    if chosen is None:
-        files = {(name, None): folder / f"{name}.npz" for name in names}
-    else:
-        files = {
-            (name, patch): folder / f"{name}_{patches.names[patch].replace(' ', '_')}{SUFFIXES[kind]}"
-            for name in names
-            for patch in chosen
-        }
-    standing = [path.name for path in files.values() if path.exists()]
+    ends = {None: ".npz"}
+    if chosen is not None:
+        ends = {patch: f"_{patches.names[patch].replace(' ', '_')}{SUFFIXES[kind]}" for patch in chosen}
+    files = [
+        (folder / f"{name}{end}", patch, place, (clip.activity, clip.subject, name))
+        for clip, name, place in zip(clips, names, signal_cache.places_of(clips), strict=True)
+        for patch, end in ends.items()
+    ]
+    standing = [path.name for path, *_ in files if path.exists()]
     if standing:
         raise ValueError(f"{folder} already holds {standing[0]}: choose another folder")
     folder.mkdir(parents=True, exist_ok=True)
-    sources = {
-        name: (place, clip.activity, clip.subject)
-        for name, place, clip in zip(names, places, clips, strict=True)
-    }
 
-    def write(name: str, patch: int | None, path: Path, _told: object) -> None:
-        place, activity, subject = sources[name]
-        whole = stored_recording(*place).labelled(patches.names, activity, subject, name)
+    def write(path: Path, patch: int | None, place: tuple[Path, str], labels: tuple, _told: object) -> None:
+        whole = stored_recording(*place).labelled(patches.names, *labels)
         if patch is None:
             whole.save(path)
         else:
             write_recording(path, whole.at([patch]), kind)
 
-    for number, ((name, patch), path) in enumerate(files.items()):
-        work = partial(write, name, patch, path)
-        yield from in_thread(work, path.name, number / len(files), (number + 1) / len(files))
+    for number, file in enumerate(files):
+        work = partial(write, *file)
+        yield from in_thread(work, file[0].name, number / len(files), (number + 1) / len(files))
     text = f"Saved {len(files)} files of signals in {folder}"
-    recorded = config_of(mesh.w2w).further.record if chosen is not None else ()
+    recorded = state.config_of(mesh.w2w).further.record if chosen is not None else ()
     lacking = [name for name in recorded if name not in HELD[kind]]
     return f"{text}, without {' and '.join(lacking)}, which {kind} files do not hold" if lacking else text
 
@@ -157,56 +144,46 @@ def run_headless(arguments: Sequence[str], text: str, low: float, high: float) -
         raise ValueError(f"w2w {arguments[0]} failed: {words[-300:] or process.returncode}")
 
 
-class Export(AsksForFile, OnRanking):
-    """An export to a file; `usual` is the name offered for it."""
+class Export(operators.AsksForFile, operators.StartsJob, operators.OnRanking):
+    """An export to a file by `write`; `usual` is the name offered for it."""
 
-    bl_options = {"REGISTER"}
     filepath: StringProperty(name="File", description="File to write", subtype="FILE_PATH")
     filter_glob: StringProperty(options={"HIDDEN"})
     check_existing: BoolProperty(default=True, options={"HIDDEN"})
 
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self.filter_glob = f"*{Path(self.usual).suffix}"
         self.filepath = self.filepath or self.usual
         return super().invoke(context, event)
 
-    def execute(self, context: Context) -> set[str]:
-        path = Path(bpy.path.ensure_ext(str(self.path()), Path(self.usual).suffix))
-        return jobs.start(self, context, self.bl_label, self.steps(current_body(context), path))
+    def steps(self, body: bpy.types.Object) -> Steps:
+        return self.write(body, Path(bpy.path.ensure_ext(str(self.path()), Path(self.usual).suffix)))
 
 
 class W2W_OT_export_map(Export, bpy.types.Operator):
     """Save the heatmap that is shown as a picture: front and back, with title and colour bar"""
 
-    bl_idname = "w2w.export_map"
-    bl_label = "Export Map"
     usual = "map.png"
-    steps = staticmethod(map_steps)
+    write = staticmethod(map_steps)
 
 
 class W2W_OT_export_table(Export, bpy.types.Operator):
     """Save the F1 of every patch and activity as utility.csv"""
 
-    bl_idname = "w2w.export_table"
-    bl_label = "Export Table"
     usual = "utility.csv"
-    steps = staticmethod(table_steps)
+    write = staticmethod(table_steps)
 
 
 class W2W_OT_export_report(Export, bpy.types.Operator):
     """Save the report: one page for any browser, with the map in 3D, the choice and the tables"""
 
-    bl_idname = "w2w.export_report"
-    bl_label = "Export Report"
     usual = "report.html"
-    steps = staticmethod(report_steps)
+    write = staticmethod(report_steps)
 
 
-class W2W_OT_export_signals(AsksForFolder, OnBody, bpy.types.Operator):
+class W2W_OT_export_signals(operators.AsksForFolder, operators.OnBody, bpy.types.Operator):
     """Save what sensors would have recorded: of the patch looked at, or of all patches, a file a clip"""
 
-    bl_idname = "w2w.export_signals"
-    bl_label = "Export Signals"
     bl_options = {"REGISTER"}
 
     which: EnumProperty(
@@ -225,13 +202,13 @@ class W2W_OT_export_signals(AsksForFolder, OnBody, bpy.types.Operator):
     )
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
-        baked = patches_of(body) is not None and ranked_clips(body.w2w)
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        baked = state.patches_of(body) is not None and ranked_clips(body.w2w)
         return "" if baked else "Bake the signals first (step 4)"
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
-        chosen = [patch for patch in picks(context, body) if patch < len(patches_of(body))]
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        body = state.current_body(context)
+        chosen = [patch for patch in picks(context, body) if patch < len(state.patches_of(body))]
         if self.which == "PICKED" and not chosen:
             return jobs.show_error(self, "Click a spot on the body first, with the tool Pick Patch")
         steps = signal_steps(body, self.path(), chosen if self.which == "PICKED" else None, self.kind)
@@ -243,7 +220,7 @@ class W2W_MT_export(bpy.types.Menu):
 
     bl_label = "Export"
 
-    def draw(self, context: Context) -> None:
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.operator_context = "INVOKE_DEFAULT"
         layout.operator("w2w.export_map", text="Map (png)", icon="IMAGE_DATA")

@@ -18,26 +18,17 @@ from ...scene.files.study_file import has_record, keys_of
 from ...scene.motion.takes import existing_data, new_data
 from ..jobs import jobs
 from ..jobs.jobs import EXPECTED, Step, Steps, in_thread
-from ..jobs.text import draw_text
-from ..results import own_placements
 from ..results.restore import SUMMARY, check_fits, clips_of, fill, find_folder, opened_text, restore
 from ..results.results import hide_patches
 from ..steps.body import add_study, make_study
-from ..study import signal_cache
-from ..study.lists import list_labels, take_over
-from ..study.operators import AsksForFile, OnDrop, Works
-from ..study.state import bodies, current_body
+from ..study import operators, signal_cache, state
 from ..viewport.framing import BESIDE, extent, fold_soon, frame_answer
-
-TITLE = "Open Results"
 
 Context = bpy.types.Context
 
 
-class ChoosesResults(AsksForFile):
+class ChoosesResults(operators.AsksForFile):
     """Asks for a results folder, or takes a dropped one at once."""
-
-    bl_options = {"REGISTER"}
 
     filter_glob: StringProperty(default=SUMMARY, options={"HIDDEN"})
 
@@ -53,28 +44,21 @@ class ChoosesResults(AsksForFile):
         return chosen if chosen.is_dir() else chosen.parent
 
 
-class W2W_OT_open_results(ChoosesResults, bpy.types.Operator):
+class W2W_OT_open_results(ChoosesResults, operators.StartsJob, bpy.types.Operator):
     """Open the results folder of a finished run: its body, patches, clips, ranking and chosen sensors"""
-
-    bl_idname = "w2w.open_results"
-    bl_label = TITLE
 
     poll = classmethod(jobs.can_start)
 
-    def execute(self, context: Context) -> set[str]:
-        return jobs.start(self, context, TITLE, open_steps(self.folder))
+    def steps(self, _body: bpy.types.Object | None) -> Steps:
+        return open_steps(self.folder)
 
 
-class W2W_OT_locate_results(ChoosesResults, Works, bpy.types.Operator):
+class W2W_OT_locate_results(ChoosesResults, operators.Works, bpy.types.Operator):
     """Say where the results folder is now that holds the signals of this study"""
-
-    bl_idname = "w2w.locate_results"
-    bl_label = "Locate Results"
-    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context: Context) -> bool:
-        body = current_body(context)
+        body = state.current_body(context)
         cls.poll_message_set("Only for signals in a results folder that is no longer where it was")
         return jobs.running is None and body is not None and misses_folder(body.w2w)
 
@@ -94,7 +78,7 @@ class W2W_OT_locate_results(ChoosesResults, Works, bpy.types.Operator):
         return text
 
 
-class W2W_FH_results(OnDrop, bpy.types.FileHandler):
+class W2W_FH_results(operators.OnDrop, bpy.types.FileHandler):
     """The summary.json of a results folder, dropped on the 3D view, opens the folder."""
 
     bl_label = "Results of W2W"
@@ -109,13 +93,6 @@ def misses_folder(study: bpy.types.PropertyGroup) -> bool:
     return not study.results_folder or not (Path(study.results_folder) / SUMMARY).is_file()
 
 
-def draw_locate(layout: bpy.types.UILayout, context: Context, study: bpy.types.PropertyGroup) -> None:
-    """Say that the results folder is gone, and ask where it is."""
-    where = study.results_folder or "the results folder beside this file"
-    draw_text(layout, context, f"The signals are gone: they were in {where}", icon="ERROR")
-    layout.operator("w2w.locate_results", icon="FILE_FOLDER")
-
-
 def open_steps(folder: Path) -> Steps:
     """Read a results folder in a thread, then build its body, patches and actions in the scene."""
 
@@ -127,7 +104,7 @@ def open_steps(folder: Path) -> Steps:
 
     run, body, signals = yield from in_thread(read, "reading the results", 0.0, 0.2)
     yield Step(0.2, "building the body")
-    before, shown, others = existing_data(), bpy.context.scene.w2w.body, bodies(bpy.context.scene)
+    before, shown, others = existing_data(), bpy.context.scene.w2w.body, state.bodies(bpy.context.scene)
     try:
         mesh = add_study(bpy.context, body, folder.resolve().name)
         if others:
@@ -176,10 +153,7 @@ def loaded(*_: object) -> None:
     jobs.dismiss()  # it was of the file before
     for mesh in [item for item in bpy.data.objects if item.type == "MESH" and item.library is None]:
         if mesh.w2w.is_body:
-            take_over(mesh.w2w)
-            own_placements.take_over(mesh.w2w)
             find_folder(mesh.w2w)
-            list_labels(mesh.w2w)
         elif has_record(mesh):
             try:
                 jobs.message = jobs.Message(restore(mesh), False)
@@ -187,7 +161,7 @@ def loaded(*_: object) -> None:
                 jobs.message = jobs.Message(f"The run in this file cannot be opened: {error}", True)
                 continue
             context = bpy.context
-            if current_body(context) is None and context.scene.objects.get(mesh.name) is mesh:
+            if state.current_body(context) is None and context.scene.objects.get(mesh.name) is mesh:
                 make_study(context, mesh)
 
 
@@ -195,7 +169,7 @@ def loaded(*_: object) -> None:
 def saving(path: str, *_: object) -> None:
     """A file is being saved: note where, seen from it, the results folders of its studies are."""
     for scene in bpy.data.scenes if path else ():
-        for body in bodies(scene):
+        for body in state.bodies(scene):
             if body.library is None and body.w2w.results_folder:
                 try:
                     near = os.path.relpath(body.w2w.results_folder, Path(path).parent)
@@ -204,13 +178,8 @@ def saving(path: str, *_: object) -> None:
                 body.w2w.results_near = near
 
 
-def _import_menu(self: bpy.types.Menu, _context: Context) -> None:
-    self.layout.operator("w2w.open_results", text=f"Results of W2W ({SUMMARY})")
-
-
 def register() -> None:
-    """Add the menu; look at every file opened or saved, and soon at the open one."""
-    bpy.types.TOPBAR_MT_file_import.append(_import_menu)
+    """Look at every file opened or saved, and soon at the open one."""
     bpy.app.handlers.load_post.append(loaded)
     bpy.app.handlers.save_pre.append(saving)
     if not bpy.app.background:
@@ -223,4 +192,3 @@ def unregister() -> None:
         bpy.app.timers.unregister(loaded)
     bpy.app.handlers.save_pre.remove(saving)
     bpy.app.handlers.load_post.remove(loaded)
-    bpy.types.TOPBAR_MT_file_import.remove(_import_menu)

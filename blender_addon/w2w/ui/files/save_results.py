@@ -13,24 +13,18 @@ from ...core.motion.library import Clip, Library, unique_names
 from ...core.results_folder import ClipResult, Study
 from ...scene.base.actions import read_action
 from ...scene.base.body import armature_of
-from ..jobs.jobs import Step, Steps, in_thread, on_body, part, start
+from ..jobs.jobs import Step, Steps, in_thread, on_body, part
 from ..steps.choosing import advised_steps, counted_clips
-from ..study import counting, state
-from ..study.garments import covers_steps
-from ..study.operators import AsksForFolder, OnRanking
-
-TITLE = "Save Results"
+from ..study import counting, garments, operators, state
 
 
-class W2W_OT_save_results(AsksForFolder, OnRanking, bpy.types.Operator):
+class W2W_OT_save_results(
+    operators.AsksForFolder, operators.StartsJob, operators.OnRanking, bpy.types.Operator
+):
     """Save the study as a results folder, as w2w run leaves one, in a new or empty folder"""
 
-    bl_idname = "w2w.save_results"
-    bl_label = TITLE
-    bl_options = {"REGISTER"}
-
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        return start(self, context, TITLE, save_steps(state.current_body(context), self.path(), stay=True))
+    def steps(self, body: bpy.types.Object) -> Steps:
+        return save_steps(body, self.path(), stay=True)
 
 
 @on_body
@@ -53,7 +47,7 @@ def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Step
             motions.append(read_action(armature, clip.action).labelled(clip.activity, clip.subject, name))
         except ValueError:  # its action moves the body in ways that no motion file tells
             motions.append(None)
-    covers = yield from covers_steps(mesh, found.patches, 0.8)
+    covers = yield from part(garments.covers_steps(mesh, found.patches), 0.8, 0.8)
     saved = tuple(map(_saved, clips, names))
     skipped = [(clip.file or clip.name, clip.problem) for clip in study.clips if clip.problem]
     dropped = [(clip.name, clip.activity) for clip in study.clips if clip.activity in left_out]
@@ -88,26 +82,8 @@ def _saved(clip: bpy.types.PropertyGroup, name: str) -> ClipResult:
         Clip(Path(file), file, name, clip.activity, clip.subject, clip.motion_key),
         "",
         {
-            "take": "",
-            "skeleton": clip.skeleton,
-            "frames": clip.n_frames,
-            "frame_rate": clip.rate,
-            "duration_s": round(clip.n_frames / clip.rate, 4),
-            "scale": clip.scale,
+            "take": "", "skeleton": clip.skeleton, "frames": clip.n_frames, "frame_rate": clip.rate,
+            "duration_s": round(clip.n_frames / clip.rate, 4), "scale": clip.scale,
         },
         clip.source_sha256,
-    )
-
-
-def _export_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    self.layout.operator("w2w.save_results", text="Results of W2W (folder)")
-
-
-def register() -> None:
-    """Add the operator to File > Export."""
-    bpy.types.TOPBAR_MT_file_export.append(_export_menu)
-
-
-def unregister() -> None:
-    """Take back what `register` did."""
-    bpy.types.TOPBAR_MT_file_export.remove(_export_menu)
+    )  # fmt: skip

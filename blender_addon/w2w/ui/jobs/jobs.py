@@ -10,7 +10,7 @@ body ends with an error if that body is removed or edited meanwhile (`on_body`).
 import time
 import traceback
 from collections.abc import Callable, Generator
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from functools import wraps
 from typing import NamedTuple, TypeVar
@@ -96,10 +96,6 @@ message: Message | None = None
 _pool = ThreadPoolExecutor(2, thread_name_prefix="w2w")
 
 
-class Cancelled(Exception):  # noqa: N818 - no error
-    """Raised inside a thread's work to end it early."""
-
-
 def can_start(cls: type, context: bpy.types.Context) -> bool:
     """Whether an operator may work: bones can be made only from object mode, and one job runs at a time."""
     if running is not None:
@@ -180,7 +176,7 @@ def in_thread(work: Callable[[Callable[[float], None]], T], text: str, low: floa
     def told(fraction: float) -> None:
         state["fraction"] = fraction
         if state["stop"]:
-            raise Cancelled
+            raise CancelledError
 
     future: Future = _pool.submit(work, told)
     try:

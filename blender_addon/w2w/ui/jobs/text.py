@@ -2,6 +2,7 @@
 """Texts and messages in the sidebar, in as many lines as its width needs."""
 
 from collections.abc import Collection
+from typing import Any
 
 import blf
 import bpy
@@ -26,17 +27,22 @@ def wrapped(text: str, width: float) -> list[str]:
     return lines
 
 
+def styled(layout: bpy.types.UILayout, **look: Any) -> bpy.types.UILayout:
+    """A layout with these of its properties set."""
+    for name, value in look.items():
+        setattr(layout, name, value)
+    return layout
+
+
 TABS_AND_MARGINS, ICON = 56, 22
 """Pixels of the sidebar that no text gets, at a scale of 1."""
 
 
 def draw_message(layout: bpy.types.UILayout, context: bpy.types.Context, message: jobs.Message) -> None:
     """Draw the outcome of the last job, with a button that closes it."""
-    box = layout.box()
-    box.alert = message.is_error
-    row = box.row()
-    column = row.column(align=True)
-    draw_text(column, context, message.text, icon="ERROR" if message.is_error else "INFO", indent=56)
+    box = styled(layout.box(), alert=message.is_error)
+    row, icon = box.row(), "ERROR" if message.is_error else "INFO"
+    draw_text(row.column(align=True), context, message.text, icon, indent=56)
     row.operator("w2w.dismiss_message", text="", icon="X", emboss=False)
 
 
@@ -53,17 +59,14 @@ def draw_progress(layout: bpy.types.UILayout, job: jobs.Job) -> None:
     """Draw how far a job is, and how to end it."""
     column = layout.column(align=True)
     column.progress(factor=job.fraction, text=job.how_far())
-    row = column.row()
-    row.active = False
-    row.label(text=f"Esc cancels   {job.text}", translate=False)
+    styled(column.row(), active=False).label(text=f"Esc cancels   {job.text}", translate=False)
 
 
 def draw_text(
     layout: bpy.types.UILayout, context: bpy.types.Context, text: str, icon: str = "NONE", indent: int = 0
 ) -> None:
     """Draw a text in as many lines as the sidebar needs; `indent` is what else takes room, in pixels."""
-    column = layout.column(align=True)
-    column.scale_y = 0.8
+    column = styled(layout.column(align=True), scale_y=0.8)
     taken = TABS_AND_MARGINS + (ICON if icon != "NONE" else 0) + indent
     width = context.region.width - taken * context.preferences.system.ui_scale
     for number, line in enumerate(wrapped(text, width)):

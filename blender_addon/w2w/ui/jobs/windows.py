@@ -15,14 +15,9 @@ SHOWN_EVERY = 0.2
 """Least seconds between two redraws that show how far a job is: drawing takes its time from the work."""
 
 PASSED_ON = {
-    "MOUSEMOVE",
-    "INBETWEEN_MOUSEMOVE",
-    "MIDDLEMOUSE",
-    "WHEELUPMOUSE",
-    "WHEELDOWNMOUSE",
-    "TRACKPADPAN",
+    "MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN",
     "TIMER",
-}
+}  # fmt: skip
 """Events that reach the rest of Blender while a job runs: looking around is harmless."""
 
 

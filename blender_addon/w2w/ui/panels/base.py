@@ -4,12 +4,9 @@
 import bpy
 
 from ..jobs import jobs
-from ..jobs.text import draw_outcome, draw_text
-from ..study.operators import is_ranked
-from ..study.state import current_body
+from ..jobs.text import draw_outcome, draw_text, styled
+from ..study.state import current_body, is_ranked
 
-Context = bpy.types.Context
-Layout = bpy.types.UILayout
 Body = bpy.types.Object | None
 
 
@@ -29,7 +26,7 @@ class PartPanel(W2WPanel):
     bl_options = {"DEFAULT_CLOSED"}
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def poll(cls, context: bpy.types.Context) -> bool:
         return current_body(context) is not None
 
 
@@ -39,7 +36,7 @@ class ResultPanel(W2WPanel):
     bl_parent_id = "W2W_PT_utility"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def poll(cls, context: bpy.types.Context) -> bool:
         body = current_body(context)
         return body is not None and is_ranked(body)
 
@@ -49,16 +46,15 @@ class StepPanel(W2WPanel):
 
     bl_parent_id = "W2W_PT_main"
 
-    def draw_header_preset(self, context: Context) -> None:
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
         body = current_body(context)
         if body is not None and self.is_done(body):
             self.layout.label(text="", icon="CHECKMARK")
 
-    def draw(self, context: Context) -> None:
+    def draw(self, context: bpy.types.Context) -> None:
         body = current_body(context)
+        content = styled(form(self.layout), enabled=jobs.running is None)
         missing = self.missing(body)
-        content = form(self.layout)
-        content.enabled = jobs.running is None
         if missing:
             draw_info(content, context, missing)
         else:
@@ -73,36 +69,29 @@ class StepPanel(W2WPanel):
         """Whether the step is done on a body."""
         return False
 
-    def draw_step(self, context: Context, layout: Layout, body: Body) -> None:
+    def draw_step(self, context: bpy.types.Context, layout: bpy.types.UILayout, body: Body) -> None:
         """Draw the step itself."""
 
 
-def form(layout: Layout) -> Layout:
+def form(layout: bpy.types.UILayout) -> bpy.types.UILayout:
     """A column with names at the left of their values, and nothing to animate them."""
-    column = layout.column()
-    column.use_property_split = True
-    column.use_property_decorate = False
-    return column
+    return styled(layout.column(), use_property_split=True, use_property_decorate=False)
 
 
-def draw_info(layout: Layout, context: Context, text: str) -> None:
+def draw_info(layout: bpy.types.UILayout, context: bpy.types.Context, text: str) -> None:
     """Draw a text that tells what to do."""
     draw_text(layout, context, text, icon="INFO")
 
 
-def draw_warning(layout: Layout, context: Context, text: str) -> None:
+def draw_warning(layout: bpy.types.UILayout, context: bpy.types.Context, text: str) -> None:
     """Draw a text in a red box; nothing where there is none."""
     if text:
-        box = layout.box()
-        box.alert = True
-        draw_text(box, context, text, icon="ERROR", indent=20)
+        draw_text(styled(layout.box(), alert=True), context, text, icon="ERROR", indent=20)
 
 
-def draw_note(layout: Layout, context: Context, text: str) -> None:
+def draw_note(layout: bpy.types.UILayout, context: bpy.types.Context, text: str) -> None:
     """Draw a text in grey."""
-    note = layout.column()
-    note.active = False
-    draw_text(note, context, text)
+    draw_text(styled(layout.column(), active=False), context, text)
 
 
 def beside_their_buttons() -> set[str]:

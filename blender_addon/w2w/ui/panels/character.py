@@ -14,11 +14,11 @@ from ...scene.body.adopt import moving_armature
 from ...scene.body.character import character_meshes, read_character, tie, untie
 from ..jobs import jobs
 from ..jobs.jobs import is_there
+from ..jobs.text import styled
 from ..results import results
 from ..steps.body import add_study
 from ..steps.import_dialog import source_armatures
-from ..study.operators import Works
-from ..study.state import body_of_object, current_body, without_updates
+from ..study import operators, state
 from ..viewport import legend
 from ..viewport.framing import BESIDE
 from .base import W2WPanel, draw_note
@@ -26,7 +26,7 @@ from .base import W2WPanel, draw_note
 
 def armature_meant(item: bpy.types.Object | None) -> bpy.types.Object | None:
     """The armature of a character that an object is, or is moved by; None where it is W2W's own."""
-    if item is None or body_of_object(item) is not None:
+    if item is None or state.body_of_object(item) is not None:
         return None
     if item.type == "ARMATURE":
         return item
@@ -36,11 +36,8 @@ def armature_meant(item: bpy.types.Object | None) -> bpy.types.Object | None:
     return moving_armature(item) or parent
 
 
-class W2W_OT_use_character(Works, bpy.types.Operator):
+class W2W_OT_use_character(operators.Works, bpy.types.Operator):
     """Show map and sensors on the active character too: any rig of a human, its meshes in any topology"""
-
-    bl_idname = "w2w.use_character"
-    bl_label = "Use Character"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -65,25 +62,21 @@ class W2W_OT_use_character(Works, bpy.types.Operator):
         forget(body, meshes)
         study = body.w2w
         study.character = armature
-        with without_updates():
+        with state.without_updates():
             for mesh in meshes:
                 study.character_meshes.add().mesh = mesh
-        study.fit = (
-            f"{len(meshes)} mesh{'es' * (len(meshes) != 1)}, {100 * gap:.1f} cm from the body once laid on it"
-        )
+        counted = f"{len(meshes)} mesh{'es' * (len(meshes) != 1)}"
+        study.fit = f"{counted}, {100 * gap:.1f} cm from the body once laid on it"
         results.carry(body)
         jobs.dismiss()
 
 
-class W2W_OT_forget_character(Works, bpy.types.Operator):
+class W2W_OT_forget_character(operators.Works, bpy.types.Operator):
     """Take map and sensors off the character; the character itself stays"""
-
-    bl_idname = "w2w.forget_character"
-    bl_label = "Forget Character"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        body = current_body(context)
+        body = state.current_body(context)
         return body is not None and body.w2w.character is not None and context.mode == "OBJECT"
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
@@ -106,7 +99,7 @@ def _own_likeness(context: bpy.types.Context, figure: Character) -> bpy.types.Ob
     shape = likeness(figure, plain)
     body = add_study(context, shaped(plain, **shape), "Body")
     body.w2w.has_shape = True
-    with without_updates():
+    with state.without_updates():
         for name, value in shape.items():
             setattr(body.w2w.shape, name, value)
         body.w2w.shape.set_height = "height" in shape
@@ -124,9 +117,8 @@ class W2W_PT_character(W2WPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.enabled = jobs.running is None
-        body = current_body(context)
+        layout = styled(self.layout, enabled=jobs.running is None)
+        body = state.current_body(context)
         figure = body.w2w.character if body is not None else None
         if figure is None or not is_there(figure):
             layout.operator("w2w.use_character", icon="OUTLINER_OB_ARMATURE")

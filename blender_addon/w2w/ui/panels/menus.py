@@ -24,11 +24,7 @@ STEPS = (
     ("add_body", "load_body", "use_mesh", "open_results", "locate_results", "select_body", "reset_shape"),
     ("use_character", "forget_character"),
     (
-        "import_motions",
-        "import_folder",
-        "use_scene_animation",
-        "add_armature_motion",
-        "map_bones",
+        "import_motions", "import_folder", "use_scene_animation", "add_armature_motion", "map_bones",
         "load_bone_map",
     ),
     ("relabel_clips", "remove_clips"),
@@ -40,7 +36,7 @@ STEPS = (
     ("run_all", "bake_signals", "rank_patches", "fit_range", "side_by_side", "clear_pick"),
     ("wish_picked", "choose_sensors"),
     ("export_map", "export_table", "export_report", "export_signals", "save_results"),
-)
+)  # fmt: skip
 """Operators by the steps of the panel."""
 
 _keymap_items: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
@@ -117,13 +113,26 @@ def _object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
 
 def _import_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.operator("w2w.import_motions", text=f"Motions for W2W ({'/'.join(MOTION_SUFFIXES)})")
+    self.layout.operator("w2w.open_results", text="Results of W2W (summary.json)")
+
+
+def _export_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
+    self.layout.operator("w2w.save_results", text="Results of W2W (folder)")
+
+
+MENUS = (
+    (bpy.types.VIEW3D_MT_mesh_add, _add_menu),
+    (bpy.types.VIEW3D_MT_object, _object_menu),
+    (bpy.types.TOPBAR_MT_file_import, _import_menu),
+    (bpy.types.TOPBAR_MT_file_export, _export_menu),
+)
+"""Menus of Blender's own, and what is added to each."""
 
 
 def register() -> None:
     """Hang the menus into Blender's own."""
-    bpy.types.VIEW3D_MT_mesh_add.append(_add_menu)
-    bpy.types.VIEW3D_MT_object.append(_object_menu)
-    bpy.types.TOPBAR_MT_file_import.append(_import_menu)
+    for menu, draw in MENUS:
+        menu.append(draw)
     bpy.utils.register_preset_path(str(PRESETS.parent))
     configuration = bpy.context.window_manager.keyconfigs.addon
     if configuration is not None:  # there is none without a window
@@ -139,6 +148,5 @@ def unregister() -> None:
         keymap.keymap_items.remove(item)
     _keymap_items.clear()
     bpy.utils.unregister_preset_path(str(PRESETS.parent))
-    bpy.types.TOPBAR_MT_file_import.remove(_import_menu)
-    bpy.types.VIEW3D_MT_object.remove(_object_menu)
-    bpy.types.VIEW3D_MT_mesh_add.remove(_add_menu)
+    for menu, draw in MENUS:
+        menu.remove(draw)

@@ -6,68 +6,55 @@ from bpy.props import EnumProperty, IntProperty, StringProperty
 
 from ...core.wording import capital
 from ..jobs import jobs
-from ..jobs.text import draw_outcome, draw_text
+from ..jobs.text import draw_outcome, draw_text, styled
 from ..results import results
 from ..results.own_placements import spot_name
 from ..steps.choosing import TITLE, missing_for_choice
-from ..study.counting import left_out
-from ..study.lists import add_wish, advice_of, answer_of, is_understood
-from ..study.operators import OnPatches
-from ..study.state import COST, FORBID, current_body, patches_of
+from ..study import counting, lists, operators, state
 from ..viewport.overlay import NO_PICK, picks
 from .base import ResultPanel, draw_info, form
 from .results import can_change_now, draw_rows
 from .rows import KINDS
 
-Context = bpy.types.Context
-Layout = bpy.types.UILayout
 
-
-class W2W_OT_add_wish(OnPatches, bpy.types.Operator):
+class W2W_OT_add_wish(operators.OnPatches, bpy.types.Operator):
     """Add a wish for where sensors go; type or choose where in its row"""
 
-    bl_idname = "w2w.add_wish"
-    bl_label = "Add Wish"
-
-    kind: EnumProperty(name="Wish", description="What is wished for", items=KINDS, default=FORBID)
+    kind: EnumProperty(name="Wish", description="What is wished for", items=KINDS, default=state.FORBID)
     place: StringProperty(name="Place", description="Such as 'left wrist', 'head'", options={"SKIP_SAVE"})
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
-        add_wish(body.w2w, self.kind, self.place)
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
+        lists.add_wish(body.w2w, self.kind, self.place)
         results.choose(body)
 
 
-class W2W_OT_wish_picked(OnPatches, bpy.types.Operator):
+class W2W_OT_wish_picked(operators.OnPatches, bpy.types.Operator):
     """Add a wish for the region, or your placement, that you look at; for both where you compare two"""
 
-    bl_idname = "w2w.wish_picked"
     bl_label = "Add Wish for Picked Patch"
 
-    kind: EnumProperty(name="Wish", description="What is wished for", items=KINDS, default=FORBID)
+    kind: EnumProperty(name="Wish", description="What is wished for", items=KINDS, default=state.FORBID)
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
-        return OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        return operators.OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         study = body.w2w
         there = {(wish.kind, wish.place) for wish in study.wishes}
         for where in dict.fromkeys(spot_name(body, patch) for patch in picks(context, body)):
-            if (self.kind, where) not in there or self.kind == COST:
-                add_wish(study, self.kind, where)
+            if (self.kind, where) not in there or self.kind == state.COST:
+                lists.add_wish(study, self.kind, where)
         results.choose(body)
 
 
-class W2W_OT_remove_wish(OnPatches, bpy.types.Operator):
+class W2W_OT_remove_wish(operators.OnPatches, bpy.types.Operator):
     """Take this wish away"""
-
-    bl_idname = "w2w.remove_wish"
-    bl_label = "Remove Wish"
 
     index: IntProperty(name="Wish", description="Its place in the list", min=0)
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        body = state.current_body(context)
         if self.index >= len(body.w2w.wishes):
             return {"CANCELLED"}
         body.w2w.wishes.remove(self.index)
@@ -82,10 +69,9 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
     bl_order = 3
     titles = (TITLE,)
 
-    def draw(self, context: Context) -> None:
-        body = current_body(context)
-        study, content = body.w2w, form(self.layout)
-        content.enabled = can_change_now(context)
+    def draw(self, context: bpy.types.Context) -> None:
+        body = state.current_body(context)
+        study, content = body.w2w, styled(form(self.layout), enabled=can_change_now(context))
         content.prop(study, "target", slider=True)
         content.prop(study, "every_activity", slider=True)
         limit = content.row(heading="At Most")
@@ -96,49 +82,38 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
         else:
             number.label(text="no limit")
         draw_wishes(content, context, body)
-        row = content.row()
-        row.scale_y = 1.2
-        row.operator("w2w.choose_sensors", icon="VIEWZOOM")
+        styled(content.row(), scale_y=1.2).operator("w2w.choose_sensors", icon="VIEWZOOM")
         draw_outcome(self.layout, context, self.titles)
         if jobs.running is None or jobs.running.title != TITLE:
-            worn = self.layout.column()
-            worn.enabled = can_change_now(context)
-            draw_worn(worn, context, body)
+            draw_worn(styled(self.layout.column(), enabled=can_change_now(context)), context, body)
 
 
-def draw_wishes(layout: Layout, context: Context, body: bpy.types.Object) -> None:
+def draw_wishes(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.types.Object) -> None:
     """Draw a row a wish, and the ways to add one."""
-    study, patches = body.w2w, patches_of(body)
-    column = layout.column(align=True)
-    column.use_property_split = False
+    study, patches = body.w2w, state.patches_of(body)
+    column = styled(layout.column(align=True), use_property_split=False)
     for number, wish in enumerate(study.wishes):
         row = column.row(align=True)
-        kind = row.row(align=True)
-        kind.ui_units_x = 4
-        kind.prop(wish, "kind", text="")
-        where = row.row(align=True)
-        where.alert = not is_understood(patches, wish.place)
+        styled(row.row(align=True), ui_units_x=4).prop(wish, "kind", text="")
+        where = styled(row.row(align=True), alert=not lists.is_understood(patches, wish.place))
         where.prop(wish, "place", text="", placeholder="where")
-        if wish.kind == COST:
-            cost = row.row(align=True)
-            cost.ui_units_x = 3
-            cost.prop(wish, "cost", text="")
+        if wish.kind == state.COST:
+            styled(row.row(align=True), ui_units_x=3).prop(wish, "cost", text="")
         row.operator("w2w.remove_wish", text="", icon="X").index = number
     row = column.row(align=True)
     row.operator_menu_enum("w2w.add_wish", "kind", text="Add Wish", icon="ADD")
     looked_at = [spot_name(body, patch) for patch in picks(context, body) if patch < len(patches)]
-    where = row.row(align=True)
-    where.active = bool(looked_at)
     text = " and ".join(dict.fromkeys(looked_at)) or "Picked Patch"
+    where = styled(row.row(align=True), active=bool(looked_at))
     where.operator_menu_enum("w2w.wish_picked", "kind", text=text, icon="EYEDROPPER")
 
 
-def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
+def draw_worn(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.types.Object) -> None:
     """Draw the set to wear together, or what it waits for."""
-    study, content = body.w2w, advice_of(body.w2w)
+    study, content = body.w2w, lists.advice_of(body.w2w)
     missing = missing_for_choice(body)
     if content is None:
-        if len(study.wishes) and (said := answer_of(study)):
+        if len(study.wishes) and (said := lists.answer_of(study)):
             draw_text(layout, context, f"One sensor: {said['sentence']}")
         if missing:
             draw_info(layout, context, missing)
@@ -161,7 +136,7 @@ def draw_worn(layout: Layout, context: Context, body: bpy.types.Object) -> None:
             draw_text(layout, context, _sentence(text))
     for card in content.get("cards") or ():
         draw_text(layout, context, f"{capital(card['sensor'])}: {card['in_words']}")
-    if left_out(study):
+    if counting.left_out(study):
         draw_info(layout, context, "Chosen from a ranking without the activities that are left out.")
 
 

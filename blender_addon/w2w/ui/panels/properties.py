@@ -19,14 +19,10 @@ from ...core.ranking.utility import CLASSIFIERS
 from ...scene.base.patches import EMPTY_SIZE
 from ..jobs.jobs import is_there
 from ..steps.body import W2W_PG_shape
+from ..study import sensors, state
 from ..study.declared import declared
-from ..study.operators import is_ranked
 from ..study.scores import EXPECTED, NOTHING, ON_THESE, beside_of, view_items
-from ..study.sensors import OWN, SensorProperties
 from . import rows
-
-Context = bpy.types.Context
-Group = bpy.types.PropertyGroup
 
 COLOUR_MAPS = (
     ("viridis", "Viridis", "Blue to yellow, even in lightness; safe for colour-blind eyes"),
@@ -42,6 +38,12 @@ SCORES = (
 
 SENSOR_NAMES = {"ideal": "Ideal (no errors)", "phone": "Smartphone", "watch": "Smartwatch"}
 
+SPELLED = {name: name.upper() if len(name) < 10 else name.title() for name in PRESETS} | SENSOR_NAMES
+SENSORS = [
+    *((name, SPELLED[name], f"Signals as of {name}") for name in PRESETS),
+    (sensors.OWN, "Own Part", "A part of your own: its figures stand under Sensor and Bands"),
+]
+
 CLASSIFIER_NAMES = {
     "ridge": ("Ridge", "Linear, trained on all patches at once: seconds"),
     "trees": ("Extra Trees", "A forest a patch, for reference: minutes to hours"),
@@ -50,6 +52,7 @@ CLASSIFIER_NAMES = {
         "A small neural network a patch, all trained together: an hour; needs PyTorch",
     ),
 }
+CLASSIFIER_ITEMS = [(name, *CLASSIFIER_NAMES.get(name, (name.title(), name))) for name in CLASSIFIERS]
 
 FIRST_LIMIT = 3
 """Most sensors, when a limit is switched on."""
@@ -62,33 +65,19 @@ _menus: dict[str, list[tuple[str, str, str, int]]] = {}
 """Items of dynamic menus: Blender keeps no reference to their strings."""
 
 
-def sensor_items() -> list[tuple[str, str, str]]:
-    """Sensor presets for a menu, then a part of one's own."""
-    spelled = {name: name.upper() if len(name) < 10 else name.title() for name in PRESETS} | SENSOR_NAMES
-    presets = [(name, spelled[name], f"Signals as of {name}") for name in PRESETS]
-    return [*presets, (OWN, "Own Part", "A part of your own: its figures stand under Sensor and Bands")]
-
-
-def classifier_items() -> list[tuple[str, str, str]]:
-    """Classifiers for a menu."""
-    return [(name, *CLASSIFIER_NAMES.get(name, (name.title(), name))) for name in CLASSIFIERS]
-
-
-def _views(self: W2W_PG_study, _context: Context) -> list[tuple[str, str, str, int]]:
+def _views(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
     _menus["view"] = view_items(self)
     return _menus["view"]
 
 
-def _minuses(self: W2W_PG_study, _context: Context) -> list[tuple[str, str, str, int]]:
-    views = [
-        (key, name, f"Show how far F1 is above that for '{name}'", number + 1)
-        for key, name, _, number in view_items(self)
-    ]
-    _menus["minus"] = [(NOTHING, "Nothing", "Show the heatmap itself", 0), *views]
+def _minuses(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
+    _menus["minus"] = [(NOTHING, "Nothing", "Show the heatmap itself", 0)]
+    for key, name, _, number in view_items(self):
+        _menus["minus"].append((key, name, f"Show how far F1 is above that for '{name}'", number + 1))
     return _menus["minus"]
 
 
-def _views_beside(self: W2W_PG_study, _context: Context) -> list[tuple[str, str, str, int]]:
+def _views_beside(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
     _menus["beside"] = view_items(beside_of(self) or self)
     return _menus["beside"]
 
@@ -101,15 +90,28 @@ def _limit(study: W2W_PG_study, limited: bool) -> None:
     study.max_places = FIRST_LIMIT if limited else 0
 
 
-def _is_body(_self: Group, item: bpy.types.Object) -> bool:
+def _is_body(_self: bpy.types.PropertyGroup, item: bpy.types.Object) -> bool:
     return item.type == "MESH" and item.w2w.is_body
 
 
 def _is_other(self: W2W_PG_study, item: bpy.types.Object) -> bool:
-    return _is_body(self, item) and item != self.id_data and is_there(item) and is_ranked(item)
+    return _is_body(self, item) and item != self.id_data and is_there(item) and state.is_ranked(item)
 
 
-class W2W_PG_study(SensorProperties, Group):
+class KeptTexts:
+    """What a study keeps for itself: contents packed as text, keys, and the settings they were made with."""
+
+    __annotations__ = {
+        name: StringProperty(options={"HIDDEN"})
+        for name in (
+            "results_near", "parameters", "utility_text", "utility_key", "ranked_as", "own_placed",
+            "answer_text", "advice_text", "advised_as", "patches_text", "patches_key",
+            "patches_before",  # key and number of patches that only got more
+        )
+    }  # fmt: skip
+
+
+class W2W_PG_study(sensors.SensorProperties, KeptTexts, bpy.types.PropertyGroup):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")
@@ -123,8 +125,6 @@ class W2W_PG_study(SensorProperties, Group):
         name="Results Folder",
         description="Results folder that this study was opened from or saved in: its signals are there",
     )
-    results_near: StringProperty(options={"HIDDEN"})
-    parameters: StringProperty(options={"HIDDEN"})
 
     clips: CollectionProperty(type=rows.W2W_PG_clip)
     clip_index: IntProperty(name="Active Clip", description="The clip that buttons apply to")
@@ -146,36 +146,26 @@ class W2W_PG_study(SensorProperties, Group):
     patch_size: FloatProperty(
         name="Size",
         description="Length of the patches' axes",
-        default=EMPTY_SIZE,
-        min=0.001,
-        max=0.1,
-        unit="LENGTH",
-        update=rows.resize_patches,
-    )
+        default=EMPTY_SIZE, min=0.001, max=0.1, unit="LENGTH", update=rows.resize_patches,
+    )  # fmt: skip
     show_patches: BoolProperty(
         name="Show Patches", description="Show all patches", default=True, update=rows.show_patches
     )
-    patches_text: StringProperty(options={"HIDDEN"})
-    patches_key: StringProperty(options={"HIDDEN"})
-    patches_before: StringProperty(options={"HIDDEN"})  # key and number of those that only got more
 
     sensor: EnumProperty(
         **declared("sensor", description="The part whose noise, bias and range the signals get"),
-        items=sensor_items(),
+        items=SENSORS,
     )
     rate: FloatProperty(**declared("rate"), precision=0, step=1000)
     seed: IntProperty(**declared("seed"))
 
     window_s: FloatProperty(**declared("window", unit="TIME_ABSOLUTE"), precision=1)
     folds: IntProperty(**declared("folds"))
-    classifier: EnumProperty(**declared("classifier"), items=classifier_items())
+    classifier: EnumProperty(**declared("classifier"), items=CLASSIFIER_ITEMS)
     by_subject: BoolProperty(**declared("by_subject"))
-    utility_text: StringProperty(options={"HIDDEN"})
-    utility_key: StringProperty(options={"HIDDEN"})
     source_caution: StringProperty(
         name="Sources", description="Whether the ranking may tell the clips' sources apart, not activities"
     )
-    ranked_as: StringProperty(options={"HIDDEN"})
     activities: CollectionProperty(type=rows.W2W_PG_activity)
     activity_index: IntProperty(
         name="Active Activity",
@@ -235,13 +225,9 @@ class W2W_PG_study(SensorProperties, Group):
         description="The placement of yours that is looked at",
         update=rows.look_at_own,
     )
-    own_placed: StringProperty(options={"HIDDEN"})
     wishes: CollectionProperty(type=rows.W2W_PG_wish)
-    answer_text: StringProperty(options={"HIDDEN"})
     chosen: CollectionProperty(type=rows.W2W_PG_place)
     worn: CollectionProperty(type=rows.W2W_PG_place)
-    advice_text: StringProperty(options={"HIDDEN"})
-    advised_as: StringProperty(options={"HIDDEN"})
     regions: CollectionProperty(type=rows.W2W_PG_place)
 
     picked: IntProperty(name="Picked Patch", description="Patch looked at; -1 is none", default=-1)
@@ -249,7 +235,7 @@ class W2W_PG_study(SensorProperties, Group):
     picked_vertex: IntProperty(options={"HIDDEN"}, default=-1)
 
 
-class W2W_PG_scene(Group):
+class W2W_PG_scene(bpy.types.PropertyGroup):
     """Settings of the panel in a scene."""
 
     body: PointerProperty(

@@ -11,19 +11,14 @@ from ...core.wording import capital
 from ...scene.heatmap import add_beside
 from ...scene.motion.source_beside import remove_source
 from ..jobs import jobs
-from ..jobs.text import draw_text
+from ..jobs.text import draw_text, styled
 from ..results import results
 from ..results.results import findings
-from ..study.counting import COUNTED
-from ..study.lists import answer_of
-from ..study.operators import OnRanking
-from ..study.scores import MEAN_VIEW, NOTHING, activity_scores, beside_of, minus_index, view_index
-from ..study.state import bodies, current_body, utility_of, without_updates
+from ..study import counting, lists, operators, scores, state
 from ..viewport import legend
 from ..viewport.framing import frame
 from .base import PartPanel, ResultPanel, draw_warning
 
-Context = bpy.types.Context
 Layout = bpy.types.UILayout
 
 WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
@@ -32,11 +27,8 @@ WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
 PRODUCTS = 3
 """Products shown."""
 
-ACTIVITY_ROWS = (4, 10)
-"""Fewest and most rows of the list of activities."""
 
-
-def can_change_now(context: Context) -> bool:
+def can_change_now(context: bpy.types.Context) -> bool:
     """Whether colours and choice may be changed: Edit Mode keeps attributes to itself."""
     return jobs.running is None and context.mode != "EDIT_MESH"
 
@@ -47,9 +39,9 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
     bl_label = "Where to Wear One"
     bl_order = 1
 
-    def draw(self, context: Context) -> None:
-        body = current_body(context)
-        said = answer_of(body.w2w)
+    def draw(self, context: bpy.types.Context) -> None:
+        body = state.current_body(context)
+        said = lists.answer_of(body.w2w)
         draw_text(self.layout, context, said.get("sentence", ""))
         if said.get("ties"):
             draw_text(self.layout, context, said["ties"])
@@ -76,9 +68,9 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
     bl_parent_id = "W2W_PT_findings"
     bl_options = {"DEFAULT_CLOSED"}
 
-    def draw(self, context: Context) -> None:
-        body = current_body(context)
-        caution, sentences = findings(body.w2w, utility_of(body.w2w))
+    def draw(self, context: bpy.types.Context) -> None:
+        body = state.current_body(context)
+        caution, sentences = findings(body.w2w, state.utility_of(body.w2w))
         draw_warning(self.layout, context, caution)
         for sentence in sentences:
             draw_text(self.layout, context, sentence)
@@ -92,33 +84,22 @@ class W2W_UL_activities(bpy.types.UIList):
     ) -> None:  # fmt: skip
         row = layout.row(align=True)
         row.prop(item, "part", text="", emboss=False, icon_only=True)
-        name = row.row()
-        name.active = item.part == COUNTED
-        name.label(text=item.name, translate=False)
-        if item.part == COUNTED:
-            weight = row.row()
-            weight.ui_units_x = WEIGHT_WIDTH
-            weight.prop(item, "weight", text="")
-        utility = utility_of(data)
+        styled(row.row(), active=item.part == counting.COUNTED).label(text=item.name, translate=False)
+        if item.part == counting.COUNTED:
+            styled(row.row(), ui_units_x=WEIGHT_WIDTH).prop(item, "weight", text="")
+        utility = state.utility_of(data)
         if utility is not None and index < utility.f1.shape[1]:
-            best = row.row()
-            best.alignment = "RIGHT"
-            best.ui_units_x = SCORE_WIDTH
-            best.label(text=f"{activity_scores(data, utility)[:, index].max():.2f}")
+            best = styled(row.row(), alignment="RIGHT", ui_units_x=SCORE_WIDTH)
+            best.label(text=f"{scores.activity_scores(data, utility)[:, index].max():.2f}")
 
 
 def draw_activities(layout: Layout, study: bpy.types.PropertyGroup, right: str) -> None:
     """Draw the list of activities under a line that says what stands in it; `right` of its right side."""
-    row = layout.row()
-    row.active = False
+    row = styled(layout.row(), active=False)
     row.label(text="Activity")
-    heading = row.row()
-    heading.alignment = "RIGHT"
-    heading.label(text=right)
-    rows, most = ACTIVITY_ROWS
-    layout.template_list(
-        "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=rows, maxrows=most
-    )
+    styled(row.row(), alignment="RIGHT").label(text=right)
+    listed = (study, "activities", study, "activity_index")
+    layout.template_list("W2W_UL_activities", "", *listed, rows=4, maxrows=10)
 
 
 class W2W_PT_activities(PartPanel, bpy.types.Panel):
@@ -128,13 +109,13 @@ class W2W_PT_activities(PartPanel, bpy.types.Panel):
     bl_parent_id = "W2W_PT_utility"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        body = current_body(context)
-        return body is not None and len(body.w2w.activities) > 0 and utility_of(body.w2w) is None
+    def poll(cls, context: bpy.types.Context) -> bool:
+        body = state.current_body(context)
+        return body is not None and len(body.w2w.activities) > 0 and state.utility_of(body.w2w) is None
 
     def draw(self, context: bpy.types.Context) -> None:
-        self.layout.enabled = jobs.running is None
-        draw_activities(self.layout, current_body(context).w2w, "Weight")
+        layout = styled(self.layout, enabled=jobs.running is None)
+        draw_activities(layout, state.current_body(context).w2w, "Weight")
 
 
 class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
@@ -143,52 +124,49 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
     bl_label = "Heatmap"
     bl_order = 2
 
-    def draw(self, context: Context) -> None:
-        layout, study = self.layout, current_body(context).w2w
-        layout.enabled = can_change_now(context)
-        layout.use_property_decorate = False
+    def draw(self, context: bpy.types.Context) -> None:
+        study = state.current_body(context).w2w
+        layout = styled(self.layout, enabled=can_change_now(context), use_property_decorate=False)
         layout.prop(study, "view", text="")
         draw_activities(layout, study, "Weight, Best F1")
         layout.use_property_split = True
-        is_double = beside_of(study) is not None
+        is_double = scores.beside_of(study) is not None
         layout.operator("w2w.side_by_side", icon="MOD_MIRROR", depress=is_double)
         if is_double:
             column = layout.column(align=True)
             column.prop(study, "beside_view")
-            if len(bodies(context.scene)) > 1:
+            if len(state.bodies(context.scene)) > 1:
                 column.prop(study, "beside_body")
         else:
             layout.prop(study, "minus")
         layout.prop(study, "scores")
-        if minus_index(study) >= 0:  # a difference has colours of its own
+        if scores.minus_index(study) >= 0:  # a difference has colours of its own
             return
         layout.prop(study, "colour_map")
         layout.prop(study, "fix_range")
         if study.fix_range:
-            row = layout.row(align=True)
-            row.use_property_split = False
+            row = styled(layout.row(align=True), use_property_split=False)
             row.prop(study, "range_low")
             row.prop(study, "range_high")
             row.operator("w2w.fit_range", text="", icon="FULLSCREEN_EXIT")
 
 
-class W2W_OT_side_by_side(OnRanking, bpy.types.Operator):
+class W2W_OT_side_by_side(operators.OnRanking, bpy.types.Operator):
     """Show a second map on a copy of the body beside it, both on one scale; press again to take it away"""
 
-    bl_idname = "w2w.side_by_side"
     bl_label = "Side by Side"
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         study = body.w2w
-        if beside_of(study) is not None:
+        if scores.beside_of(study) is not None:
             legend.remove(body)
         else:
             remove_source()  # it would stand where the copy does
-            with without_updates():
-                study.minus = NOTHING  # a difference has a scale of its own
+            with state.without_updates():
+                study.minus = scores.NOTHING  # a difference has a scale of its own
                 study.beside = add_beside(body, body)
                 if not study.is_property_set("beside_view"):  # at first another map than the body's
-                    study.beside_view = MEAN_VIEW if view_index(study) else "A1"
+                    study.beside_view = scores.MEAN_VIEW if scores.view_index(study) else "A1"
             frame([body, study.beside])
         results.paint(body)
         jobs.redraw(context)
@@ -200,9 +178,9 @@ class W2W_PT_regions(ResultPanel, bpy.types.Panel):
     bl_label = "Top Regions"
     bl_order = 5
 
-    def draw(self, context: Context) -> None:
-        layout, study = self.layout, current_body(context).w2w
-        layout.enabled = can_change_now(context)
+    def draw(self, context: bpy.types.Context) -> None:
+        study = state.current_body(context).w2w
+        layout = styled(self.layout, enabled=can_change_now(context))
         draw_rows(layout, study, study.regions, numbered=False)
 
 
@@ -218,7 +196,6 @@ def draw_rows(
         is_picked = entry.patch in (study.picked, study.compared)
         look = split.operator("w2w.select_patch", text=text, translate=False, depress=is_picked)
         look.patch = entry.patch
-        value = split.row(align=True)
-        value.alignment = "RIGHT"
+        value = styled(split.row(align=True), alignment="RIGHT")
         interval = f"{short(entry.f1)} ({short(entry.low)}–{short(entry.high)})"
         value.label(text=interval if entry.high > 0 else f"{entry.f1:.3f}")

@@ -16,73 +16,59 @@ from ...scene.base.patches import resize_patches as resize_empties
 from ..jobs import jobs
 from ..results import own_placements, results
 from ..steps.patches import pick
-from ..study import scores
-from ..study.counting import BACKGROUND, COUNTED, LEFT_OUT, part_of
-from ..study.lists import list_labels, suggestions
-from ..study.state import COST, FORBID, MUST, ONLY, is_silent, patches_of, without_updates
+from ..study import counting, lists, scores, state
 from ..viewport import legend
 
-Context = bpy.types.Context
 Group = bpy.types.PropertyGroup
 
 KINDS = (
-    (ONLY, "Only", "Sensors go here, or into the other regions marked Only, and nowhere else"),
-    (FORBID, "Forbid", "No sensor goes here"),
-    (MUST, "Must", "At least one sensor goes here"),
-    (COST, "Cost", "A sensor here costs this much, in money or in comfort; elsewhere it costs 1"),
+    (state.ONLY, "Only", "Sensors go here, or into the other regions marked Only, and nowhere else"),
+    (state.FORBID, "Forbid", "No sensor goes here"),
+    (state.MUST, "Must", "At least one sensor goes here"),
+    (state.COST, "Cost", "A sensor here costs this much, in money or in comfort; elsewhere it costs 1"),
 )
 
 PARTS = (
-    (
-        COUNTED,
-        "Counted",
-        "Count it in the mean and in the choice of sensors, by its weight",
-        "CHECKBOX_HLT",
-        0,
-    ),
-    (
-        BACKGROUND,
-        "Background",
-        "Do not confuse it with the others: trained against, but in no mean",
-        "SELECT_SUBTRACT",
-        1,
-    ),
-    (LEFT_OUT, "Left Out", "Do as if it had not been there", "CHECKBOX_DEHLT", 2),
-)
+    (counting.COUNTED, "Counted", "Count it in the mean and in the choice of sensors, by its weight",
+     "CHECKBOX_HLT", 0),
+    (counting.BACKGROUND, "Background", "Do not confuse it with the others: trained against, but in no mean",
+     "SELECT_SUBTRACT", 1),
+    (counting.LEFT_OUT, "Left Out", "Do as if it had not been there", "CHECKBOX_DEHLT", 2),
+)  # fmt: skip
 
 
-def _then_redraw(change: Callable[[bpy.types.Object], None]) -> Callable[[Group, Context], None]:
+def _then_redraw(change: Callable[[bpy.types.Object], None]) -> Callable[[Group, bpy.types.Context], None]:
     """An update, none in `without_updates`, that changes the body of the property's study and redraws."""
 
-    def update(group: Group, context: Context) -> None:
-        if not is_silent():
+    def update(group: Group, context: bpy.types.Context) -> None:
+        if not state.is_silent():
             change(group.id_data)
             jobs.redraw(context)
 
     return update
 
 
-def relabel(clip: Group, _context: Context) -> None:
+def relabel(clip: Group, _context: bpy.types.Context) -> None:
     """The motion's label travels with its action, and is among the activities."""
     if clip.action is not None:
         clip.action["activity"] = clip.activity
-    if not is_silent():
-        list_labels(clip.id_data.w2w)
+    if not state.is_silent():
+        lists.list_labels(clip.id_data.w2w)
 
 
-def show_armature(study: Group, _context: Context) -> None:
+def show_armature(study: Group, _context: bpy.types.Context) -> None:
     """Show or hide the bones."""
     armature_of(study.id_data).hide_set(not study.show_armature)
 
 
-def resize_patches(study: Group, _context: Context) -> None:
+def resize_patches(study: Group, _context: bpy.types.Context) -> None:
     """Draw patches larger or smaller."""
     if study.patch_collection is not None:
         resize_empties(patch_empties(study.patch_collection), study.patch_size)
         results.mark_chosen(study.id_data)
 
 
-def show_patches(study: Group, _context: Context) -> None:
+def show_patches(study: Group, _context: bpy.types.Context) -> None:
     """Show or hide all patches; chosen sensors stay visible through their own collection."""
     results.hide_patches(study)
 
@@ -113,7 +99,7 @@ def fix_range(body: bpy.types.Object) -> None:
 def show_view(body: bpy.types.Object) -> None:
     """Show another heatmap."""
     study = body.w2w
-    with without_updates():
+    with state.without_updates():
         study.activity_index = scores.view_index(study) - 1
     if scores.minus_index(study) >= 0 or scores.beside_of(study) is not None:
         results.paint(body)
@@ -121,25 +107,25 @@ def show_view(body: bpy.types.Object) -> None:
         results.show(body)
 
 
-def view_activity(study: Group, _context: Context) -> None:
+def view_activity(study: Group, _context: bpy.types.Context) -> None:
     """A click on an activity in the list shows its heatmap."""
-    if not is_silent() and study.utility_key and 0 <= study.activity_index < len(study.activities):
+    if not state.is_silent() and study.utility_key and 0 <= study.activity_index < len(study.activities):
         study.view = f"A{study.activity_index + 1}"
 
 
-def redraw(_group: Group, context: Context) -> None:
+def redraw(_group: Group, context: bpy.types.Context) -> None:
     """Redraw every 3D view."""
     jobs.redraw(context)
 
 
-def rename_placement(own: Group, context: Context) -> None:
+def rename_placement(own: Group, context: bpy.types.Context) -> None:
     """Call a placement of one's own as typed, or say why that cannot be and leave it."""
-    if is_silent() or own.title == own.name:
+    if state.is_silent() or own.title == own.name:
         return
     try:
         own_placements.rename(own.id_data, own, own.title)
     except ValueError as error:
-        with without_updates():
+        with state.without_updates():
             own.title = own.name
         jobs.message = jobs.Message(capital(error), True)
     else:
@@ -147,9 +133,9 @@ def rename_placement(own: Group, context: Context) -> None:
     jobs.redraw(context)
 
 
-def look_at_own(study: Group, context: Context) -> None:
+def look_at_own(study: Group, context: bpy.types.Context) -> None:
     """A click on a placement of one's own looks at its patch, where it has one."""
-    if is_silent() or not 0 <= study.own_index < len(study.own):
+    if state.is_silent() or not 0 <= study.own_index < len(study.own):
         return
     body, own = study.id_data, study.own[study.own_index]
     patch = own_placements.patch_of_own(body, own)
@@ -158,14 +144,14 @@ def look_at_own(study: Group, context: Context) -> None:
     jobs.redraw(context)
 
 
-def show_on_mesh(item: W2W_PG_character_mesh, _context: Context) -> None:
+def show_on_mesh(item: W2W_PG_character_mesh, _context: bpy.types.Context) -> None:
     """Show the map on a character's mesh, or no longer; the sensors stay on those that show it."""
     body = item.id_data
     if not item.use and item.mesh is not None:
         heatmap.remove_heatmaps(item.mesh)
     legend.paint_character(body)
     legend.show_on_character(body)
-    legend.mark_character(body)
+    results.mark_chosen(body)
 
 
 class W2W_PG_clip(Group):
@@ -199,47 +185,23 @@ class W2W_PG_clip(Group):
     stored_as: StringProperty(name="Stored As", description="Name of its files in the results folder")
 
 
-def _part(activity: W2W_PG_activity) -> int:
-    return [name for name, *_ in PARTS].index(part_of(activity))
-
-
-def _set_part(activity: W2W_PG_activity, number: int) -> None:
-    part = PARTS[number][0]
-    with without_updates():  # the part's own update follows
-        activity.use, activity.background = part != LEFT_OUT, part == BACKGROUND
-
-
 class W2W_PG_activity(Group):
     """An activity of the clips, or of their ranking."""
 
     name: StringProperty(name="Activity")
-    use: BoolProperty(name="Use", description="Not left out", default=True, update=reweigh)
-    background: BoolProperty(name="Background", description="Trained against, and in no mean", update=reweigh)
-    part: EnumProperty(
-        name="Part",
-        description="What this activity counts",
-        items=PARTS,
-        get=_part,
-        set=_set_part,
-        update=reweigh,
-    )
+    part: EnumProperty(name="Part", description="What this activity counts", items=PARTS, update=reweigh)
     weight: FloatProperty(
         name="Weight",
         description="What this activity counts in the mean, beside 1 for the others; 0 is background",
-        default=1.0,
-        min=0.0,
-        soft_max=10.0,
-        precision=2,
-        step=10,
-        update=reweigh,
-    )
+        default=1.0, min=0.0, soft_max=10.0, precision=2, step=10, update=reweigh,
+    )  # fmt: skip
     given: StringProperty(options={"HIDDEN"})
 
 
-def _suggest(wish: W2W_PG_wish, _context: Context, typed: str) -> list[str]:
+def _suggest(wish: W2W_PG_wish, _context: bpy.types.Context, typed: str) -> list[str]:
     """Parts, products and patches whose names hold what has been typed."""
-    patches = patches_of(wish.id_data)
-    return suggestions(patches, typed) if patches is not None else []
+    patches = state.patches_of(wish.id_data)
+    return lists.suggestions(patches, typed) if patches is not None else []
 
 
 class W2W_PG_place(Group):
@@ -256,7 +218,11 @@ class W2W_PG_wish(Group):
     """A wish of a designer's."""
 
     kind: EnumProperty(
-        name="Wish", description="What is wished for", items=KINDS, default=FORBID, update=choose_patches
+        name="Wish",
+        description="What is wished for",
+        items=KINDS,
+        default=state.FORBID,
+        update=choose_patches,
     )
     place: StringProperty(
         name="Place",
@@ -269,13 +235,8 @@ class W2W_PG_wish(Group):
     cost: FloatProperty(
         name="Cost",
         description="Price or discomfort of a sensor there; elsewhere it is 1",
-        default=2.0,
-        min=1e-6,
-        soft_min=0.1,
-        soft_max=10.0,
-        precision=2,
-        update=choose_patches,
-    )
+        default=2.0, min=1e-6, soft_min=0.1, soft_max=10.0, precision=2, update=choose_patches,
+    )  # fmt: skip
     given: StringProperty(options={"HIDDEN"})
 
 

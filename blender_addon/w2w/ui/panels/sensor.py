@@ -11,64 +11,53 @@ from ...core.imu.presets import PRESETS, preset, read_sensor, write_sensor
 from ...core.imu.recording import FURTHER
 from ...core.ranking.utility import inputs_of
 from ..jobs import jobs
-from ..jobs.text import draw_text
-from ..study.garments import worn_by
-from ..study.operators import AsksForFile, OnBody
-from ..study.sensors import ITEMS, OWN, TICKS, keep_own_sensor, own_sensor
-from ..study.state import current_body
+from ..jobs.text import draw_text, styled
+from ..study import garments, operators, sensors, state
 from .base import PartPanel, form
 
-Context = bpy.types.Context
-Group = bpy.types.PropertyGroup
 Layout = bpy.types.UILayout
 
 
-class W2W_OT_start_sensor(OnBody, bpy.types.Operator):
+class W2W_OT_start_sensor(operators.OnBody, bpy.types.Operator):
     """Take the figures of a preset for a part of your own, to alter them"""
 
-    bl_idname = "w2w.start_sensor"
     bl_label = "Start from Preset"
 
     like: EnumProperty(
         name="Preset", description="Whose figures to take", items=[(name, name, "") for name in PRESETS]
     )
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
-        keep_own_sensor(body.w2w, preset(self.like))
-        body.w2w.sensor = OWN
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
+        sensors.keep_own_sensor(body.w2w, preset(self.like))
+        body.w2w.sensor = sensors.OWN
 
 
-class W2W_OT_load_sensor(AsksForFile, OnBody, bpy.types.Operator):
+class W2W_OT_load_sensor(operators.AsksForFile, operators.OnBody, bpy.types.Operator):
     """Read a part of your own from a file (json), as w2w run --sensor takes it"""
-
-    bl_idname = "w2w.load_sensor"
-    bl_label = "Load Sensor"
 
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
 
-    def work(self, context: Context, body: bpy.types.Object) -> str:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> str:
         path = self.path()
         try:
-            keep_own_sensor(body.w2w, read_sensor(path))
+            sensors.keep_own_sensor(body.w2w, read_sensor(path))
         except OSError as error:
             raise ValueError(f"{path.name} cannot be read: {error.strerror or error}") from error
-        body.w2w.sensor = OWN
-        return f"Read the sensor {own_sensor(body.w2w).name} from {path.name}"
+        body.w2w.sensor = sensors.OWN
+        return f"Read the sensor {sensors.own_sensor(body.w2w).name} from {path.name}"
 
 
-class W2W_OT_save_sensor(OnBody, bpy.types.Operator, ExportHelper):
+class W2W_OT_save_sensor(operators.OnBody, bpy.types.Operator, ExportHelper):
     """Save your part as a file (json) that w2w run --sensor reads"""
 
-    bl_idname = "w2w.save_sensor"
-    bl_label = "Save Sensor"
     bl_options = {"REGISTER"}
     filename_ext = ".json"
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
 
-    def work(self, context: Context, body: bpy.types.Object) -> str:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> str:
         path = Path(bpy.path.abspath(self.filepath))
         try:
-            write_sensor(path, own_sensor(body.w2w))
+            write_sensor(path, sensors.own_sensor(body.w2w))
         except OSError as error:
             raise ValueError(f"{path.name} cannot be written: {error.strerror or error}") from error
         return f"Saved {path.name}"
@@ -80,17 +69,17 @@ class W2W_PT_sensor(PartPanel, bpy.types.Panel):
     bl_label = "Sensor and Bands"
     bl_parent_id = "W2W_PT_signals"
 
-    def draw(self, context: Context) -> None:
-        study, layout = current_body(context).w2w, form(self.layout)
-        layout.enabled = jobs.running is None
+    def draw(self, context: bpy.types.Context) -> None:
+        study = state.current_body(context).w2w
+        layout = styled(form(self.layout), enabled=jobs.running is None)
         for name in ("band", "root_band", "convention"):
             layout.prop(study, name)
         draw_further(study, context, layout)
-        if study.sensor == OWN:
+        if study.sensor == sensors.OWN:
             layout.prop(study, "own_sensor_name")
             for title, kind in (("Accelerometer", "acc"), ("Gyroscope", "gyr")):
-                column = layout.column(align=True)
-                column.use_property_split = False  # names with their units are too long for a split row
+                # names with their units are too long for a split row
+                column = styled(layout.column(align=True), use_property_split=False)
                 column.label(text=title)
                 for field in ("range", "noise", "bias", "drift"):
                     column.prop(study, f"{kind}_{field}")
@@ -104,12 +93,12 @@ class W2W_PT_sensor(PartPanel, bpy.types.Panel):
         row.operator("w2w.save_sensor", text="Save", icon="EXPORT")
 
 
-def draw_further(study: Group, context: Context, layout: Layout) -> None:
+def draw_further(study: bpy.types.PropertyGroup, context: bpy.types.Context, layout: Layout) -> None:
     """Draw the choice, and where it comes to nothing."""
     _draw_ticks(study, layout, "record", set(FURTHER))
     if not study.record:
         return
-    if worn_by(study):
+    if garments.worn_by(study):
         draw_text(layout, context, "Sensors on garments record accelerometer and gyroscope alone")
         return
     if "magnetometer" in study.record:
@@ -120,10 +109,10 @@ def draw_further(study: Group, context: Context, layout: Layout) -> None:
     _draw_ticks(study, layout, "recognise_by", study.record)
 
 
-def _draw_ticks(study: Group, layout: Layout, name: str, offered: set[str]) -> None:
+def _draw_ticks(study: bpy.types.PropertyGroup, layout: Layout, name: str, offered: set[str]) -> None:
     """Draw a tick for each of the sensors that are offered."""
-    ticks = TICKS[name]
+    ticks = sensors.TICKS[name]
     column = layout.column(heading=study.bl_rna.properties[ticks].name)
-    for index, (sensor, text, *_) in enumerate(ITEMS):
+    for index, (sensor, text, *_) in enumerate(sensors.ITEMS):
         if sensor in offered:
             column.prop(study, ticks, index=index, text=text)

@@ -8,21 +8,17 @@ import bpy
 from ...core.ranking.utility import CLASSIFIERS
 from ...core.wording import capital
 from ...scene.motion.source_beside import source_collections
-from ..files.open_results import draw_locate, misses_folder
+from ..files.open_results import misses_folder
 from ..jobs import jobs
-from ..jobs.text import draw_message, draw_progress, draw_text
+from ..jobs.text import draw_message, draw_progress, draw_text, styled
 from ..steps.baking import UNBAKED
 from ..steps.body import draw_sliders
 from ..steps.motions import has_source
 from ..steps.run_all import TITLE as RUN_ALL
-from ..steps.run_all import draw_run_all
+from ..steps.run_all import missing_for_all
 from ..study import state
-from ..study.counting import is_reweighed
-from ..study.operators import is_ranked
-from ..study.state import bodies, body_of_object, current_body, patches_of, playing_clip, usable, utility_of
 from .base import Body, PartPanel, StepPanel, W2WPanel, beside_their_buttons, draw_info, draw_note
 
-Context = bpy.types.Context
 Layout = bpy.types.UILayout
 
 ICONS = {state.BAKED: "CHECKMARK", state.STALE: "FILE_REFRESH", state.FAILED: "ERROR"}
@@ -34,16 +30,18 @@ class W2W_PT_main(W2WPanel, bpy.types.Panel):
 
     bl_label = "Where to Wear"
 
-    def draw_header_preset(self, context: Context) -> None:
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
         self.layout.prop(context.scene.w2w, "show_overlay", text="", icon="OVERLAY", emboss=False)
 
-    def draw(self, context: Context) -> None:
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
-        if len(bodies(context.scene)) > 1:
+        if len(state.bodies(context.scene)) > 1:
             layout.prop(context.scene.w2w, "body", text="")
-        body = current_body(context)
-        if body is not None and usable(body.w2w):
-            draw_run_all(layout, context, body)
+        body = state.current_body(context)
+        if body is not None and state.usable(body.w2w):
+            styled(layout.column(), scale_y=1.4).operator("w2w.run_all", icon="PLAY")
+            if missing := missing_for_all(body):
+                draw_info(layout, context, missing)
         if jobs.running is not None:
             if jobs.running.title != RUN_ALL:  # its button stands just above
                 layout.label(text=jobs.running.title)
@@ -61,11 +59,9 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
     def is_done(self, body: bpy.types.Object) -> bool:
         return True
 
-    def draw_step(self, context: Context, layout: Layout, body: Body) -> None:
+    def draw_step(self, context: bpy.types.Context, layout: Layout, body: Body) -> None:
         if body is None:
-            column = layout.column()
-            column.scale_y = 1.4
-            column.operator("w2w.add_body", icon="OUTLINER_OB_ARMATURE")
+            styled(layout.column(), scale_y=1.4).operator("w2w.add_body", icon="OUTLINER_OB_ARMATURE")
             layout.operator("w2w.load_body", icon="FILE_FOLDER")
             layout.operator("w2w.use_mesh", icon="MESH_DATA")
             layout.operator("w2w.open_results", icon="IMPORT")
@@ -76,7 +72,7 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
         row.operator("w2w.add_body", text="", icon="ADD")
         row.operator("w2w.open_results", text="", icon="IMPORT")
         layout.prop(body.w2w, "show_armature")
-        other = body_of_object(context.object)
+        other = state.body_of_object(context.object)
         if context.object is not None and context.object.type == "MESH" and other is not body:
             layout.operator("w2w.use_mesh", icon="MESH_DATA")
 
@@ -88,16 +84,16 @@ class W2W_PT_shape(PartPanel, bpy.types.Panel):
     bl_parent_id = "W2W_PT_body"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        body = current_body(context)
+    def poll(cls, context: bpy.types.Context) -> bool:
+        body = state.current_body(context)
         return body is not None and body.w2w.has_shape
 
-    def draw_header_preset(self, context: Context) -> None:
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
         self.layout.operator("w2w.reset_shape", text="", icon="LOOP_BACK", emboss=False)
 
-    def draw(self, context: Context) -> None:
-        self.layout.enabled = jobs.running is None and context.mode == "OBJECT"
-        draw_sliders(self.layout, current_body(context).w2w.shape)
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = styled(self.layout, enabled=jobs.running is None and context.mode == "OBJECT")
+        draw_sliders(layout, state.current_body(context).w2w.shape)
 
 
 class W2W_UL_clips(bpy.types.UIList):
@@ -107,15 +103,14 @@ class W2W_UL_clips(bpy.types.UIList):
         self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
     ) -> None:  # fmt: skip
         found = state.state_of(item, state.bake_settings(data))
-        row = layout.row(align=True)
-        row.alert = found == state.FAILED
+        row = styled(layout.row(align=True), alert=found == state.FAILED)
         tick = "CHECKBOX_HLT" if item.selected else "CHECKBOX_DEHLT"
         row.prop(item, "selected", text="", emboss=False, icon=tick)
         split = row.split(factor=1.0 if found == state.FAILED else 0.55)
         split.label(text=Path(item.file).stem or item.name, translate=False)
         if found != state.FAILED:
             split.prop(item, "activity", text="", emboss=False, placeholder="activity")
-        playing = playing_clip(data.id_data) == item
+        playing = state.playing_clip(data.id_data) == item
         mark = "ERROR" if item.bake_path.startswith(UNBAKED) else ICONS.get(found, "BLANK1")
         row.label(text="", icon="PLAY" if playing else mark)
 
@@ -130,9 +125,9 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         return state.missing_for_patches(body)
 
     def is_done(self, body: bpy.types.Object) -> bool:
-        return bool(usable(body.w2w))
+        return bool(state.usable(body.w2w))
 
-    def draw_step(self, context: Context, layout: Layout, body: Body) -> None:
+    def draw_step(self, context: bpy.types.Context, layout: Layout, body: Body) -> None:
         study = body.w2w
         row = layout.row(align=True)
         row.operator("w2w.import_motions", text="Files", icon="FILE")
@@ -148,9 +143,9 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         row.operator("w2w.remove_clips", text="", icon="TRASH")
         self.draw_active(context, layout, study)
 
-    def draw_active(self, context: Context, layout: Layout, study: bpy.types.PropertyGroup) -> None:
+    def draw_active(self, context: bpy.types.Context, layout: Layout, study: bpy.types.PropertyGroup) -> None:
         """Draw what there is to know about the active clip."""
-        activities = [clip.activity.strip() for clip in usable(study)]
+        activities = [clip.activity.strip() for clip in state.usable(study)]
         failed = sum(bool(clip.problem) for clip in study.clips)
         count, kinds = len(activities), len(set(activities) - {""})
         text = f"{count} clip{'s' * (count != 1)}, {kinds} {'activity' if kinds == 1 else 'activities'}"
@@ -192,14 +187,13 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
         return state.missing_for_patches(body)
 
     def is_done(self, body: bpy.types.Object) -> bool:
-        return patches_of(body) is not None
+        return state.patches_of(body) is not None
 
-    def draw_step(self, context: Context, layout: Layout, body: Body) -> None:
-        study, placed = body.w2w, patches_of(body)
+    def draw_step(self, context: bpy.types.Context, layout: Layout, body: Body) -> None:
+        study, placed = body.w2w, state.patches_of(body)
         layout.prop(study, "patch_count")
         layout.prop(study, "patch_seed")
-        row = layout.row(align=True)
-        row.scale_y = 1.2
+        row = styled(layout.row(align=True), scale_y=1.2)
         text = "Place Again" if placed else "Place Patches"
         row.operator("w2w.place_patches", text=text, icon="STICKY_UVS_DISABLE")
         if placed is not None:
@@ -220,27 +214,24 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
     def is_done(self, body: bpy.types.Object) -> bool:
         if state.missing_for_bake(body) or misses_folder(body.w2w):
             return False
-        settings = state.bake_settings(body.w2w)
-        return all(state.state_of(clip, settings) == state.BAKED for clip in usable(body.w2w))
+        return len(state.baked(body.w2w)) == len(state.usable(body.w2w))
 
-    def draw_step(self, context: Context, layout: Layout, body: Body) -> None:
+    def draw_step(self, context: bpy.types.Context, layout: Layout, body: Body) -> None:
         study = body.w2w
         row = layout.row(align=True)
         row.prop(study, "sensor")
         row.menu("W2W_MT_study_presets", text="", icon="PRESET")
         layout.prop(study, "rate")
         layout.prop(study, "seed")
-        settings = state.bake_settings(study)
-        clips = usable(study)
-        done = sum(state.state_of(clip, settings) == state.BAKED for clip in clips)
-        row = layout.row(align=True)
-        row.scale_y = 1.2
+        row = styled(layout.row(align=True), scale_y=1.2)
         row.operator("w2w.bake_signals", text="Bake All", icon="REC").which = "ALL"
         row.operator("w2w.bake_signals", text=f"Bake Ticked ({len(state.selected(study))})").which = "TICKED"
         if misses_folder(study):
-            draw_locate(layout, context, study)
+            where = study.results_folder or "the results folder beside this file"
+            draw_text(layout, context, f"The signals are gone: they were in {where}", icon="ERROR")
+            layout.operator("w2w.locate_results", icon="FILE_FOLDER")
         else:
-            layout.label(text=f"{done} of {len(clips)} clips are up to date")
+            layout.label(text=f"{len(state.baked(study))} of {len(state.usable(study))} clips are up to date")
         if 0 <= study.clip_index < len(study.clips):
             clip = study.clips[study.clip_index]
             if clip.bake_path.startswith(("general", UNBAKED)):
@@ -254,15 +245,12 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
     titles = ("Rank Patches", "Export Map", "Export Table", "Export Report", "Export Signals", "Save Results")
 
     def missing(self, body: Body) -> str:
-        return "" if body is not None and is_ranked(body) else state.missing_for_any_rank(body)
+        return "" if body is not None and state.is_ranked(body) else state.missing_for_any_rank(body)
 
     def is_done(self, body: bpy.types.Object) -> bool:
-        utility = utility_of(body.w2w)
-        if utility is None or body.w2w.ranked_as != state.rank_settings(body.w2w):
-            return False
-        return not is_reweighed(body.w2w, utility)
+        return state.is_up_to_date(body.w2w)
 
-    def draw_step(self, context: Context, layout: Layout, body: Body) -> None:
+    def draw_step(self, context: bpy.types.Context, layout: Layout, body: Body) -> None:
         study = body.w2w
         layout.prop(study, "window_s")
         if len(CLASSIFIERS) > 1:  # the extension has one, Python packages bring others
@@ -270,9 +258,8 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         layout.prop(study, "by_subject")
         if not study.by_subject:
             layout.prop(study, "folds")
-        row = layout.row(align=True)
-        row.scale_y = 1.2
-        ranked = utility_of(study) is not None
+        row = styled(layout.row(align=True), scale_y=1.2)
+        ranked = state.utility_of(study) is not None
         row.operator("w2w.rank_patches", text="Rank Again" if ranked else "Rank Patches", icon="SORT_DESC")
         if ranked:
             row.menu("W2W_MT_export", text="", icon="EXPORT")
@@ -281,5 +268,5 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
             draw_info(layout, context, missing)
         elif ranked and study.ranked_as != state.rank_settings(study):
             layout.label(text="Settings or clips have changed: rank again", icon="INFO")
-        elif ranked and is_reweighed(study, utility_of(study)):
+        elif ranked and not state.is_up_to_date(study):
             draw_info(layout, context, "Activity weights have changed: rank again")

@@ -13,24 +13,20 @@ from ...core.wording import free_name
 from ...scene.garments.bake import check_garment
 from ...scene.garments.cloth import KIND, NAMES, dress, lie_on, lies_on_nothing
 from ..jobs import jobs
-from ..jobs.text import draw_text
+from ..jobs.text import draw_text, styled
 from ..results import own_placements
 from ..results.own_placements import is_pending, patch_of_own, scores_of_own
+from ..study import operators, state
 from ..study.garments import worn_by
-from ..study.operators import AsksForFile, OnBody, OnPatches
-from ..study.state import current_body, patches_of, utility_of, without_updates
 from ..viewport.overlay import NO_PICK, picks
 from .base import PartPanel, W2WPanel, draw_info, draw_note
-
-Context = bpy.types.Context
 
 GARMENTS = tuple((kind, NAMES[kind], f"Loose {NAMES[kind].lower()} of cotton") for kind in KINDS)
 
 
-class W2W_OT_add_placement(OnPatches, bpy.types.Operator):
+class W2W_OT_add_placement(operators.OnPatches, bpy.types.Operator):
     """Name the spot that you clicked with Pick Patch: a sensor there is simulated and ranked like a patch"""
 
-    bl_idname = "w2w.add_placement"
     bl_label = "Add Placement Here"
 
     name: StringProperty(name="Name", description="What you call it: 'strap pod', 'ring'")
@@ -43,16 +39,16 @@ class W2W_OT_add_placement(OnPatches, bpy.types.Operator):
     )
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
-        return OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        return operators.OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
 
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
-        body = current_body(context)
-        region = patches_of(body).regions[picks(context, body)[-1]]
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        body = state.current_body(context)
+        region = state.patches_of(body).regions[picks(context, body)[-1]]
         self.name = free_name(f"my {region}", {name.lower() for name in own_placements.listed(body.w2w)})
         return context.window_manager.invoke_props_dialog(self)
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         vertex = self.vertex if self.vertex >= 0 else spot(context, body)
         if vertex >= len(body.data.vertices):
             raise ValueError(f"'{body.name}' has no vertex {vertex}")
@@ -60,41 +56,35 @@ class W2W_OT_add_placement(OnPatches, bpy.types.Operator):
         jobs.dismiss_error()
 
 
-class W2W_OT_load_placements(AsksForFile, OnBody, bpy.types.Operator):
+class W2W_OT_load_placements(operators.AsksForFile, operators.OnBody, bpy.types.Operator):
     """Read placements from a table (csv): name, and vertex or x, y, z in metres on the body at rest"""
-
-    bl_idname = "w2w.load_placements"
-    bl_label = "Load Placements"
 
     filter_glob: StringProperty(default="*.csv", options={"HIDDEN"})
 
-    def work(self, context: Context, body: bpy.types.Object) -> str:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> str:
         count = own_placements.load(body, self.path())
         text = f"Read {count} placement{'s' * (count != 1)} from {self.path().name}"
         return f"{text}. 'Run All' or 'Place Again' puts them among the patches"
 
 
-class W2W_OT_remove_placement(OnBody, bpy.types.Operator):
+class W2W_OT_remove_placement(operators.OnBody, bpy.types.Operator):
     """Take the active placement off the list"""
 
-    bl_idname = "w2w.remove_placement"
-    bl_label = "Remove Placement"
-
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         listed = 0 <= body.w2w.own_index < len(body.w2w.own)
         return "" if listed else "There is no placement of yours"
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         study = body.w2w
         study.own.remove(study.own_index)
-        with without_updates():
+        with state.without_updates():
             study.own_index = max(min(study.own_index, len(study.own) - 1), 0)
 
 
-def spot(context: Context, body: bpy.types.Object) -> int:
+def spot(context: bpy.types.Context, body: bpy.types.Object) -> int:
     """The vertex that was clicked, where its patch is looked at; else the middle of the patch that is."""
-    patches, patch, clicked = patches_of(body), picks(context, body)[-1], body.w2w.picked_vertex
+    patches, patch, clicked = state.patches_of(body), picks(context, body)[-1], body.w2w.picked_vertex
     if 0 <= clicked < len(patches.labels) and patches.labels[clicked] == patch:
         return clicked
     return int(patches.vertices[patch])
@@ -108,10 +98,8 @@ class W2W_UL_placements(bpy.types.UIList):
     ) -> None:  # fmt: skip
         row = layout.row(align=True)
         row.prop(item, "title", text="", emboss=False, icon="PINNED")
-        value = row.row()
-        value.alignment = "RIGHT"
         scores = scores_of_own(data.id_data, item)
-        value.active = scores is not None
+        value = styled(row.row(), alignment="RIGHT", active=scores is not None)
         value.label(text=in_short(scores, patch_of_own(data.id_data, item)))
 
 
@@ -122,14 +110,14 @@ class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
     bl_parent_id = "W2W_PT_patches"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
-        body = current_body(context)
-        return body is not None and (patches_of(body) is not None or len(body.w2w.own) > 0)
+    def poll(cls, context: bpy.types.Context) -> bool:
+        body = state.current_body(context)
+        return body is not None and (state.patches_of(body) is not None or len(body.w2w.own) > 0)
 
-    def draw(self, context: Context) -> None:
-        body, layout = current_body(context), self.layout.column()
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = styled(self.layout.column(), enabled=jobs.running is None)
+        body = state.current_body(context)
         study = body.w2w
-        layout.enabled = jobs.running is None
         row = layout.row()
         row.template_list("W2W_UL_placements", "", study, "own", study, "own_index", rows=3, maxrows=8)
         column = row.column(align=True)
@@ -141,7 +129,7 @@ class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
         elif 0 <= study.own_index < len(study.own):
             scores = scores_of_own(body, study.own[study.own_index])
             if scores is not None:
-                draw_text(layout, context, in_words(scores, utility_of(study)))
+                draw_text(layout, context, in_words(scores, state.utility_of(study)))
         if is_pending(study):
             draw_info(layout, context, "Press Place Again or Run All to apply this list")
 
@@ -163,34 +151,28 @@ def in_words(scores: dict[str, Any], utility: UtilityMap) -> str:
     return f"{scores['region'].capitalize()}: {score}, {rank}, {loss}."
 
 
-class W2W_OT_add_garment(OnBody, bpy.types.Operator):
+class W2W_OT_add_garment(operators.OnBody, bpy.types.Operator):
     """Put a loose garment on the body, cut for its shape and moved by Blender's cloth"""
-
-    bl_idname = "w2w.add_garment"
-    bl_label = "Add Garment"
 
     kind: EnumProperty(name="Garment", items=GARMENTS)
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         item = dress(body, self.kind)
         body.w2w.garments.add().item = item
         jobs.dismiss()
 
 
-class W2W_OT_wear_garment(OnBody, bpy.types.Operator):
+class W2W_OT_wear_garment(operators.OnBody, bpy.types.Operator):
     """Wear the active mesh as a garment: one that follows the body by cloth, shrinkwrap or the like"""
 
-    bl_idname = "w2w.wear_garment"
-    bl_label = "Wear Garment"
-
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         item = context.object
         if item is None or item.type != "MESH" or item == body or item in worn_by(body.w2w):
             return "Select the mesh of a garment that is not worn yet"
         return ""
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         item = context.object
         check_garment(item, body)
         if any(modifier.type == "CLOTH" for modifier in item.modifiers):
@@ -199,20 +181,17 @@ class W2W_OT_wear_garment(OnBody, bpy.types.Operator):
         jobs.dismiss()
 
 
-class W2W_OT_take_off(OnBody, bpy.types.Operator):
+class W2W_OT_take_off(operators.OnBody, bpy.types.Operator):
     """Take a garment off: W2W's own is removed, another stays in the scene"""
-
-    bl_idname = "w2w.take_off"
-    bl_label = "Take Off"
 
     index: IntProperty(options={"HIDDEN", "SKIP_SAVE"})
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         return "" if len(body.w2w.garments) else "Put a garment on first"
 
-    def execute(self, context: Context) -> set[str]:
-        body = current_body(context)
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        body = state.current_body(context)
         garments = body.w2w.garments
         if not 0 <= self.index < len(garments):
             return {"CANCELLED"}
@@ -231,10 +210,9 @@ class W2W_PT_garments(PartPanel, bpy.types.Panel):
     bl_label = "Garments (Experimental)"
     bl_parent_id = "W2W_PT_patches"
 
-    def draw(self, context: Context) -> None:
-        layout = self.layout.column()
-        layout.enabled = jobs.running is None
-        study = current_body(context).w2w
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = styled(self.layout.column(), enabled=jobs.running is None)
+        study = state.current_body(context).w2w
         for index, row in enumerate(study.garments):
             line = layout.row(align=True)
             name = row.item.name if row.item is not None else "(removed)"
@@ -245,9 +223,5 @@ class W2W_PT_garments(PartPanel, bpy.types.Panel):
             row.operator("w2w.add_garment", text=NAMES[kind], icon="ADD").kind = kind
         layout.operator("w2w.wear_garment", icon="MATCLOTH")
         if len(study.garments):
-            draw_note(
-                layout,
-                context,
-                "Patches below are baked on the cloth, which takes minutes a clip. Not yet checked against "
-                "worn garments.",
-            )
+            text = "Patches below are baked on the cloth, which takes minutes a clip."
+            draw_note(layout, context, f"{text} Not yet checked against worn garments.")

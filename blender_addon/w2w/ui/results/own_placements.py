@@ -5,7 +5,6 @@ The list says what is wanted; only those among the patches have signals and scor
 again makes both alike.
 """
 
-import json
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +14,8 @@ import bpy
 
 from ...core.findings.summary import own_scores
 from ...core.patches import own_placements as core
+from ...core.patches.patches import PatchSet
+from ...core.study import StudyConfig
 from ...core.wording import plain_words
 from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch
@@ -22,20 +23,18 @@ from ...scene.files.packing import pack
 from ..study import state
 from . import results
 
-Group = bpy.types.PropertyGroup
 
-
-def listed(study: Group) -> dict[str, int]:
+def listed(study: bpy.types.PropertyGroup) -> dict[str, int]:
     """The list: each placement's vertex by its name."""
     return {own.name: own.vertex for own in study.own}
 
 
-def is_pending(study: Group) -> bool:
+def is_pending(study: bpy.types.PropertyGroup) -> bool:
     """Whether the list is no longer what is among the patches."""
     return listed(study) != dict(state.own_placed(study))
 
 
-def patch_of_own(body: bpy.types.Object, own: Group) -> int:
+def patch_of_own(body: bpy.types.Object, own: bpy.types.PropertyGroup) -> int:
     """The patch of a placement; -1 where it is not among the patches."""
     patches = state.patches_of(body)
     if patches is None or (own.name, own.vertex) not in state.own_placed(body.w2w):
@@ -50,7 +49,7 @@ def spot_name(body: bpy.types.Object, patch: int) -> str:
     return patches.names[patch] if patches.names[patch] in own else patches.regions[patch]
 
 
-def scores_of_own(body: bpy.types.Object, own: Group) -> dict[str, Any] | None:
+def scores_of_own(body: bpy.types.Object, own: bpy.types.PropertyGroup) -> dict[str, Any] | None:
     """A placement's scores as core tells them; None where it is not ranked."""
     utility = state.utility_of(body.w2w)
     if utility is None or patch_of_own(body, own) < 0:
@@ -77,7 +76,7 @@ def load(body: bpy.types.Object, path: Path) -> int:
     return len(found)
 
 
-def rename(body: bpy.types.Object, own: Group, name: str) -> None:
+def rename(body: bpy.types.Object, own: bpy.types.PropertyGroup, name: str) -> None:
     """Give a placement another name, ValueError if that is taken: signals, scores and wishes follow."""
     study, before, number = body.w2w, own.name, patch_of_own(body, own)
     others = [other for other in study.own if other.name != before]
@@ -96,20 +95,14 @@ def rename(body: bpy.types.Object, own: Group, name: str) -> None:
         results.choose(body)
 
 
-def take_over(study: Group) -> None:
-    """List the placements of the run that a study was opened from, where its parameters still hold them."""
-    parameters = json.loads(study.parameters) if study.parameters else {}
-    given = parameters.pop("placements", ())
-    patches = state.patches_of(study.id_data)
-    if not given or patches is None:
-        return
+def keep_placed(study: bpy.types.PropertyGroup, patches: PatchSet, config: StudyConfig) -> None:
+    """List the placements of one's own that a run has among its patches."""
     known = [name.lower() for name in patches.names]
-    found = [plain_words(name) for name, _ in given]
+    found = [plain_words(name) for name, _ in config.placements]
     numbers = [known.index(name) for name in found if name in known]
     placed = [(patches.names[number], int(patches.vertices[number])) for number in numbers]
-    study.parameters = json.dumps(parameters)
     _fill(study, placed)
-    state.keep_own_placed(study, placed, parameters["patches"])
+    state.keep_own_placed(study, placed, config.patches)
 
 
 def _taken(body: bpy.types.Object, vertices: Iterable[int]) -> list[str]:
@@ -127,7 +120,7 @@ def _list(body: bpy.types.Object, placements: Iterable[tuple[str, int]]) -> None
     _fill(body.w2w, zip(names, vertices, strict=True))
 
 
-def _fill(study: Group, placements: Iterable[tuple[str, int]]) -> None:
+def _fill(study: bpy.types.PropertyGroup, placements: Iterable[tuple[str, int]]) -> None:
     with state.without_updates():
         study.own.clear()
         for name, vertex in placements:

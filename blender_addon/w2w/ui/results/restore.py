@@ -20,11 +20,7 @@ from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
 from ...scene.files.study_file import read_record, remove_record
-from ..study import signal_cache
-from ..study.declared import show_config
-from ..study.lists import forget_advice, keep_advice, take_over
-from ..study.sensors import OWN, keep_further, keep_own_sensor
-from ..study.state import bake_settings, patches_of, rank_settings, without_updates
+from ..study import declared, lists, sensors, signal_cache, state
 from . import own_placements, results
 
 SUMMARY = "summary.json"
@@ -114,19 +110,19 @@ def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]])
     study.is_body = True
     study.has_shape = body.shape == own.shape and np.allclose(body, own, atol=1e-6)  # as the sliders start
     study.parameters = json.dumps(run.parameters)
-    take_over(study)
+    lists.list_wishes(study, config.constraints)
     study.patches_text, study.patches_key = pack(run.patches)
-    own_placements.take_over(study)
+    own_placements.keep_placed(study, run.patches, config)
     _set_parameters(study, config)
     study.clips.clear()
-    settings = bake_settings(study)
-    with without_updates():
+    settings = state.bake_settings(study)
+    with state.without_updates():
         for values in clips:
             clip = study.clips.add()
             for name, value in values.items():
                 setattr(clip, name, value)
             clip.baked_as = settings if clip.signals else ""
-    results.store(mesh, run.utility, rank_settings(study))
+    results.store(mesh, run.utility, state.rank_settings(study))
     _advise(mesh, {name: run.summary.get(name) for name in ("worn_together", "cards")})
     results.show_colours(bpy.context)
     find_folder(study)
@@ -145,7 +141,7 @@ def opened_text(mesh: bpy.types.Object) -> str:
     """What was opened, and which signals are not there, in sentences."""
     study = mesh.w2w
     stored = [clip for clip in study.clips if clip.signals.startswith(STORED)]
-    text = f"Opened a finished run: {len(stored)} clips on {len(patches_of(mesh))} patches"
+    text = f"Opened a finished run: {len(stored)} clips on {len(state.patches_of(mesh))} patches"
     lost = [clip for clip in stored if not signal_cache.has(clip)]
     if not lost:
         return text
@@ -155,24 +151,24 @@ def opened_text(mesh: bpy.types.Object) -> str:
 
 
 def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None:
-    with without_updates():
-        show_config(study, config)
+    with state.without_updates():
+        declared.show_config(study, config)
         study.patch_seed, study.window_s = config.seed, config.windows.length_s
         is_own = config.own_sensor is not None and config.own_sensor.name == config.sensor
         if is_own:
-            keep_own_sensor(study, config.own_sensor)
-        study.sensor = OWN if is_own else config.sensor
-        keep_further(study, config.further)
+            sensors.keep_own_sensor(study, config.own_sensor)
+        study.sensor = sensors.OWN if is_own else config.sensor
+        sensors.keep_further(study, config.further)
 
 
 def _advise(mesh: bpy.types.Object, content: Mapping[str, Any]) -> None:
     """Show what the run said of sets; what cannot be understood is left to be chosen anew."""
     try:
-        keep_advice(mesh.w2w, content)
-        known = range(len(patches_of(mesh)))
+        lists.keep_advice(mesh.w2w, content)
+        known = range(len(state.patches_of(mesh)))
         whole = all(row.patch in known for row in mesh.w2w.worn)
     except (KeyError, TypeError, ValueError):
         whole = False
     if not whole:
-        forget_advice(mesh.w2w)
+        lists.forget_advice(mesh.w2w)
     results.mark_chosen(mesh)

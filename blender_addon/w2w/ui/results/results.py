@@ -16,10 +16,7 @@ from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
 from ..jobs import jobs
-from ..study import scores
-from ..study.counting import is_as_ranked, list_activities
-from ..study.lists import forget_advice, keep_answer, leading, list_labels
-from ..study.state import config_of, patches_of, run_of, usable, utility_of, without_updates
+from ..study import counting, lists, scores, state
 from ..viewport import legend
 
 TABLE_ROWS = 8
@@ -39,13 +36,13 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
     same = not first and [activity.name for activity in study.activities] == list(utility.activities)
     study.utility_text, study.utility_key = pack(utility)
     study.ranked_as = ranked_as
-    ranked = [clip for clip in usable(study) if clip.activity in utility.activities]
+    ranked = [clip for clip in state.usable(study) if clip.activity in utility.activities]
     caution = source_caution(
         [Shown(clip.activity, "", system_of(clip.skeleton, clip.rate), "", clip.subject) for clip in ranked]
     )
     study.source_caution = f"{capital(caution)}." if caution else ""
-    with without_updates():
-        list_activities(study, utility.activities, run_of(study))
+    with state.without_updates():
+        counting.list_activities(study, utility.activities, state.run_of(study))
         if not same:
             study.view, study.minus, study.activity_index = scores.MEAN_VIEW, scores.NOTHING, -1
     if not body.data.materials:
@@ -59,10 +56,10 @@ def clear(body: bpy.types.Object) -> None:
     """Take a ranking away: it was of other patches."""
     study = body.w2w
     study.utility_text = study.utility_key = study.ranked_as = study.answer_text = study.source_caution = ""
-    list_labels(study)
+    lists.list_labels(study)
     study.chosen.clear()
     study.regions.clear()
-    forget_advice(study)
+    lists.forget_advice(study)
     study.picked = study.compared = -1
     legend.clear_character(body)
     legend.remove(body)
@@ -74,7 +71,7 @@ def clear(body: bpy.types.Object) -> None:
 def findings(study: bpy.types.PropertyGroup, utility: UtilityMap) -> tuple[str, list[str]]:
     """A caution where the clips cannot rank, else empty; and how sure the answer is, by sentence."""
     caution = "" if utility.can_rank else f"{headline.CANNOT_RANK}."
-    if not is_as_ranked(study, utility):
+    if not counting.is_as_ranked(study, utility):
         return caution, ["Intervals are of all activities alone."]
     said = (headline.mean_sentence(utility), headline.confidence_sentence(utility))
     return caution, [f"{text}." for text in said if text]
@@ -82,8 +79,8 @@ def findings(study: bpy.types.PropertyGroup, utility: UtilityMap) -> tuple[str, 
 
 def fit_range(body: bpy.types.Object) -> None:
     """Let one fixed colour range span the scores of all activities."""
-    study, utility = body.w2w, utility_of(body.w2w)
-    with without_updates():
+    study, utility = body.w2w, state.utility_of(body.w2w)
+    with state.without_updates():
         study.fix_range = True
         f1 = scores.activity_scores(study, utility)
         study.range_low, study.range_high = score_range(f1, utility.colour_span)
@@ -92,8 +89,8 @@ def fit_range(body: bpy.types.Object) -> None:
 
 def paint(body: bpy.types.Object, follow: bool = True) -> None:
     """Colour the body's heatmaps, and show the one chosen; bodies beside which it is shown may follow."""
-    study, patches = body.w2w, patches_of(body)
-    utility = utility_of(study)
+    study, patches = body.w2w, state.patches_of(body)
+    utility = state.utility_of(study)
     if utility is None or patches is None:
         return
     if body.data.is_editmode:  # colours cannot be reached there: they follow when it is left
@@ -136,13 +133,13 @@ def show(body: bpy.types.Object) -> None:
 
 def list_regions(body: bpy.types.Object) -> None:
     """Fill the table of regions, each by its best patch."""
-    study, patches = body.w2w, patches_of(body)
-    utility = utility_of(study)
+    study, patches = body.w2w, state.patches_of(body)
+    utility = state.utility_of(study)
     study.regions.clear()
     if utility is None or patches is None:
         return
     mean = scores.expected_mean(study, utility)
-    whole = is_as_ranked(study, utility) and not headline.mean_caution(utility)
+    whole = counting.is_as_ranked(study, utility) and not headline.mean_caution(utility)
     for patch in patches.best_of_regions(mean)[:TABLE_ROWS]:
         row = study.regions.add()
         row.patch, row.label, row.f1 = patch, patches.regions[patch], mean[patch]
@@ -152,27 +149,27 @@ def list_regions(body: bpy.types.Object) -> None:
 
 def choose(body: bpy.types.Object) -> None:
     """Choose the best spot that the wishes leave, and mark it on the body."""
-    study, patches = body.w2w, patches_of(body)
-    utility = utility_of(study)
+    study, patches = body.w2w, state.patches_of(body)
+    utility = state.utility_of(study)
     if utility is None or patches is None:
         return
     study.chosen.clear()
-    config = config_of(study)
+    config = state.config_of(study)
     try:
         terms = config.constraints.terms(patches, config.max_places)
     except ValueError as error:
-        keep_answer(study, {"sentence": f"{capital(error)}."})
+        lists.keep_answer(study, {"sentence": f"{capital(error)}."})
         mark_chosen(body)
         return
     mean = scores.expected_mean(study, utility)
-    if is_as_ranked(study, utility):
+    if counting.is_as_ranked(study, utility):
         found = answer(Scored(utility, patches, body_of(body), terms.allowed))
-        keep_answer(study, answer_content(found, patches))
+        lists.keep_answer(study, answer_content(found, patches))
         patch = found.patch
     else:
         patch = int(np.where(terms.allowed, mean, -1).argmax())
         f1 = f"F1 {headline.short(mean[patch])} over the activities that count"
-        keep_answer(study, {"sentence": f"{capital(patches.names[patch])}: {f1}."})
+        lists.keep_answer(study, {"sentence": f"{capital(patches.names[patch])}: {f1}."})
     row = study.chosen.add()
     row.patch, row.label, row.f1 = patch, patches.names[patch], mean[patch]
     mark_chosen(body)
@@ -184,7 +181,7 @@ def mark_chosen(body: bpy.types.Object) -> None:
     if study.patch_collection is None:
         return
     empties = empties_by_patch(study.patch_collection)
-    wanted = [empties[row.patch] for row in leading(study) if row.patch in empties]
+    wanted = [empties[row.patch] for row in lists.leading(study) if row.patch in empties]
     if study.chosen_collection is None:
         study.chosen_collection = bpy.data.collections.new(f"Sensor Places: {body.name}")
         study.chosen_collection.color_tag = "COLOR_01"
@@ -206,7 +203,7 @@ def mark_chosen(body: bpy.types.Object) -> None:
 
 def carry(body: bpy.types.Object) -> None:
     """Show on the character what the body shows: it has one since now."""
-    if patches_of(body) is None or utility_of(body.w2w) is None:
+    if state.patches_of(body) is None or state.utility_of(body.w2w) is None:
         return
     legend.paint_character(body)
     show(body)
@@ -215,7 +212,7 @@ def carry(body: bpy.types.Object) -> None:
 
 
 def _mark_character(body: bpy.types.Object) -> None:
-    patches, rows = patches_of(body), list(leading(body.w2w))
+    patches, rows = state.patches_of(body), list(lists.leading(body.w2w))
     if patches is not None and body.w2w.character is not None:
         vertices = [int(patches.vertices[row.patch]) for row in rows]
         legend.mark_character(body, vertices, [row.label for row in rows])

@@ -27,12 +27,10 @@ from ...core.wording import capital
 from ...scene.bake import PatchBaker
 from ...scene.base.body import body_of
 from ...scene.garments.bake import GarmentBaker
-from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body
+from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body, part
 from ..jobs.preferences import cache_folder
 from ..results import results
-from ..study import signal_cache, state
-from ..study.garments import baker_steps
-from ..study.operators import IsJob
+from ..study import garments, operators, signal_cache, state
 
 SHOWN_REASONS = 2
 
@@ -44,9 +42,7 @@ AS_SHOWN = 1e-5
 
 
 @on_body
-def bake_steps(
-    mesh: bpy.types.Object, indices: Sequence[int], low: float = 0.0, high: float = 1.0, keep: bool = False
-) -> Steps:
+def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], keep: bool = False) -> Steps:
     """Bake clips of a body: the surface through Blender, the signals in a thread.
 
     A clip that cannot be baked is left without signals and says why. With `keep`, baked clips stay so where
@@ -57,20 +53,19 @@ def bake_steps(
     study, patches = mesh.w2w, state.patches_of(mesh)
     baked = attrgetter("signals", "baked_as", "bake_path")
     before = {index: baked(study.clips[index]) for index in indices}
-    bakers, failed = {0: (yield from baker_steps(mesh, patches, low))}, []
+    bakers, failed = {0: (yield from garments.baker_steps(mesh, patches))}, []
     try:
         for number, index in enumerate(indices):
-            share = (high - low) / len(indices)
-            fraction = low + number * share
             name = study.clips[index].name
-            yield Step(fraction, name)
+            yield Step(number / len(indices), name)
             try:
                 clip = study.clips[index]
                 first = state.kept_patches(study, clip) if signal_cache.has(clip) else 0
                 if first not in bakers:  # only patches that were added
                     added = at_patches(patches, list(range(first, len(patches))))
                     bakers[first] = PatchBaker(mesh, replace(added, own_names=patches.names[first:]))
-                yield from _bake_clip(mesh, bakers[first], first, index, fraction, fraction + share)
+                steps = _bake_clip(mesh, bakers[first], first, index)
+                yield from part(steps, number / len(indices), (number + 1) / len(indices))
             except Exception as error:  # even a fault of ours costs this clip alone
                 reason = reason_of(error)
                 failed.append(f"{name} ({reason})")
@@ -85,16 +80,14 @@ def bake_steps(
     return _baked_text([study.clips[index] for index in indices], len(patches), failed)
 
 
-def _bake_clip(
-    mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, first: int, index: int, low: float, high: float
-) -> Steps:
+def _bake_clip(mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, first: int, index: int) -> Steps:
     """Bake one clip from the baker's `first` patch on: its signals and features into the cache."""
     study, folder = mesh.w2w, cache_folder()
     settings, config = state.bake_settings(study), state.config_of(study)
-    clip, between = study.clips[index], low + 0.8 * (high - low)
+    clip = study.clips[index]
     name, labels = clip.name, (clip.activity, clip.subject, clip.name)
     place, names = signal_cache.place_of(clip), state.patches_of(mesh).names
-    bake = yield from as_steps(baker.by_frame(clip.action), f"{name}, evaluated by Blender", low, between)
+    bake = yield from as_steps(baker.by_frame(clip.action), f"{name}, evaluated by Blender", 0.0, 0.8)
 
     def work(told: Callable[[float], None]) -> str:
         recording = record_baked(
@@ -111,7 +104,7 @@ def _bake_clip(
         signal_cache.save(key, recording, windows, signature, folder)
         return key
 
-    key = yield from in_thread(work, name, between, high)
+    key = yield from in_thread(work, name, 0.8, 1.0)
     _set_signals(mesh.w2w.clips[index], key, settings, f"{bake.path} path: {bake.reason}")
     return name
 
@@ -134,7 +127,7 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     study = mesh.w2w
     lost = [study.clips.find(clip.name) for clip in ranked_clips(study) if not signal_cache.has(clip)]
     if lost:
-        yield from bake_steps(mesh, lost, 0.0, 0.4)
+        yield from part(bake_steps(mesh, lost), 0.0, 0.4)
     ranked_as, config = state.rank_settings(study), state.config_of(study)
     used = [as_labelled(clip) for clip in ranked_clips(study)]
     places = signal_cache.places_of(ranked_clips(study))
@@ -161,9 +154,7 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
 
 def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
     """The clips that a ranking is made of: baked, and with an activity."""
-    settings = state.bake_settings(study)
-    baked = [clip for clip in study.clips if state.state_of(clip, settings) == state.BAKED]
-    return [clip for clip in baked if clip.activity.strip()]
+    return [clip for clip in state.baked(study) if clip.activity.strip()]
 
 
 def as_labelled(clip: bpy.types.PropertyGroup) -> LabelledClip:
@@ -187,12 +178,8 @@ def body_as_run(mesh: bpy.types.Object) -> Body:
 
 def to_bake(study: bpy.types.PropertyGroup) -> list[int]:
     """Numbers of the clips whose signals are missing or out of date."""
-    settings, due = state.bake_settings(study), []
-    for index, clip in enumerate(study.clips):
-        now = state.state_of(clip, settings)
-        if now != state.FAILED and not (now == state.BAKED and signal_cache.has(clip)):
-            due.append(index)
-    return due
+    fresh = {clip.name for clip in state.baked(study) if signal_cache.has(clip)}
+    return [study.clips.find(clip.name) for clip in state.usable(study) if clip.name not in fresh]
 
 
 def _some(reasons: list[str]) -> str:
@@ -214,11 +201,8 @@ def _set_signals(clip: bpy.types.PropertyGroup, key: str, settings: str, path: s
     clip.signals, clip.baked_as, clip.bake_path = key, settings, path
 
 
-class W2W_OT_bake_signals(IsJob, bpy.types.Operator):
+class W2W_OT_bake_signals(operators.IsJob, bpy.types.Operator):
     """Simulate accelerometers and gyroscopes on all patches; Esc cancels"""
-
-    bl_idname = "w2w.bake_signals"
-    bl_label = "Bake Signals"
 
     which: EnumProperty(
         name="Which",
@@ -238,11 +222,8 @@ class W2W_OT_bake_signals(IsJob, bpy.types.Operator):
         return bake_steps(body, [study.clips.find(name) for name in ticked])
 
 
-class W2W_OT_rank_patches(IsJob, bpy.types.Operator):
+class W2W_OT_rank_patches(operators.IsJob, bpy.types.Operator):
     """Train and test a classifier at every patch, and show where activities are told apart best"""
-
-    bl_idname = "w2w.rank_patches"
-    bl_label = "Rank Patches"
 
     missing = staticmethod(lambda _context, body: state.missing_for_rank(body))
     steps = staticmethod(rank_steps)

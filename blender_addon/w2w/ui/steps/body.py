@@ -18,12 +18,10 @@ from ...scene.body.adopt import adopt_mesh
 from ...scene.files.study_file import has_record
 from ..jobs import jobs
 from ..jobs.jobs import Step, Steps, dismiss, in_thread
+from ..jobs.text import styled
 from ..results.restore import restore
-from ..study.operators import AsksForFile, OnBody, Works
-from ..study.state import body_of_object, is_silent, usable, without_updates
+from ..study import operators, state
 from ..viewport.framing import frame
-
-Context = bpy.types.Context
 
 ALWAYS = ("gender", "muscle", "age", "arms", "legs")
 OPTIONAL = ("height", "weight")
@@ -55,9 +53,9 @@ def sliders(update: object = None) -> dict[str, object]:
     }
 
 
-def _reshape(shape: W2W_PG_shape, context: Context) -> None:
+def _reshape(shape: W2W_PG_shape, context: bpy.types.Context) -> None:
     """Follow a slider."""
-    if not is_silent():
+    if not state.is_silent():
         apply_shape(shape.id_data)
         jobs.redraw(context)
 
@@ -78,7 +76,7 @@ def apply_shape(mesh: bpy.types.Object) -> None:
     """Give the body the shape that its sliders say; where that cannot be, say why and leave it."""
     study = mesh.w2w
     try:
-        reshape_body(mesh, shaped_body(study.shape), [clip.action for clip in usable(study)])
+        reshape_body(mesh, shaped_body(study.shape), [clip.action for clip in state.usable(study)])
     except ValueError as error:
         jobs.message = jobs.Message(capital(error), True)
     else:
@@ -87,91 +85,79 @@ def apply_shape(mesh: bpy.types.Object) -> None:
 
 def draw_sliders(layout: bpy.types.UILayout, shape: bpy.types.bpy_struct) -> None:
     """Draw the sliders of a property group or an operator."""
-    layout.use_property_split = True
-    layout.use_property_decorate = False
+    styled(layout, use_property_split=True, use_property_decorate=False)
     layout.prop(shape, "gender", slider=True)
     for name in OPTIONAL:
         row = layout.row(heading=shape.bl_rna.properties[name].name)
         row.prop(shape, f"set_{name}", text="")
-        value = row.row()
-        value.active = getattr(shape, f"set_{name}")
-        value.prop(shape, name, text="", slider=True)
+        styled(row.row(), active=getattr(shape, f"set_{name}")).prop(shape, name, text="", slider=True)
     for name in ALWAYS[1:]:
         layout.prop(shape, name, slider=True)
 
 
-class W2W_OT_add_body(Works, bpy.types.Operator):
+class W2W_OT_add_body(operators.Works, bpy.types.Operator):
     """Add the body that comes with W2W; its shape can be changed at any time"""
-
-    bl_idname = "w2w.add_body"
-    bl_label = "Add Body"
 
     __annotations__ = sliders()
 
     poll = classmethod(jobs.can_start)
 
-    def draw(self, context: Context) -> None:
+    def draw(self, context: bpy.types.Context) -> None:
         draw_sliders(self.layout, self)
 
-    def work(self, context: Context, _body: bpy.types.Object | None) -> None:
+    def work(self, context: bpy.types.Context, _body: bpy.types.Object | None) -> None:
         mesh = add_study(context, shaped_body(self), "Body")
         mesh.w2w.has_shape = True
-        with without_updates():
+        with state.without_updates():
             for name in NAMES:
                 setattr(mesh.w2w.shape, name, getattr(self, name))
         frame([mesh])
 
 
-class W2W_OT_reset_shape(OnBody, bpy.types.Operator):
+class W2W_OT_reset_shape(operators.OnBody, bpy.types.Operator):
     """Give the body its average shape again"""
 
-    bl_idname = "w2w.reset_shape"
-    bl_label = "Reset Shape"
-
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         return "" if body.w2w.has_shape else "Only W2W's own body has a shape to reset"
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
-        with without_updates():
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
+        with state.without_updates():
             for name in NAMES:
                 body.w2w.shape.property_unset(name)
         apply_shape(body)
 
 
-class W2W_OT_load_body(AsksForFile, bpy.types.Operator):
+class W2W_OT_load_body(operators.AsksForFile, operators.StartsJob, bpy.types.Operator):
     """Adopt an SMPL body of yours: an official model (npz, pkl), a mesh with SMPL's faces (obj, ply)"""
 
-    bl_idname = "w2w.load_body"
     bl_label = "Load SMPL Body"
-    bl_options = {"REGISTER"}
 
     filter_glob: StringProperty(default="*.npz;*.pkl;*.obj;*.ply", options={"HIDDEN"})
 
     poll = classmethod(jobs.can_start)
 
-    def execute(self, context: Context) -> set[str]:
-        return jobs.start(self, context, self.bl_label, load_steps(self.path()))
+    def steps(self, _body: bpy.types.Object | None) -> Steps:
+        return load_steps(self.path())
 
 
-class W2W_OT_use_mesh(Works, bpy.types.Operator):
+class W2W_OT_use_mesh(operators.Works, bpy.types.Operator):
     """Work on the active mesh: one that an armature with SMPL's bones moves, in any spelling"""
 
-    bl_idname = "w2w.use_mesh"
     bl_label = "Use Active Mesh"
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def poll(cls, context: bpy.types.Context) -> bool:
         if not jobs.can_start(cls, context):
             return False
         cls.poll_message_set("Select the mesh of another body first")
         found = context.object
         if found is None or found.type not in {"MESH", "ARMATURE", "EMPTY"}:
             return False
-        return found.type == "MESH" or body_of_object(found) is not None
+        return found.type == "MESH" or state.body_of_object(found) is not None
 
-    def work(self, context: Context, _body: bpy.types.Object | None) -> None:
-        mesh = body_of_object(context.object) or context.object
+    def work(self, context: bpy.types.Context, _body: bpy.types.Object | None) -> None:
+        mesh = state.body_of_object(context.object) or context.object
         try:
             body_of(mesh)
         except ValueError:
@@ -181,7 +167,7 @@ class W2W_OT_use_mesh(Works, bpy.types.Operator):
         make_study(context, mesh)
         dismiss()
 
-    def adopt(self, context: Context, mesh: bpy.types.Object) -> None:
+    def adopt(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
         """Make a body of a mesh whose rig spells SMPL's bones otherwise (m_avg_Pelvis)."""
         try:
             body = adopt_mesh(mesh)
@@ -191,13 +177,10 @@ class W2W_OT_use_mesh(Works, bpy.types.Operator):
         add_study(context, body, mesh.name)
 
 
-class W2W_OT_select_body(OnBody, bpy.types.Operator):
+class W2W_OT_select_body(operators.OnBody, bpy.types.Operator):
     """Select the body's mesh and nothing else"""
 
-    bl_idname = "w2w.select_body"
-    bl_label = "Select Body"
-
-    def work(self, context: Context, body: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         select_only(context, body)
 
 
@@ -209,7 +192,7 @@ def load_steps(path: Path) -> Steps:
     return f"Loaded {path.name}"
 
 
-def add_study(context: Context, body: Body, name: str) -> bpy.types.Object:
+def add_study(context: bpy.types.Context, body: Body, name: str) -> bpy.types.Object:
     """Add a body at the 3D cursor, in a collection of its own, and work on it; returns its mesh."""
     collection = bpy.data.collections.new(f"W2W {name}")
     context.scene.collection.children.link(collection)
@@ -221,14 +204,14 @@ def add_study(context: Context, body: Body, name: str) -> bpy.types.Object:
     return objects.mesh
 
 
-def make_study(context: Context, mesh: bpy.types.Object) -> None:
+def make_study(context: bpy.types.Context, mesh: bpy.types.Object) -> None:
     """Let the panel work on a mesh."""
     mesh.w2w.is_body = True
     armature_of(mesh).hide_set(not mesh.w2w.show_armature)
     context.scene.w2w.body = mesh
 
 
-def select_only(context: Context, item: bpy.types.Object) -> None:
+def select_only(context: bpy.types.Context, item: bpy.types.Object) -> None:
     """Select one object and make it active."""
     for other in context.selected_objects:
         other.select_set(False)

@@ -16,11 +16,9 @@ from ...core.wording import capital
 from ...scene.base.body import armature_of, body_of
 from ...scene.motion.load import carry, read_motion
 from ..jobs import jobs
-from ..study.operators import AsksForFile, OnClips, Works
-from ..study.state import current_body
+from ..jobs.text import styled
+from ..study import operators, state
 from .motion_import import map_folder, saved_maps, set_motion
-
-Context = bpy.types.Context
 
 WIDTH = 420
 """Pixels of the dialog at a scale of 1."""
@@ -35,24 +33,21 @@ class W2W_PG_mapped_joint(bpy.types.PropertyGroup):
     bone: StringProperty(name="Bone", description="Bone of the file that plays this joint")
 
 
-class W2W_OT_map_bones(OnClips, bpy.types.Operator):
+class W2W_OT_map_bones(operators.OnClips, bpy.types.Operator):
     """Say which bones of the active clip's file play the body's joints; kept for all files of that rig"""
-
-    bl_idname = "w2w.map_bones"
-    bl_label = "Map Bones"
 
     rig: StringProperty(name="Rig", description="Name of the rig; a map of that name is replaced")
     joints: CollectionProperty(type=W2W_PG_mapped_joint, options={"SKIP_SAVE"})
     bones: CollectionProperty(type=bpy.types.PropertyGroup, options={"SKIP_SAVE", "HIDDEN"})
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         clips = body.w2w.clips
         has_file = len(clips) > 0 and Path(clips[body.w2w.clip_index].file).is_file()
         return "" if has_file else "The file of the active clip is not there"
 
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
-        study = current_body(context).w2w
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        study = state.current_body(context).w2w
         path = Path(study.clips[study.clip_index].file)
         try:
             source, maps = _with_bones(path), saved_maps()
@@ -69,20 +64,18 @@ class W2W_OT_map_bones(OnClips, bpy.types.Operator):
             row.name, row.bone = joint, "" if bone is None else source.bones[bone]
         return context.window_manager.invoke_props_dialog(self, width=WIDTH)
 
-    def draw(self, context: Context) -> None:
-        layout = self.layout
-        layout.use_property_split = True
+    def draw(self, context: bpy.types.Context) -> None:
+        layout = styled(self.layout, use_property_split=True)
         layout.prop(self, "rig")
         column = layout.column(align=True)
         for number, row in enumerate(self.joints):
             if number == len(REQUIRED_JOINTS):
                 column.separator()
                 column.label(text="If the rig has them", icon="INFO")
-            line = column.row()
-            line.alert = number < len(REQUIRED_JOINTS) and not row.bone
+            line = styled(column.row(), alert=number < len(REQUIRED_JOINTS) and not row.bone)
             line.prop_search(row, "bone", self, "bones", text=capital(row.name.replace("_", " ")))
 
-    def work(self, context: Context, mesh: bpy.types.Object) -> str:
+    def work(self, context: bpy.types.Context, mesh: bpy.types.Object) -> str:
         joints = {row.name: [row.bone] for row in self.joints if row.bone}
         if missing := [joint for joint in REQUIRED_JOINTS if joint not in joints]:
             raise ValueError(f"No bone is given for: {', '.join(missing).replace('_', ' ')}")
@@ -100,16 +93,14 @@ class W2W_OT_map_bones(OnClips, bpy.types.Operator):
         return f"{clip.name} was read by the bone map '{rig}', kept in {path}"
 
 
-class W2W_OT_load_bone_map(AsksForFile, Works, bpy.types.Operator):
+class W2W_OT_load_bone_map(operators.AsksForFile, operators.Works, bpy.types.Operator):
     """Keep a bone map from a file, for all motions imported from now on"""
 
-    bl_idname = "w2w.load_bone_map"
-    bl_label = "Load Bone Map"
     bl_options = {"REGISTER"}
 
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
 
-    def work(self, context: Context, _body: bpy.types.Object | None) -> str:
+    def work(self, context: bpy.types.Context, _body: bpy.types.Object | None) -> str:
         rig = BoneMap.load(self.path()).name
         write_text(_path_of(rig), self.path().read_text(encoding="utf-8"))
         return f"Files of the rig '{rig}' are read by this bone map from now on"

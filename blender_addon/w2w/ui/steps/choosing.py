@@ -23,10 +23,7 @@ from ...core.study import StudyConfig
 from ...core.wording import capital
 from ..jobs.jobs import Step, Steps, in_thread, on_body
 from ..results import results
-from ..study import counting, signal_cache
-from ..study.lists import keep_advice
-from ..study.operators import IsJob, is_ranked
-from ..study.state import config_of, patches_of, rank_settings, utility_of
+from ..study import counting, lists, operators, signal_cache, state
 from .baking import as_labelled, body_as_run, ranked_clips
 
 TITLE = "Choose Sensors"
@@ -60,9 +57,9 @@ class SceneResults(StudyResults):
 
 def missing_for_choice(body: bpy.types.Object) -> str:
     """What stands in the way of choosing sensors; empty where nothing does."""
-    if not is_ranked(body):
+    if not state.is_ranked(body):
         return "Rank the patches first (step 5)"
-    if body.w2w.ranked_as != rank_settings(body.w2w):
+    if body.w2w.ranked_as != state.rank_settings(body.w2w):
         return "Clips or settings have changed since the ranking: rank again first (step 5)"
     return ""
 
@@ -74,22 +71,21 @@ def choose_steps(mesh: bpy.types.Object) -> Steps:
     if missing:
         raise ValueError(missing)
     study, left_out = mesh.w2w, counting.left_out(mesh.w2w)
-    reweighed = counting.is_reweighed(study, utility_of(study))
-    found, advice = yield from advised_steps(mesh, config_of(study))
+    reweighed = counting.is_reweighed(study, state.utility_of(study))
+    found, advice = yield from advised_steps(mesh, state.config_of(study))
     if reweighed and not left_out:
         results.store(mesh, found.utility, study.ranked_as)
     content = advice_content(advice, found.utility, found.patches)
-    keep_advice(study, content)
+    lists.keep_advice(study, content)
     results.mark_chosen(mesh)
     worn = content["worn_together"]
     text = capital(worn["sentence"]) if worn else content["answer"]["sentence"].rstrip(".")
     return f"{text}. Without {', '.join(left_out)}" if left_out else text
 
 
-class W2W_OT_choose_sensors(IsJob, bpy.types.Operator):
+class W2W_OT_choose_sensors(operators.IsJob, bpy.types.Operator):
     """Choose sensors to wear together under your wishes, by one classifier that reads them all"""
 
-    bl_idname = "w2w.choose_sensors"
     bl_label = TITLE
     missing = staticmethod(lambda _context, body: missing_for_choice(body))
     steps = staticmethod(choose_steps)
@@ -109,7 +105,8 @@ def advised_steps(
     Clips of activities that are left out are not looked at. The others are ranked anew without them, and
     where activities count otherwise than in the ranking.
     """
-    study, utility, patches, body = mesh.w2w, utility_of(mesh.w2w), patches_of(mesh), body_as_run(mesh)
+    study, utility = mesh.w2w, state.utility_of(mesh.w2w)
+    patches, body = state.patches_of(mesh), body_as_run(mesh)
     left_out, reweighed = counting.left_out(study), counting.is_reweighed(study, utility)
     clips = counted_clips(study)
     places, labelled = signal_cache.places_of(clips), [as_labelled(clip) for clip in clips]
@@ -128,10 +125,8 @@ def advised_steps(
             return utility_map(inputs, protocol, config.classifier, progress=told, pooling=pooling)
 
         found = replace(found, utility=(yield from in_thread(rank, text, 0.2, 0.3)))
-    advice = yield from in_thread(
-        lambda _told: advised(found, config, pooling), "choosing what to wear", 0.3, 1.0
-    )
-    return found, advice
+    text = "choosing what to wear"
+    return found, (yield from in_thread(lambda _told: advised(found, config, pooling), text, 0.3, 1.0))
 
 
 def _pooling(finished: SceneResults) -> Pooling:

@@ -15,8 +15,8 @@ from ...core.motion import import_plan
 from ...core.motion.library import LibraryError
 from ...scene.motion.scene_takes import LeftOut, SceneTake, scene_takes, stands_beside
 from ..jobs import jobs
-from ..study.operators import OnBody
-from ..study.state import bodies, current_body
+from ..jobs.text import styled
+from ..study import operators, state
 from .motion_import import Wanted, import_steps, listed_files, wanted
 
 ROWS, NAMED = 12, 3
@@ -45,7 +45,6 @@ TAKES_LABELLED_BY = (
     (ONE, "One for All", "The same activity for all of them"),
 )
 
-Context = bpy.types.Context
 
 _items: list[tuple[str, str, str]] = []
 """Blender keeps no reference to the strings of a dynamic enum: this does."""
@@ -62,7 +61,7 @@ class Found(NamedTuple):
     error: str = ""
 
 
-class ImportDialog(OnBody):
+class ImportDialog(operators.OnBody):
     """A dialog that shows which clips would get which label, then imports them."""
 
     bl_options = {"REGISTER"}
@@ -77,10 +76,10 @@ class ImportDialog(OnBody):
         options={"SKIP_SAVE"},
     )
 
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         return context.window_manager.invoke_props_dialog(self, width=WIDTH)
 
-    def draw(self, context: Context) -> None:
+    def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         self.draw_settings(layout)
         found = self.found(context)
@@ -92,20 +91,19 @@ class ImportDialog(OnBody):
         known = [(name, "it is in the list already") for name in found.known]
         draw_preview(layout, found.activities, [*known, *found.left_out], found.notes)
 
-    def execute(self, context: Context) -> set[str]:
+    def execute(self, context: bpy.types.Context) -> set[str]:
         found = self.found(context)
         known = f"All of these {self.kind} are in the list already" if found.known else ""
         error = known or found.error or self.nothing
         if error and not found.wanted:
             return jobs.show_error(self, error)
-        steps = import_steps(current_body(context), found.wanted, found.left_out)
+        steps = import_steps(state.current_body(context), found.wanted, found.left_out)
         return jobs.start(self, context, "Import Motions", steps)
 
 
 class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
     """Import motion files with labels by folder, file name or csv, after a look at what they would be"""
 
-    bl_idname = "w2w.import_labelled"
     bl_label = "Import Motions"
 
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
@@ -126,40 +124,39 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
         if self.labelled_by == import_plan.BY_CSV:
             layout.prop(self, "csv")
 
-    def found(self, context: Context) -> Found:
+    def found(self, context: bpy.types.Context) -> Found:
         """The files to import as it is set; looked at anew only when that changes, for it is drawn often."""
         names = tuple(file.name for file in self.files if file.name)
-        listed = tuple(listed_files(current_body(context)))
+        listed = tuple(listed_files(state.current_body(context)))
         settings = (self.directory, names, self.labelled_by, self.csv, self.again, listed)
         if self.planned is None or self.planned[0] != settings:
-            self.planned = settings, _planned(*settings)
+            self.planned = settings, self.look(names, listed)
         return self.planned[1]
 
-
-def _planned(
-    directory: str, names: tuple[str, ...], by: str, csv: str, again: bool, listed: tuple[Path, ...]
-) -> Found:
-    folder, table = Path(directory), Path(bpy.path.abspath(csv)) if csv else None
-    try:
-        if names:
-            plan = import_plan.plan_files([folder / name for name in names], by, table)
-        else:
-            plan = import_plan.plan_folder(folder, by, table)
-    except LibraryError as error:
-        return Found(error=str(error))
-    if not again:
-        plan = import_plan.without_known(plan, listed)
-    return Found(wanted(plan), plan.activities, plan.known, plan.left_out, label_notes(plan.check))
+    def look(self, names: tuple[str, ...], listed: tuple[Path, ...]) -> Found:
+        """Read the files' names and labels; `listed` are the files that the list has already."""
+        folder, by = Path(self.directory), self.labelled_by
+        table = Path(bpy.path.abspath(self.csv)) if self.csv else None
+        try:
+            if names:
+                plan = import_plan.plan_files([folder / name for name in names], by, table)
+            else:
+                plan = import_plan.plan_folder(folder, by, table)
+        except LibraryError as error:
+            return Found(error=str(error))
+        if not self.again:
+            plan = import_plan.without_known(plan, listed)
+        return Found(wanted(plan), plan.activities, plan.known, plan.left_out, label_notes(plan.check))
 
 
 def source_armatures(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """The armatures of a scene that are the user's own."""
-    ours = {body.find_armature() for body in bodies(scene)}
+    ours = {body.find_armature() for body in state.bodies(scene)}
     armatures = [item for item in scene.objects if item.type == "ARMATURE" and item not in ours]
     return [item for item in armatures if not stands_beside(item)]
 
 
-def _armatures(_self: W2W_OT_use_scene_animation, context: Context) -> list[tuple[str, str, str]]:
+def _armatures(_self: W2W_OT_use_scene_animation, context: bpy.types.Context) -> list[tuple[str, str, str]]:
     found = source_armatures((context or bpy.context).scene)
     _items[:] = [(item.name, item.name, f"The actions of '{item.name}'") for item in found]
     _items.append((ALL, "All Armatures", "The actions of every armature that is not a body's of W2W"))
@@ -169,8 +166,6 @@ def _armatures(_self: W2W_OT_use_scene_animation, context: Context) -> list[tupl
 class W2W_OT_use_scene_animation(ImportDialog, bpy.types.Operator):
     """Take all actions and NLA strips of an armature in the scene as clips; the armature is only read"""
 
-    bl_idname = "w2w.use_scene_animation"
-    bl_label = "Use Scene Animation"
     kind, nothing = "actions", "There is no action that moves bones"
 
     armature: EnumProperty(
@@ -180,11 +175,11 @@ class W2W_OT_use_scene_animation(ImportDialog, bpy.types.Operator):
     activity: StringProperty(name="Activity", description="What all of them show")
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         found = source_armatures(context.scene)
         return "" if found else "There is no armature in the scene but W2W's own"
 
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         found = [item for item in source_armatures(context.scene) if self.takes(item)[0]]
         if not found:
             return jobs.show_error(self, "No armature of the scene has an action or strip that moves bones")
@@ -197,9 +192,9 @@ class W2W_OT_use_scene_animation(ImportDialog, bpy.types.Operator):
         if self.labelled_by == ONE:
             layout.prop(self, "activity")
 
-    def found(self, context: Context) -> Found:
+    def found(self, context: bpy.types.Context) -> Found:
         """Takes to import, takes in the list already, and takes left out."""
-        listed = {clip.taken_from for clip in current_body(context).w2w.clips}
+        listed = {clip.taken_from for clip in state.current_body(context).w2w.clips}
         wanted, known, left_out = [], [], []
         for armature in source_armatures(context.scene):
             if self.armature not in (ALL, armature.name):
@@ -265,8 +260,7 @@ def draw_preview(
 def _row(layout: bpy.types.UILayout, activity: str, names: Sequence[str], icon: str) -> None:
     split = layout.split(factor=0.35)
     split.label(text=_cut(f"{activity}  ({len(names)})"), icon=icon, translate=False)
-    about = split.row()
-    about.active = False
+    about = styled(split.row(), active=False)
     more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
     about.label(text=_cut(", ".join(names[:NAMED]), LONGEST - len(more)) + more, translate=False)
 

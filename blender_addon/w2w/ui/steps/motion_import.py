@@ -18,8 +18,7 @@ from ...scene.motion.load import Carried, carry, read_motion
 from ...scene.motion.scene_takes import SceneTake, read_scene_take
 from ..jobs import preferences
 from ..jobs.jobs import Step, Steps, as_steps, on_body
-from ..study.lists import list_labels
-from ..study.state import without_updates
+from ..study import lists, state
 
 
 class Wanted(NamedTuple):
@@ -96,7 +95,7 @@ def import_steps(
         remove_clips(mesh, range(before, len(mesh.w2w.clips)))
         raise
     mesh.w2w.clip_index = before
-    list_labels(mesh.w2w)
+    lists.list_labels(mesh.w2w)
     return _outcome(len(wanted) - failed, failed, len(left_out), unlabelled, twice)
 
 
@@ -127,27 +126,24 @@ def _outcome(used: int, failed: int, left_out: int, unlabelled: int, twice: list
     return "; ".join(parts)
 
 
-def add_clip(
-    mesh: bpy.types.Object, armature: bpy.types.Object, carried: Carried, item: Wanted
-) -> bpy.types.PropertyGroup:
+def add_clip(mesh: bpy.types.Object, armature: bpy.types.Object, carried: Carried, item: Wanted) -> None:
     """Write a motion as an action of the body and list it."""
     name = _free_name(mesh, item.name)
     source = (str(item.path), file_sha256(item.path)) if item.path.name else ("", "")
     clip = mesh.w2w.clips.add()
     clip.name, clip.subject = name, item.subject
     clip.file, clip.source_sha256 = source
-    with without_updates():  # activities are listed when all clips are in
+    with state.without_updates():  # activities are listed when all clips are in
         clip.activity = item.activity
     clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
     set_motion(armature, clip, carried)
-    return clip
 
 
 def set_motion(armature: bpy.types.Object, clip: bpy.types.PropertyGroup, carried: Carried) -> None:
     """Give a clip of the list its motion, in place of the one it had or could not have."""
     before = clip.action
     motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
-    with without_updates():
+    with state.without_updates():
         clip.action = write_action(armature, motion, clip.name)
     clip.n_frames, clip.rate = motion.n_frames, motion.rate
     clip.skeleton, clip.scale = carried.skeleton, carried.scale
@@ -164,7 +160,7 @@ def remove_clips(mesh: bpy.types.Object, indices: Iterable[int]) -> None:
     for index in indices:
         study.clips.remove(index)
     bpy.data.batch_remove([action for action in actions if action is not None])
-    list_labels(study)
+    lists.list_labels(study)
     study.clip_index = min(max(study.clip_index, 0), max(len(study.clips) - 1, 0))
 
 

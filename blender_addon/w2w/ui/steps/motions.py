@@ -16,28 +16,24 @@ from ...scene.motion import source_beside
 from ...scene.motion.load import carry
 from ...scene.motion.takes import best_take
 from ..jobs import jobs
-from ..study.lists import list_labels
-from ..study.operators import AsksForFile, AsksForFolder, OnBody, OnClips, Works
-from ..study.state import current_body, selected, without_updates
+from ..study import lists, operators, state
 from .motion_import import Wanted, add_clip, import_steps, remove_clips, saved_maps, wanted
 
-Context = bpy.types.Context
 
-
-class _Import(AsksForFile, OnBody):
+class _Import(operators.AsksForFile, operators.OnBody):
     """Import motions at once; of those chosen in the browser, show first how they would be labelled."""
 
     bl_options = {"REGISTER"}
     asked = False
     """Whether they were chosen in Blender's file browser."""
 
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if self.names():  # dropped on the view
             return self.execute(context)
         self.asked = True
         return super().invoke(context, event)
 
-    def execute(self, context: Context) -> set[str]:
+    def execute(self, context: bpy.types.Context) -> set[str]:
         if self.asked:
             files = [{"name": name} for name in self.names()]
             bpy.ops.w2w.import_labelled("INVOKE_DEFAULT", directory=self.directory, files=files)
@@ -46,7 +42,7 @@ class _Import(AsksForFile, OnBody):
             plan = self.plan(Path(self.directory))
         except LibraryError as error:
             return jobs.show_error(self, str(error))
-        steps = import_steps(current_body(context), wanted(plan), plan.left_out)
+        steps = import_steps(state.current_body(context), wanted(plan), plan.left_out)
         return jobs.start(self, context, "Import Motions", steps)
 
     def names(self) -> list[str]:
@@ -57,7 +53,6 @@ class _Import(AsksForFile, OnBody):
 class W2W_OT_import_motions(_Import, bpy.types.Operator):
     """Import motion files (FBX, BVH, AMASS npz, smpl) onto the body; the files' own armatures are left out"""
 
-    bl_idname = "w2w.import_motions"
     bl_label = "Import Motions onto Body"
 
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
@@ -73,28 +68,25 @@ class W2W_OT_import_motions(_Import, bpy.types.Operator):
         return plan_files(folder / name for name in self.names())
 
 
-class W2W_OT_import_folder(_Import, AsksForFolder, bpy.types.Operator):
+class W2W_OT_import_folder(_Import, operators.AsksForFolder, bpy.types.Operator):
     """Import all motion files of a folder; a labels.csv, the folders in it or file names label them"""
 
-    bl_idname = "w2w.import_folder"
-    bl_label = "Import Folder"
     plan = staticmethod(plan_folder)
 
 
-class W2W_OT_add_armature_motion(OnBody, bpy.types.Operator):
+class W2W_OT_add_armature_motion(operators.OnBody, bpy.types.Operator):
     """Take the motion of the active armature of the scene; the armature itself is left as it is"""
 
-    bl_idname = "w2w.add_armature_motion"
     bl_label = "Add Motion of Active Armature"
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         item = context.object
         if item is not None and item.type == "ARMATURE" and item != armature_of(body):
             return ""
         return "Select an animated armature that is not the body's own"
 
-    def work(self, context: Context, mesh: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
         source = context.object
         playing = active_action(source)
         try:
@@ -107,20 +99,17 @@ class W2W_OT_add_armature_motion(OnBody, bpy.types.Operator):
         jobs.dismiss()
 
 
-class W2W_OT_preview_clip(Works, bpy.types.Operator):
+class W2W_OT_preview_clip(operators.Works, bpy.types.Operator):
     """Play this clip on the body"""
-
-    bl_idname = "w2w.preview_clip"
-    bl_label = "Preview Clip"
 
     index: IntProperty(name="Clip", description="Number of the clip in the list", default=-1)
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def poll(cls, context: bpy.types.Context) -> bool:
         cls.poll_message_set("Import motions first")
-        return current_body(context) is not None and len(current_body(context).w2w.clips) > 0
+        return state.current_body(context) is not None and len(state.current_body(context).w2w.clips) > 0
 
-    def work(self, context: Context, mesh: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
         """Let the armature play it at its speed over the preview range; the scene's own is left alone."""
         scene = context.scene
         if self.index >= 0:
@@ -137,19 +126,18 @@ class W2W_OT_preview_clip(Works, bpy.types.Operator):
         scene.frame_set(int(FIRST_FRAME))
 
 
-class W2W_OT_show_source(OnBody, bpy.types.Operator):
+class W2W_OT_show_source(operators.OnBody, bpy.types.Operator):
     """Show the active clip's own armature beside the body, or take it away again"""
 
-    bl_idname = "w2w.show_source"
     bl_label = "Show Source Beside"
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         clips = body.w2w.clips
         has_one = len(clips) > 0 and has_source(clips[body.w2w.clip_index])
         return "" if has_one else "The active clip has no armature of its own"
 
-    def work(self, context: Context, mesh: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
         clip = mesh.w2w.clips[mesh.w2w.clip_index]
         if source_beside.source_collections(clip.name):
             source_beside.remove_source(clip.name)
@@ -162,38 +150,34 @@ class W2W_OT_show_source(OnBody, bpy.types.Operator):
         bpy.ops.w2w.preview_clip(index=mesh.w2w.clip_index)
 
 
-class W2W_OT_relabel_clips(OnClips, bpy.types.Operator):
+class W2W_OT_relabel_clips(operators.OnClips, bpy.types.Operator):
     """Give all ticked clips the same activity"""
 
-    bl_idname = "w2w.relabel_clips"
     bl_label = "Relabel Ticked"
 
     activity: StringProperty(name="Activity", description="Label for all ticked clips")
 
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
-        clips = selected(current_body(context).w2w)
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        clips = state.selected(state.current_body(context).w2w)
         self.activity = clips[0].activity if clips else ""
         return context.window_manager.invoke_props_dialog(self)
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         label = self.activity.strip()
         if not label:
             raise ValueError("Type an activity: clips without one cannot be ranked")
-        clips = selected(body.w2w)
-        with without_updates():
+        clips = state.selected(body.w2w)
+        with state.without_updates():
             for clip in clips:
                 clip.activity = label
-        list_labels(body.w2w)
+        lists.list_labels(body.w2w)
         self.report({"INFO"}, f"{len(clips)} clips are now '{label}'")
 
 
-class W2W_OT_remove_clips(OnClips, bpy.types.Operator):
+class W2W_OT_remove_clips(operators.OnClips, bpy.types.Operator):
     """Remove the ticked clips, or the active one where none is ticked, with their actions"""
 
-    bl_idname = "w2w.remove_clips"
-    bl_label = "Remove Clips"
-
-    def work(self, context: Context, mesh: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
         clips = mesh.w2w.clips
         ticked = [index for index, clip in enumerate(clips) if clip.selected] or [mesh.w2w.clip_index]
         for index in ticked:
@@ -201,11 +185,8 @@ class W2W_OT_remove_clips(OnClips, bpy.types.Operator):
         remove_clips(mesh, ticked)
 
 
-class W2W_OT_tick_clips(OnClips, bpy.types.Operator):
+class W2W_OT_tick_clips(operators.OnClips, bpy.types.Operator):
     """Tick clips for Relabel, Remove and Bake"""
-
-    bl_idname = "w2w.tick_clips"
-    bl_label = "Tick Clips"
 
     which: EnumProperty(
         name="Which",
@@ -218,7 +199,7 @@ class W2W_OT_tick_clips(OnClips, bpy.types.Operator):
         ),
     )
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         study = body.w2w
         active = study.clips[study.clip_index].activity
         for clip in study.clips:

@@ -14,14 +14,11 @@ from ...scene.base.playback import EvaluatedVertices
 from ...scene.files.packing import pack
 from ..jobs import jobs
 from ..results import own_placements, results
-from ..study.operators import IsJob, OnBody, OnPatches, OnRanking
-from ..study.state import config_of, keep_own_placed, patches_of
+from ..study import operators, state
 from ..viewport.framing import fold_soon
 from ..viewport.legend import owner_of
 from .baking import body_as_run
 from .body import select_only
-
-Context = bpy.types.Context
 
 CLICK = {"type": "LEFTMOUSE", "value": "PRESS"}
 
@@ -30,9 +27,9 @@ CLICK = {"type": "LEFTMOUSE", "value": "PRESS"}
 def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     """Sample in a thread, then replace the empties."""
     body, study = body_as_run(mesh), mesh.w2w
-    before, key = patches_of(mesh), study.patches_key
+    before, key = state.patches_of(mesh), study.patches_key
     own, count = list(own_placements.listed(study).items()), study.patch_count
-    config = replace(config_of(study), seed=study.patch_seed, placements=tuple(own))
+    config = replace(state.config_of(study), seed=study.patch_seed, placements=tuple(own))
     text = f"spreading {count} patches"
     patches = yield from jobs.in_thread(lambda _told: sample(body, config), text, 0.0, 0.8)
     yield jobs.Step(0.8, "placing empties")
@@ -43,7 +40,7 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     study.patches_text, study.patches_key = pack(patches)
     same = before is not None and np.array_equal(before.triangles, patches.triangles[: len(before)])
     study.patches_before = f"{key} {len(before)}" if same else ""
-    keep_own_placed(study, own, count)
+    state.keep_own_placed(study, own, count)
     results.hide_patches(study)
     fold_soon()
     text = f"Placed {len(patches)} patches in {len(set(patches.regions))} regions"
@@ -61,76 +58,68 @@ def remove_all(mesh: bpy.types.Object) -> None:
         remove_patches(collection)
 
 
-class W2W_OT_place_patches(IsJob, bpy.types.Operator):
+class W2W_OT_place_patches(operators.IsJob, bpy.types.Operator):
     """Spread patches evenly over the body, an empty on each; replaces those that are there"""
 
-    bl_idname = "w2w.place_patches"
-    bl_label = "Place Patches"
     steps = staticmethod(place_steps)
 
 
-class W2W_OT_remove_patches(OnBody, bpy.types.Operator):
+class W2W_OT_remove_patches(operators.OnBody, bpy.types.Operator):
     """Remove the patches, and the ranking that was made with them"""
 
-    bl_idname = "w2w.remove_patches"
-    bl_label = "Remove Patches"
-
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         return "" if body.w2w.patch_collection is not None else "There are no patches"
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         remove_all(body)
 
 
-class W2W_OT_select_patch(OnPatches, bpy.types.Operator):
+class W2W_OT_select_patch(operators.OnPatches, bpy.types.Operator):
     """Look at this patch; with Shift, compare it with the one looked at"""
 
-    bl_idname = "w2w.select_patch"
     bl_label = "Look at Patch"
     bl_options = {"UNDO"}
 
     patch: IntProperty(name="Patch", description="Number of the patch", min=0)
     compare: BoolProperty(name="Compare", description="Keep the patch looked at, and compare with it")
 
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self.compare = event.shift
         return self.execute(context)
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
-        count = len(patches_of(body))
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
+        count = len(state.patches_of(body))
         if self.patch >= count:
             raise ValueError(f"The body has {count} patches, no number {self.patch}")
         pick(context, body, self.patch, self.compare)
 
 
-class W2W_OT_clear_pick(OnBody, bpy.types.Operator):
+class W2W_OT_clear_pick(operators.OnBody, bpy.types.Operator):
     """Look at no patch any more"""
 
-    bl_idname = "w2w.clear_pick"
     bl_label = "Look at No Patch"
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         return "" if body.w2w.picked >= 0 else "No patch is looked at"
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         body.w2w.picked = body.w2w.compared = -1
         select_only(context, body)
 
 
-class W2W_OT_fit_range(OnRanking, bpy.types.Operator):
+class W2W_OT_fit_range(operators.OnRanking, bpy.types.Operator):
     """Let the fixed colour range span the F1 of all activities"""
 
-    bl_idname = "w2w.fit_range"
     bl_label = "Fit Range to All"
 
-    def work(self, context: Context, body: bpy.types.Object) -> None:
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         results.fit_range(body)
 
 
 def pick(
-    context: Context, body: bpy.types.Object, patch: int, compare: bool = False, vertex: int = -1
+    context: bpy.types.Context, body: bpy.types.Object, patch: int, compare: bool = False, vertex: int = -1
 ) -> None:
     """Look at a patch, and select its empty where it is visible; `vertex` is where it was clicked."""
     study = body.w2w
@@ -150,20 +139,18 @@ def pick(
         context.view_layer.objects.active = body
 
 
-class W2W_OT_pick_patch(OnBody, bpy.types.Operator):
+class W2W_OT_pick_patch(operators.OnBody, bpy.types.Operator):
     """Look at the patch under the mouse; with Shift, compare it with the one looked at"""
 
-    bl_idname = "w2w.pick_patch"
-    bl_label = "Pick Patch"
     bl_options = {"UNDO"}
 
     compare: BoolProperty(name="Compare", description="Keep the patch looked at, and compare with it")
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         return "" if context.area is not None and context.area.type == "VIEW_3D" else "Click in a 3D view"
 
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         mouse = (event.mouse_region_x, event.mouse_region_y)
         origin = region_2d_to_origin_3d(context.region, context.region_data, mouse)
         direction = region_2d_to_vector_3d(context.region, context.region_data, mouse)
@@ -173,7 +160,7 @@ class W2W_OT_pick_patch(OnBody, bpy.types.Operator):
         if not hit or item.type != "MESH" or not item.w2w.is_body:
             self.report({"INFO"}, "Click on a body that has patches")
             return {"CANCELLED"}
-        if patches_of(item) is None:
+        if state.patches_of(item) is None:
             self.report({"WARNING"}, f"'{item.name}' has no patches: place them first (step 3)")
             return {"CANCELLED"}
         context.scene.w2w.body = item
@@ -210,7 +197,7 @@ def spot_at(
     `shown` is what was clicked where it is a copy of the body; the vertex is -1 where a modifier has made
     others than the body has.
     """
-    patches = patches_of(body)
+    patches = state.patches_of(body)
     evaluated = (shown or body).evaluated_get(depsgraph)
     mesh, world = evaluated.data, np.array(evaluated.matrix_world)
     if len(mesh.vertices) == len(patches.labels):

@@ -7,12 +7,8 @@ import bpy
 
 from ..jobs import jobs
 from ..jobs.jobs import Steps, is_there, on_body, part
-from ..jobs.text import draw_text
 from ..results.own_placements import is_pending
-from ..study import state
-from ..study.counting import is_reweighed
-from ..study.lists import advice_of, answer_of
-from ..study.operators import IsJob
+from ..study import lists, operators, state
 from ..viewport.framing import frame_answer
 from .baking import bake_steps, rank_steps, to_bake
 from .choosing import choose_steps, missing_for_choice
@@ -38,15 +34,15 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
     study, said = mesh.w2w, []
     place = state.patches_of(mesh) is None or is_pending(study)
     count = len(state.usable(study)) if place else len(to_bake(study))
-    rank = count > 0 or not _is_ranked(mesh)
+    rank = count > 0 or not state.is_up_to_date(study)
 
     def is_choice_missing() -> bool:
-        return not missing_for_choice(mesh) and advice_of(study) is None
+        return not missing_for_choice(mesh) and lists.advice_of(study) is None
 
     parts = (  # about how many seconds each takes, whether it is needed by then, and its steps
         (PLACING * place, lambda: place, place_steps),
         (BAKING * count, lambda: to_bake(study), lambda mesh: bake_steps(mesh, to_bake(study), keep=True)),
-        (RANKING * rank, lambda: not _is_ranked(mesh), rank_steps),
+        (RANKING * rank, lambda: not state.is_up_to_date(study), rank_steps),
         (CHOOSING, is_choice_missing, choose_steps),
     )
     whole, gone = sum(seconds for seconds, _, _ in parts), 0.0
@@ -56,12 +52,12 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
         gone += seconds
     if not said:
         return "Everything is up to date"
-    answer = answer_of(study)
+    answer = lists.answer_of(study)
     if not answer:
         return ". ".join(said)
     frame_answer(mesh)
-    settings = state.bake_settings(study)
-    left = [clip.name for clip in state.usable(study) if state.state_of(clip, settings) != state.BAKED]
+    baked = {clip.name for clip in state.baked(study)}
+    left = [clip.name for clip in state.usable(study) if clip.name not in baked]
     more = f" and {len(left) - 3} more" if len(left) > 3 else ""
     problem = f" Not baked: {', '.join(left[:3])}{more}; the list of motions says why." if left else ""
     return f"Done: {answer['sentence']}{problem}"
@@ -74,17 +70,15 @@ def kept_of(mesh: bpy.types.Object) -> Callable[[], str]:
     def kept() -> str:
         if not is_there(mesh) or _done(mesh) == before:
             return ""
-        clips = state.usable(mesh.w2w)
-        baked = sum(state.state_of(clip, state.bake_settings(mesh.w2w)) == state.BAKED for clip in clips)
-        return f"{baked} of {len(clips)} clips are baked, and {TITLE} goes on from there"
+        clips, baked = state.usable(mesh.w2w), state.baked(mesh.w2w)
+        return f"{len(baked)} of {len(clips)} clips are baked, and {TITLE} goes on from there"
 
     return kept
 
 
-class W2W_OT_run_all(IsJob, bpy.types.Operator):
+class W2W_OT_run_all(operators.IsJob, bpy.types.Operator):
     """Do all that is missing, from patches to sensors; Esc stops, and the next time goes on from there"""
 
-    bl_idname = "w2w.run_all"
     bl_label = TITLE
     missing = staticmethod(lambda _context, body: missing_for_all(body))
     steps = staticmethod(run_all_steps)
@@ -92,23 +86,6 @@ class W2W_OT_run_all(IsJob, bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         body = state.current_body(context)
         return jobs.start(self, context, TITLE, run_all_steps(body), kept_of(body))
-
-
-def draw_run_all(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.types.Object) -> None:
-    """Draw the button, and what it waits for."""
-    column = layout.column()
-    column.scale_y = 1.4
-    column.operator("w2w.run_all", icon="PLAY")
-    missing = missing_for_all(body)
-    if missing:
-        draw_text(layout, context, missing, icon="INFO")
-
-
-def _is_ranked(mesh: bpy.types.Object) -> bool:
-    study, utility = mesh.w2w, state.utility_of(mesh.w2w)
-    if utility is None or study.ranked_as != state.rank_settings(study):
-        return False
-    return not is_reweighed(study, utility)
 
 
 def _done(mesh: bpy.types.Object) -> tuple[object, ...]:

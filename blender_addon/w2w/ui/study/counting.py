@@ -18,16 +18,9 @@ COUNTED, BACKGROUND, LEFT_OUT = "COUNTED", "BACKGROUND", "LEFT_OUT"
 Group = bpy.types.PropertyGroup
 
 
-def part_of(activity: Group) -> str:
-    """The part that an activity takes."""
-    if not activity.use:
-        return LEFT_OUT
-    return BACKGROUND if activity.background else COUNTED
-
-
 def ticked(study: Group) -> np.ndarray:
     """Mask of the activities that are not left out, shape (A,); all True where every one would be."""
-    used = np.array([activity.use for activity in study.activities], dtype=bool)
+    used = np.array([activity.part != LEFT_OUT for activity in study.activities], dtype=bool)
     return used if used.any() else np.ones(len(used), dtype=bool)
 
 
@@ -59,8 +52,8 @@ def counted_in(study: Group, run: StudyConfig) -> tuple[tuple[str, ...], tuple[t
     What is left out is in neither. Of activities that the ranking lacks the run's are kept.
     """
     taken = [activity for activity, is_in in zip(study.activities, ticked(study), strict=True) if is_in]
-    weights = [(one.name, _weight(one)) for one in taken if not one.background and _weight(one) != 1]
-    background = [one.name for one in taken if one.background]
+    weights = [(one.name, _weight(one)) for one in taken if one.part == COUNTED and _weight(one) != 1]
+    background = [one.name for one in taken if one.part == BACKGROUND]
     if run.background or run.weights:
         listed = {same_label(activity.name) for activity in study.activities}
         unranked = {same_label(name) for name in {clip.activity for clip in study.clips}} - listed
@@ -74,7 +67,7 @@ def counted_in(study: Group, run: StudyConfig) -> tuple[tuple[str, ...], tuple[t
 
 def list_activities(study: Group, activities: Iterable[str], run: StudyConfig) -> None:
     """List activities: as they counted before, new ones as in the run opened."""
-    before = {item.name: (item.use, item.background, item.weight, item.given) for item in study.activities}
+    before = {item.name: (item.part, item.weight, item.given) for item in study.activities}
     activities = list(activities)
     counts = counting(activities, run.background, run.weights)
     study.activities.clear()
@@ -82,11 +75,11 @@ def list_activities(study: Group, activities: Iterable[str], run: StudyConfig) -
         activity = study.activities.add()
         activity.name = name
         if name in before:
-            activity.use, activity.background, activity.weight, activity.given = before[name]
+            activity.part, activity.weight, activity.given = before[name]
         elif counts.get(name, 1.0):
             activity.weight, activity.given = counts.get(name, 1.0), repr(counts.get(name, 1.0))
         else:
-            activity.background = True
+            activity.part = BACKGROUND
 
 
 def _weight(activity: Group) -> float:
@@ -95,4 +88,4 @@ def _weight(activity: Group) -> float:
 
 def _weights(study: Group) -> np.ndarray:
     """Weights, 0 for background, whether ticked or not."""
-    return np.array([0.0 if one.background else _weight(one) for one in study.activities])
+    return np.array([0.0 if one.part == BACKGROUND else _weight(one) for one in study.activities])

@@ -36,14 +36,12 @@ def wardrobe_text(study: bpy.types.PropertyGroup) -> str:
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:12] if parts else ""
 
 
-BakerSteps = Generator[Step, None, PatchBaker | GarmentBaker]
-
-
-def baker_steps(mesh: bpy.types.Object, patches: PatchSet, fraction: float = 0.0) -> BakerSteps:
+def baker_steps(
+    mesh: bpy.types.Object, patches: PatchSet
+) -> Generator[Step, None, PatchBaker | GarmentBaker]:
     """A baker of a study's patches, on the skin or with the garments over it, which are fitted in a thread.
 
-    `fraction` is the job's meanwhile. Raises `ValueError` if the body cannot be baked or a garment cannot
-    be worn.
+    Raises `ValueError` if the body cannot be baked or a garment cannot be worn.
     """
     garments = worn_by(mesh.w2w)
     if not garments:
@@ -52,23 +50,21 @@ def baker_steps(mesh: bpy.types.Object, patches: PatchSet, fraction: float = 0.0
     for item in garments:
         check_garment(item, mesh)
         if KIND in item:
-            refit(item, mesh, (yield from _while_alive(partial(cut, item[KIND], body), item, fraction)))
+            refit(item, mesh, (yield from _while_alive(partial(cut, item[KIND], body), item)))
     covers = []
     for item in garments:
         work = partial(cover, *around_body(item, mesh), body, patches)
-        covers.append((yield from _while_alive(work, item, fraction)))
+        covers.append((yield from _while_alive(work, item)))
         refuse_bare(item, mesh, covers[-1])
     return GarmentBaker(mesh, patches, garments, covers)
 
 
-def _while_alive(work: Callable[[], T], item: bpy.types.Object, fraction: float) -> Generator[Step, None, T]:
+def _while_alive(work: Callable[[], T], item: bpy.types.Object) -> Generator[Step, None, T]:
     """Work on arrays of a garment while the window stays alive."""
-    return (yield from in_thread(lambda _: work(), f"fitting {item.name}", fraction, fraction))
+    return (yield from in_thread(lambda _: work(), f"fitting {item.name}", 0.0, 0.0))
 
 
-def covers_steps(
-    mesh: bpy.types.Object, patches: PatchSet, fraction: float = 0.0
-) -> Generator[Step, None, dict[str, Cover]]:
+def covers_steps(mesh: bpy.types.Object, patches: PatchSet) -> Generator[Step, None, dict[str, Cover]]:
     """What each garment of a study covers, by its name; in a run that was opened, each garment of that run.
 
     Raises `OSError` or `ValueError` if a garment cannot be worn any more, or the run's folder does not say
@@ -76,7 +72,7 @@ def covers_steps(
     """
     study = mesh.w2w
     if worn_by(study):
-        baker = yield from baker_steps(mesh, patches, fraction)
+        baker = yield from baker_steps(mesh, patches)
         return {item.name: own for item, own in zip(baker.garments, baker.covers, strict=True)}
     run = json.loads(study.parameters).get("garments") if study.parameters else None
     return load_covers(Path(study.results_folder) / FITTED) if run else {}

@@ -13,14 +13,12 @@ import bpy
 
 from ...core.patches.body_parts import MIDDLE, PARTS, PLACEMENTS, PRODUCT_NAMED, SIDES, find_patches
 from ...core.patches.patches import PatchSet
-from ...core.study import StudyConfig
+from ...core.selection.constraints import Constraints
 from .counting import list_activities
 from .state import COST, FORBID, MUST, ONLY, advice_settings, run_of, usable, without_updates
 
-Group = bpy.types.PropertyGroup
 
-
-def list_labels(study: Group) -> None:
+def list_labels(study: bpy.types.PropertyGroup) -> None:
     """List the activities of a study's clips, unless a ranking lists its own; what they count stays."""
     if study.utility_key:
         return
@@ -31,14 +29,8 @@ def list_labels(study: Group) -> None:
         list_activities(study, labels, run_of(study))
 
 
-def take_over(study: Group) -> None:
-    """List the wishes of the run that a study was opened from, where its parameters still hold them."""
-    parameters = json.loads(study.parameters) if study.parameters else {}
-    if "constraints" not in parameters:
-        return
-    constraints = StudyConfig.from_dict(parameters).constraints
-    del parameters["constraints"]
-    study.parameters = json.dumps(parameters)
+def list_wishes(study: bpy.types.PropertyGroup, constraints: Constraints) -> None:
+    """List the wishes of a run, in place of those that are there."""
     with without_updates():
         study.wishes.clear()
         for kind, words in ((ONLY, constraints.only), (FORBID, constraints.forbid), (MUST, constraints.must)):
@@ -49,7 +41,7 @@ def take_over(study: Group) -> None:
             wish.cost, wish.given = cost, repr(cost)  # a property keeps single precision only
 
 
-def add_wish(study: Group, kind: str, place: str = "") -> Group:
+def add_wish(study: bpy.types.PropertyGroup, kind: str, place: str = "") -> bpy.types.PropertyGroup:
     """Add a wish at the end of the list."""
     with without_updates():
         wish = study.wishes.add()
@@ -76,7 +68,7 @@ def suggestions(patches: PatchSet, typed: str) -> list[str]:
     return [name for name in dict.fromkeys(names) if all(word in name for word in words)]
 
 
-def keep_advice(study: Group, content: Mapping[str, Any]) -> None:
+def keep_advice(study: bpy.types.PropertyGroup, content: Mapping[str, Any]) -> None:
     """Keep a choice made under the study's wishes as they are now."""
     study.advice_text, study.advised_as = json.dumps(content), advice_settings(study)
     study.worn.clear()
@@ -96,20 +88,20 @@ def answer_of(study: bpy.types.PropertyGroup) -> dict[str, Any]:
     return _read_advice(study.answer_text) if study.answer_text else {}
 
 
-def forget_advice(study: Group) -> None:
+def forget_advice(study: bpy.types.PropertyGroup) -> None:
     """Forget the choice: its ranking is gone."""
     study.advice_text = study.advised_as = ""
     study.worn.clear()
 
 
-def advice_of(study: Group) -> dict[str, Any] | None:
+def advice_of(study: bpy.types.PropertyGroup) -> dict[str, Any] | None:
     """The choice; None where none was made, or wishes or ranking have changed since."""
     if not study.advice_text or study.advised_as != advice_settings(study):
         return None
     return _read_advice(study.advice_text)
 
 
-def leading(study: Group) -> bpy.types.bpy_prop_collection:
+def leading(study: bpy.types.PropertyGroup) -> bpy.types.bpy_prop_collection:
     """The set that is marked on the body: the one worn together, else the best spot."""
     return study.worn if len(study.worn) and advice_of(study) is not None else study.chosen
 

@@ -7,17 +7,26 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ..jobs import jobs
-from .state import current_body, patches_of, utility_of
-
-Context = bpy.types.Context
+from .state import current_body, is_ranked, patches_of
 
 
-class Works:
+class Named:
+    """An operator named as its class: W2W_OT_add_body is w2w.add_body and, unless it says else, Add Body."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        _, is_operator, name = cls.__name__.partition("W2W_OT_")
+        if is_operator:
+            cls.bl_idname = f"w2w.{name}"
+            cls.bl_label = vars(cls).get("bl_label", name.replace("_", " ").title())
+
+
+class Works(Named):
     """An operator whose `work` returns what was done, in a sentence if at all, and raises what went wrong."""
 
     bl_options = {"REGISTER", "UNDO"}
 
-    def execute(self, context: Context) -> set[str]:
+    def execute(self, context: bpy.types.Context) -> set[str]:
         try:
             done = self.work(context, current_body(context))
         except (ValueError, OSError) as error:
@@ -29,7 +38,7 @@ class OnBody(Works):
     """An operator that works on a body which no job is changing."""
 
     @classmethod
-    def poll(cls, context: Context) -> bool:
+    def poll(cls, context: bpy.types.Context) -> bool:
         body = current_body(context)
         if body is None:
             cls.poll_message_set("Add a body first (step 1)")
@@ -40,7 +49,7 @@ class OnBody(Works):
         return not missing
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         """Say what the operator needs beside the body; empty where nothing."""
         return ""
 
@@ -49,7 +58,7 @@ class OnClips(OnBody):
     """An operator that works on the list of clips."""
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         return "" if len(body.w2w.clips) else "Import motions first (step 2)"
 
 
@@ -57,7 +66,7 @@ class OnPatches(OnBody):
     """An operator that needs patches."""
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         return "" if patches_of(body) is not None else "Place patches first (step 3)"
 
 
@@ -65,16 +74,16 @@ class OnRanking(OnBody):
     """An operator that needs a ranking."""
 
     @staticmethod
-    def missing(context: Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         return "" if is_ranked(body) else "Rank the patches first (step 5)"
 
 
-class AsksForFile:
+class AsksForFile(Named):
     """An operator that asks for a file first."""
 
     filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
 
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         context.window_manager.fileselect_add(self)
         return {"RUNNING_MODAL"}
 
@@ -98,22 +107,24 @@ class OnDrop:
     """A handler of files dropped on a 3D view."""
 
     @classmethod
-    def poll_drop(cls, context: Context) -> bool:
+    def poll_drop(cls, context: bpy.types.Context) -> bool:
         return context.area is not None and context.area.type == "VIEW_3D"
 
 
-class IsJob(OnBody):
-    """An operator that is a job named like it: in the background from a button, at once from a script."""
+class StartsJob(OnBody):
+    """An operator that, once it has asked for what it needs, starts a job named like it."""
 
     bl_options = {"REGISTER"}
 
-    def invoke(self, context: Context, event: bpy.types.Event) -> set[str]:
+    def execute(self, context: bpy.types.Context) -> set[str]:
         return jobs.start(self, context, self.bl_label, self.steps(current_body(context)))
 
-    def execute(self, context: Context) -> set[str]:
+
+class IsJob(StartsJob):
+    """An operator that is a job named like it: in the background from a button, at once from a script."""
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        return super().execute(context)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
         return jobs.run_now(self, self.bl_label, self.steps(current_body(context)))
-
-
-def is_ranked(body: bpy.types.Object) -> bool:
-    """Whether a body has patches and a ranking of them."""
-    return utility_of(body.w2w) is not None and patches_of(body) is not None

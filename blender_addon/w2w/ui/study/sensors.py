@@ -18,22 +18,18 @@ from ...core.imu.presets import DEFAULT_SENSOR, PRESETS, preset, sensor_content,
 from ...core.imu.recording import FURTHER
 from ...core.imu.sensor import SensorModel
 from ...core.imu.sensor_fields import FIGURES
-from ...core.imu.synthesis import CONVENTIONS
 from ...core.ranking.utility import inputs_of
 from .declared import as_given, declared
-
-Group = bpy.types.PropertyGroup
 
 OWN = "OWN"
 """Choice of the menu of sensors that is no preset."""
 
 FIRST_NAME = "own part"
 
-CONVENTION_TEXTS = {
-    "physical": ("Physical", "Specific force and angular velocity, both in the sensor's frame"),
-    "paper": ("Paper", "The equations as the paper prints them, for comparison only"),
-}
-CONVENTION_ITEMS = tuple((name, *CONVENTION_TEXTS[name]) for name in CONVENTIONS)
+CONVENTIONS = (
+    ("physical", "Physical", "Specific force and angular velocity, both in the sensor's frame"),
+    ("paper", "Paper", "The equations as the paper prints them, for comparison only"),
+)
 
 TEXTS = {
     "orientation": "Quaternions, as a part with sensor fusion gives them",
@@ -46,12 +42,12 @@ TICKS = {"record": "recorded", "recognise_by": "recognised_by"}
 """The ticks that show a set of sensors: a click on Blender's own buttons for one lets go of the others."""
 
 
-def own_sensor(study: Group) -> SensorModel:
+def own_sensor(study: bpy.types.PropertyGroup) -> SensorModel:
     """The part of one's own; before anything is said of it, the default part's figures."""
     return _read(study.own_sensor_text)
 
 
-def keep_own_sensor(study: Group, model: SensorModel) -> None:
+def keep_own_sensor(study: bpy.types.PropertyGroup, model: SensorModel) -> None:
     """Make a sensor the part of one's own."""
     name = FIRST_NAME if model.name in PRESETS else model.name
     study.own_sensor_text = json.dumps(sensor_content(replace(model, name=name)))
@@ -64,11 +60,11 @@ def _read(text: str) -> SensorModel:
     return sensor_from(json.loads(text), FIRST_NAME)
 
 
-def _name(study: Group) -> str:
+def _name(study: bpy.types.PropertyGroup) -> str:
     return own_sensor(study).name
 
 
-def _rename(study: Group, name: str) -> None:
+def _rename(study: bpy.types.PropertyGroup, name: str) -> None:
     plain = "".join(letter for letter in name.strip()[:60] if letter.isprintable())
     keep_own_sensor(study, replace(own_sensor(study), name=plain or FIRST_NAME))
 
@@ -77,10 +73,10 @@ def _figure(name: str) -> Any:
     """A field that shows a figure of the own part, in a datasheet's unit."""
     figure = FIGURES[name]
 
-    def get(study: Group) -> float:
+    def get(study: bpy.types.PropertyGroup) -> float:
         return figure.of(own_sensor(study))
 
-    def given(study: Group, value: float) -> None:
+    def given(study: bpy.types.PropertyGroup, value: float) -> None:
         value = min(max(value, 0.0), figure.most)
         keep_own_sensor(study, figure.given(own_sensor(study), value))
 
@@ -92,34 +88,31 @@ def _figure(name: str) -> Any:
 def _ticks(name: str, title: str, about: str) -> Any:
     """Ticks that show and change a set of further sensors."""
 
-    def get(study: Group) -> list[bool]:
+    def get(study: bpy.types.PropertyGroup) -> list[bool]:
         return [sensor in getattr(study, name) for sensor in FURTHER]
 
-    def tick(study: Group, ticks: Sequence[bool]) -> None:
+    def tick(study: bpy.types.PropertyGroup, ticks: Sequence[bool]) -> None:
         setattr(study, name, {sensor for sensor, on in zip(FURTHER, ticks, strict=True) if on})
 
     return BoolVectorProperty(name=title, description=about, size=len(FURTHER), get=get, set=tick)
 
 
-class SensorProperties:
+class FigureProperties:
+    """The figures of the own part."""
+
+    __annotations__ = {name: _figure(name) for name in FIGURES}
+
+
+class SensorProperties(FigureProperties):
     """The part of a study's properties that says how signals are made."""
 
     own_sensor_text: StringProperty(options={"HIDDEN"})
     own_sensor_name: StringProperty(
         name="Name", description="What you call your part", get=_name, set=_rename
     )
-    acc_range: _figure("acc_range")
-    acc_noise: _figure("acc_noise")
-    acc_bias: _figure("acc_bias")
-    acc_drift: _figure("acc_drift")
-    gyr_range: _figure("gyr_range")
-    gyr_noise: _figure("gyr_noise")
-    gyr_bias: _figure("gyr_bias")
-    gyr_drift: _figure("gyr_drift")
-    misalignment: _figure("misalignment")
     band: FloatProperty(**declared("band"), precision=1)
     root_band: FloatProperty(**declared("root_band"), precision=1)
-    convention: EnumProperty(**declared("convention"), items=CONVENTION_ITEMS)
+    convention: EnumProperty(**declared("convention"), items=CONVENTIONS)
     record: EnumProperty(**declared("record", default=set()), items=ITEMS, options={"ENUM_FLAG"})
     recognise_by: EnumProperty(**declared("recognise_by", default=set()), items=ITEMS, options={"ENUM_FLAG"})
     recorded: _ticks(
@@ -132,7 +125,7 @@ class SensorProperties:
     magnetic_dip: FloatProperty(**declared("magnetic_dip"), precision=1)
 
 
-def further_of(study: Group, run: FurtherSensors, dressed: bool) -> FurtherSensors:
+def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: bool) -> FurtherSensors:
     """The sensors beside acc and gyr as core takes them; errors of the parts are those of the run opened.
 
     `dressed` is whether garments carry the sensors: these record acc and gyr alone.
@@ -151,13 +144,13 @@ def further_of(study: Group, run: FurtherSensors, dressed: bool) -> FurtherSenso
     )
 
 
-def keep_further(study: Group, further: FurtherSensors) -> None:
+def keep_further(study: bpy.types.PropertyGroup, further: FurtherSensors) -> None:
     """Show in the panel what a run recorded."""
     study.record, study.recognise_by = set(further.record), set(further.features)
     study.magnetic_dip = further.dip_deg
 
 
-def further_text(study: Group) -> str:
+def further_text(study: bpy.types.PropertyGroup) -> str:
     """Settings of the further sensors that signals and features depend on; empty where none is recorded."""
     if not study.record:
         return ""

@@ -18,13 +18,19 @@ from ...core.imu.recording import ImuRecording
 from ...core.results_folder import stored_recording
 from ..jobs.preferences import SIGNALS_SUFFIX, cache_folder
 
+Place = tuple[Path, str]
+"""Folder of a clip's files, and their name there."""
+
+Windows = tuple[np.ndarray, np.ndarray]
+"""Windows of a clip as features, and whether each may be tested on."""
+
 KEPT = 4
 """Recordings kept in memory for the overlay."""
 
 _recordings: OrderedDict[str, ImuRecording] = OrderedDict()
 
 
-def place_of(clip: bpy.types.PropertyGroup) -> tuple[Path, str]:
+def place_of(clip: bpy.types.PropertyGroup) -> Place:
     """Folder of a clip's files and their name there; a name from a .blend file leads out of no folder."""
     folder, name = clip.id_data.w2w.results_folder, clip.stored_as
     if folder and clip.signals.startswith(STORED) and PurePath(name).name == name:
@@ -32,7 +38,7 @@ def place_of(clip: bpy.types.PropertyGroup) -> tuple[Path, str]:
     return cache_folder(), clip.signals + SIGNALS_SUFFIX
 
 
-def places_of(clips: Sequence[bpy.types.PropertyGroup]) -> list[tuple[Path, str]]:
+def places_of(clips: Sequence[bpy.types.PropertyGroup]) -> list[Place]:
     """Where the files of baked clips are.
 
     Raises
@@ -54,14 +60,8 @@ def has(clip: bpy.types.PropertyGroup) -> bool:
     return bool(clip.signals) and all(file(*place).is_file() for file in (signals_file, features_file))
 
 
-def save(
-    key: str,
-    recording: ImuRecording,
-    windows: tuple[np.ndarray, np.ndarray],
-    signature: np.ndarray,
-    folder: Path,
-) -> None:
-    """Keep a baked clip with its windows, as features and whether each may be tested on; safe in a thread."""
+def save(key: str, recording: ImuRecording, windows: Windows, signature: np.ndarray, folder: Path) -> None:
+    """Keep a baked clip with its windows; safe in a thread."""
     place, (features, is_test) = (folder, key + SIGNALS_SUFFIX), windows
     for path in (signals_file(*place), features_file(*place)):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -69,9 +69,7 @@ def save(
     recording.save(signals_file(*place))
 
 
-def with_added(
-    place: tuple[Path, str], added: ImuRecording, windows: tuple[np.ndarray, np.ndarray]
-) -> tuple[ImuRecording, tuple[np.ndarray, np.ndarray]]:
+def with_added(place: Place, added: ImuRecording, windows: Windows) -> tuple[ImuRecording, Windows]:
     """Signals and windows that a clip has, with those of patches that were added after them."""
     before = load_arrays(features_file(*place), ("features",), "does not hold a clip's windows")["features"]
     own = before[: len(windows[1])]  # those of copies come after them

@@ -20,7 +20,7 @@ from ...core.study import StudyConfig
 from ...core.wording import capital
 from ...scene.base.patches import PATCH
 from ...scene.files.packing import unpack
-from .counting import counted_in
+from .counting import LEFT_OUT, counted_in, is_reweighed
 from .declared import as_given, config_values
 from .garments import wardrobe_text, worn_by
 from .sensors import OWN, further_of, further_text, own_sensor
@@ -139,7 +139,7 @@ def keep_own_placed(study: Group, placements: Iterable[tuple[str, int]], sampled
 def advice_settings(study: Group) -> str:
     """All that a choice of sensors depends on, as a hash."""
     config = config_of(study)
-    ticks = [activity.name for activity in study.activities if not activity.use]
+    ticks = [activity.name for activity in study.activities if activity.part == LEFT_OUT]
     parts = [study.ranked_as, study.utility_key, config.target, config.every_activity, config.max_places]
     if config.background or config.weights:
         parts += [config.background, config.weights]
@@ -167,6 +167,19 @@ def utility_of(study: Group) -> UtilityMap | None:
     except ValueError:
         _unreadable.add(key)
         return None
+
+
+def is_ranked(body: bpy.types.Object) -> bool:
+    """Whether a body has patches and a ranking of them."""
+    return utility_of(body.w2w) is not None and patches_of(body) is not None
+
+
+def is_up_to_date(study: Group) -> bool:
+    """Whether there is a ranking, of the clips, settings and weights as they are now."""
+    utility = utility_of(study)
+    if utility is None or study.ranked_as != rank_settings(study):
+        return False
+    return not is_reweighed(study, utility)
 
 
 def unreadable_ranking(study: Group) -> str:
@@ -231,6 +244,12 @@ def usable(study: Group) -> list[Group]:
     return [clip for clip in study.clips if clip.action is not None and not clip.problem]
 
 
+def baked(study: Group) -> list[Group]:
+    """Clips with signals as they are wanted."""
+    settings = bake_settings(study)
+    return [clip for clip in study.clips if state_of(clip, settings) == BAKED]
+
+
 def selected(study: Group) -> list[Group]:
     """The ticked clips, or the active one where none is."""
     ticked = [clip for clip in study.clips if clip.selected]
@@ -270,9 +289,8 @@ def missing_for_any_rank(body: bpy.types.Object | None) -> str:
     missing = missing_for_bake(body)
     if missing:
         return missing
-    settings = bake_settings(body.w2w)
-    baked = [clip for clip in usable(body.w2w) if state_of(clip, settings) == BAKED]
-    return labels_problem(baked) if baked else "Bake the signals first (step 4)"
+    clips = baked(body.w2w)
+    return labels_problem(clips) if clips else "Bake the signals first (step 4)"
 
 
 def labels_problem(clips: Sequence[Group]) -> str:

@@ -8,8 +8,8 @@ import numpy as np
 from mathutils import Vector
 
 from ...scene.base.body import body_of
-from ..study.lists import answer_of
-from ..study.state import patches_of
+from ..jobs.jobs import views
+from ..study import lists, state
 
 ROOM = 2.1
 """Distance of the view from a body, in its heights."""
@@ -33,21 +33,19 @@ def frame(bodies: Sequence[bpy.types.Object], vertex: int | None = None) -> None
         if np.hypot(x, y) > 0.2:
             towards = Vector((x, y, RISE * float(np.hypot(x, y))))
     size = max(high[2] - low[2], 0.6 * float(np.hypot(*(high - low)[:2])))
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                view = area.spaces.active.region_3d
-                if view.view_perspective == "CAMERA":
-                    view.view_perspective = "PERSP"
-                view.view_location = Vector((low + high) / 2)
-                view.view_rotation = towards.to_track_quat("Z", "Y")
-                view.view_distance = ROOM * float(size)
+    for area in views(bpy.context):
+        view = area.spaces.active.region_3d
+        if view.view_perspective == "CAMERA":
+            view.view_perspective = "PERSP"
+        view.view_location = Vector((low + high) / 2)
+        view.view_rotation = towards.to_track_quat("Z", "Y")
+        view.view_distance = ROOM * float(size)
 
 
 def frame_answer(mesh: bpy.types.Object) -> None:
     """Show a body whole in every 3D view, from the side of its recommended spot where it has one."""
-    patch = answer_of(mesh.w2w).get("patch")
-    frame([mesh], None if patch is None else int(patches_of(mesh).vertices[patch]))
+    patch = lists.answer_of(mesh.w2w).get("patch")
+    frame([mesh], None if patch is None else int(state.patches_of(mesh).vertices[patch]))
 
 
 def extent(items: Sequence[bpy.types.Object]) -> tuple[np.ndarray, np.ndarray]:

@@ -12,29 +12,13 @@ from ...scene import heatmap
 from ...scene.body import character
 from ...scene.heatmap import add_beside, fits, follow, paint_beside, remove_beside
 from ..jobs.jobs import is_there
-from ..study.scores import (
-    EXPECTED,
-    beside_of,
-    beside_scores,
-    colour_range,
-    minus_index,
-    range_note,
-    shown_scores,
-    view_index,
-    view_of,
-)
-from ..study.state import patches_of, utility_of
-
-Group = bpy.types.PropertyGroup
+from ..study import scores, state
 
 BODIES_APART = 2.0
 """Widths of the legend from the middle of one body to that of the next, for it to stand between them."""
 
 MARK_RADIUS = 1.5
 """Radius of a sensor's ball on a character, in lengths of a patch's axes."""
-
-ORDER = "w2w order"
-"""Custom property of a ball: how many sensors were chosen before it."""
 
 
 class Legend(NamedTuple):
@@ -52,15 +36,15 @@ class Legend(NamedTuple):
     """Name of the map beside."""
 
 
-def legend(study: Group, utility: UtilityMap) -> Legend:
+def legend(study: bpy.types.PropertyGroup, utility: UtilityMap) -> Legend:
     """The legend of the heatmap that is shown."""
-    scores, name = shown_scores(study, utility), map_name(study, view_index(study))
-    if minus_index(study) >= 0:
-        name = f"{name} minus {map_name(study, minus_index(study))}"
-        return Legend(name, "Difference of F1", *difference_range(scores), DIFFERENCE_MAP, "", "+.2f")
-    low, high = colour_range(study, scores, utility)
-    title = "Expected F1" if study.scores == EXPECTED else "F1 on these clips"
-    note = range_note(study, scores, utility)
+    values, name = scores.shown_scores(study, utility), map_name(study, scores.view_index(study))
+    if scores.minus_index(study) >= 0:
+        name = f"{name} minus {map_name(study, scores.minus_index(study))}"
+        return Legend(name, "Difference of F1", *difference_range(values), DIFFERENCE_MAP, "", "+.2f")
+    low, high = scores.colour_range(study, values, utility)
+    title = "Expected F1" if study.scores == scores.EXPECTED else "F1 on these clips"
+    note = scores.range_note(study, values, utility)
     return Legend(name, title, low, high, study.colour_map, note, ".2f", name_of(study))
 
 
@@ -77,19 +61,19 @@ def left_of_legend(width: float, left: float, right: float, bodies: Sequence[flo
     return right - width
 
 
-def map_name(study: Group, index: int) -> str:
+def map_name(study: bpy.types.PropertyGroup, index: int) -> str:
     """Name of a heatmap by its number."""
     return "Mean of activities" if index == 0 else study.activities[index - 1].name
 
 
 def paint(body: bpy.types.Object) -> None:
     """Show the second map on the copy, which stands anew where it is of another body now."""
-    study, other = body.w2w, beside_of(body.w2w)
+    study, other = body.w2w, scores.beside_of(body.w2w)
     if other is None:
         if study.beside is not None:  # taken out of the scene by hand
             study.beside = None
         return
-    shown, patches = other.id_data, patches_of(other.id_data)
+    shown, patches = other.id_data, state.patches_of(other.id_data)
     if patches is None or shown.data.is_editmode:
         return
     same = len(body.data.vertices) == len(patches.labels)
@@ -98,9 +82,10 @@ def paint(body: bpy.types.Object) -> None:
         remove_beside([study.beside])
         study.beside = add_beside(body, model)
     follow(study.beside, body, model)
-    utility, scores = utility_of(other), beside_scores(study)
-    low, high = colour_range(study, shown_scores(study, utility_of(study)), utility_of(study))
-    colours = patch_colours(patches, scores, low, high, study.colour_map, utility.colour_span)
+    utility, values = state.utility_of(other), scores.beside_scores(study)
+    own = state.utility_of(study)
+    low, high = scores.colour_range(study, scores.shown_scores(study, own), own)
+    colours = patch_colours(patches, values, low, high, study.colour_map, utility.colour_span)
     paint_beside(study.beside, heatmap.MEAN, colours)
 
 
@@ -110,12 +95,12 @@ def bodies_beside(body: bpy.types.Object) -> list[bpy.types.Object]:
     return [item for item in others if item.w2w.beside_body == body and item.w2w.beside is not None]
 
 
-def name_of(study: Group) -> str:
+def name_of(study: bpy.types.PropertyGroup) -> str:
     """Name of the second map; with its body's name where that is another."""
-    other = beside_of(study)
+    other = scores.beside_of(study)
     if other is None:
         return ""
-    name = map_name(other, max(view_of(other, study.beside_view), 0))
+    name = map_name(other, max(scores.view_of(other, study.beside_view), 0))
     return name if other == study else f"{name} ({other.id_data.name})"
 
 
@@ -163,17 +148,10 @@ def clear_character(body: bpy.types.Object) -> None:
     remove_marks(body)
 
 
-def mark_character(
-    body: bpy.types.Object, vertices: list[int] | None = None, names: list[str] | None = None
-) -> None:
-    """Put a ball on the character at each of these vertices of the body, or those of the last call."""
-    study = body.w2w
-    if vertices is None:
-        kept = study.marks.objects if study.marks is not None else ()
-        kept = sorted(kept, key=lambda item: item.get(ORDER, 0))
-        vertices, names = [item[character.MARK] for item in kept], [item.name for item in kept]
+def mark_character(body: bpy.types.Object, vertices: list[int], names: list[str]) -> None:
+    """Put a ball with its name on the character at each of these vertices of the body, and nowhere else."""
     remove_marks(body)
-    meshes = meshes_of(body)
+    study, meshes = body.w2w, meshes_of(body)
     if not meshes or not vertices:
         return
     study.marks = bpy.data.collections.new(f"Sensors on {study.character.name}")
@@ -181,9 +159,8 @@ def mark_character(
     home = next(iter(study.character.users_collection), bpy.context.scene.collection)
     home.children.link(study.marks)
     balls = character.place_marks(body, vertices, meshes, MARK_RADIUS * study.patch_size)
-    for number, (ball, vertex, name) in enumerate(zip(balls, vertices, names, strict=True)):
-        ball.name = name
-        ball[character.MARK], ball[ORDER] = vertex, number
+    for ball, vertex, name in zip(balls, vertices, names, strict=True):
+        ball.name, ball[character.MARK] = name, vertex
         ball.show_name = ball.show_in_front = True
         study.marks.objects.link(ball)
 

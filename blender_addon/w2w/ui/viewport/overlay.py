@@ -13,10 +13,7 @@ from ...core.colours import colour_table
 from ...core.patches.patches import PatchSet
 from ...scene.base.actions import FIRST_FRAME, key_rate
 from ...scene.base.patches import PATCH
-from ..study import signal_cache
-from ..study.lists import leading
-from ..study.scores import activity_scores, colour_range, patch_lines
-from ..study.state import current_body, patches_of, playing_clip, utility_of
+from ..study import lists, scores, signal_cache, state
 from .card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card, on_one_scale
 from .drawing import Colour, Surface, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
 from .legend import Legend, left_of_legend, legend
@@ -66,11 +63,11 @@ def picks(context: bpy.types.Context, body: bpy.types.Object) -> list[int]:
 def draw() -> None:
     """Draw everything; Blender calls this for each 3D view."""
     context = bpy.context
-    body = current_body(context)
+    body = state.current_body(context)
     space = context.space_data
     if body is None or not context.scene.w2w.show_overlay or not space.overlay.show_overlays:
         return
-    patches = patches_of(body)
+    patches = state.patches_of(body)
     if patches is None or not body.visible_get():
         return
     scale = context.preferences.system.ui_scale
@@ -78,8 +75,8 @@ def draw() -> None:
     cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
     free = _free_part(context)
     placed = _place_cards(on_one_scale(cards), free, scale)
-    if utility_of(body.w2w) is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
-        shown = legend(body.w2w, utility_of(body.w2w))
+    if state.utility_of(body.w2w) is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
+        shown = legend(body.w2w, state.utility_of(body.w2w))
         heads = _heads(context, (body, body.w2w.beside) if shown.beside else ())
         right_of_cards = max((x + WIDTH * scale for _, x, _ in placed), default=free.left)
         _draw_colour_bar(shown, free._replace(left=right_of_cards), heads, scale)
@@ -179,7 +176,7 @@ def _draw_chosen(surface: Surface, study: bpy.types.PropertyGroup, scale: float)
     """Number the chosen sensors in the order of their choice, those in sight."""
     if study.chosen_collection is None:
         return
-    for number, sensor in enumerate(leading(study), start=1):
+    for number, sensor in enumerate(lists.leading(study), start=1):
         if surface.in_sight(sensor.patch):
             point = surface.on_screen(sensor.patch)
             disc(point.x, point.y, 9 * scale, PALE)
@@ -214,9 +211,9 @@ def _draw_mark(surface: Surface, patch: int, number: int, scale: float) -> None:
 def _card(
     context: bpy.types.Context, body: bpy.types.Object, patches: PatchSet, patch: int, number: int
 ) -> Card:
-    study, utility = body.w2w, utility_of(body.w2w)
+    study, utility = body.w2w, state.utility_of(body.w2w)
     mark, colour = MARKS[number]
-    clip = playing_clip(body)
+    clip = state.playing_clip(body)
     recording = signal_cache.recording(clip) if clip is not None and clip.signals else None
     if recording is not None and recording.n_sensors != len(patches):
         recording = None
@@ -228,24 +225,16 @@ def _card(
         shows = f"{clip.activity}: {clip.name}" if clip.activity else clip.name
     lines, f1, limits = (f"patch {patch}, not ranked yet",), np.zeros(0), (0.0, 1.0)
     if utility is not None:
-        lines, scores = patch_lines(study, utility, patch), activity_scores(study, utility)
-        f1 = scores[patch]
-        limits = colour_range(study, scores, utility) if study.fix_range else limits
+        lines, values = scores.patch_lines(study, utility, patch), scores.activity_scores(study, utility)
+        f1 = values[patch]
+        limits = scores.colour_range(study, values, utility) if study.fix_range else limits
     return Card(
-        mark=mark,
-        colour=colour,
-        title=patches.names[patch],
-        lines=lines,
+        mark=mark, colour=colour, title=patches.names[patch], lines=lines,
         activities=utility.activities if utility is not None else (),
-        f1=f1,
-        low=limits[0],
-        high=limits[1],
-        colour_map=study.colour_map,
-        recording=recording,
-        patch=patch,
-        clip=shows,
+        f1=f1, low=limits[0], high=limits[1], colour_map=study.colour_map,
+        recording=recording, patch=patch, clip=shows,
         time=(context.scene.frame_current_final - FIRST_FRAME) / key_rate(clip and clip.action),
-    )
+    )  # fmt: skip
 
 
 def register() -> None:
