@@ -198,10 +198,10 @@ def test_a_fixed_range_begins_as_the_range_of_the_scores(library: Path) -> None:
     utility = utility_of(body.w2w)
     scores = utility.expected_f1
     body.w2w.fix_range = True
-    assert colour_range(body.w2w, scores, utility) == pytest.approx(
+    assert colour_range(body.w2w, utility) == pytest.approx(
         score_range(scores, utility.colour_span), abs=1e-6
     )
     body.w2w.range_low, body.w2w.range_high = 0.2, 0.9
     body.w2w.fix_range = False
     body.w2w.fix_range = True
-    assert colour_range(body.w2w, scores, utility) == pytest.approx((0.2, 0.9))
+    assert colour_range(body.w2w, utility) == pytest.approx((0.2, 0.9))

@@ -48,7 +48,7 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     subtitle += f"Best patch: {patches.names[best]} ({values[best]:.2f})"
     label = MEAN if study.scores == scores.EXPECTED else ON_THESE_CLIPS
     one_scale = study.fix_range or scores.beside_of(study) is not None
-    ends = scores.colour_range(study, values, utility) if one_scale else (None, None)
+    ends = scores.colour_range(study, utility) if one_scale else (None, None)
     body, colours = body_as_run(mesh), (study.colour_map, utility.colour_span)
     if scores.minus_index(study) >= 0:
         shown = legend(study, utility)

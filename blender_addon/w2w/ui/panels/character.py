@@ -67,7 +67,10 @@ class W2W_OT_use_character(operators.Works, bpy.types.Operator):
                 study.character_meshes.add().mesh = mesh
         counted = f"{len(meshes)} mesh{'es' * (len(meshes) != 1)}"
         study.fit = f"{counted}, {100 * gap:.1f} cm from the body once laid on it"
-        results.carry(body)
+        if state.is_ranked(body):
+            results.paint(body)
+            results.mark_chosen(body)
+            results.show_colours(context)
         jobs.dismiss()
 
 

@@ -9,7 +9,7 @@ from ..jobs import jobs
 from ..jobs.text import draw_outcome, draw_text, styled
 from ..results import results
 from ..results.own_placements import spot_name
-from ..steps.choosing import TITLE, missing_for_choice
+from ..steps.choosing import missing_for_choice
 from ..study import counting, lists, operators, state
 from ..viewport.overlay import NO_PICK, picks
 from .base import ResultPanel, draw_info, form
@@ -67,7 +67,7 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
 
     bl_label = "Sensor Placement"
     bl_order = 3
-    titles = (TITLE,)
+    titles = ("Choose Sensors",)
 
     def draw(self, context: bpy.types.Context) -> None:
         body = state.current_body(context)
@@ -84,7 +84,7 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
         draw_wishes(content, context, body)
         styled(content.row(), scale_y=1.2).operator("w2w.choose_sensors", icon="VIEWZOOM")
         draw_outcome(self.layout, context, self.titles)
-        if jobs.running is None or jobs.running.title != TITLE:
+        if jobs.running is None or jobs.running.title not in self.titles:
             draw_worn(styled(self.layout.column(), enabled=can_change_now(context)), context, body)
 
 

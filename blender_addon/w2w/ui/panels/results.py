@@ -79,9 +79,7 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
 class W2W_UL_activities(bpy.types.UIList):
     """Activities: what part they take, name, weight, F1 of the best patch."""
 
-    def draw_item(
-        self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
-    ) -> None:  # fmt: skip
+    def draw_item(self, context, layout, data, item, icon, active_data, active_propname, index) -> None:
         row = layout.row(align=True)
         row.prop(item, "part", text="", emboss=False, icon_only=True)
         styled(row.row(), active=item.part == counting.COUNTED).label(text=item.name, translate=False)

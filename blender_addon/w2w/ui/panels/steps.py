@@ -99,9 +99,7 @@ class W2W_PT_shape(PartPanel, bpy.types.Panel):
 class W2W_UL_clips(bpy.types.UIList):
     """Clips, a line each: tick, name, activity, to be edited in place, and state."""
 
-    def draw_item(
-        self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
-    ) -> None:  # fmt: skip
+    def draw_item(self, context, layout, data, item, icon, active_data, active_propname) -> None:
         found = state.state_of(item, state.bake_settings(data))
         row = styled(layout.row(align=True), alert=found == state.FAILED)
         tick = "CHECKBOX_HLT" if item.selected else "CHECKBOX_DEHLT"

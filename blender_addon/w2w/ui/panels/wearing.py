@@ -93,9 +93,7 @@ def spot(context: bpy.types.Context, body: bpy.types.Object) -> int:
 class W2W_UL_placements(bpy.types.UIList):
     """Placements of one's own: the name, to be edited in place, expected F1 and rank."""
 
-    def draw_item(
-        self, context, layout, data, item, icon, active_data, active_propname, index=0, flt_flag=0
-    ) -> None:  # fmt: skip
+    def draw_item(self, context, layout, data, item, icon, active_data, active_propname) -> None:
         row = layout.row(align=True)
         row.prop(item, "title", text="", emboss=False, icon="PINNED")
         scores = scores_of_own(data.id_data, item)

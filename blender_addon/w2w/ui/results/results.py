@@ -61,7 +61,9 @@ def clear(body: bpy.types.Object) -> None:
     study.regions.clear()
     lists.forget_advice(study)
     study.picked = study.compared = -1
-    legend.clear_character(body)
+    for mesh in legend.meshes_of(body):
+        heatmap.remove_heatmaps(mesh)
+    legend.remove_marks(body)
     legend.remove(body)
     heatmap.remove_heatmaps(body)
     if study.chosen_collection is not None:
@@ -98,7 +100,7 @@ def paint(body: bpy.types.Object, follow: bool = True) -> None:
         return
     ends = (None, None)
     if study.fix_range or scores.beside_of(study) is not None:
-        ends = scores.colour_range(study, scores.shown_scores(study, utility), utility)
+        ends = scores.colour_range(study, utility)
     f1, mean = scores.activity_scores(study, utility), scores.mean_scores(study, utility)
     name = heatmap.MEAN if study.scores == scores.EXPECTED else heatmap.ON_THESE_CLIPS
     look = (*ends, study.colour_map, name, utility.colour_span)
@@ -176,12 +178,13 @@ def choose(body: bpy.types.Object) -> None:
 
 
 def mark_chosen(body: bpy.types.Object) -> None:
-    """Draw the leading set as spheres, in a collection of their own, and the others as axes."""
+    """Draw the leading set as spheres, in a collection of their own, and on the character; others as axes."""
     study = body.w2w
     if study.patch_collection is None:
         return
     empties = empties_by_patch(study.patch_collection)
-    wanted = [empties[row.patch] for row in lists.leading(study) if row.patch in empties]
+    patches, chosen = state.patches_of(body), list(lists.leading(study))
+    wanted = [empties[row.patch] for row in chosen if row.patch in empties]
     if study.chosen_collection is None:
         study.chosen_collection = bpy.data.collections.new(f"Sensor Places: {body.name}")
         study.chosen_collection.color_tag = "COLOR_01"
@@ -198,24 +201,9 @@ def mark_chosen(body: bpy.types.Object) -> None:
             collection.objects.link(empty)
         empty.empty_display_type = "SPHERE"
         empty.empty_display_size = CHOSEN_SCALE * study.patch_size
-    _mark_character(body)
-
-
-def carry(body: bpy.types.Object) -> None:
-    """Show on the character what the body shows: it has one since now."""
-    if state.patches_of(body) is None or state.utility_of(body.w2w) is None:
-        return
-    legend.paint_character(body)
-    show(body)
-    _mark_character(body)
-    show_colours(bpy.context)
-
-
-def _mark_character(body: bpy.types.Object) -> None:
-    patches, rows = state.patches_of(body), list(lists.leading(body.w2w))
-    if patches is not None and body.w2w.character is not None:
-        vertices = [int(patches.vertices[row.patch]) for row in rows]
-        legend.mark_character(body, vertices, [row.label for row in rows])
+    if study.character is not None and patches is not None:
+        vertices = [int(patches.vertices[row.patch]) for row in chosen]
+        legend.mark_character(body, vertices, [row.label for row in chosen])
 
 
 def hide_patches(study: bpy.types.PropertyGroup) -> None:

@@ -26,8 +26,6 @@ from ..results import results
 from ..study import counting, lists, operators, signal_cache, state
 from .baking import as_labelled, body_as_run, ranked_clips
 
-TITLE = "Choose Sensors"
-
 _poolings: dict[str, Pooling] = {}
 
 
@@ -86,7 +84,6 @@ def choose_steps(mesh: bpy.types.Object) -> Steps:
 class W2W_OT_choose_sensors(operators.IsJob, bpy.types.Operator):
     """Choose sensors to wear together under your wishes, by one classifier that reads them all"""
 
-    bl_label = TITLE
     missing = staticmethod(lambda _context, body: missing_for_choice(body))
     steps = staticmethod(choose_steps)
 

@@ -79,7 +79,6 @@ def kept_of(mesh: bpy.types.Object) -> Callable[[], str]:
 class W2W_OT_run_all(operators.IsJob, bpy.types.Operator):
     """Do all that is missing, from patches to sensors; Esc stops, and the next time goes on from there"""
 
-    bl_label = TITLE
     missing = staticmethod(lambda _context, body: missing_for_all(body))
     steps = staticmethod(run_all_steps)
 

@@ -114,20 +114,21 @@ def view_of(study: Group, view: str) -> int:
     return index if index <= len(study.activities) else -1
 
 
-def colour_range(study: Group, scores: np.ndarray, utility: UtilityMap) -> tuple[float, float]:
+def colour_range(study: Group, utility: UtilityMap) -> tuple[float, float]:
     """F1 at the two ends of the colours, which a map beside shares."""
     if study.fix_range:
         return min(study.range_low, study.range_high), max(study.range_low, study.range_high)
-    return score_range(_with_beside(study, scores), utility.colour_span)
+    return score_range(_with_beside(study, utility), utility.colour_span)
 
 
-def range_note(study: Group, scores: np.ndarray, utility: UtilityMap) -> str:
+def range_note(study: Group, utility: UtilityMap) -> str:
     """What the colour bar says where its colours span more than the scores; else empty."""
     if study.fix_range:
         return ""
-    return span_note(_with_beside(study, scores), *colour_range(study, scores, utility))
+    return span_note(_with_beside(study, utility), *colour_range(study, utility))
 
 
-def _with_beside(study: Group, scores: np.ndarray) -> np.ndarray:
-    beside = beside_scores(study)
+def _with_beside(study: Group, utility: UtilityMap) -> np.ndarray:
+    """The scores that are shown, and those beside them."""
+    scores, beside = shown_scores(study, utility), beside_scores(study)
     return scores if beside is None else np.concatenate([scores.ravel(), beside])

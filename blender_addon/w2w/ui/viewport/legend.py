@@ -38,14 +38,14 @@ class Legend(NamedTuple):
 
 def legend(study: bpy.types.PropertyGroup, utility: UtilityMap) -> Legend:
     """The legend of the heatmap that is shown."""
-    values, name = scores.shown_scores(study, utility), map_name(study, scores.view_index(study))
+    name = map_name(study, scores.view_index(study))
     if scores.minus_index(study) >= 0:
         name = f"{name} minus {map_name(study, scores.minus_index(study))}"
-        return Legend(name, "Difference of F1", *difference_range(values), DIFFERENCE_MAP, "", "+.2f")
-    low, high = scores.colour_range(study, values, utility)
+        ends = difference_range(scores.shown_scores(study, utility))
+        return Legend(name, "Difference of F1", *ends, DIFFERENCE_MAP, "", "+.2f")
     title = "Expected F1" if study.scores == scores.EXPECTED else "F1 on these clips"
-    note = scores.range_note(study, values, utility)
-    return Legend(name, title, low, high, study.colour_map, note, ".2f", name_of(study))
+    ends, note = scores.colour_range(study, utility), scores.range_note(study, utility)
+    return Legend(name, title, *ends, study.colour_map, note, ".2f", name_of(study))
 
 
 def left_of_legend(width: float, left: float, right: float, bodies: Sequence[float]) -> float:
@@ -83,8 +83,7 @@ def paint(body: bpy.types.Object) -> None:
         study.beside = add_beside(body, model)
     follow(study.beside, body, model)
     utility, values = state.utility_of(other), scores.beside_scores(study)
-    own = state.utility_of(study)
-    low, high = scores.colour_range(study, scores.shown_scores(study, own), own)
+    low, high = scores.colour_range(study, state.utility_of(study))
     colours = patch_colours(patches, values, low, high, study.colour_map, utility.colour_span)
     paint_beside(study.beside, heatmap.MEAN, colours)
 
@@ -139,13 +138,6 @@ def show_on_character(body: bpy.types.Object) -> None:
     for mesh in meshes_of(body):
         if active is not None and active.name in mesh.data.color_attributes:
             heatmap.show_heatmap(mesh, active.name)
-
-
-def clear_character(body: bpy.types.Object) -> None:
-    """Take heatmaps and sensors off the character."""
-    for mesh in meshes_of(body):
-        heatmap.remove_heatmaps(mesh)
-    remove_marks(body)
 
 
 def mark_character(body: bpy.types.Object, vertices: list[int], names: list[str]) -> None:

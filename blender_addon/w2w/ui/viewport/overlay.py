@@ -227,7 +227,7 @@ def _card(
     if utility is not None:
         lines, values = scores.patch_lines(study, utility, patch), scores.activity_scores(study, utility)
         f1 = values[patch]
-        limits = scores.colour_range(study, values, utility) if study.fix_range else limits
+        limits = scores.colour_range(study, utility) if study.fix_range else limits
     return Card(
         mark=mark, colour=colour, title=patches.names[patch], lines=lines,
         activities=utility.activities if utility is not None else (),
