@@ -29,7 +29,10 @@ from ..runs.workers import run_side_by_side
 from ..system_libraries import missing_library
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from w2w.drawing.body import BodyPictures  # Pillow and matplotlib are slow to import
+    from w2w.drawing.heatmap import Scale
 
 BLEND = "study.blend"
 
@@ -45,9 +48,6 @@ MAX_LISTED = 12
 POLL_S = 0.2
 MAX_SAID = 300
 """Characters of Blender's last words that are shown."""
-
-Draw = Callable[[Path], None]
-"""Draws something of a results folder."""
 
 
 def draw_folder(out: Path, activities: Sequence[str], monitor: RunMonitor) -> dict[str, str]:
@@ -70,7 +70,7 @@ def draw_folder(out: Path, activities: Sequence[str], monitor: RunMonitor) -> di
     return {name: why for name, why in failed.items() if why}
 
 
-def draw_side_by_side(works: Sequence[Draw], out: Path) -> list[str]:
+def draw_side_by_side(works: Sequence[Callable[[Path], None]], out: Path) -> list[str]:
     """Draw, each in a worker process of its own; why each failed, empty where it did not."""
     with tempfile.TemporaryDirectory(prefix="w2w_draw_") as folder:
         said = [Path(folder) / f"blender_{number}.txt" for number in range(len(works))]
@@ -86,7 +86,7 @@ def _crash(said: Path) -> str:
     return missing_library(last) or f"Blender crashed; its last words: {last[-MAX_SAID:] or 'none'}"
 
 
-def _draw(work: Draw, out: Path, said: Path) -> str:
+def _draw(work: Callable[[Path], None], out: Path, said: Path) -> str:
     """Draw, in the worker; what Blender prints is kept in case the process dies."""
     forget_scripts_path()
     with output_to(said):
@@ -102,10 +102,10 @@ def _draw(work: Draw, out: Path, said: Path) -> str:
 @contextmanager
 def _counted(files: Sequence[Path], advance: Callable[[int], None]) -> Iterator[None]:
     """Move a progress bar by the files that another process has written."""
-    done, over = 0, threading.Event()
+    over = threading.Event()
 
     def count() -> None:
-        nonlocal done
+        done = 0
         while not over.wait(POLL_S):
             found = sum(file.exists() for file in files)
             advance(found - done)
@@ -123,11 +123,10 @@ def _counted(files: Sequence[Path], advance: Callable[[int], None]) -> Iterator[
 def write_pictures(out: Path) -> None:
     """Draw `heatmaps/*.png` of a finished study: one for each activity, the mean and the set."""
     from w2w.drawing.body import BodyPictures, size_for
-    from w2w.drawing.heatmap import VIEW_PIXELS, heatmap_figure  # matplotlib is slow to import
+    from w2w.drawing.heatmap import VIEW_PIXELS, Scale, heatmap_figure  # matplotlib is slow to import
 
     study = StudyResults.load(out)
     utility = study.utility
-    folder = out / HEATMAPS
     titles = [name.replace("_", " ").capitalize() for name in utility.activities]
     best = [int(scores.argmax()) for scores in utility.expected_f1.T]
     maps = [*zip(picture_names(utility.activities), titles, utility.expected_f1.T, best, strict=True)]
@@ -139,15 +138,15 @@ def write_pictures(out: Path) -> None:
         drawn = []
         for name, title, scores, spot in maps:
             low, high = score_range(scores, utility.colour_span)
+            scale = Scale(low, high, EXPECTED, span_note(scores, low, high))
             views = shaded.coloured(patch_colours(study.patches, scores, low, high))
             subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
             subtitle += f"Best spot: {study.patches.names[spot]} ({scores[spot]:.2f} on other clips)"
-            note = span_note(scores, low, high)
-            page = (folder / f"{name}.png", views, title, low, high, EXPECTED, subtitle)
-            drawn.append(pages.submit(heatmap_figure, *page, note=note))
+            path = out / HEATMAPS / f"{name}.png"
+            drawn.append(pages.submit(heatmap_figure, path, views, title, scale, subtitle))
         for one in drawn:
             one.result()
-        _draw_worn(study, shaded)
+    _draw_worn(study, shaded, views, scale)  # on the last map, the mean
 
 
 def write_blend(out: Path) -> None:
@@ -156,19 +155,8 @@ def write_blend(out: Path) -> None:
         from w2w.scene.files.study_file import write_study
 
     study = StudyResults.load(out)
-    utility, body = study.utility, study.body()
-    write_study(
-        out / BLEND,
-        body,
-        study.patches,
-        (study.motion(clip.name) for clip in clips_in_blend(study.clips)),
-        utility.expected_f1,
-        utility.activities,
-        utility.expected_mean,
-        marked(study).order,
-        results=study,
-        span=utility.colour_span,
-    )
+    motions = (study.motion(clip.name) for clip in clips_in_blend(study.clips))
+    write_study(out / BLEND, study, motions, marked(study).order)
 
 
 def clips_in_blend(clips: Sequence[LabelledClip]) -> list[LabelledClip]:
@@ -204,34 +192,28 @@ def marked(study: StudyResults) -> Marked:
     return Marked(order, scores, worn["target"], capital(worn["sentence"]))
 
 
-def _draw_worn(study: StudyResults, shaded: BodyPictures) -> None:
+def _draw_worn(study: StudyResults, shaded: BodyPictures, views: list[np.ndarray], scale: Scale) -> None:
     from w2w.drawing.heatmap import subset_figure  # matplotlib is slow to import
 
-    utility, patches, body = study.utility, study.patches, shaded.body
-    shown = marked(study)
-    order = list(shown.order[:MAX_LISTED])
-    low, high = score_range(utility.expected_mean, utility.colour_span)
-    pictures = shaded.coloured(patch_colours(patches, utility.expected_mean, low, high))
+    shown, body = marked(study), shaded.body
+    order = shown.order[:MAX_LISTED]
     by_patch = {card["patch"]: card for card in study.summary["cards"]}
     cards = [by_patch[patch] for patch in order]
-    corners = body.vertices[patches.triangles[order]]
-    normals = body.vertex_normals[patches.triangles[order]].mean(axis=1)
+    triangles = study.patches.triangles[order]
+    places, normals = (values[triangles].mean(axis=1) for values in (body.vertices, body.vertex_normals))
+    count = f"{len(shown.order)} sensor{'s' if len(shown.order) != 1 else ''}"
     subtitle = shown.sentence
     if len(order) < len(shown.order):
         subtitle += f" (the first {len(order)} of {len(shown.order)} patches shown)"
-    count = f"{len(shown.order)} sensor{'s' if len(shown.order) != 1 else ''}"
     subset_figure(
         study.out / HEATMAPS / f"{SUBSET}.png",
-        pictures,
+        views,
         f"Where to wear {count}",
-        shaded.locate(corners.mean(axis=1), normals),
+        scale,
+        shaded.locate(places, normals),
         [card["sensor"] for card in cards],
         shown.scores[: len(order)],
-        EXPECTED,
-        target=shown.target,
-        subtitle=subtitle,
-        scale=(low, high),
-        scale_label=EXPECTED,
-        note=span_note(utility.expected_mean, low, high),
-        cards=[card["in_words"] for card in cards],
+        [card["in_words"] for card in cards],
+        shown.target,
+        subtitle,
     )

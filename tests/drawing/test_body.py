@@ -71,10 +71,3 @@ def test_a_place_is_located_in_the_view_that_it_faces(body):
     )
     assert view == 0
     np.testing.assert_allclose(np.unravel_index(red.argmax(), red.shape), (row, column), atol=1.5)
-
-
-def test_wrong_colours_and_views_are_refused(body):
-    with pytest.raises(ValueError, match="vertex_colours must have shape"):
-        BodyPictures(body, 60).coloured(np.zeros((3, 3)))
-    with pytest.raises(ValueError, match="unknown view 'top'"):
-        BodyPictures(body, views=("top",))

@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from w2w.core.colours import colour_table
-from w2w.drawing.heatmap import SPARE, VIEW_PIXELS, VIEW_SIZE, heatmap_figure, subset_figure
+from w2w.drawing.heatmap import SPARE, VIEW_PIXELS, VIEW_SIZE, Scale, heatmap_figure, subset_figure
 from w2w.drawing.page import BADGE, DPI, MARGIN, apart
 
 SIZE = 300
+SCALE = Scale(0.2, 0.9)
 TOP, BOTTOM, LEFT, RIGHT = 20, 280, 60, 240
 LONG = "a very long title about carrying boxes of all sizes up and down the stairs of many a house " * 2
 
@@ -43,7 +44,7 @@ def assert_white_edge(image, inches=0.2):
 
 
 def test_the_colour_bar_has_the_map_s_colours_in_order(views, tmp_path):
-    heatmap_figure(tmp_path / "map.png", views, "Walking", 0.2, 0.9)
+    heatmap_figure(tmp_path / "map.png", views, "Walking", SCALE)
     image = read(tmp_path / "map.png")
     table = colour_table()
     assert_white_edge(image)
@@ -61,7 +62,7 @@ def test_the_colour_bar_has_the_map_s_colours_in_order(views, tmp_path):
 def test_the_views_stand_where_they_should(views, tmp_path):
     views[1] = views[1].copy()
     views[1][TOP:BOTTOM, LEFT:RIGHT, :3] = (200, 40, 40)
-    heatmap_figure(tmp_path / "map.png", views, "Walking", 0.2, 0.9)
+    heatmap_figure(tmp_path / "map.png", views, "Walking", SCALE)
     image = read(tmp_path / "map.png")
     for view, colour in ((0, (128, 128, 128)), (1, (200, 40, 40))):
         column, row = on_page(image, view, (LEFT + RIGHT) / 2, (TOP + BOTTOM) / 2)
@@ -75,7 +76,7 @@ def test_a_body_of_the_page_s_own_pixels_is_not_scaled(tmp_path, short):
     body = view[20 : 20 + VIEW_PIXELS - short, 100:700]
     body[..., 3] = 255
     body[:, 1::2, :3] = 200
-    heatmap_figure(tmp_path / "map.png", [view], "Walking", 0.2, 0.9, view_names=[""])
+    heatmap_figure(tmp_path / "map.png", [view, view], "Walking", SCALE)
     left, bottom = round(MARGIN * DPI), round(MARGIN * DPI)
     row = read(tmp_path / "map.png")[-bottom - VIEW_PIXELS // 2, left : left + body.shape[1], 0]
     np.testing.assert_array_equal(np.rint(row * 255), body[0, :, 0])
@@ -83,7 +84,7 @@ def test_a_body_of_the_page_s_own_pixels_is_not_scaled(tmp_path, short):
 
 @pytest.mark.parametrize(("view", "column", "row"), [(0, 100, 60), (1, 200, 250), (1, 150, 150)])
 def test_a_marker_is_on_its_place(views, tmp_path, view, column, row):
-    arguments = (views, "Chosen", [(view, column, row)], ["left wrist"], [0.8])
+    arguments = (views, "Chosen", SCALE, [(view, column, row)], ["left wrist"], [0.8], [""])
     subset_figure(tmp_path / "subset.png", *arguments)
     image = read(tmp_path / "subset.png")
     x, y = on_page(image, view, column, row)
@@ -103,38 +104,31 @@ def test_nothing_is_cut_however_long_the_names(views, tmp_path, count):
     places = [(number % 2, 100 + 8 * number, 60) for number in range(count)]
     names = [f"{number} left lower leg lateral, quite near to the ankle" for number in range(count)]
     scores = np.linspace(0.5, 1, count)
-    subset_figure(
-        tmp_path / "a.png", views, LONG, places, names, scores, target=0.9, subtitle=LONG * 2, scale=(0, 1)
-    )
-    heatmap_figure(tmp_path / "b.png", views, LONG, 0.98765, 0.98769, label="Mean F1", subtitle=LONG * 2)
+    subset_figure(tmp_path / "a.png", views, LONG, SCALE, places, names, scores, names, 0.9, LONG * 2)
+    heatmap_figure(tmp_path / "b.png", views, LONG, Scale(0.98765, 0.98769, "Mean F1"), LONG * 2)
     assert_white_edge(read(tmp_path / "a.png"))
     assert_white_edge(read(tmp_path / "b.png"))
 
 
 def test_mathematics_in_names_is_just_text(views, tmp_path):
-    heatmap_figure(tmp_path / "map.png", views, "$\\frac{lift$_{2", 0.5, 0.5, subtitle="100 % of $5")
+    heatmap_figure(tmp_path / "map.png", views, "$\\frac{lift$_{2", Scale(0.5, 0.5), "100 % of $5")
     assert (tmp_path / "map.png").stat().st_size > 0
 
 
 def test_the_same_content_gives_the_same_bytes(views, tmp_path):
     for name in ("one.png", "two.png"):
-        subset_figure(tmp_path / name, views, "Chosen", [(0, 100, 60)], ["left wrist"], [0.8], target=0.9)
+        one = [(0, 100, 60)], ["left wrist"], [0.8], ["a card"]
+        subset_figure(tmp_path / name, views, "Chosen", SCALE, *one, target=0.9)
     assert (tmp_path / "one.png").read_bytes() == (tmp_path / "two.png").read_bytes()
 
 
 @pytest.mark.parametrize(("count", "shown"), [(1, True), (3, True), (4, False)])
 def test_cards_are_drawn_where_there_is_room_for_all(views, tmp_path, count, shown):
     names, scores, markers = ["patch"] * count, [0.5] * count, [(0, 100.0, 100.0)] * count
-    subset_figure(tmp_path / "plain.png", views, "Title", markers, names, scores)
+    subset_figure(tmp_path / "plain.png", views, "Title", SCALE, markers, names, scores, [""] * count)
     cards = ["Left forearm, 85 % of the way from elbow crease to wrist crease. " * 2] * count
-    subset_figure(tmp_path / "cards.png", views, "Title", markers, names, scores, cards=cards)
+    subset_figure(tmp_path / "cards.png", views, "Title", SCALE, markers, names, scores, cards)
     assert ((tmp_path / "plain.png").read_bytes() != (tmp_path / "cards.png").read_bytes()) is shown
-
-
-def test_lists_that_do_not_match_are_refused(views, tmp_path):
-    with pytest.raises(ValueError, match=r"markers \(1\), names \(2\) and scores \(1\)"):
-        subset_figure(tmp_path / "a.png", views, "Chosen", [(0, 1, 1)], ["a", "b"], [0.5])
-    assert not list(tmp_path.iterdir())
 
 
 @settings(max_examples=40, deadline=None)

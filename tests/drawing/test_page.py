@@ -30,14 +30,13 @@ SIX = np.linspace(0.2, 0.9, 6)
 
 
 def _heatmap(path, name):
-    heatmap.heatmap_figure(path, [VIEW, VIEW], name, 0.2, 0.9, name, name, (name, name), note=name)
+    heatmap.heatmap_figure(path, [VIEW, VIEW], name, heatmap.Scale(0.2, 0.9, name, name), name)
 
 
 def _subset(path, name):
     markers = [(0, 20, 30), (1, 20, 30)]
-    heatmap.subset_figure(
-        path, [VIEW, VIEW], name, markers, [name, name], [0.5, 0.6], name, 0.9, name, (name, name)
-    )
+    scale, names = heatmap.Scale(0.2, 0.9, name, name), [name, name]
+    heatmap.subset_figure(path, [VIEW, VIEW], name, scale, markers, names, [0.5, 0.6], names, 0.9, name)
 
 
 def _panel(path, name):

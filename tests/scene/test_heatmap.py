@@ -2,6 +2,7 @@
 """Heatmaps as colour attributes, and the file they are saved in."""
 
 import time
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from w2w.core.colours import NEUTRAL_GREY, patch_colours, score_colours
 from w2w.core.motion.skinning import patch_matrices
 from w2w.scene.base.patches import patch_empties
-from w2w.scene.files.study_file import write_study
+from w2w.scene.files.study_file import FILES, RECORD, write_study
 from w2w.scene.heatmap import ON_THESE_CLIPS, add_heatmaps, heatmap_names, remove_heatmaps, show_heatmap
 
 from .conftest import difference, read_empties
@@ -22,6 +23,20 @@ ACTIVITIES = ("walking", "sit to stand")
 def scores(patches):
     generator = np.random.default_rng(5)
     return generator.uniform(0.2, 0.9, (len(patches), len(ACTIVITIES)))
+
+
+@pytest.fixture
+def study(bundled_body, patches, scores, tmp_path):
+    """As much of a finished study as its file is made from."""
+    utility = SimpleNamespace(
+        expected_f1=scores, activities=ACTIVITIES, expected_mean=scores.mean(axis=1), colour_span=0.1
+    )
+    for name in FILES:
+        (tmp_path / "out" / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / "out" / name).touch()
+    return SimpleNamespace(
+        out=tmp_path / "out", body=lambda: bundled_body, patches=patches, utility=utility, clips=()
+    )
 
 
 def attribute_colours(mesh, name):
@@ -115,14 +130,12 @@ def test_scores_that_do_not_fit_are_refused(body_in_scene, patches, scores):
         show_heatmap(body_in_scene.mesh, "F1: flying")
 
 
-def test_a_study_file_opens_complete(bundled_body, patches, scores, waving, tmp_path):
+def test_a_study_file_opens_complete(study, bundled_body, patches, scores, waving, tmp_path):
     path = tmp_path / "study.blend"
     slower = waving.labelled("sit to stand", "two", "chair")
     chosen = [5, 11, 2]
-    write_study(
-        path, bundled_body, patches, [waving, slower], scores, ACTIVITIES, scores.mean(axis=1), chosen
-    )
-    assert list(tmp_path.iterdir()) == [path]
+    write_study(path, study, [waving, slower], chosen)
+    assert [file for file in tmp_path.iterdir() if file != study.out] == [path]
     bpy.ops.wm.open_mainfile(filepath=str(path), use_scripts=False)
     mesh, armature = bpy.data.objects["Body"], bpy.data.objects["Body Armature"]
     assert heatmap_names(mesh) == ["Expected F1", "Expected F1: walking", "Expected F1: sit to stand"]
@@ -140,13 +153,13 @@ def test_a_study_file_opens_complete(bundled_body, patches, scores, waving, tmp_
     )
     assert distance < 1e-5
     assert angle < 0.01
-    assert not bpy.data.texts
+    assert bpy.data.texts.keys() == [RECORD]
     assert not any(item.animation_data and item.animation_data.drivers for item in bpy.data.objects)
     view = next(area for area in bpy.data.screens["Layout"].areas if area.type == "VIEW_3D").spaces.active
     assert view.shading.color_type == "VERTEX"
 
 
-def test_a_study_file_that_cannot_be_finished_leaves_the_old_one(bundled_body, patches, scores, tmp_path):
+def test_a_study_file_that_cannot_be_finished_leaves_the_old_one(study, tmp_path):
     path = tmp_path / "study.blend"
     path.write_bytes(b"the old one")
 
@@ -155,6 +168,6 @@ def test_a_study_file_that_cannot_be_finished_leaves_the_old_one(bundled_body, p
         yield
 
     with pytest.raises(KeyboardInterrupt):
-        write_study(path, bundled_body, patches, interrupted(), scores, ACTIVITIES, scores.mean(axis=1), [])
+        write_study(path, study, interrupted(), [])
     assert path.read_bytes() == b"the old one"
-    assert list(tmp_path.iterdir()) == [path]
+    assert {*tmp_path.iterdir()} == {path, study.out}

@@ -10,7 +10,7 @@ from ..core.body.body import Body
 from ..core.colours import COLOUR_MAP, LEAST_SPAN, patch_colours, score_range, span_note
 from ..core.patches.patches import PatchSet
 from .body import BodyPictures, size_for
-from .heatmap import VIEW_PIXELS, heatmap_figure
+from .heatmap import VIEW_PIXELS, Scale, heatmap_figure
 
 
 def draw_heatmap(
@@ -54,7 +54,6 @@ def draw_heatmap(
     own_low, own_high = score_range(scores, span)
     note = span_note(scores, own_low, own_high) if low is None and high is None else ""
     low, high = own_low if low is None else low, own_high if high is None else high
-    views = BodyPictures(body, size_for(body, VIEW_PIXELS)).coloured(
-        patch_colours(patches, scores, low, high, colour_map)
-    )
-    return heatmap_figure(path, views, title, low, high, label, subtitle, colour_map=colour_map, note=note)
+    colours = patch_colours(patches, scores, low, high, colour_map)
+    views = BodyPictures(body, size_for(body, VIEW_PIXELS)).coloured(colours)
+    return heatmap_figure(path, views, title, Scale(low, high, label, note, colour_map), subtitle)

@@ -187,13 +187,10 @@ class BodyPictures:
     """Square pictures of one body in many colours, softly shaded so that its shape can be read.
 
     The shading is computed once; then each picture is only coloured. Views are "front", "left", "back" and
-    "right"; another name raises a ValueError.
+    "right".
     """
 
     def __init__(self, body: Body, size: int = 900, views: Sequence[str] = ("front", "back")) -> None:
-        unknown = [view for view in views if view not in VIEW_TURNS]
-        if unknown:
-            raise ValueError(f"unknown view '{unknown[0]}': choose among {', '.join(VIEW_TURNS)}")
         self.body = body
         self.size = size
         self.frames = tuple(ViewFrame.of(body, view, size) for view in views)
@@ -205,12 +202,7 @@ class BodyPictures:
         A picture has shape (size, size, 4), uint8: sRGB and straight alpha, the upper row first; it is
         transparent around the body.
         """
-        colours = np.asarray(vertex_colours, dtype=np.float64)
-        if colours.shape != self.body.vertices.shape:
-            raise ValueError(
-                f"vertex_colours must have shape {self.body.vertices.shape}, not {colours.shape}"
-            )
-        return [shade.over(colours, self.size) for shade in self._shades]
+        return [shade.over(vertex_colours, self.size) for shade in self._shades]
 
     def locate(self, points: np.ndarray, normals: np.ndarray) -> list[tuple[int, float, float]]:
         """View, column and row at which each place on the body is seen best.

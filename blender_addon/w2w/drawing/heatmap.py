@@ -2,6 +2,7 @@
 """Finished pictures of heatmaps and chosen sensors, ready for a slide or a paper."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -38,28 +39,26 @@ SIDES = {"Front": ("R", "L"), "Back": ("L", "R")}
 """Which of the body's sides is on the left and on the right of a view."""
 
 
-def heatmap_figure(
-    path: str | Path | None,
-    views: Sequence[np.ndarray],
-    title: str,
-    low: float,
-    high: float,
-    label: str = "F1",
-    subtitle: str = "",
-    view_names: Sequence[str] = ("Front", "Back"),
-    colour_map: str = COLOUR_MAP,
-    note: str = "",
-) -> Figure:
-    """A picture of a heatmap, written where a path is given: views side by side, title, labelled colour bar.
+@dataclass(frozen=True)
+class Scale:
+    """What colours mean: scores from `low` to `high`, called `label`; `note` goes below the colour bar."""
 
-    `views` are pictures (H, W, 4), uint8, of `BodyPictures.coloured`, coloured by `colour_map` from the score
-    `low` to `high`; `note` goes below the bar. The path's suffix decides the kind of file, as Matplotlib
-    knows it.
+    low: float
+    high: float
+    label: str = "F1"
+    note: str = ""
+    colour_map: str = COLOUR_MAP
+
+
+def heatmap_figure(
+    path: str | Path | None, views: Sequence[np.ndarray], title: str, scale: Scale, subtitle: str = ""
+) -> Figure:
+    """A picture of a heatmap, written where a path is given: front and back under a title, a colour bar.
+
+    `views` are pictures (H, W, 4), uint8, of `BodyPictures.coloured`. The path's suffix decides the kind of
+    file, as Matplotlib knows it.
     """
-    crop = _crop(views)
-    figure, left = _page(views, crop, BAR_COLUMN, title, subtitle)
-    _draw_views(figure, views, crop, view_names)
-    _draw_bar(figure, left + 0.3, low, high, label, colour_map, note)
+    figure, _, _ = _page(views, title, subtitle, scale)
     if path is not None:
         page.save(figure, path)
     return figure
@@ -69,45 +68,30 @@ def subset_figure(
     path: str | Path,
     views: Sequence[np.ndarray],
     title: str,
+    scale: Scale,
     markers: Sequence[page.Marker],
     names: Sequence[str],
     scores: Sequence[float],
-    label: str = "Mean F1",
+    cards: Sequence[str],
     target: float | None = None,
     subtitle: str = "",
-    view_names: Sequence[str] = ("Front", "Back"),
-    scale: tuple[float, float] | None = None,
-    colour_map: str = COLOUR_MAP,
-    scale_label: str = "",
-    note: str = "",
-    cards: Sequence[str] = (),
 ) -> None:
-    """Write a picture of chosen sensors: numbered markers on the body and a list beside it.
+    """Write a picture of chosen sensors: a heatmap with numbered markers and a list beside it.
 
     `markers` are places of the sensors, in order of choice, from `BodyPictures.locate`. `scores`, from 0 to
-    1, are reached with the sensors up to each one, and `target` is drawn as a line. With the two ends of a
-    `scale` there is a colour bar, as in `heatmap_figure`. `cards` say where each sensor goes.
+    1, are reached with the sensors up to each one, and `target` is drawn as a line. `cards` say where each
+    sensor goes.
     """
-    if not len(markers) == len(names) == len(scores):
-        raise ValueError(
-            f"markers ({len(markers)}), names ({len(names)}) and scores ({len(scores)}) differ in number"
-        )
-    crop = _crop(views)
-    bar = BAR_COLUMN if scale else 0.0
-    figure, left = _page(views, crop, bar + page.LIST_COLUMN, title, subtitle)
-    _draw_views(figure, views, crop, view_names)
-    if scale:
-        _draw_bar(figure, left + 0.3, *scale, scale_label or label, colour_map, note)
+    figure, crop, column = _page(views, title, subtitle, scale, page.LIST_COLUMN)
     top, bottom, first, last = crop
     pixels_an_inch = (bottom - top) / VIEW_SIZE
     for number in range(len(views)):
         axes = page.axes_at(figure, *_place(number, crop))
         axes.set(xlim=(first, last), ylim=(bottom, top))
         here = [index for index, marker in enumerate(markers) if marker[0] == number]
-        page.draw_markers(
-            axes, np.array([markers[index][1:] for index in here]).reshape(-1, 2), here, pixels_an_inch
-        )
-    page.draw_list(figure, left + bar + 0.3, names, scores, label, target, page.MARGIN, VIEW_SIZE, cards)
+        anchors = np.array([markers[index][1:] for index in here]).reshape(-1, 2)
+        page.draw_markers(axes, anchors, here, pixels_an_inch)
+    page.draw_list(figure, column, names, scores, scale.label, target, page.MARGIN, VIEW_SIZE, cards)
     page.save(figure, path)
 
 
@@ -129,32 +113,28 @@ def _place(number: int, crop: Crop) -> tuple[float, float, float, float]:
 
 
 def _page(
-    views: Sequence[np.ndarray], crop: Crop, column: float, title: str, subtitle: str
-) -> tuple[Figure, float]:
-    """An empty page with its title, and where the right column starts, inches."""
+    views: Sequence[np.ndarray], title: str, subtitle: str, scale: Scale, column: float = 0.0
+) -> tuple[Figure, Crop, float]:
+    """A page with title, views and colour bar; the crop of the views, and where a further column starts."""
+    crop = _crop(views)
     last_left, _, view_width, _ = _place(len(views) - 1, crop)
     left = last_left + view_width
-    width, height = left + column + page.MARGIN, page.MARGIN * 2 + HEADER + VIEW_SIZE
+    width, height = left + (BAR_COLUMN + column) + page.MARGIN, page.MARGIN * 2 + HEADER + VIEW_SIZE
     figure = Figure(figsize=(width, height), dpi=page.DPI, facecolor="white")
     FigureCanvasAgg(figure)
-    heading = page.write(figure, page.MARGIN, height - page.MARGIN, title, size=17, weight="bold", va="top")
-    page.fit(figure, heading, width - 2 * page.MARGIN)
-    if subtitle:
-        line = page.write(
-            figure, page.MARGIN, height - page.MARGIN - 0.36, subtitle, size=9.5, color=page.FAINT, va="top"
-        )
-        page.fit(figure, line, width - 2 * page.MARGIN)
-    return figure, left
-
-
-def _draw_views(figure: Figure, views: Sequence[np.ndarray], crop: Crop, names: Sequence[str]) -> None:
-    top, bottom, first, last = crop
-    for number, (view, name) in enumerate(zip(views, names, strict=True)):
-        place = _place(number, crop)
-        shown = view[top:bottom, first:last]
+    top = height - page.MARGIN
+    heading = page.write(figure, page.MARGIN, top, title, size=17, weight="bold", va="top")
+    line = page.write(figure, page.MARGIN, top - 0.36, subtitle, size=9.5, color=page.FAINT, va="top")
+    for text in (heading, line):
+        page.fit(figure, text, width - 2 * page.MARGIN)
+    first_row, last_row, first, last = crop
+    for number, (view, name) in enumerate(zip(views, SIDES, strict=True)):
+        place, shown = _place(number, crop), view[first_row:last_row, first:last]
         page.lay(figure, shown, *place)
         page.write(figure, place[0], page.MARGIN + 0.02, name, size=9.5, color=page.FAINT, va="bottom")
-        _draw_sides(figure, shown, place, SIDES.get(name, ("", "")))
+        _draw_sides(figure, shown, place, SIDES[name])
+    _draw_bar(figure, left + 0.3, scale)
+    return figure, crop, left + BAR_COLUMN + 0.3
 
 
 def _draw_sides(
@@ -163,8 +143,6 @@ def _draw_sides(
     """Write a faint letter below each hand for its side of the body."""
     covered = shown[..., 3] > 127
     columns = np.flatnonzero(covered.any(axis=0))
-    if not columns.size:
-        return
     left, bottom, width, height = place
     reach = max((columns[-1] - columns[0]) // 12, 1)
     for edge, inward, letter in ((columns[0], 1, sides[0]), (columns[-1], -1, sides[1])):
@@ -176,13 +154,12 @@ def _draw_sides(
         text.set_zorder(BELOW_MARKERS)
 
 
-def _draw_bar(
-    figure: Figure, left: float, low: float, high: float, label: str, colour_map: str, note: str
-) -> None:
+def _draw_bar(figure: Figure, left: float, scale: Scale) -> None:
     bottom, height = page.MARGIN + VIEW_SIZE * 0.2, VIEW_SIZE * 0.6
     axes = page.axes_at(figure, left, bottom, 0.15, height)
+    low, high = scale.low, scale.high
     span = (low, high) if high > low else (low - 0.5, low + 0.5)
-    axes.imshow(colour_table(colour_map)[::-1, None], aspect="auto", extent=(0, 1, *span))
+    axes.imshow(colour_table(scale.colour_map)[::-1, None], aspect="auto", extent=(0, 1, *span))
     axes.set_axis_on()
     axes.yaxis.tick_right()
     if high > low:
@@ -192,7 +169,7 @@ def _draw_bar(
         axes.set_yticks([low], [f"{low:.2f}"])
     axes.set_xticks([])
     axes.tick_params(length=0, pad=5, labelsize=9.5, labelcolor=page.INK, labelfontfamily=page.FONT)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
-    page.write(figure, left, bottom + height + 0.2, label, size=11, weight="bold")
-    page.write(figure, left, bottom - 0.22, note.replace(" ", "\n", 1), size=8.5, color=page.FAINT, va="top")
+    axes.spines[:].set_visible(False)
+    page.write(figure, left, bottom + height + 0.2, scale.label, size=11, weight="bold")
+    note = scale.note.replace(" ", "\n", 1)
+    page.write(figure, left, bottom - 0.22, note, size=8.5, color=page.FAINT, va="top")

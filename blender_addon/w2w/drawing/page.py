@@ -36,8 +36,6 @@ def common_crop(views: Sequence[np.ndarray]) -> tuple[int, int, int, int]:
     """Rows and columns (top, bottom, left, right) that hold the body in every view."""
     covered = np.any([view[..., 3] > 0 for view in views], axis=0)
     rows, columns = np.flatnonzero(covered.any(axis=1)), np.flatnonzero(covered.any(axis=0))
-    if not rows.size:
-        return 0, covered.shape[0], 0, covered.shape[1]
     return int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1
 
 
@@ -82,23 +80,11 @@ class _Laid(Artist):
         context.restore()
 
 
-def write(
-    figure: Figure,
-    x: float,
-    y: float,
-    text: str,
-    size: float,
-    color: str = INK,
-    weight: str = "normal",
-    va: str = "baseline",
-    ha: str = "left",
-) -> Text:
+def write(figure: Figure, x: float, y: float, text: str, size: float, color: str = INK, **style: str) -> Text:
     """Text on the page, placed in inches; a name with two dollar signs is no formula."""
-    page = figure.get_size_inches()
-    return figure.text(
-        x / page[0], y / page[1], text, fontsize=size, color=color, fontweight=weight, va=va, ha=ha,
-        fontfamily=FONT, parse_math=False,
-    )  # fmt: skip
+    width, height = figure.get_size_inches()
+    style |= {"fontfamily": FONT, "parse_math": False}
+    return figure.text(x / width, y / height, text, fontsize=size, color=color, **style)
 
 
 def fit(figure: Figure, text: Text, width: float) -> None:
@@ -115,15 +101,14 @@ def save(figure: Figure, path: str | Path) -> None:
     The suffix decides the kind of file, as Matplotlib knows it.
     """
     kind = Path(path).suffix[1:].lower() or "png"
-    if kind != "png":
-        undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
-        with atomic_write(path) as stream:
-            figure.savefig(stream, format=kind, metadata=undated)
-        return
-    figure.canvas.draw()
-    drawn = Image.fromarray(np.asarray(figure.canvas.buffer_rgba()))
     with atomic_write(path) as stream:
-        drawn.convert("RGB").save(stream, format="png", **PACKED)  # a page is opaque: a quarter less to pack
+        if kind == "png":
+            figure.canvas.draw()
+            drawn = Image.fromarray(np.asarray(figure.canvas.buffer_rgba()))
+            drawn.convert("RGB").save(stream, format="png", **PACKED)  # opaque: a quarter less to pack
+        else:
+            undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
+            figure.savefig(stream, format=kind, metadata=undated)
 
 
 LIST_COLUMN = 3.7

@@ -38,7 +38,7 @@ def test_the_figure_of_a_finished_study_is_drawn_by_a_worker(drawn_results):
 
 def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(drawn_results, monkeypatch):
     """The drawing is left out: what it is given, and what is written beside it, counts here."""
-    study, drawn, noted, coloured = StudyResults.load(drawn_results), {}, {}, []
+    study, drawn, coloured = StudyResults.load(drawn_results), {}, []
 
     class Pictures:
         def __init__(self, body, _size):
@@ -50,33 +50,37 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
         def locate(self, *_):
             pass
 
-    def figure(path, _views, title, low, high, label, subtitle, note):
-        drawn[path.stem] = (title, low, high, label, subtitle)
-        noted[path.stem] = note
+    def figure(path, _views, title, scale, subtitle):
+        drawn[path.stem] = (title, scale, subtitle)
+
+    def subset(_path, _views, _title, scale, *given):
+        drawn["set"] = (scale, given[3])
 
     monkeypatch.setattr("w2w.drawing.body.BodyPictures", Pictures)
     monkeypatch.setattr("w2w.drawing.heatmap.heatmap_figure", figure)
-    monkeypatch.setattr("w2w.drawing.heatmap.subset_figure", lambda *_, **named: drawn.update(named))
+    monkeypatch.setattr("w2w.drawing.heatmap.subset_figure", subset)
     write_pictures(drawn_results)
     utility, best = (
         study.utility,
         json.loads((drawn_results / "summary.json").read_text())["best_single_patch"],
     )
-    _, low, high, label, subtitle = drawn["mean"]
+    _, scale, subtitle = drawn["mean"]
+    low, high = scale.low, scale.high
     assert (low, high) == score_range(utility.expected_mean, utility.colour_span)
-    assert noted["mean"] == drawn["note"] == span_note(utility.expected_mean, low, high)
-    assert label == "Expected F1" == drawn["scale_label"]
+    assert scale.note == span_note(utility.expected_mean, low, high)
+    assert scale.label == "Expected F1"
+    assert drawn["set"][0] == scale
     assert subtitle.endswith(f"Best spot: {best['name']} ({best['expected_f1']:.2f} on other clips)")
     scores = utility.expected_f1[:, utility.activities.index("arm_raise")]
-    assert drawn["arm_raise"][1:3] == score_range(scores, utility.colour_span)
-    assert study.patches.names[scores.argmax()] in drawn["arm_raise"][4]
+    _, scale, subtitle = drawn["arm_raise"]
+    assert (scale.low, scale.high) == score_range(scores, utility.colour_span)
+    assert study.patches.names[scores.argmax()] in subtitle
     np.testing.assert_array_equal(
-        coloured[-2], patch_colours(study.patches, utility.expected_mean, low, high)
+        coloured[-1], patch_colours(study.patches, utility.expected_mean, low, high)
     )
-    np.testing.assert_array_equal(coloured[-1], coloured[-2])
     cards = {card["patch"]: card for card in study.summary["cards"]}
     worn = [place["patch"] for place in study.summary["worn_together"]["places"]]
-    for text, card in zip(drawn["cards"], [cards[patch] for patch in worn], strict=True):
+    for text, card in zip(drawn["set"][1], [cards[patch] for patch in worn], strict=True):
         assert card["words"][1:] in text
         assert card["arrow"] in text
 

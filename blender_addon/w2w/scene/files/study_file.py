@@ -15,19 +15,15 @@ from typing import NamedTuple
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import bpy
-import numpy as np
 
-from ...core.body.body import Body
 from ...core.clip_files import WORK, signals_key
 from ...core.clip_list import CLIP_LIST
-from ...core.colours import LEAST_SPAN
 from ...core.files import DAMAGED, folder_beside
 from ...core.motion.motion import Motion
-from ...core.patches.patches import PatchSet
 from ...core.results_folder import UTILITY, StudyResults
 from .. import heatmap
 from ..base.actions import set_scene_rate, show_action, write_action
-from ..base.body import BodyObjects, add_body
+from ..base.body import add_body
 from ..base.patches import patch_empties, place_patches
 from .packing import MOST_PACKED
 
@@ -44,35 +40,22 @@ NAMES = "names.json"
 
 
 def write_study(
-    path: str | Path,
-    body: Body,
-    patches: PatchSet,
-    motions: Iterable[Motion],
-    utility_f1: np.ndarray,
-    activities: Sequence[str],
-    mean: np.ndarray,
-    chosen: Sequence[int],
-    results: StudyResults | None = None,
-    span: float = LEAST_SPAN,
+    path: str | Path, study: StudyResults, motions: Iterable[Motion], chosen: Sequence[int]
 ) -> None:
-    """Write a study to a .blend file, whole or not at all.
+    """Write a finished study to a .blend file, whole or not at all.
 
     It holds the body, its armature with an action a motion, an empty on each patch with its
-    scores as custom properties, the chosen patches in a collection of their own, and a colour
-    attribute an activity and for the mean, which spans at least `span`. The file is built in a
-    fresh Blender session: whatever is open is closed. RuntimeError if Blender runs with a
-    window, where that would lose work.
+    scores as custom properties, the chosen patches in a collection of their own, a colour
+    attribute an activity and for the mean, and what W2W's panel shows when it opens the file. The
+    file is built in a fresh Blender session: whatever is open is closed. RuntimeError if Blender
+    runs with a window, where that would lose work.
 
     Parameters
     ----------
     motions : iterable of Motion
         The scene takes the rate of the first.
-    utility_f1 : ndarray, shape (N, A)
-        Expected F1 of each patch and activity; `mean`, shape (N,), over the activities.
     chosen : sequence of int
         Chosen patches in order of choice.
-    results : StudyResults, optional
-        The finished run that W2W's panel shows when it opens the file.
     """
     if not bpy.app.background:
         raise RuntimeError(
@@ -82,31 +65,29 @@ def write_study(
     bpy.data.batch_remove([*bpy.data.objects, *bpy.data.collections, *bpy.data.materials])  # not its window
     bpy.data.orphans_purge(do_recursive=True)
     bpy.context.scene.name = "W2W Study"
+    body, utility = study.body(), study.utility
     objects = add_body(body, name="Body")
     objects.mesh.data.materials.append(heatmap.heatmap_material())
-    heatmap.add_heatmaps(objects.mesh, patches, utility_f1, activities, mean, span=span)
-    collections = _add_empties(objects.mesh, patches, utility_f1, activities, mean, chosen)
-    actions = _add_actions(objects, motions)
-    if results is not None:
-        _add_record(objects.mesh, results, collections, actions)
+    shown = utility.expected_f1, utility.activities, utility.expected_mean
+    heatmap.add_heatmaps(objects.mesh, study.patches, *shown, span=utility.colour_span)
+    collections = _add_empties(objects.mesh, study, chosen)
+    actions = _add_actions(objects.armature, motions)
+    _add_record(objects.mesh, study, collections, actions)
     _set_up_view(objects.mesh, body.height)
-    _save(Path(path))
+    with folder_beside(Path(path)) as folder:  # no half-written file ever stands under its name
+        temporary = Path(folder) / "study.blend"
+        bpy.ops.wm.save_as_mainfile(filepath=str(temporary), compress=True, copy=True)
+        temporary.replace(path)
 
 
-def _add_empties(
-    mesh: bpy.types.Object,
-    patches: PatchSet,
-    utility_f1: np.ndarray,
-    activities: Sequence[str],
-    mean: np.ndarray,
-    chosen: Sequence[int],
-) -> tuple[str, str]:
+def _add_empties(mesh: bpy.types.Object, study: StudyResults, chosen: Sequence[int]) -> tuple[str, str]:
     """Add an empty a patch; gives the names of the collections of all and of the chosen ones."""
-    placed = place_patches(mesh, patches, size=EMPTY_SIZE)
+    utility = study.utility
+    placed = place_patches(mesh, study.patches, size=EMPTY_SIZE)
     empties = patch_empties(placed)
     for number, empty in enumerate(empties):
-        empty[heatmap.MEAN] = float(mean[number])
-        for activity, score in zip(activities, utility_f1[number], strict=True):
+        empty[heatmap.MEAN] = float(utility.expected_mean[number])
+        for activity, score in zip(utility.activities, utility.expected_f1[number], strict=True):
             name = (heatmap.PREFIX + activity).encode()[:63].decode(errors="ignore")
             empty[name] = float(score)
     collection = bpy.data.collections.new("Chosen patches")
@@ -123,37 +104,32 @@ def _add_empties(
     return placed.name, collection.name
 
 
-def _add_actions(objects: BodyObjects, motions: Iterable[Motion]) -> dict[str, bpy.types.Action]:
-    """Write the motions at the first one's rate and show that one; gives the actions by clip."""
+def _add_actions(armature: bpy.types.Object, motions: Iterable[Motion]) -> dict[str, str]:
+    """Write the motions at the first one's rate and show that one; gives the actions' names by clip."""
     scene = bpy.context.scene
-    first, actions = None, {}
+    names: dict[str, str] = {}
     for motion in motions:
-        if first is None:
-            set_scene_rate(motion.rate, scene)
-        labels = dict.fromkeys(part for part in (motion.activity, motion.subject, motion.clip) if part)
-        action = actions[motion.clip] = write_action(objects.armature, motion, " ".join(labels))
-        if first is None:
-            first = action
+        if not names:
+            set_scene_rate(motion.rate)
             scene.frame_start, scene.frame_end = 1, motion.n_frames
-    if first is not None:
-        show_action(objects.armature, first)
+        labels = dict.fromkeys(part for part in (motion.activity, motion.subject, motion.clip) if part)
+        action = write_action(armature, motion, " ".join(labels))
+        if not names:
+            show_action(armature, action)
+        names[motion.clip] = action.name
     scene.frame_set(1)
-    return actions
+    return names
 
 
 def _add_record(
-    mesh: bpy.types.Object,
-    study: StudyResults,
-    collections: tuple[str, str],
-    actions: Mapping[str, bpy.types.Action],
+    mesh: bpy.types.Object, study: StudyResults, collections: tuple[str, str], actions: Mapping[str, str]
 ) -> None:
     """Put the record of a results folder into the open file, beside a body."""
-    names = {clip: action.name for clip, action in actions.items()}
     packed = io.BytesIO()
     with ZipFile(packed, "w", ZIP_DEFLATED) as archive:
         for name in FILES:
             archive.writestr(ZipInfo(name), (study.out / name).read_bytes(), ZIP_DEFLATED)
-        content = {"collections": collections, "actions": names, "signals": keys_of(study)}
+        content = {"collections": collections, "actions": actions, "signals": keys_of(study)}
         archive.writestr(ZipInfo(NAMES), json.dumps(content), ZIP_DEFLATED)
     text = bpy.data.texts.new(RECORD)
     text.from_string(base64.encodebytes(packed.getvalue()).decode("ascii"))
@@ -172,14 +148,6 @@ def _set_up_view(mesh: bpy.types.Object, height: float) -> None:
         space.region_3d.view_location = (0.0, 0.0, height / 2)
         space.region_3d.view_rotation = (0.7071, 0.7071, 0.0, 0.0)
         space.region_3d.view_distance = 1.8 * height
-
-
-def _save(path: Path) -> None:
-    """Save beside the file and rename, so that no half-written file ever stands under its name."""
-    with folder_beside(path) as folder:
-        temporary = Path(folder) / "study.blend"
-        bpy.ops.wm.save_as_mainfile(filepath=str(temporary), compress=True, copy=True)
-        temporary.replace(path)
 
 
 class SceneNames(NamedTuple):
