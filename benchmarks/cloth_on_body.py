@@ -34,7 +34,7 @@ from w2w.scene.base.output import quiet_output
 from w2w.scene.base.playback import EvaluatedVertices
 from w2w.scene.garments.clear import SIDES, outward, times_inside
 from w2w.scene.garments.cloth import dress
-from w2w.scene.garments.follow import follow
+from w2w.scene.garments.follow import Worn, follow
 from w2w.scene.motion.load import carry, read_motion
 
 EVERY = 10
@@ -81,7 +81,8 @@ def _frames(kind: str, body: Body, motion: Motion) -> Iterator[tuple[np.ndarray,
     patches = sample_patches(body, 16)
     moved, before = with_run_up(motion)
     readers = [EvaluatedVertices(one, np.array([0])) for one in (mesh, item)]
-    frames = follow(mesh, [item], [cover(garment.vertices, garment.faces, body, patches)], motion, patches)
+    worn = Worn(mesh, [item], [cover(garment.vertices, garment.faces, body, patches)])
+    frames = follow(worn, motion, patches)
     for share in frames:
         if round(share * moved.n_frames) > before:
             yield tuple(reader.everywhere() for reader in readers)

@@ -48,13 +48,18 @@ def _say(sentence: str, console: Console, style: str = "yellow") -> None:
         console.print(f"{sentence}.", style=style, markup=False)
 
 
+def _some(names: Sequence[str], most: int | None) -> str:
+    """Names, or the first few and how many more there are."""
+    more = len(names[most:]) if most else 0
+    return ", ".join(names[:most]) + (f" and {more} more" if more else "")
+
+
 def show_labels(library: Library, console: Console, verbose: bool = False) -> None:
     """Print the labelling that was understood."""
     counts = sorted(library.activities.items(), key=lambda entry: -entry[1])
-    listed = [f"{activity} {count}" for activity, count in (counts if verbose else counts[:LISTED])]
-    more = f" and {len(counts) - len(listed)} more" if len(counts) > len(listed) else ""
+    listed = [f"{activity} {count}" for activity, count in counts]
     title = f"{len(library.clips)} clips of {len(counts)} activities, labelled by {library.labelled_by}"
-    console.print(f"{title}: {', '.join(listed)}{more}.", markup=False)
+    console.print(f"{title}: {_some(listed, None if verbose else LISTED)}.", markup=False)
     for note in notes.label_notes(library.check):
         console.print(f"Labels: {note}", style="yellow", markup=False)
 
@@ -75,28 +80,21 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     show_window_warning(study.clips, study.config.windows, console)
     if caution := source_caution(shown_in(study)):
         console.print(f"Caution: {caution}.", style="bold yellow", markup=False)
-    _show_garments(study, console)
+    content = garment_content(out, study.config.garments, patches)
+    _say(garment_sentence(content, len(patches)), console)
+    for sentence in caught_sentences([(result.clip.name, result.details) for result in study.used]):
+        _say(sentence, console, "bold yellow")
     console.print(f"{notes.counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {out / 'utility.csv'}\nSummary:  {out / 'summary.json'}")
-    if plan.pictures:
-        for title, name in (("Heatmaps:", HEATMAPS), ("Blender: ", draw.BLEND)):
-            if name not in failed:
-                console.print(f"{title} {out / name}")
+    for title, name in (("Heatmaps:", HEATMAPS), ("Blender: ", draw.BLEND)):
+        if plan.pictures and name not in failed:
+            console.print(f"{title} {out / name}")
     if plan.report:
         console.print(f"Report:   {out / html.REPORT}")
     for name, why in failed.items():
         console.print(f"\nNo {name}: {why}.", style="red", markup=False)
     if failed:
         console.print("Everything else is there; the same command goes on from here.")
-
-
-def _show_garments(study: Study, console: Console) -> None:
-    """Say which patches were on cloth, where any was."""
-    patches = study.results.patches
-    content = garment_content(study.results.out, study.config.garments, patches)
-    _say(garment_sentence(content, len(patches)), console)
-    for sentence in caught_sentences([(result.clip.name, result.details) for result in study.used]):
-        _say(sentence, console, "bold yellow")
 
 
 def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console: Console) -> None:
@@ -131,9 +129,8 @@ def show_skipped(
     by_count = sorted(files_of.items(), key=lambda entry: -len(entry[1]))
     shown = by_count if verbose else by_count[:LISTED]
     for reason, files in shown:
-        named = files if verbose else files[:1]
-        more = f" and {len(files) - len(named)} more" if len(files) > len(named) else ""
-        console.print(f"  {len(files)}: {reason} ({', '.join(named)}{more})", markup=False)
+        named = _some(files, None if verbose else 1)
+        console.print(f"  {len(files)}: {reason} ({named})", markup=False)
     if len(by_count) > len(shown):
         console.print(f"  and {len(by_count) - len(shown)} more reasons: --verbose lists them")
 

@@ -45,7 +45,6 @@ EXPECTED = "Expected F1"
 MAX_LISTED = 12
 """Sensors that fit beside the picture; the summary lists all."""
 
-POLL_S = 0.2
 MAX_SAID = 300
 """Characters of Blender's last words that are shown."""
 
@@ -106,7 +105,7 @@ def _counted(files: Sequence[Path], advance: Callable[[int], None]) -> Iterator[
 
     def count() -> None:
         done = 0
-        while not over.wait(POLL_S):
+        while not over.wait(0.2):
             found = sum(file.exists() for file in files)
             advance(found - done)
             done = found
@@ -183,7 +182,7 @@ class Marked(NamedTuple):
 
 def marked(study: StudyResults) -> Marked:
     """The set to wear together in the summary; the best spot where there is none."""
-    worn = study.summary.get("worn_together")
+    worn = study.summary["worn_together"]
     if worn is None:
         answer = study.summary["answer"]
         return Marked([answer["patch"]], [answer["expected_f1"]], None, answer["sentence"])

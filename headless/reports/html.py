@@ -16,13 +16,7 @@ from w2w.core.body.body import Body
 from w2w.core.clip_list import Entry, is_used, read_clip_list
 from w2w.core.colours import colour_table
 from w2w.core.files import write_text
-from w2w.core.findings.notes import (
-    copies_sentence,
-    counts_sentence,
-    few_clips,
-    interval_caution,
-    left_out_sentences,
-)
+from w2w.core.findings import notes
 from w2w.core.findings.summary import MOST_REGIONS, best_regions
 from w2w.core.garments.cover import garment_sentence
 from w2w.core.garments.on_cloth import caught_sentences
@@ -46,15 +40,8 @@ REPORT = "report.html"
 
 PAGE = Path(__file__).resolve().parent / "report_page"
 
-SCRIPTS = ("viewer.js", "page.js")
-
 NUMBERED = 3
 """Products in the first screen, numbered on the body."""
-
-COLOURS = 256
-
-F1_STEPS = 65535
-"""F1 is kept in 16 bits: steps of 0.000015."""
 
 MAX_CONFUSED = 12
 """Activities up to which a table of mistakes can be read."""
@@ -87,12 +74,10 @@ def write_report(out: Path, project: str | None = None) -> Path:
     """
     study = StudyResults.load(out)
     body, utility, summary = study.body(), study.utility, study.summary
-    if not all("in_words" in card for card in summary.get("cards", [{}])):
-        raise ValueError(f"{out} is from an earlier W2W: run `w2w place {out} --redraw` first")
     config = json.loads((out / "config.json").read_text(encoding="utf-8"))
     answer, best = summary["answer"], summary["best_single_patch"]["patch"]
     patch = answer["patch"]
-    worn = summary.get("worn_together")
+    worn = summary["worn_together"]
     if worn:
         named = [{**sensor, "called": sensor["product"] or sensor["name"]} for sensor in worn["places"]]
         worn = {**worn, "places": named}
@@ -106,31 +91,27 @@ def write_report(out: Path, project: str | None = None) -> Path:
         project=study.parameters.get("title", "") if project is None else project.strip(),
         summary=summary,
         config=config,
-        clips=summary["clips"],
-        counts=counts_sentence(summary["clips"], utility),
+        counts=notes.counts_sentence(summary["clips"], utility),
         in_blend=len(clips_in_blend(study.clips)),
-        caution=interval_caution(utility),
         mean_caution=headline.mean_caution(utility),
         spot_caution=headline.spot_caution(best, utility),
         answer=answer,
         first_products=[*answer["products"][:NUMBERED], *less][: NUMBERED + 1],
         still=still_picture(study, body, shown, together),
-        repeats=headline.confidence_sentence(utility, best),
         notes=_notes(summary, notable, len(study.patches)),
-        left_out=left_out_sentences(utility.left_out),
+        left_out=notes.left_out_sentences(utility.left_out),
         worn=worn,
         body=body,
         wearing=wearing_sentences(study.config().sensor_model()),
         utility=utility,
         n_patches=len(study.patches),
         mean_title=headline.mean_title(utility),
-        mean_explained=headline.mean_sentence(utility),
         regions=best_regions(utility, study.patches),
         activities=_activities(study, summary, patch),
         mistakes=_mistakes(utility, patch),
         skipped=sorted((entry["file"], entry["skipped"]) for entry in notable if not is_used(entry)),
         style=Markup((PAGE / "style.css").read_text(encoding="utf-8")),
-        scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in SCRIPTS],
+        scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in ("viewer.js", "page.js")],
         data=Markup(as_script_json(view_data(body, study.patches, utility, shown, patch))),
     )
     with claimed(out, [REPORT]):
@@ -140,35 +121,34 @@ def write_report(out: Path, project: str | None = None) -> Path:
 
 def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list[dict[str, Any]]:
     """Each tested activity: its clips, its own best spot, and how the recommended patch `best` does."""
-    utility, tested, rows = study.utility, study.utility.tested_clips(), []
-    for number, name in enumerate(utility.activities):
-        own = int(utility.expected_f1[:, number].argmax())
-        rows.append(
-            {
-                "name": name,
-                **summary["activities"][name],
-                "where": study.patches.names[own],
-                "patch": own,
-                "expected": float(utility.expected_f1[own, number]),
-                "f1": float(utility.f1[own, number]),
-                "low": float(utility.f1_low[own, number]),
-                "high": float(utility.f1_high[own, number]),
-                "caution": few_clips(tested[number]),
-                "at_best": float(utility.expected_f1[best, number]),
-            }
-        )
-    return rows
+    utility, tested = study.utility, study.utility.tested_clips()
+    spots = utility.expected_f1.argmax(axis=0).tolist()
+    return [
+        {
+            "name": name,
+            **summary["activities"][name],
+            "where": study.patches.names[own],
+            "patch": own,
+            "expected": float(utility.expected_f1[own, number]),
+            "f1": float(utility.f1[own, number]),
+            "low": float(utility.f1_low[own, number]),
+            "high": float(utility.f1_high[own, number]),
+            "caution": notes.few_clips(tested[number]),
+            "at_best": float(utility.expected_f1[best, number]),
+        }
+        for number, (name, own) in enumerate(zip(utility.activities, spots, strict=True))
+    ]
 
 
 def _notes(summary: dict[str, Any], clips: Sequence[Entry], n_patches: int) -> list[str]:
     """Notes on labels, copies, windows and garments."""
-    notes = [f"Labels: {note}" for note in summary.get("labels", {}).get("notes", [])]
-    windows = window_warning(summary["windows"], summary["clips"]["used"]) if "windows" in summary else ""
+    labels = [f"Labels: {note}" for note in summary["labels"]["notes"]]
+    windows = window_warning(summary["windows"], summary["clips"]["used"])
     worn = garment_sentence(summary.get("garments", {}), n_patches)
     caught = caught_sentences([(entry["clip"], entry) for entry in clips if is_used(entry)])
     copies = [(entry["file"], entry["same_motion_as"]) for entry in clips if "same_motion_as" in entry]
-    sentences = (copies_sentence(copies), windows, worn, *caught)
-    return notes + [f"{sentence}." for sentence in sentences if sentence]
+    sentences = (notes.copies_sentence(copies), windows, worn, *caught)
+    return labels + [f"{sentence}." for sentence in sentences if sentence]
 
 
 def _mistakes(utility: UtilityMap, patch: int) -> list[dict[str, Any]]:
@@ -201,7 +181,10 @@ def view_data(
     return {
         "titles": [headline.mean_title(utility), *(title(name) for name in utility.activities)],
         "level": utility.level,
-        "cautions": [headline.mean_caution(utility), *(few_clips(count) for count in utility.tested_clips())],
+        "cautions": [
+            headline.mean_caution(utility),
+            *map(notes.few_clips, utility.tested_clips()),
+        ],
         "regions_listed": MOST_REGIONS,
         "colour_span": utility.colour_span,
         "corner": corner.round(6).tolist(),
@@ -228,7 +211,7 @@ def view_data(
         "words": _words(body, patches),
         "products": list(PRODUCTS),
         "best": best,
-        "colours": packed(np.rint(255 * colour_table(steps=COLOURS))),
+        "colours": packed(np.rint(255 * colour_table(steps=256))),
     }
 
 
@@ -266,4 +249,5 @@ def title(activity: str) -> str:
 
 
 def _steps(f1: np.ndarray) -> np.ndarray:
-    return np.rint(np.clip(np.nan_to_num(f1), 0, 1) * F1_STEPS)
+    """F1 in 16 bits: steps of 0.000015."""
+    return np.rint(np.clip(np.nan_to_num(f1), 0, 1) * 65535)

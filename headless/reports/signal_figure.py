@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A picture of one sensor's signal: specific force, angular velocity and whatever else it records."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 from matplotlib import rcParams
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -22,10 +19,8 @@ COLOURS = {"w": "#7a8391", "x": "#d1495b", "y": "#2e8b57", "z": "#30638e"}
 UNITS = {"m/s2": "m/s²", "uT": "µT"}
 
 
-def signal_figure(
-    path: str | Path, recording: ImuRecording, title: str, subtitle: str = "", sensor: int = 0
-) -> None:
-    """Draw one sensor of a recording to a PNG file."""
+def signal_figure(path: str | Path, recording: ImuRecording, title: str, subtitle: str) -> None:
+    """Draw the first sensor of a recording to a PNG file."""
     readings = recording.readings
     height = 1.0 + 2.1 * len(readings)
     figure = Figure(figsize=(9, height), dpi=160, facecolor="white")
@@ -38,22 +33,19 @@ def signal_figure(
     figure.text(left, 1 - 0.582 / height, subtitle, fontsize=9.5, color=FAINT)
     for axes, reading in zip(rows, readings, strict=True):
         label = ", ".join(filter(None, (reading.title, UNITS.get(reading.unit, reading.unit))))
-        names = [channel.rpartition("_")[2] for channel in reading.channels]
-        _draw(axes, recording.time, getattr(recording, reading.name)[:, sensor], names, label)
+        values = getattr(recording, reading.name)[:, 0]
+        for channel, own in zip(reading.channels, values.T, strict=True):
+            name = channel.rpartition("_")[2]
+            axes.plot(recording.time, own, color=COLOURS.get(name, INK), linewidth=1.3, label=name)
+        if len(reading.channels) > 1:
+            axes.axhline(0, color=HAIRLINE, linewidth=0.8, zorder=0)
+            axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.0)
+        axes.set_ylabel(label, color=INK)
+        axes.margins(x=0)
+        axes.tick_params(colors=FAINT, labelcolor=INK, labelsize=8.5)
+        axes.ticklabel_format(axis="y", useOffset=False)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.spines[["left", "bottom"]].set_color(HAIRLINE)
     rows[-1].set_xlabel("Time, s", color=INK)
     with atomic_write(path) as stream:
         figure.savefig(stream, format="png")
-
-
-def _draw(axes: Axes, time: np.ndarray, values: np.ndarray, names: Sequence[str], label: str) -> None:
-    for column, name in enumerate(names):
-        axes.plot(time, values[:, column], color=COLOURS.get(name, INK), linewidth=1.3, label=name)
-    if len(names) > 1:
-        axes.axhline(0, color=HAIRLINE, linewidth=0.8, zorder=0)
-        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=1.0)
-    axes.set_ylabel(label, color=INK)
-    axes.margins(x=0)
-    axes.tick_params(colors=FAINT, labelcolor=INK, labelsize=8.5)
-    axes.ticklabel_format(axis="y", useOffset=False)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(HAIRLINE)

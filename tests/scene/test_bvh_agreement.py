@@ -30,7 +30,7 @@ def through_blender(path):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     with quiet_output(), imported(path) as objects:
         (armature,) = objects
-        (take,) = find_takes(armature)
+        (take,) = find_takes(armature, bpy.data.actions)
         return read_take(take)
 
 

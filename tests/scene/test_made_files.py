@@ -90,7 +90,7 @@ def test_files_hold_what_they_are_named_for(made_files):
     for file, (rig, _) in FILES.items():
         with imported(folder / file) as objects:
             armature = next(item for item in objects if item.type == "ARMATURE")
-            takes = {take.action.name.split("|")[-1] for take in find_takes(armature)}
+            takes = {take.action.name.split("|")[-1] for take in find_takes(armature, bpy.data.actions)}
             rest = {
                 joint: armature.matrix_world @ armature.data.bones[bone].head_local
                 for joint, bone in carried_names(armature, rig).items()

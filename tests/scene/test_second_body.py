@@ -33,6 +33,7 @@ def test_it_is_moved_aside_and_follows_every_pose(bundled_body):
     objects.armature.location = (2.0, -1.0, 0.0)
     bpy.context.view_layer.update()
     copy = add_beside(objects.mesh, objects.mesh)
+    follow(copy, objects.mesh, objects.mesh)
     bpy.context.view_layer.update()
     aside = surface(copy) - surface(objects.mesh)
     assert np.ptp(aside, axis=0).max() < 1e-4

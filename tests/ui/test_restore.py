@@ -21,7 +21,7 @@ from w2w.core.results_folder import StudyResults
 from w2w.scene.base.body import armature_of
 from w2w.scene.base.patches import patch_empties
 from w2w.scene.files.study_file import RECORD, read_record
-from w2w.scene.heatmap import MEAN, PREFIX, heatmap_names
+from w2w.scene.heatmap import MEAN, heatmap_names
 from w2w.ui.jobs import jobs, preferences
 from w2w.ui.panels.steps import W2W_PT_utility
 from w2w.ui.results.restore import clips_of
@@ -67,7 +67,7 @@ def test_ranking_choice_and_regions_are_the_runs(
     assert [place.patch for place in study.chosen] == [summary["answer"]["patch"]]
     assert answer_of(study) == summary["answer"]
     assert study.regions[0].f1 == pytest.approx(run.utility.expected_mean.max())
-    assert heatmap_names(opened) == [MEAN, *(f"{PREFIX}{name}" for name in run.utility.activities)]
+    assert heatmap_names(opened) == [MEAN, *(f"{MEAN}: {name}" for name in run.utility.activities)]
     assert config_of(study) == run.config()
     assert not W2W_PT_utility.missing(None, opened)
     assert study.ranked_as == rank_settings(study)

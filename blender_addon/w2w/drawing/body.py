@@ -69,7 +69,6 @@ class ViewFrame:
         return np.stack([offsets @ self.right, -offsets[..., 2]], axis=-1) * scale + self.size / 2
 
 
-@dataclass(frozen=True)
 class _Shade:
     """Light and outline of one view: all of a picture but its colours.
 
@@ -78,16 +77,11 @@ class _Shade:
     (K,), uint8, their opacity.
     """
 
-    share: csr_array
-    gleam: np.ndarray
-    alpha: np.ndarray
-    shown: np.ndarray
-
-    @classmethod
-    def of(cls, body: Body, frame: ViewFrame) -> _Shade:
+    def __init__(self, body: Body, frame: ViewFrame) -> None:
         seen, weights, depth = _nearest(body, frame)
-        alpha = _covered(body, frame)
-        shown = np.flatnonzero(alpha > 0)
+        covered = _covered(body, frame).ravel()
+        self.shown = shown = np.flatnonzero(covered > 0)
+        self.alpha = _bytes(covered[shown])
         # pixels of the soft outline whose middle shows nothing take the nearest one that does
         nearest = distance_transform_edt(seen < 0, return_distances=False, return_indices=True)
         place = np.ravel_multi_index(nearest, seen.shape).ravel()[shown]
@@ -97,8 +91,9 @@ class _Shade:
         gleam = GLEAM * np.clip(2 * bright - 1, 0, 1) ** 2
         shining = (weights * (light - gleam)[:, None]).astype(np.float32)
         starts = np.arange(0, shining.size + 1, 3)
-        share = csr_array((shining.ravel(), corners.ravel(), starts), (len(shown), len(body.vertices)))
-        return cls(share, gleam.astype(np.float32)[:, None], _bytes(alpha.ravel()[shown]), shown)
+        size = (len(shown), len(body.vertices))
+        self.share = csr_array((shining.ravel(), corners.ravel(), starts), size)
+        self.gleam = gleam.astype(np.float32)[:, None]
 
     def over(self, colours: np.ndarray, size: int) -> np.ndarray:
         """A picture in these colours of the vertices, shape (V, 3)."""
@@ -134,11 +129,9 @@ def _nearest(body: Body, frame: ViewFrame) -> tuple[np.ndarray, np.ndarray, np.n
     triangles, places = facing[box[inside]], pixels[inside, 1] * size + pixels[inside, 0]
     depth = (weights * depths[triangles]).sum(axis=1)
     order = np.argsort(-depth, kind="stable")  # the nearest is written last
-    found = np.full(size * size, -1)
-    found[places[order]] = order
-    hit = found >= 0
+    places = places[order]
     seen, shares, deep = np.full(size * size, -1), np.zeros((size * size, 3)), np.full(size * size, np.inf)
-    seen[hit], shares[hit], deep[hit] = (values[found[hit]] for values in (triangles, weights, depth))
+    seen[places], shares[places], deep[places] = triangles[order], weights[order], depth[order]
     return seen.reshape(size, size), shares.reshape(size, size, 3), deep.reshape(size, size)
 
 
@@ -194,7 +187,7 @@ class BodyPictures:
         self.body = body
         self.size = size
         self.frames = tuple(ViewFrame.of(body, view, size) for view in views)
-        self._shades = [_Shade.of(body, frame) for frame in self.frames]
+        self._shades = [_Shade(body, frame) for frame in self.frames]
 
     def coloured(self, vertex_colours: np.ndarray) -> list[np.ndarray]:
         """One picture for each view, in these colours of the vertices: sRGB, 0 to 1, shape (V, 3).

@@ -26,11 +26,6 @@ HEADER = 0.78
 """Height of the title and subtitle, inches."""
 
 BAR_COLUMN = 1.3
-BELOW_HAND = 6 / 72
-"""Distance from a hand to the letter of its side, inches."""
-
-BELOW_MARKERS = -0.5
-"""Drawing order between a view and its markers."""
 
 Crop = tuple[int, int, int, int]
 """First and last row, first and last column of a view that are shown."""
@@ -149,9 +144,9 @@ def _draw_sides(
         tip = covered[:, min(edge, edge + inward * reach) : max(edge, edge + inward * reach) + 1]
         lowest = np.flatnonzero(tip.any(axis=1))[-1]
         x = left + width * (edge + inward * reach / 2) / shown.shape[1]
-        y = bottom + height * (1 - lowest / shown.shape[0]) - BELOW_HAND
+        y = bottom + height * (1 - lowest / shown.shape[0]) - 6 / 72
         text = page.write(figure, x, y, letter, 8.5, page.FAINT, va="top", ha="center")
-        text.set_zorder(BELOW_MARKERS)
+        text.set_zorder(-0.5)  # above the view, below its markers
 
 
 def _draw_bar(figure: Figure, left: float, scale: Scale) -> None:

@@ -164,7 +164,7 @@ def draw_list(
     Cards are left out where there is no room for all.
     """
     width = LIST_COLUMN - 0.3
-    room = (height - 0.55) / max(len(names), 1)
+    room = (height - 0.55) / len(names)
     if room < CARD_ROW:
         cards = ()
     row = min(CARD_ROW if cards else ROW, room)
@@ -188,7 +188,7 @@ def draw_list(
             below = bar - (0.26 if target is not None and number == len(names) - 1 else 0.1)
             lines = fill(cards[number], CARD_LETTERS)
             axes.text(start, below, lines, fontsize=8, color=INK, va="top", linespacing=1.25, **plain)
-    if target is not None and len(names):
+    if target is not None:
         axes.text(
             start + (stop - start) * target, bar - 0.17, f"target {target:.2f}", fontsize=8.5, color=FAINT,
             ha="center", fontfamily=FONT,

@@ -17,12 +17,9 @@ from ..core.motion.motion import Motion
 from ..core.motion.skinning import patch_matrices, triangle_frames
 from ..core.patches.patches import PatchSet
 from .base import actions
-from .base.body import armature_of, body_of, body_space, matrix
+from .base.body import armature_of, body_of, body_space, matrix, with_parents
 from .base.patches import check_patches
 from .base.playback import EvaluatedVertices, active_action, at_rate, each_frame, playing, without_empties
-
-EVEN_SCALE = 1e-4
-"""How far the three scales of an object may differ and still count as one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,22 +70,24 @@ class PatchBaker:
                 "first"
             )
 
-    def by_frame(
-        self, action: bpy.types.Action | None = None, path: Literal["auto", "general"] = "auto"
-    ) -> Generator[float, None, Bake]:
+    def by_frame(self, action: bpy.types.Action | None = None) -> Generator[float, None, Bake]:
         """World matrices of the patches while the armature plays an action, its active one by default.
 
-        Without any, whatever moves the body between the scene's first and last frame is baked. "auto" reads
-        the f-curves wherever they alone decide where the patches are.
+        Without any, whatever moves the body between the scene's first and last frame is baked. The f-curves
+        are read wherever they alone decide where the patches are.
 
         The general path pauses after each frame and yields the share done. Between the pauses the scene is
         on another frame; at the end, or when the generator is closed early, it is as it was.
         """
         action = action or active_action(self.armature)
-        motion, not_told = _motion_of(self.armature, action)
-        reason = "asked for"
-        if path == "auto":
-            reason = why_not_fast(self.mesh, action) or not_told
+        curves = {} if action is None else actions.bone_curves(self.armature, action)
+        motion, not_told = None, "no bone moves"
+        if curves:
+            try:
+                motion, not_told = actions.read_action(self.armature, action), ""
+            except actions.InexpressibleActionError as error:
+                not_told = str(error)
+        reason = why_not_fast(self.mesh, action) or not_told
         if motion is not None and not reason:
             stood = placed(motion, self.armature)
             matrices = patch_matrices(self._body, self.patches.triangles, stood)
@@ -97,7 +96,7 @@ class PatchBaker:
         scene = bpy.context.scene
         frames = np.arange(scene.frame_start, scene.frame_end + 1, dtype=np.float64)
         rate = actions.scene_rate()
-        if action is not None and (curves := actions.bone_curves(self.armature, action)):
+        if curves:
             frames, rate = actions.frames_of(action, curves)
         with at_rate(actions.key_rate(action)), playing(self.armature, action), without_empties(self.mesh):
             vertices = EvaluatedVertices(self.mesh, self.patches.triangles)
@@ -117,17 +116,7 @@ def _is_even(item: bpy.types.Object) -> bool:
     """Whether an object is scaled alike along its axes and not mirrored."""
     axes = matrix(item.matrix_world)[:3, :3]
     scales = np.linalg.norm(axes, axis=0)
-    return np.ptp(scales) <= EVEN_SCALE * scales.max() and np.linalg.det(axes) > 0
-
-
-def _motion_of(armature: bpy.types.Object, action: bpy.types.Action | None) -> tuple[Motion | None, str]:
-    """An action as a motion, or None and why it cannot be told as one."""
-    if action is None or not actions.bone_curves(armature, action):
-        return None, "no bone moves"
-    try:
-        return actions.read_action(armature, action), ""
-    except actions.InexpressibleActionError as error:
-        return None, str(error)
+    return np.ptp(scales) <= 1e-4 * scales.max() and np.linalg.det(axes) > 0
 
 
 def placed(motion: Motion, armature: bpy.types.Object) -> Motion:
@@ -155,13 +144,13 @@ def _besides(mesh: bpy.types.Object, action: bpy.types.Action | None) -> Iterato
         used = any(block.value != 0 and not block.mute for block in keys.key_blocks[1:])
         if used or keys.animation_data is not None:
             yield f"'{mesh.name}' has shape keys in use"
-    for item in _with_parents(mesh, armature):
+    for item in dict.fromkeys((*with_parents(mesh), *with_parents(armature))):
         yield from _object_motion(item, armature)
     yield from _armature_state(armature)
     yield from _bones(mesh, armature)
     if action is None or not actions.bone_curves(armature, action):
         yield f"'{armature.name}' has no action that moves its bones"
-    elif actions.object_curves(armature, action):
+    elif any(curve.data_path in actions.OBJECT_CHANNELS for curve in actions.slot_curves(armature, action)):
         yield f"the action '{action.name}' moves '{armature.name}' as a whole"
 
 
@@ -180,16 +169,6 @@ def _modifiers(mesh: bpy.types.Object, armature: bpy.types.Object) -> Iterator[s
             yield f"the armature modifier of '{mesh.name}' ignores its vertex groups"
     if mesh.parent == armature and mesh.parent_type != "OBJECT":
         yield f"'{mesh.name}' is parented to bones"
-
-
-def _with_parents(*items: bpy.types.Object) -> list[bpy.types.Object]:
-    """Objects and everything they are parented to, once each."""
-    found: list[bpy.types.Object] = []
-    for item in items:
-        while item is not None and item not in found:
-            found.append(item)
-            item = item.parent
-    return found
 
 
 def _object_motion(item: bpy.types.Object, armature: bpy.types.Object) -> Iterator[str]:

@@ -12,7 +12,6 @@ from .base.body import matrix, moved, rest_vertices
 from .base.patches import check_patches
 
 MEAN = "Expected F1"
-PREFIX = "Expected F1: "
 ON_THESE_CLIPS = "F1 on these clips"
 """Title of heatmaps of the raw F1."""
 
@@ -49,13 +48,8 @@ def add_heatmaps(
     Heatmaps of an earlier call are replaced. `low` and `high` are the scores at the ends of the colour map, a
     name in `colours.COLOUR_MAPS`; by default each heatmap has its own range, of at least `span`. `title` says
     what the scores are: `MEAN` or `ON_THESE_CLIPS`. Returns the names of the attributes: the mean, then the
-    activities. Raises `ValueError` if the scores do not fit the patches, or the patches the mesh.
+    activities. Raises `ValueError` if the patches do not fit the mesh.
     """
-    utility_f1 = np.asarray(utility_f1, dtype=np.float64)
-    if utility_f1.shape != (len(patches), len(activities)):
-        raise ValueError(
-            f"utility_f1 must have shape {(len(patches), len(activities))}, not {utility_f1.shape}"
-        )
     check_patches(mesh, patches)
     remove_heatmaps(mesh)
     names = _attribute_names(activities, title)
@@ -137,7 +131,7 @@ def paint_colours(mesh: bpy.types.Mesh, name: str, colours: np.ndarray) -> None:
 
 
 def add_beside(mesh: bpy.types.Object, model: bpy.types.Object) -> bpy.types.Object:
-    """Put a copy of a model, this body or another, to the right of a body; it cannot be selected.
+    """Add a copy of a model, this body or another, for `follow` to put beside a body; it cannot be selected.
 
     The surface is moved aside after the armature has posed it: the copy needs no armature of its own.
     """
@@ -156,7 +150,6 @@ def add_beside(mesh: bpy.types.Object, model: bpy.types.Object) -> bpy.types.Obj
     copy.hide_select = True
     homes = mesh.users_collection or (bpy.context.scene.collection,)
     homes[0].objects.link(copy)
-    follow(copy, mesh, model)
     return copy
 
 

@@ -13,7 +13,7 @@ from w2w.scene.base.actions import show_action, write_action
 from w2w.scene.base.body import add_skinned, body_of
 from w2w.scene.base.steps import without_pauses
 from w2w.scene.garments.bake import GarmentBaker, check_garment, cover_of
-from w2w.scene.garments.follow import follow
+from w2w.scene.garments.follow import Worn, follow
 
 from ..conftest import bake, difference
 
@@ -32,6 +32,10 @@ def copy_of_skin(objects, name="Second Skin", off=0.0):
     return item
 
 
+def baker(item, mesh, patches):
+    return GarmentBaker(mesh, patches, [item], [cover_of(item, mesh, patches)])
+
+
 def follow_surface(item, target):
     modifier = item.modifiers.new("Surface Deform", "SURFACE_DEFORM")
     modifier.target = target
@@ -46,7 +50,7 @@ def test_a_surface_deform_a_hair_off_feels_what_the_skin_feels(body_in_scene, bu
     follow_surface(item, body_in_scene.mesh)
     own = cover_of(item, body_in_scene.mesh, patches)
     assert len(own) == len(patches)
-    on_cloth = without_pauses(follow(body_in_scene.mesh, [item], [own], short, patches))
+    on_cloth = without_pauses(follow(Worn(body_in_scene.mesh, [item], [own]), short, patches))
     same = (own.triangles == patches.triangles).all(axis=1)
     assert same.mean() > 0.7  # of triangles that are equally steady another may be chosen
     moved, before = with_run_up(short)
@@ -72,7 +76,7 @@ def test_a_rigid_offset_is_the_skins_path_and_its_lever_arm(body_in_scene, bundl
     modifier = plate.modifiers.new("Armature", "ARMATURE")
     modifier.object = body_in_scene.armature
     own = cover_of(plate, body_in_scene.mesh, patches)
-    on_cloth = without_pauses(follow(body_in_scene.mesh, [plate], [own], short, patches))
+    on_cloth = without_pauses(follow(Worn(body_in_scene.mesh, [plate], [own]), short, patches))
     moved, before = with_run_up(short)
     rest = own.matrices(np.array([tuple(crown + corner) for corner in corners])[own.triangles][None])[0]
     head = skinning_transforms(bundled_body, moved)[before:, 15]
@@ -93,7 +97,7 @@ def test_the_scene_is_left_as_it_was(body_in_scene, patches, short):
     show_action(body_in_scene.armature, action)
     cloth = item.modifiers.new("Cloth", "CLOTH")
     cloth.point_cache.frame_end = 77
-    frames = GarmentBaker(body_in_scene.mesh, patches, [item]).by_frame(action)
+    frames = baker(item, body_in_scene.mesh, patches).by_frame(action)
     for _ in range(5):
         next(frames)
     frames.close()
@@ -113,7 +117,7 @@ def test_a_bake_has_the_skin_and_what_is_worn(body_in_scene, patches, short):
     item = shirt_on(body_in_scene)
     action = write_action(body_in_scene.armature, short)
     show_action(body_in_scene.armature, action)
-    found = without_pauses(GarmentBaker(body_in_scene.mesh, patches, [item]).by_frame(action))
+    found = without_pauses(baker(item, body_in_scene.mesh, patches).by_frame(action))
     skin = bake(body_in_scene.mesh, patches, action)
     np.testing.assert_array_equal(found.matrices, skin.matrices)
     assert found.path == "general"
@@ -132,7 +136,7 @@ def test_signals_of_a_body_moved_by_more_than_bones_are_baked_frame_by_frame(bod
     action = write_action(body_in_scene.armature, short)
     show_action(body_in_scene.armature, action)
     body_in_scene.armature.constraints.new("LIMIT_LOCATION")
-    found = without_pauses(GarmentBaker(body_in_scene.mesh, patches, [item]).by_frame(action))
+    found = without_pauses(baker(item, body_in_scene.mesh, patches).by_frame(action))
     assert found.on_cloth.rate == pytest.approx(30)
     skinned = synthesize(found.on_cloth.matrices, found.on_cloth.rate, Synthesis())
     assert skinned.n_samples >= synthesize(found.matrices, found.rate, Synthesis()).n_samples
@@ -152,7 +156,7 @@ def test_what_cannot_be_worn_says_why(body_in_scene, patches):
     loose.location = (4, 0, 0)
     bpy.context.view_layer.update()
     with pytest.raises(ValueError, match=f"'Loose' covers no patch of '{mesh.name}'"):
-        GarmentBaker(mesh, patches, [loose])
+        cover_of(loose, mesh, patches)
 
 
 def test_baked_physics_are_refused(body_in_scene):
@@ -177,6 +181,6 @@ def test_a_lattice_is_one_more_way_to_follow(body_in_scene, bundled_body, patche
     bpy.context.view_layer.update()
     check_garment(cap, body_in_scene.mesh)
     own = cover_of(cap, body_in_scene.mesh, patches)
-    on_cloth = without_pauses(follow(body_in_scene.mesh, [cap], [own], short, patches))
+    on_cloth = without_pauses(follow(Worn(body_in_scene.mesh, [cap], [own]), short, patches))
     assert np.isfinite(on_cloth.matrices).all()
     assert patch_matrices(bundled_body, patches.triangles, short).shape[1:] == on_cloth.matrices.shape[1:]

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A motion as an action of a body's armature and back, and actions kept when a body gets another shape."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 import bpy
 import numpy as np
@@ -11,7 +11,7 @@ from ...core.body.body import Body
 from ...core.body.skeleton import JOINT_NAMES
 from ...core.motion.motion import Motion
 from ...core.rotations import continuous_quaternions, in_axes
-from .body import armature_of, body_space, editing, matrix
+from .body import armature_of, body_space, editing, matrix, read_values
 from .fcurves import BONE_PATH, LINEAR, Curves, action_curves, basis_matrices, curves_by_owner, rescale
 
 FIRST_FRAME = 1.0
@@ -64,10 +64,8 @@ def write_action(armature: bpy.types.Object, motion: Motion, name: str = "") -> 
     keys = np.empty((*values.shape, 2), dtype=np.float32)
     keys[..., 0], keys[..., 1] = times, values
     lines = np.full(motion.n_frames, LINEAR, dtype=np.uint8)  # bytes, as Blender has it, are written faster
-    new_curve = _curve_maker(action, armature)
-    for (bone, prop, index), own, once in zip(CHANNELS, keys, still, strict=True):
+    for curve, own, once in zip(_new_curves(action, armature), keys, still, strict=True):
         n_keys = 1 if once else motion.n_frames
-        curve = new_curve(f'{BONE_PATH}{bone}"].{prop}', index, bone)
         points = curve.keyframe_points
         points.add(n_keys)
         points.foreach_set("co", own[:n_keys].ravel())
@@ -116,11 +114,15 @@ def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
     rotations = np.empty((len(frames), len(JOINT_NAMES), 3, 3))
     for joint, name in enumerate(JOINT_NAMES):
         basis = basis_matrices([armature.pose.bones[name]], [curves.get(name, {})], frames)[:, 0]
-        _check_basis(basis, name, action)
+        named = f"the bone '{name}'"
+        if np.abs(np.linalg.norm(basis[:, :3, :3], axis=1) - 1).max() > STRAY:
+            raise InexpressibleActionError(f"the action '{action.name}' scales {named}")
+        if joint > 0 and np.abs(basis[:, :3, 3]).max() > STRAY:
+            raise InexpressibleActionError(f"the action '{action.name}' moves {named} off its joint")
         rest = matrix(armature.data.bones[name].matrix_local)[:3, :3]
         rotations[:, joint] = rest @ basis[:, :3, :3] @ np.linalg.inv(rest)
         if joint == 0:
-            head = np.array(armature.data.bones[name].head_local, dtype=np.float64)
+            head = matrix(armature.data.bones[name].head_local)
             pelvis = (head + basis[:, :3, 3] @ rest.T) @ body_space(armature)[:3, :3].T
     labels = {label: str(action.get(label, "")) for label in LABELS}
     return Motion(rotations, pelvis, rate, **labels)
@@ -132,9 +134,8 @@ def frames_of(action: bpy.types.Action, curves: Curves) -> tuple[np.ndarray, flo
     They are not whole where the motion has another rate than the keys' time.
     """
     channels = [curve for bone in curves.values() for curve in bone.values() if len(curve.keyframe_points)]
-    densest = max(channels, key=lambda curve: len(curve.keyframe_points))
-    keys = np.empty(len(densest.keyframe_points) * 2, dtype=np.float32)
-    densest.keyframe_points.foreach_get("co", keys)
+    densest = max((curve.keyframe_points for curve in channels), key=len)
+    keys = read_values(densest, "co", len(densest) * 2, np.float32)
     times = keys[::2].astype(np.float64)
     spacing = (times[-1] - times[0]) / max(len(times) - 1, 1)
     tolerance = SPACING_TOLERANCE + 2 * float(np.spacing(keys[-2]))  # late keys are rounded more
@@ -159,11 +160,6 @@ def bone_curves(armature: bpy.types.Object, action: bpy.types.Action, slot: obje
     found = curves_by_owner(armature, slot_curves(armature, action, slot))
     found.pop("", None)
     return found
-
-
-def object_curves(armature: bpy.types.Object, action: bpy.types.Action) -> list[bpy.types.FCurve]:
-    """F-curves of an action that move or turn the armature as a whole."""
-    return [curve for curve in slot_curves(armature, action) if curve.data_path in OBJECT_CHANNELS]
 
 
 def scene_rate() -> float:
@@ -196,49 +192,31 @@ def slot_curves(
 
 def _values(armature: bpy.types.Object, motion: Motion) -> np.ndarray:
     """Values of the `CHANNELS` in every frame of a motion, shape (C, T)."""
-    shown = _rests(armature)
+    bones = armature.data.bones
+    columns = read_values(bones, "matrix_local", len(bones) * 16, np.float32).reshape(-1, 4, 4)
+    joints = [bones.find(name) for name in JOINT_NAMES]
+    shown = columns[joints, :3, :3].swapaxes(1, 2).astype(np.float64)
     rests = Rotation.from_matrix(shown).as_matrix()  # orthogonal in double precision, too
     quaternions = continuous_quaternions(in_axes(motion.rotations, rests))
     pelvis = motion.pelvis / np.diag(body_space(armature))[:3]
-    head = np.array(armature.data.bones[JOINT_NAMES[0]].head_local, dtype=np.float64)
-    offsets = (pelvis - head) @ shown[0]
+    offsets = (pelvis - matrix(bones[JOINT_NAMES[0]].head_local)) @ shown[0]
     return np.concatenate([offsets.T, quaternions.transpose(2, 0, 1).reshape(-1, motion.n_frames)])
 
 
-def _rests(armature: bpy.types.Object) -> np.ndarray:
-    """Axes of the joints' bones at rest, shape (24, 3, 3)."""
-    bones = armature.data.bones
-    columns = np.empty((len(bones), 4, 4), dtype=np.float32)
-    bones.foreach_get("matrix_local", columns.ravel())
-    places = {name: place for place, name in enumerate(bones.keys())}
-    return columns[[places[name] for name in JOINT_NAMES], :3, :3].swapaxes(1, 2).astype(np.float64)
-
-
-def _curve_maker(
-    action: bpy.types.Action, armature: bpy.types.Object
-) -> Callable[[str, int, str], bpy.types.FCurve]:
-    """What makes a curve of an action: the curves moved into channelbags with Blender 4.4."""
+def _new_curves(action: bpy.types.Action, armature: bpy.types.Object) -> list[bpy.types.FCurve]:
+    """A new curve for each of the `CHANNELS`; curves moved into channelbags with Blender 4.4."""
+    channels = [(f'{BONE_PATH}{bone}"].{prop}', index, bone) for bone, prop, index in CHANNELS]
     if not hasattr(action, "layers"):
-        return lambda path, index, group: action.fcurves.new(path, index=index, action_group=group)
+        return [action.fcurves.new(path, index=index, action_group=bone) for path, index, bone in channels]
     slot = action.slots.new("OBJECT", armature.name)
     strip = action.layers.new("Layer").strips.new(type="KEYFRAME")
     bag = strip.channelbag(slot, ensure=True)
     groups = {bone: bag.groups.new(bone) for bone in JOINT_NAMES}
-
-    def new_curve(path: str, index: int, group: str) -> bpy.types.FCurve:
-        curve = bag.fcurves.new(path, index=index)
-        curve.group = groups[group]
-        return curve
-
-    return new_curve
-
-
-def _check_basis(basis: np.ndarray, bone: str, action: bpy.types.Action) -> None:
-    scales = np.linalg.norm(basis[:, :3, :3], axis=1)
-    if np.abs(scales - 1).max() > STRAY:
-        raise InexpressibleActionError(f"the action '{action.name}' scales the bone '{bone}'")
-    if bone != JOINT_NAMES[0] and np.abs(basis[:, :3, 3]).max() > STRAY:
-        raise InexpressibleActionError(f"the action '{action.name}' moves the bone '{bone}' off its joint")
+    curves = []
+    for path, index, bone in channels:
+        curves.append(bag.fcurves.new(path, index=index))
+        curves[-1].group = groups[bone]
+    return curves
 
 
 def reshape_body(mesh: bpy.types.Object, body: Body, motions: Iterable[bpy.types.Action] = ()) -> None:
@@ -251,7 +229,7 @@ def reshape_body(mesh: bpy.types.Object, body: Body, motions: Iterable[bpy.types
     """
     _check(mesh, body)
     armature = armature_of(mesh)
-    before = np.array(armature.data.bones[JOINT_NAMES[0]].head_local, dtype=np.float64)
+    before = matrix(armature.data.bones[JOINT_NAMES[0]].head_local)
     mesh.data.vertices.foreach_set("co", body.vertices.astype(np.float32).ravel())
     mesh.data.update()
     with editing(armature) as bones:
@@ -260,9 +238,15 @@ def reshape_body(mesh: bpy.types.Object, body: Body, motions: Iterable[bpy.types
             along, roll = np.array(bone.tail) - np.array(bone.head), bone.roll
             bone.head, bone.tail = body.joints[joint], body.joints[joint] + along
             bone.roll = roll
-    after = np.array(armature.data.bones[JOINT_NAMES[0]].head_local, dtype=np.float64)
+    pelvis = armature.data.bones[JOINT_NAMES[0]]
+    after = matrix(pelvis.head_local)
+    scale = after[2] / before[2]
+    # its curves hold the way from the rest position, in the bone's own axes
+    shift = matrix(pelvis.matrix_local)[:3, :3].T @ (scale * before - after)
     for action in motions:
-        _fit_path(armature, action, before, after)
+        for (prop, axis), curve in bone_curves(armature, action).get(JOINT_NAMES[0], {}).items():
+            if prop == "location":
+                rescale(curve, 1, scale, shift[axis])
 
 
 def _check(mesh: bpy.types.Object, body: Body) -> None:
@@ -278,16 +262,3 @@ def _check(mesh: bpy.types.Object, body: Body) -> None:
         )
     if mesh.data.shape_keys is not None:
         raise ValueError(f"'{mesh.name}' has shape keys, which hold its old shape: remove them first")
-
-
-def _fit_path(
-    armature: bpy.types.Object, action: bpy.types.Action, before: np.ndarray, after: np.ndarray
-) -> None:
-    """Scale the pelvis's path; its curves hold the way from the rest position, in the bone's own axes."""
-    scale = after[2] / before[2]
-    rest = matrix(armature.data.bones[JOINT_NAMES[0]].matrix_local)[:3, :3]
-    shift = rest.T @ (scale * before - after)
-    curves = bone_curves(armature, action).get(JOINT_NAMES[0], {})
-    for axis in range(3):
-        if ("location", axis) in curves:
-            rescale(curves["location", axis], 1, scale, shift[axis])

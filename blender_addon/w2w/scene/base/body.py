@@ -14,12 +14,6 @@ from ...core.body.skeleton import JOINT_INDEX, JOINT_NAMES, PARENTS
 MIRROR_ATTRIBUTE = "mirror vertex"
 """Integer attribute with each vertex's mirror image, on meshes that know it."""
 
-LEAF_LENGTH = 0.6
-"""Length of a bone that ends in no joint, in lengths of its parent."""
-
-PELVIS_LEAN = 0.5
-"""How far the pelvis bone leans forward, in its own length."""
-
 AIMS = {
     "pelvis": "spine1", "left_hip": "left_knee", "right_hip": "right_knee", "spine1": "spine2",
     "left_knee": "left_ankle", "right_knee": "right_ankle", "spine2": "spine3", "left_ankle": "left_foot",
@@ -46,7 +40,17 @@ def add_body(body: Body, collection: bpy.types.Collection | None = None, name: s
     """
     collection = collection or bpy.context.scene.collection
     name = name or body.name
-    armature = _add_armature(body, f"{name} Armature", collection)
+    armature = bpy.data.objects.new(f"{name} Armature", bpy.data.armatures.new(f"{name} Armature"))
+    collection.objects.link(armature)
+    tails = _bone_tails(body.joints)
+    with editing(armature) as bones:
+        for joint, bone_name in enumerate(JOINT_NAMES):
+            bone = bones.new(bone_name)
+            bone.head, bone.tail = body.joints[joint], tails[joint]
+            bone.align_roll((0.0, -1.0, 0.0))
+            if PARENTS[joint] >= 0:
+                bone.parent = bones[JOINT_NAMES[PARENTS[joint]]]
+    armature.data.display_type = "STICK"
     return BodyObjects(add_skinned(body, armature, collection, name), armature)
 
 
@@ -81,12 +85,17 @@ def body_of(mesh: bpy.types.Object) -> Body:
     armature = armature_of(mesh)
     heads = np.array([armature.data.bones[name].head_local for name in JOINT_NAMES], dtype=np.float64)
     vertices = in_body_space(mesh, armature)
+    named = [group for group in mesh.vertex_groups if group.name in JOINT_INDEX]
+    weights = group_weights(mesh, {group.index: JOINT_INDEX[group.name] for group in named})
+    sums = weights.sum(axis=1)
+    if (sums <= 0).any():
+        raise ValueError(f"{(sums <= 0).sum()} vertices of '{mesh.name}' follow none of the 24 bones")
     mirror = mesh.data.attributes.get(MIRROR_ATTRIBUTE)
     return Body(
         vertices=vertices,
         faces=triangles_of(mesh.data),
         joints=heads @ body_space(armature)[:3, :3].T,
-        weights=_read_weights(mesh),
+        weights=weights / sums[:, None],  # Blender, too, normalises when it skins
         name=mesh.name,
         mirror=None if mirror is None else read_values(mirror.data, "value", len(vertices), np.int32),
     )
@@ -118,6 +127,13 @@ def in_body_space(mesh: bpy.types.Object, armature: bpy.types.Object) -> np.ndar
     return moved(rest_vertices(mesh), to_body)
 
 
+def with_parents(item: bpy.types.Object) -> Iterator[bpy.types.Object]:
+    """An object and everything that it is parented to."""
+    while item is not None:
+        yield item
+        item = item.parent
+
+
 def moved(points: np.ndarray, transform: np.ndarray) -> np.ndarray:
     """Points (N, 3) under a transform (4, 4)."""
     return points @ transform[:3, :3].T + transform[:3, 3]
@@ -134,49 +150,46 @@ def matrix(value: bpy.types.bpy_struct) -> np.ndarray:
     return np.array(value, dtype=np.float64)
 
 
-def _add_armature(body: Body, name: str, collection: bpy.types.Collection) -> bpy.types.Object:
-    armature = bpy.data.objects.new(name, bpy.data.armatures.new(name))
-    collection.objects.link(armature)
-    tails = _bone_tails(body.joints)
-    with editing(armature) as bones:
-        for joint, bone_name in enumerate(JOINT_NAMES):
-            bone = bones.new(bone_name)
-            bone.head, bone.tail = body.joints[joint], tails[joint]
-            bone.align_roll((0.0, -1.0, 0.0))
-            if PARENTS[joint] >= 0:
-                bone.parent = bones[JOINT_NAMES[PARENTS[joint]]]
-    armature.data.display_type = "STICK"
-    return armature
-
-
 @contextmanager
 def editing(armature: bpy.types.Object) -> Iterator[bpy.types.ArmatureEditBones]:
     """Bones of an armature to make and move: that goes in edit mode only, on an active, visible object."""
-    view_layer = bpy.context.view_layer
-    active, hidden = view_layer.objects.active, armature.hide_get()
-    others = [item for item in bpy.context.selected_objects if item.type == "ARMATURE" and item != armature]
-    for item in others:  # they would go into edit mode along with this one
-        item.select_set(False)
-    armature.hide_set(False)
-    view_layer.objects.active = armature
-    bpy.ops.object.mode_set(mode="EDIT")
+    hidden = armature.hide_get()
+    with same_selection():
+        for item in bpy.context.selected_objects:  # armatures would go into edit mode along with this one
+            item.select_set(False)
+        armature.hide_set(False)
+        bpy.context.view_layer.objects.active = armature
+        bpy.ops.object.mode_set(mode="EDIT")
+        try:
+            yield armature.data.edit_bones
+        finally:
+            bpy.ops.object.mode_set(mode="OBJECT")
+            armature.hide_set(hidden)
+
+
+@contextmanager
+def same_selection() -> Iterator[None]:
+    """Let the same objects be selected and active at the end as before."""
+    objects = bpy.context.view_layer.objects
+    active, selected = objects.active, [item for item in objects if item.select_get()]
     try:
-        yield armature.data.edit_bones
+        yield
     finally:
-        bpy.ops.object.mode_set(mode="OBJECT")
-        armature.hide_set(hidden)
-        view_layer.objects.active = active
-        for item in others:
+        for item in bpy.context.selected_objects:
+            item.select_set(False)
+        for item in selected:
             item.select_set(True)
+        objects.active = active
 
 
 def _bone_tails(joints: np.ndarray) -> np.ndarray:
     tails = np.empty_like(joints)
     for joint, name in enumerate(JOINT_NAMES):
-        leaf = joints[joint] + LEAF_LENGTH * (joints[joint] - joints[PARENTS[joint]])
+        # a bone that ends in no joint is 0.6 times as long as its parent
+        leaf = joints[joint] + 0.6 * (joints[joint] - joints[PARENTS[joint]])
         tails[joint] = joints[JOINT_INDEX[AIMS[name]]] if name in AIMS else leaf
     # Blender's matrices lose two digits in bones that point straight against their parent, as legs would
-    tails[0, 1] -= PELVIS_LEAN * np.linalg.norm(tails[0] - joints[0])
+    tails[0, 1] -= 0.5 * np.linalg.norm(tails[0] - joints[0])
     return tails
 
 
@@ -205,16 +218,6 @@ def group_weights(mesh: bpy.types.Object, joints: dict[int, int]) -> np.ndarray:
             if element.group in joints:
                 weights[vertex.index, joints[element.group]] += element.weight
     return weights
-
-
-def _read_weights(mesh: bpy.types.Object) -> np.ndarray:
-    """Weights of the 24 bones, shape (V, 24), summing to 1: Blender normalises when it skins."""
-    named = [group for group in mesh.vertex_groups if group.name in JOINT_INDEX]
-    weights = group_weights(mesh, {group.index: JOINT_INDEX[group.name] for group in named})
-    sums = weights.sum(axis=1)
-    if (sums <= 0).any():
-        raise ValueError(f"{(sums <= 0).sum()} vertices of '{mesh.name}' follow none of the 24 bones")
-    return weights / sums[:, None]
 
 
 def triangles_of(mesh: bpy.types.Mesh) -> np.ndarray:

@@ -7,6 +7,8 @@ import bpy
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from .body import read_values
+
 OwnCurves = dict[tuple[str, int], bpy.types.FCurve]
 """F-curves of one object or bone by property and index."""
 
@@ -64,27 +66,17 @@ def curves_by_owner(armature: bpy.types.Object, curves: Iterable[bpy.types.FCurv
 def sample(curve: bpy.types.FCurve, frames: np.ndarray) -> np.ndarray:
     """Values of an f-curve at some frames (T,)."""
     points = curve.keyframe_points
-    if len(points) == 0 or curve.modifiers:
-        return np.array([curve.evaluate(frame) for frame in frames])
-    keys = np.empty(len(points) * 2, dtype=np.float32)
-    points.foreach_get("co", keys)
-    if np.array_equal(keys[::2], frames):  # a key in every frame, as in most files
-        return keys[1::2]
-    times, values = keys[::2].astype(np.float64), keys[1::2].astype(np.float64)
-    if _is_straight(curve, times, frames):
-        return np.interp(frames, times, values)
+    if len(points) and not curve.modifiers:
+        keys = read_values(points, "co", len(points) * 2, np.float32)
+        if np.array_equal(keys[::2], frames):  # a key in every frame, as in most files
+            return keys[1::2]
+        times, values = keys[::2].astype(np.float64), keys[1::2].astype(np.float64)
+        within = times[0] <= frames[0] and frames[-1] <= times[-1]
+        if curve.extrapolation == "CONSTANT" or within:
+            at_keys = len(times) == len(frames) and np.abs(times - frames).max() < 1e-3
+            if at_keys or (read_values(points, "interpolation", len(points), np.int32)[:-1] == LINEAR).all():
+                return np.interp(frames, times, values)
     return np.array([curve.evaluate(frame) for frame in frames])
-
-
-def _is_straight(curve: bpy.types.FCurve, times: np.ndarray, frames: np.ndarray) -> bool:
-    """Whether straight lines between keys give this curve's values at these frames."""
-    if curve.extrapolation != "CONSTANT" and (frames[0] < times[0] or frames[-1] > times[-1]):
-        return False
-    if len(times) == len(frames) and np.abs(times - frames).max() < 1e-3:
-        return True
-    kinds = np.empty(len(times), dtype=np.int32)
-    curve.keyframe_points.foreach_get("interpolation", kinds)
-    return bool((kinds[:-1] == LINEAR).all())
 
 
 def rescale(curve: bpy.types.FCurve, axis: int, scale: float, shift: float) -> None:
@@ -149,8 +141,7 @@ def _rotations_of_mode(
 def _channels(owners: Sequence, name: str, curves: Sequence[OwnCurves], frames: np.ndarray) -> np.ndarray:
     """Values of one property, shape (T, B, size)."""
     resting = np.array([getattr(owner, name) for owner in owners], dtype=np.float64)
-    values = np.empty((len(frames), *resting.shape))
-    values[:] = resting
+    values = np.tile(resting, (len(frames), 1, 1))
     for number, own in enumerate(curves):
         for index in range(resting.shape[1]):
             curve = own.get((name, index))

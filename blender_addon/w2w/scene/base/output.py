@@ -9,13 +9,6 @@ from pathlib import Path
 
 
 @contextlib.contextmanager
-def quiet_output() -> Iterator[None]:
-    """Keep what Blender's importers print from the user's screen."""
-    with output_to(Path(os.devnull)):
-        yield
-
-
-@contextlib.contextmanager
 def output_to(path: Path) -> Iterator[None]:
     """Let a file have what the process prints, C++ included, even when it dies."""
     with path.open("w") as file:
@@ -29,3 +22,8 @@ def output_to(path: Path) -> Iterator[None]:
             for number, handle in enumerate(saved, start=1):
                 os.dup2(handle, number)
                 os.close(handle)
+
+
+def quiet_output() -> contextlib.AbstractContextManager[None]:
+    """Keep what Blender's importers print from the user's screen."""
+    return output_to(Path(os.devnull))

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Patches in the scene: empties that ride on the triangles of a body's mesh."""
 
-from collections.abc import Sequence
-
 import bpy
 import numpy as np
 
@@ -31,12 +29,7 @@ def place_patches(
     script for that: x along the triangle's first edge, z outward, at the centroid. The mesh must have the
     vertices of the body that the patches were sampled on.
     """
-    highest, n_vertices = int(patches.triangles.max()), len(mesh.data.vertices)
-    if highest >= n_vertices:
-        raise ValueError(
-            f"the patches are not of this body: they use vertex {highest}, "
-            f"but '{mesh.name}' has {n_vertices} vertices"
-        )
+    check_patches(mesh, patches)
     collection = bpy.data.collections.new(name)
     (parent or bpy.context.scene.collection).children.link(collection)
     for number, empty_name in enumerate(patches.names):
@@ -73,17 +66,6 @@ def empties_by_patch(collection: bpy.types.Collection) -> dict[int, bpy.types.Ob
         if PATCH in item:
             found.setdefault(item[PATCH], item)
     return found
-
-
-def resize_patches(empties: Sequence[bpy.types.Object], size: float) -> None:
-    """Draw empties with axes of this length, metres."""
-    for empty in empties:
-        empty.empty_display_size = size
-
-
-def carrier_triangles(empties: Sequence[bpy.types.Object]) -> np.ndarray:
-    """Vertices that each empty is parented to, shape (N, 3)."""
-    return np.array([empty.parent_vertices for empty in empties], dtype=np.int32).reshape(-1, 3)
 
 
 def new_empty(

@@ -2,7 +2,7 @@
 """Walk through the frames of the scene for a while, read meshes there, and leave the scene as it was."""
 
 from collections.abc import Generator, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 
 import bpy
 import numpy as np
@@ -34,12 +34,10 @@ def each_frame(frames: np.ndarray) -> Generator[int, None, None]:
         scene.frame_set(current, subframe=part)
 
 
-@contextmanager
-def same_timing() -> Iterator[None]:
+def same_timing() -> AbstractContextManager[None]:
     """Keep the scene's frame rate and range, which importers set to a file's."""
     scene = bpy.context.scene
-    with kept((scene.render, "fps", "fps_base"), (scene, "frame_start", "frame_end")):
-        yield
+    return kept((scene.render, "fps", "fps_base"), (scene, "frame_start", "frame_end"))
 
 
 @contextmanager

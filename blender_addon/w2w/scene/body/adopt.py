@@ -72,8 +72,7 @@ def adopt_mesh(mesh: bpy.types.Object) -> Body:
         )
     heads = moved(np.array([bone.head_local for bone in bones], float), matrix(armature.matrix_world))
     joints = np.empty((N_JOINTS, 3))
-    for joint, bone in matched.items():
-        joints[joint] = heads[bone]
+    joints[[*matched]] = heads[[*matched.values()]]
     for hand in set(BODY_HANDS) - matched.keys():  # where its fingers begin; at the wrist without fingers
         wrist = matched[WRISTS[hand]]
         fingers = [index for index, bone in enumerate(bones) if bone.parent == bones[wrist]]

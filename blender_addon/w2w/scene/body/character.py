@@ -74,14 +74,11 @@ def tie(character: Character, meshes: Sequence[bpy.types.Object], body: Body) ->
     """
     points = correspond(character, body)
     values = np.column_stack([points.faces, points.shares[:, :2]]).astype(np.float32)
-    start = 0
-    for mesh in meshes:
-        count = len(mesh.data.vertices)
-        attribute = mesh.data.attributes.get(POINT) or mesh.data.attributes.new(
-            POINT, "FLOAT_VECTOR", "POINT"
-        )
-        attribute.data.foreach_set("vector", np.ascontiguousarray(values[start : start + count]).ravel())
-        start += count
+    ends = np.cumsum([len(mesh.data.vertices) for mesh in meshes])
+    for mesh, own in zip(meshes, np.split(values, ends[:-1]), strict=True):
+        attributes = mesh.data.attributes
+        attribute = attributes.get(POINT) or attributes.new(POINT, "FLOAT_VECTOR", "POINT")
+        attribute.data.foreach_set("vector", own.ravel())
     return float(np.median(points.distance))
 
 
@@ -115,17 +112,11 @@ def place_marks(
     parts = []
     for number, mesh in enumerate(meshes):
         corners, shares = _points(body, mesh)
-        turn = matrix(mesh.matrix_world)[:3, :3]
-        skin = rest_vertices(mesh)
-        parts.append(
-            _Skin(
-                np.einsum("vc,vca->va", shares, rest[corners]),
-                skin @ turn.T + matrix(mesh.matrix_world)[:3, 3],
-                vertex_normals(skin, triangles_of(mesh.data)) @ turn.T,
-                np.full(len(skin), number),
-                np.arange(len(skin)),
-            )
-        )
+        world, skin = matrix(mesh.matrix_world), rest_vertices(mesh)
+        on_body = np.einsum("vc,vca->va", shares, rest[corners])
+        normals = vertex_normals(skin, triangles_of(mesh.data)) @ world[:3, :3].T
+        numbers = np.full(len(skin), number), np.arange(len(skin))
+        parts.append(_Skin(on_body, moved(skin, world), normals, *numbers))
     whole = _Skin(*map(np.concatenate, zip(*parts, strict=True)))
     scale = _extent(whole.places) / _extent(rest)
     found = [_outermost(whole, rest[vertex]) for vertex in vertices]
@@ -205,8 +196,7 @@ def _rest_world(mesh: bpy.types.Object, armature: bpy.types.Object) -> np.ndarra
 def _check_fit(figure: Character) -> None:
     """Refuse a skeleton that does not lie in the skin."""
     places = np.full((figure.weights.shape[1], 3), np.nan)
-    for joint, place in figure.joints.items():
-        places[joint] = place
+    places[[*figure.joints]] = [*figure.joints.values()]
     apart = np.linalg.norm(figure.vertices - places[figure.weights.argmax(axis=1)], axis=1)
     apart = apart[np.isfinite(apart) & (figure.weights.max(axis=1) > 0)]
     if len(apart) and np.median(apart) > APART * _extent(places[np.isfinite(places).all(axis=1)]):

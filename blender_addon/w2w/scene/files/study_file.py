@@ -47,8 +47,7 @@ def write_study(
     It holds the body, its armature with an action a motion, an empty on each patch with its
     scores as custom properties, the chosen patches in a collection of their own, a colour
     attribute an activity and for the mean, and what W2W's panel shows when it opens the file. The
-    file is built in a fresh Blender session: whatever is open is closed. RuntimeError if Blender
-    runs with a window, where that would lose work.
+    file is built in a fresh Blender session, in a process of its own: whatever is open is closed.
 
     Parameters
     ----------
@@ -57,10 +56,6 @@ def write_study(
     chosen : sequence of int
         Chosen patches in order of choice.
     """
-    if not bpy.app.background:
-        raise RuntimeError(
-            "a study file is built in a fresh session: in a Blender window, save the open file instead"
-        )
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     bpy.data.batch_remove([*bpy.data.objects, *bpy.data.collections, *bpy.data.materials])  # not its window
     bpy.data.orphans_purge(do_recursive=True)
@@ -88,7 +83,7 @@ def _add_empties(mesh: bpy.types.Object, study: StudyResults, chosen: Sequence[i
     for number, empty in enumerate(empties):
         empty[heatmap.MEAN] = float(utility.expected_mean[number])
         for activity, score in zip(utility.activities, utility.expected_f1[number], strict=True):
-            name = (heatmap.PREFIX + activity).encode()[:63].decode(errors="ignore")
+            name = f"{heatmap.MEAN}: {activity}".encode()[:63].decode(errors="ignore")
             empty[name] = float(score)
     collection = bpy.data.collections.new("Chosen patches")
     collection.color_tag = "COLOR_01"

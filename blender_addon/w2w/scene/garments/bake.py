@@ -22,7 +22,7 @@ from ..base.playback import active_action
 from ..base.steps import scaled, without_pauses
 from ..motion.takes import existing_data, new_data
 from .cloth import dress, lie_on
-from .follow import follow, follow_scene, simulated
+from .follow import Worn, follow, follow_scene, simulated
 
 TIED = ("ARMATURE", "CLOTH", "SOFT_BODY", "SURFACE_DEFORM", "SHRINKWRAP", "LATTICE", "MESH_DEFORM", "NODES",
         "HOOK", "CAST", "MESH_CACHE", "MESH_SEQUENCE_CACHE")  # fmt: skip
@@ -40,12 +40,11 @@ def check_garment(item: bpy.types.Object, mesh: bpy.types.Object) -> None:
             f"'{item.name}' does not follow the body: give it a modifier that does (Armature, Cloth, Surface "
             "Deform, Shrinkwrap, Lattice), or parent it"
         )
-    for modifier in simulated(item):
-        if modifier.point_cache.is_baked:
-            raise ValueError(
-                f"the physics of '{item.name}' are baked, so that it would move as in another clip: press "
-                "Delete Bake in its Cache panel"
-            )
+    if any(modifier.point_cache.is_baked for modifier in simulated(item)):
+        raise ValueError(
+            f"the physics of '{item.name}' are baked, so that it would move as in another clip: press "
+            "Delete Bake in its Cache panel"
+        )
 
 
 def cover_of(item: bpy.types.Object, mesh: bpy.types.Object, patches: PatchSet) -> Cover:
@@ -71,8 +70,7 @@ def refuse_bare(item: bpy.types.Object, mesh: bpy.types.Object, found: Cover) ->
 class GarmentBaker:
     """Bakes the patches of a body of which some are covered by garments, action by action.
 
-    The outer garment comes first; `covers` says what each covers, where that is known. A body that cannot be
-    baked, and a garment that cannot be used or covers nothing, is refused.
+    The outer garment comes first; `covers` says what each covers. A body that cannot be baked is refused.
     """
 
     def __init__(
@@ -80,24 +78,21 @@ class GarmentBaker:
         mesh: bpy.types.Object,
         patches: PatchSet,
         garments: Sequence[bpy.types.Object],
-        covers: Sequence[Cover] | None = None,
+        covers: Sequence[Cover],
     ) -> None:
         self.mesh = mesh
         self.patches = patches
         self.garments = tuple(garments)
+        self.covers = without_overlap(covers)
         self._skin = PatchBaker(mesh, patches)
-        for item in garments:
-            check_garment(item, mesh)
-        found = [cover_of(item, mesh, patches) for item in garments] if covers is None else covers
-        self.covers = without_overlap(found)
 
     def by_frame(self, action: bpy.types.Action | None = None) -> Generator[float, None, Bake]:
         """Bake as `PatchBaker.by_frame` does, then let the garments follow; a pause after each frame."""
         skin = yield from scaled(self._skin.by_frame(action), 0.0, 0.1)
         action = action or active_action(armature_of(self.mesh))
-        worn = self.mesh, self.garments, self.covers
+        worn = Worn(self.mesh, self.garments, self.covers)
         if skin.motion is not None and not moved_besides_bones(self.mesh, action):
-            frames = follow(*worn, skin.motion, self.patches)
+            frames = follow(worn, skin.motion, self.patches)
         else:
             frames = follow_scene(worn, action, len(skin.matrices), skin.rate)
         on_cloth = yield from scaled(frames, 0.1, 1.0)
@@ -121,7 +116,8 @@ def followed(body: Body, patches: PatchSet, covers: Mapping[str, Cover], motion:
     Raises `ValueError` if a garment cannot be worn, or its cloth flies apart.
     """
     with _dressed(body, tuple(covers)) as (objects, garments):
-        return without_pauses(follow(objects.mesh, garments, tuple(covers.values()), motion, patches))
+        worn = Worn(objects.mesh, garments, tuple(covers.values()))
+        return without_pauses(follow(worn, motion, patches))
 
 
 @contextmanager
@@ -152,14 +148,10 @@ def put_on(path: str | Path, name: str, objects: BodyObjects) -> bpy.types.Objec
     garment = _append(Path(path), name)
     came = [item for item in new_data(before) if isinstance(item, bpy.types.Object)]
     n_vertices = len(objects.mesh.data.vertices)
-    bodies = [
-        item
-        for item in came
-        if item is not garment and item.type == "MESH" and len(item.data.vertices) == n_vertices
-    ]
-    rigs = [
-        item for item in came if item.type == "ARMATURE" and set(JOINT_NAMES) <= set(item.data.bones.keys())
-    ]
+    meshes = [item for item in came if item.type == "MESH" and item is not garment]
+    bodies = [item for item in meshes if len(item.data.vertices) == n_vertices]
+    armatures = [item for item in came if item.type == "ARMATURE"]
+    rigs = [item for item in armatures if set(JOINT_NAMES) <= set(item.data.bones.keys())]
     if not rigs:
         raise ValueError(
             f"'{name}' in {path} follows no body: in that file let it follow a body that Add Body made, by "

@@ -25,9 +25,6 @@ ANGLES = np.arange(0.0, 16.0, 3.0)
 ARM_AS_CLEAR = 0.05
 """Share of the overlap that a smaller angle may leave beyond the least that any leaves."""
 
-FRAMES = 10
-"""Frames of a clip looked at."""
-
 SIDES = {"left": -1.0, "right": 1.0}
 
 REACHES = (1.0, 0.5, 0.25, 0.125)
@@ -42,17 +39,8 @@ ARM, LEG = ("shoulder", "elbow", "wrist", "hand"), ("hip", "knee", "ankle", "foo
 ROOM = 0.016
 """Left between two parts for two layers of cloth, metres."""
 
-EVERY = 3
-"""One vertex of a limb in so many is looked at."""
-
-FROM = 0.4
-"""Where on a limb's first bone looking begins, in its lengths: nearer to the trunk skin always meets skin."""
-
 RAY = Vector((0.37, 0.61, 0.70)).normalized()
 """Along no axis, so that rays seldom meet an edge."""
-
-PAST = 1e-5
-"""How far beyond a face a ray goes on, metres."""
 
 
 def with_clear_arms(body: Body, motion: Motion) -> Motion:
@@ -61,8 +49,8 @@ def with_clear_arms(body: Body, motion: Motion) -> Motion:
 
 
 def outward(body: Body, motion: Motion, side: str) -> float:
-    """The least of `ANGLES`, in degrees, that leaves a left or right arm next to no overlap."""
-    frames = np.unique(np.linspace(0, motion.n_frames - 1, FRAMES).round().astype(int))
+    """The least of `ANGLES`, in degrees, that leaves a left or right arm next to no overlap in ten frames."""
+    frames = np.unique(np.linspace(0, motion.n_frames - 1, 10).round().astype(int))
     pelvis = motion.pelvis[frames] - motion.pelvis[frames[0]]  # single precision is finest at the origin
     few = replace(motion, rotations=motion.rotations[frames], pelvis=pelvis)
     trunks = closed(body, trunk(body), few)
@@ -80,11 +68,9 @@ def outward(body: Body, motion: Motion, side: str) -> float:
 
 def clear_reach(body: Body, motion: Motion) -> float:
     """The longest of `REACHES` with hardly more overlap than the clip's first pose has; else the shortest."""
-    bearable = None
     for reach in REACHES:
-        poses = reached_back(motion, reach)
-        sunk, of = _sunk(body, poses)
-        if bearable is None:
+        sunk, of = _sunk(body, reached_back(motion, reach))
+        if reach == REACHES[0]:
             bearable = sunk[-1] + RUN_UP_AS_CLEAR * of
         if max(sunk) <= bearable:
             return reach
@@ -102,11 +88,12 @@ def trunk(body: Body) -> np.ndarray:
 
 
 def limb(body: Body, side: str, joints: tuple[str, ...]) -> np.ndarray:
-    """Some of the vertices of a limb that can be clear of the body."""
+    """One in three of the vertices of a limb that can be clear of the body."""
     root, bend = (body.joints[JOINT_INDEX[f"{side}_{name}"]] for name in joints[:2])
     bone = bend - root
     along = (body.vertices - root) @ bone / (bone @ bone)
-    return np.flatnonzero(moved_by(body, side, joints) & (along > FROM))[::EVERY]
+    # nearer to the trunk skin always meets skin
+    return np.flatnonzero(moved_by(body, side, joints) & (along > 0.4))[::3]
 
 
 def pushed_out(body: Body, vertices: np.ndarray, motion: Motion) -> np.ndarray:
@@ -121,10 +108,9 @@ def closed(body: Body, part: np.ndarray, motion: Motion) -> list[BVHTree]:
     caps, rims = _caps(faces, len(body.vertices))
     whole = [*faces.tolist(), *caps]
     posed = skin(body, skinning_transforms(body, motion))
-    middles = np.stack([posed[:, rim].mean(axis=1) for rim in rims], axis=1) if rims else posed[:, :0]
-    return [
-        BVHTree.FromPolygons(points.tolist(), whole) for points in np.concatenate([posed, middles], axis=1)
-    ]
+    middles = np.stack([posed[:, rim].mean(axis=1) for rim in rims], axis=1)
+    poses = np.concatenate([posed, middles], axis=1).tolist()
+    return [BVHTree.FromPolygons(points, whole) for points in poses]
 
 
 def inside(tree: BVHTree, points: np.ndarray) -> int:
@@ -143,7 +129,7 @@ def times_inside(tree: BVHTree, point: Vector) -> int:
         if place is None:
             return turns
         turns += 1 if normal.dot(RAY) > 0 else -1
-        point = place + PAST * RAY
+        point = place + 1e-5 * RAY  # on from beyond the face
 
 
 def _turned(motion: Motion, degrees: dict[str, float]) -> np.ndarray:

@@ -29,22 +29,12 @@ HELD = "W2W held"
 CLOTH = "Cloth"
 """Modifier that moves a garment of ours."""
 
-AS_CUT = 1e-5
-"""How far vertices may be from where they were cut and still count as there, metres."""
-
 COTTON = {
-    "quality": 5,
-    "mass": 0.3,
-    "air_damping": 1.0,
-    "tension_stiffness": 15.0,
-    "compression_stiffness": 15.0,
-    "shear_stiffness": 15.0,
-    "bending_stiffness": 0.5,
-    "tension_damping": 5.0,
-    "compression_damping": 5.0,
-    "shear_damping": 5.0,
-    "bending_damping": 0.5,
-}
+    "quality": 5, "mass": 0.3, "air_damping": 1.0,
+    "tension_stiffness": 15.0, "compression_stiffness": 15.0, "shear_stiffness": 15.0,
+    "tension_damping": 5.0, "compression_damping": 5.0, "shear_damping": 5.0,
+    "bending_stiffness": 0.5, "bending_damping": 0.5,
+}  # fmt: skip
 """As Blender's own preset for cotton."""
 
 COLLISION_STEPS, CLOTH_GAP, SKIN_GAP = 4, 0.004, 0.004
@@ -64,8 +54,6 @@ COARSE_FACES = 4000
 
 REAL_TIME_RATE = math.sqrt(1000.0)
 """Frames per second at which cloth of speed 1 falls as things do."""
-
-NUDGE = 1e-6
 
 
 def dress(mesh: bpy.types.Object, kind: str) -> bpy.types.Object:
@@ -108,7 +96,7 @@ def refit(item: bpy.types.Object, mesh: bpy.types.Object, garment: Garment) -> N
     """Give a garment of ours the mesh cut for the body as it is, where it was cut for another shape."""
     cloth = _in_armature(garment.cloth, armature_of(mesh))
     own = rest_vertices(item)
-    if own.shape == cloth.vertices.shape and np.abs(own - cloth.vertices).max() < AS_CUT:
+    if own.shape == cloth.vertices.shape and np.abs(own - cloth.vertices).max() < 1e-5:
         return
     reskin(item, cloth)
     _hold(item, garment)
@@ -150,7 +138,7 @@ def real_time_speed(speed: float, rate: float, steps: int) -> float:
     wanted = speed * REAL_TIME_RATE / rate
     nudged = wanted
     while _steps_made(nudged, steps) > steps:
-        nudged += NUDGE * wanted
+        nudged += 1e-6 * wanted
     return nudged
 
 

@@ -4,6 +4,7 @@
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
+from typing import NamedTuple
 
 import bpy
 import numpy as np
@@ -21,21 +22,16 @@ from ..base.playback import EvaluatedVertices, at_rate, each_frame, kept, playin
 from .clear import clear_reach, with_clear_arms
 from .cloth import KIND, coarse_collider, real_time_speed
 
-FARTHEST = 3.0
-"""Metres between a sensor and the middle of all beyond which cloth has flown apart."""
+
+class Worn(NamedTuple):
+    """A body's mesh, its garments and what each covers."""
+
+    mesh: bpy.types.Object
+    garments: Sequence[bpy.types.Object]
+    covers: Sequence[Cover]
 
 
-Worn = tuple[bpy.types.Object, Sequence[bpy.types.Object], Sequence[Cover]]
-"""A body's mesh, its garments and what each covers."""
-
-
-def follow(
-    mesh: bpy.types.Object,
-    garments: Sequence[bpy.types.Object],
-    covers: Sequence[Cover],
-    motion: Motion,
-    patches: PatchSet,
-) -> Generator[float, None, ClothSensors]:
+def follow(worn: Worn, motion: Motion, patches: PatchSet) -> Generator[float, None, ClothSensors]:
     """Let garments follow a body through a motion in its armature's space, settled before it begins.
 
     Where one is ours, the body's arms are held clear of its trunk meanwhile; the sensors are then carried
@@ -43,8 +39,8 @@ def follow(
     another frame; at the end, or when the generator is closed early, it is as it was. Raises `ValueError` if
     the cloth flies apart.
     """
-    body, armature = body_of(mesh), armature_of(mesh)
-    ours = any(KIND in item for item in garments)
+    body, armature = body_of(worn.mesh), armature_of(worn.mesh)
+    ours = any(KIND in item for item in worn.garments)
     cleared = with_clear_arms(body, motion) if ours else motion
     reach = clear_reach(body, cleared)
     moved, before = with_run_up(cleared, reach)
@@ -54,19 +50,14 @@ def follow(
         stack.callback(bpy.data.actions.remove, action)
         stack.enter_context(playing(armature, action))
         frames = int(FIRST_FRAME) + np.arange(moved.n_frames)
-        on_cloth = yield from _settled((mesh, garments, covers), frames, before, moved.rate)
+        on_cloth = yield from _settled(worn, frames, before, moved.rate)
     if not ours:
         return on_cloth
-    triangles = patches.triangles[on_cloth.patches]
-    there, here = (
-        patch_matrices(
-            body,
-            triangles,
-            placed(replace(one, rotations=one.rotations[before:], pelvis=one.pelvis[before:]), armature),
-        )
-        for one in (moved, with_run_up(motion, reach)[0])
-    )
-    return on_cloth.carried(there, here)
+    poses = []
+    for one in (moved, with_run_up(motion, reach)[0]):
+        clip = replace(one, rotations=one.rotations[before:], pelvis=one.pelvis[before:])
+        poses.append(patch_matrices(body, patches.triangles[on_cloth.patches], placed(clip, armature)))
+    return on_cloth.carried(*poses)
 
 
 def follow_scene(
@@ -76,7 +67,7 @@ def follow_scene(
 
     `n_frames` and `rate` are the clip's; the scene is played at the rate of the action's keys.
     """
-    armature = armature_of(worn[0])
+    armature = armature_of(worn.mesh)
     first = bpy.context.scene.frame_start
     if action is not None and (curves := bone_curves(armature, action)):
         first = int(np.floor(frames_of(action, curves)[0][0]))
@@ -92,21 +83,21 @@ def _settled(
     worn: Worn, frames: np.ndarray, before: int, rate: float
 ) -> Generator[float, None, ClothSensors]:
     """Garments through frames of the scene, in the first of which cloth only settles."""
-    mesh, garments, covers = worn
     with ExitStack() as stack:
-        stack.enter_context(without_empties(mesh))
-        stack.enter_context(coarse_collider(mesh))
-        for item in garments:
+        stack.enter_context(without_empties(worn.mesh))
+        stack.enter_context(coarse_collider(worn.mesh))
+        for item in worn.garments:
             stack.enter_context(_simulated_over(item, frames, scene_rate()))
-        followed = [Followed(*each, len(frames) - before) for each in zip(garments, covers, strict=True)]
+        pairs = zip(worn.garments, worn.covers, strict=True)
+        followed = [Followed(item, own, len(frames) - before) for item, own in pairs]
         with closing(each_frame(frames)) as numbers:
             for number in numbers:
                 if number >= before:
                     for one in followed:
                         one.take(number - before)
                 yield (number + 1) / len(frames)
-    matrices = [own.matrices(one.corners) for own, one in zip(covers, followed, strict=True)]
-    patches = np.concatenate([own.patches for own in covers])
+    matrices = [own.matrices(one.corners) for own, one in zip(worn.covers, followed, strict=True)]
+    patches = np.concatenate([own.patches for own in worn.covers])
     caught = tuple(one.caught for one in followed)
     return ClothSensors(patches, np.concatenate(matrices, axis=1), rate, caught)
 
@@ -162,7 +153,8 @@ class Followed:
         points = self.corners[number].reshape(-1, 3)
         if not len(points):
             return
-        if not np.isfinite(points).all() or np.abs(points - np.median(points, axis=0)).max() > FARTHEST:
+        # it has where a sensor is more than 3 m from the middle of all
+        if not np.isfinite(points).all() or np.abs(points - np.median(points, axis=0)).max() > 3.0:
             raise ValueError(
                 f"the cloth of '{self._item.name}' flew apart in this clip: raise the quality steps of its "
                 "cloth, or take it off"

@@ -24,9 +24,6 @@ OLDEST_FOR_PYTHON = 7100
 
 SAVE_ANEW = "save it as FBX 7.4 (FBX 2014), binary, where it comes from or with Blender 4.5 or later"
 
-GLTF_RATE = 60
-"""Frames per second that glTF is read at: it has times, no rate."""
-
 FAULTS = {
     "memory": "it unpacks to more than fits in memory",
     "truncated": "it is cut short, or a record in it does not add up",
@@ -120,14 +117,12 @@ def import_gltf(path: Path) -> None:
     is_vrm = path.suffix.lower() in VRM_SUFFIXES
     check_gltf(path, skin=not is_vrm)
     render = bpy.context.scene.render
-    render.fps, render.fps_base = GLTF_RATE, 1.0
-    if not is_vrm:
-        bpy.ops.import_scene.gltf(filepath=str(path))
-        return
+    render.fps, render.fps_base = 60, 1.0  # a glTF file has times, no rate
     with tempfile.TemporaryDirectory() as folder:
-        plain = Path(folder, "vrm.glb")
-        plain.write_bytes(as_plain_glb(path))
-        bpy.ops.import_scene.gltf(filepath=str(plain))
+        file = Path(folder, "vrm.glb") if is_vrm else path
+        if is_vrm:
+            file.write_bytes(as_plain_glb(path))
+        bpy.ops.import_scene.gltf(filepath=str(file))
 
 
 def import_usd(path: Path) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_pose, refuse_too_long
 from ..base.actions import OBJECT_CHANNELS, RATE, bone_curves, scene_rate, slot_curves
-from ..base.body import matrix
+from ..base.body import matrix, with_parents
 from ..base.fcurves import BONE_PATH, NotFiniteError, slot_named_for
 from ..base.playback import each_frame, kept
 from .source_beside import SOURCE
@@ -19,8 +19,6 @@ from .takes import Take, read_take, skeleton_of
 
 EPSILON = 1e-4
 """Frames; strips keep theirs in single precision."""
-
-CHANNELS = ("location", "rotation_quaternion", "rotation_axis_angle", "rotation_euler", "scale")
 
 Slot = object
 """A `bpy.types.ActionSlot`, which Blender has from 4.4 on."""
@@ -186,6 +184,9 @@ class AtRest(NamedTuple):
     scale: tuple[float, ...] = (1.0, 1.0, 1.0)
 
 
+CHANNELS = AtRest._fields[1:]
+
+
 def read_scene_take(found: SceneTake) -> Generator[float, None, SourceMotion]:
     """Read a take of the scene; bones without a curve in it are at rest. Yields the share of the frames done.
 
@@ -196,7 +197,7 @@ def read_scene_take(found: SceneTake) -> Generator[float, None, SourceMotion]:
     """
     armature = found.take.armature
     refuse_too_long(len(found.frames), len(armature.data.bones))
-    if posed_by(armature):
+    if _posed_by_more(armature):
         motion = yield from _as_played(found)
     else:
         bones = [armature.pose.bones[name] for name in skeleton_of(armature)[0][1:]]
@@ -208,28 +209,17 @@ def read_scene_take(found: SceneTake) -> Generator[float, None, SourceMotion]:
     return motion
 
 
-def posed_by(armature: bpy.types.Object) -> str:
-    """What besides the curves of its actions moves the bones of an armature; empty where nothing does."""
-    return next(_movers(armature), "")
-
-
-def _movers(armature: bpy.types.Object) -> Iterator[str]:
-    for bone in armature.pose.bones:
-        if any(not constraint.mute for constraint in bone.constraints):
-            yield f"constraints of the bone '{bone.name}'"
-        rest = bone.bone
-        if rest.parent is not None and not (rest.use_inherit_rotation and rest.use_local_location):
-            yield f"the bone '{bone.name}', which does not inherit its parent's rotation"
-    for data in (armature.animation_data, armature.data.animation_data):
-        if data is not None and len(data.drivers):
-            yield "drivers"
-    item = armature
-    while item is not None:
-        if any(not constraint.mute for constraint in item.constraints):
-            yield f"constraints of '{item.name}'"
-        if item != armature and item.animation_data is not None:
-            yield f"the animation of '{item.name}'"
-        item = item.parent
+def _posed_by_more(armature: bpy.types.Object) -> bool:
+    """Whether more than the curves of its actions moves the bones of an armature."""
+    children = [bone for bone in armature.data.bones if bone.parent is not None]
+    datas = [data for data in (armature.animation_data, armature.data.animation_data) if data is not None]
+    constrained = (*armature.pose.bones, *with_parents(armature))
+    return (
+        any(not constraint.mute for item in constrained for constraint in item.constraints)
+        or not all(bone.use_inherit_rotation and bone.use_local_location for bone in children)
+        or any(len(data.drivers) for data in datas)
+        or any(item.animation_data is not None for item in with_parents(armature) if item != armature)
+    )
 
 
 def _as_played(found: SceneTake) -> Generator[float, None, SourceMotion]:

@@ -7,7 +7,7 @@ import bpy
 
 from ...core.motion.source import motion_amount
 from ..base.actions import FIRST_FRAME, KEYED_AT, key_rate, scene_rate
-from ..base.body import armature_of, matrix
+from ..base.body import armature_of, matrix, same_selection
 from ..base.playback import same_timing
 from .takes import find_takes, import_file, read_take
 
@@ -36,10 +36,8 @@ def show_source(mesh: bpy.types.Object, name: str, path: Path, scale: float) -> 
 
     `scale` is that of the body to the file. A file that Blender cannot import raises an `UnusableMotion`.
     """
-    view_layer, chosen = bpy.context.view_layer, list(bpy.context.selected_objects)
-    active = view_layer.objects.active
     objects, actions = set(bpy.data.objects), set(bpy.data.actions)
-    with same_timing():
+    with same_selection(), same_timing():
         import_file(path)
         rate = scene_rate()
     new = [item for item in bpy.data.objects if item not in objects]
@@ -51,11 +49,6 @@ def show_source(mesh: bpy.types.Object, name: str, path: Path, scale: float) -> 
     take = max(find_takes(armature, brought), key=lambda take: motion_amount(read_take(take)))
     _stand_beside(mesh, new, name, scale)
     _play_at_own_speed(armature, take.action, take.frame_range[0])
-    for item in bpy.context.selected_objects:
-        item.select_set(False)
-    for item in chosen:
-        item.select_set(True)
-    view_layer.objects.active = active
 
 
 def _stand_beside(mesh: bpy.types.Object, new: list[bpy.types.Object], name: str, scale: float) -> None:

@@ -28,6 +28,7 @@ from ...core.motion.source import (
     refuse_too_long,
 )
 from ..base.actions import key_rate
+from ..base.body import same_selection
 from ..base.fcurves import (
     Curves,
     NotFiniteError,
@@ -38,8 +39,6 @@ from ..base.fcurves import (
 )
 from ..base.playback import same_timing
 from .importers import check_fbx, import_fault, import_gltf, import_usd
-
-PREFERRED_TAKE = "mixamo.com"
 
 
 @dataclass(frozen=True)
@@ -53,14 +52,9 @@ class Take:
     @property
     def frame_range(self) -> tuple[int, int]:
         """First and last whole frame that the bones' curves cover."""
-        ends = [
-            (curve.keyframe_points[0].co[0], curve.keyframe_points[-1].co[0])
-            for channels in self.curves.values()
-            for curve in channels.values()
-            if len(curve.keyframe_points)
-        ]
-        start, stop = min(end[0] for end in ends), max(end[1] for end in ends)
-        return round(start), round(stop)
+        curves = (curve for channels in self.curves.values() for curve in channels.values())
+        keys = [curve.keyframe_points for curve in curves if len(curve.keyframe_points)]
+        return round(min(own[0].co[0] for own in keys)), round(max(own[-1].co[0] for own in keys))
 
 
 def read_clip(path: str | Path) -> SourceMotion:
@@ -80,17 +74,14 @@ def read_clip(path: str | Path) -> SourceMotion:
 @contextmanager
 def imported(path: Path) -> Iterator[list[bpy.types.Object]]:
     """The objects that a motion file brings, removed again at the end; what was selected is so again."""
-    before, layer = existing_data(), bpy.context.view_layer
-    active, selected = layer.objects.active, [item for item in layer.objects if item.select_get()]
-    try:
-        with same_timing():
-            import_file(path)
-            yield [item for item in new_data(before) if isinstance(item, bpy.types.Object)]
-    finally:
-        bpy.data.batch_remove(new_data(before))
-        layer.objects.active = active
-        for item in selected:
-            item.select_set(True)
+    before = existing_data()
+    with same_selection():
+        try:
+            with same_timing():
+                import_file(path)
+                yield [item for item in new_data(before) if isinstance(item, bpy.types.Object)]
+        finally:
+            bpy.data.batch_remove(new_data(before))
 
 
 def import_file(path: Path) -> None:
@@ -99,19 +90,12 @@ def import_file(path: Path) -> None:
     Raises `UnusableMotion` if the file is of another kind, damaged, or Blender refuses it.
     """
     kind = path.suffix.lower()
+    if kind not in IMPORTERS:
+        raise UnusableMotion(
+            f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)})"
+        )
     try:
-        if kind == ".fbx":
-            _import_fbx(path)
-        elif kind == BVH_SUFFIX:
-            _import_bvh(path)
-        elif kind in GLTF_SUFFIXES:
-            import_gltf(path)
-        elif kind in USD_SUFFIXES:
-            import_usd(path)
-        else:
-            raise UnusableMotion(
-                f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)})"
-            )
+        IMPORTERS[kind](path)
     except UnusableMotion:
         raise
     except Exception as error:  # Blender's importers raise anything: KeyError, struct.error, RuntimeError
@@ -119,7 +103,7 @@ def import_file(path: Path) -> None:
 
 
 def best_take(
-    objects: list[bpy.types.Object], actions: Iterable[bpy.types.Action] | None = None
+    objects: list[bpy.types.Object], actions: Sequence[bpy.types.Action] | None = None
 ) -> SourceMotion:
     """Read the take that moves most, the one Mixamo names before any other, among all actions or some.
 
@@ -137,7 +121,7 @@ def best_take(
     missing = {item: len(missing_joints(joints)) for item, joints in matched.items()}
     people = [item for item in armatures if missing[item] == min(missing.values())]
     people = [item for item in people if not _rests_crumpled(item, matched[item])] or people
-    actions = list(bpy.data.actions if actions is None else actions)
+    actions = bpy.data.actions if actions is None else actions
     takes = [take for armature in people for take in find_takes(armature, actions)]
     if not takes:
         raise UnusableMotion(
@@ -147,10 +131,10 @@ def best_take(
     return replace(motion, people=max(len(people), people_in(motion.parents[1:] - 1)))
 
 
-def find_takes(armature: bpy.types.Object, actions: Iterable[bpy.types.Action] | None = None) -> list[Take]:
-    """Every action that animates bones of this armature, among some or among all."""
+def find_takes(armature: bpy.types.Object, actions: Iterable[bpy.types.Action]) -> list[Take]:
+    """Every one of some actions that animates bones of this armature."""
     takes = []
-    for action in bpy.data.actions if actions is None else actions:
+    for action in actions:
         for curves in action_curves(action):
             by_owner = curves_by_owner(armature, curves)
             if len(by_owner.keys() - {""}) * 3 >= len(armature.data.bones):
@@ -211,18 +195,26 @@ def _has_cpp_importer() -> bool:
     return "fbx_import" in dir(bpy.ops.wm)
 
 
+IMPORTERS = {
+    ".fbx": _import_fbx,
+    BVH_SUFFIX: _import_bvh,
+    **dict.fromkeys(GLTF_SUFFIXES, import_gltf),
+    **dict.fromkeys(USD_SUFFIXES, import_usd),
+}
+
+
 def _most_moving(takes: list[Take]) -> SourceMotion:
     motions = []
     for take in takes:
         with suppress(NotFiniteError):
-            motion = read_take(take)
-            motions += [motion] if np.isfinite(motion.matrices).all() else []
+            motions.append(read_take(take))
+    motions = [motion for motion in motions if np.isfinite(motion.matrices).all()]
     if not motions:
         raise UnusableMotion(NOT_FINITE)
     moving = [motion for motion in motions if not is_pose(motion)]
     if not moving:
         refuse_pose(max(motions, key=lambda motion: motion.n_frames))
-    preferred = [motion for motion in moving if PREFERRED_TAKE in motion.take]
+    preferred = [motion for motion in moving if "mixamo.com" in motion.take]
     return max(preferred or moving, key=motion_amount)
 
 

@@ -12,7 +12,6 @@ from ...core.wording import capital
 from ...scene import heatmap
 from ...scene.base.body import armature_of
 from ...scene.base.patches import patch_empties
-from ...scene.base.patches import resize_patches as resize_empties
 from ..jobs import jobs
 from ..results import own_placements, results
 from ..steps.patches import pick
@@ -64,7 +63,8 @@ def show_armature(study: Group, _context: bpy.types.Context) -> None:
 def resize_patches(study: Group, _context: bpy.types.Context) -> None:
     """Draw patches larger or smaller."""
     if study.patch_collection is not None:
-        resize_empties(patch_empties(study.patch_collection), study.patch_size)
+        for empty in patch_empties(study.patch_collection):
+            empty.empty_display_size = study.patch_size
         results.mark_chosen(study.id_data)
 
 
