@@ -8,7 +8,6 @@ import math
 import os
 import struct
 import tempfile
-import zipfile
 import zlib
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
@@ -16,7 +15,7 @@ from errno import ENOENT
 from pathlib import Path
 from tokenize import TokenError
 from typing import Any, BinaryIO
-from zipfile import BadZipFile, ZipFile, is_zipfile
+from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo, is_zipfile
 
 import numpy as np
 from numpy.lib import format as npy
@@ -63,12 +62,12 @@ def folder_beside(path: Path) -> tempfile.TemporaryDirectory[str]:
 
 def write_npz(path: str | Path, arrays: Mapping[str, Any], compress: bool = False) -> None:
     """Write arrays, but none of objects, to an npz file, atomically and with reproducible bytes."""
-    method = zipfile.ZIP_DEFLATED if compress else zipfile.ZIP_STORED
-    with atomic_write(path) as stream, zipfile.ZipFile(stream, "w", method) as archive:
+    method = ZIP_DEFLATED if compress else ZIP_STORED
+    with atomic_write(path) as stream, ZipFile(stream, "w", method) as archive:
         for name, value in arrays.items():
             buffer = io.BytesIO()
-            np.lib.format.write_array(buffer, np.asanyarray(value), allow_pickle=False)
-            info = zipfile.ZipInfo(f"{name}.npy", ZIP_EPOCH)
+            npy.write_array(buffer, np.asanyarray(value), allow_pickle=False)
+            info = ZipInfo(f"{name}.npy", ZIP_EPOCH)
             info.compress_type = method
             archive.writestr(info, buffer.getvalue())
 
@@ -108,9 +107,8 @@ DAMAGED = (
     EOFError,
     KeyError,
     MemoryError,
-    NotImplementedError,  # a compression that Python lacks
     OverflowError,
-    RuntimeError,  # a password
+    RuntimeError,  # a password, or (NotImplementedError) a compression that Python lacks
     SyntaxError,
     TokenError,
     TypeError,
@@ -179,8 +177,7 @@ def load_arrays(
         arrays = read_arrays(path, (*needed, *optional), MOST_BYTES)
     except ValueError as error:
         raise ValueError(f"{path} {wrong}: {error}") from error
-    missing = sorted(set(needed) - arrays.keys())
-    if missing:
+    if missing := sorted(set(needed) - arrays.keys()):
         raise ValueError(f"{path} {wrong}: it lacks {', '.join(missing)}")
     return arrays
 

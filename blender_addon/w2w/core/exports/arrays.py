@@ -1,64 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Windows as arrays (windows, channels, time) that aeon, sktime and PyTorch take, with their labels."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..body.body import TEMPLATES
 from ..files import atomic_write, write_json, write_text
 from ..ranking.windows import TooShortError, cut_alike, cut_windows, window_starts
 from .study_signals import StudySignals
 
-DATASET_FILE = "w2w_windows.py"
+FILES = {"X": "x", "is_test": "is_test", "y": "activity", "clip": "clip", "subject": "subject"}
+"""Files, and what of each window they hold."""
 
-ARRAYS = {"X": "x", "is_test": "is_test"}
-LABELS = {"y": "activity", "clip": "clip", "subject": "subject"}
-"""Files, and what of each clip's windows they hold."""
-
-DATASET = '''"""The windows of this folder for PyTorch; needs numpy and torch, not W2W.
-
-    from w2w_windows import Windows
-    loader = torch.utils.data.DataLoader(Windows(".", train=True), batch_size=64, shuffle=True)
-
-Windows of one clip overlap and are alike: split by `clips`, never by window. `train=True` gives all windows
-of the clips, `train=False` only those that do not overlap one another, to test on.
-"""
-
-import json
-from pathlib import Path
-
-import numpy as np
-import torch
-
-
-class Windows(torch.utils.data.Dataset):
-    """Pairs of a window (channels, time), float32, and its activity's number in `classes`."""
-
-    def __init__(self, folder, clips=None, train=True):
-        folder = Path(folder)
-        self.x = np.load(folder / "X.npy", mmap_mode="r")
-        facts = json.loads((folder / "facts.json").read_text(encoding="utf-8"))
-        self.classes, self.channels, self.rate = facts["classes"], facts["channels"], facts["rate_hz"]
-        labels, clip = np.load(folder / "y.npy"), np.load(folder / "clip.npy")
-        number = {name: k for k, name in enumerate(self.classes)}
-        wanted = np.ones(len(labels), bool) if clips is None else np.isin(clip, list(clips))
-        if not train:
-            wanted &= np.load(folder / "is_test.npy")
-        self.rows = np.flatnonzero(wanted)
-        self.y = np.array([number[name] for name in labels])[self.rows]
-        self.clips = clip[self.rows]
-        self.subjects = np.load(folder / "subject.npy")[self.rows]
-
-    def __len__(self):
-        return len(self.rows)
-
-    def __getitem__(self, index):
-        window = torch.from_numpy(np.array(self.x[self.rows[index]]))
-        return window, int(self.y[index])
-'''
+DATASET = TEMPLATES / "w2w_windows.py"
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,14 +48,23 @@ def windows_of(signals: StudySignals) -> Iterator[ClipArrays]:
         yield ClipArrays(*labels, x.astype(np.float32, copy=False), starts, cut.is_test, recording.rate)
 
 
+def joined(clips: Sequence[ClipArrays]) -> dict[str, np.ndarray]:
+    """Arrays and labels of several clips' windows, one row or label a window."""
+    counts = [len(clip.x) for clip in clips]
+    arrays = {
+        name: np.concatenate([getattr(clip, name) for clip in clips]) for name in ("x", "starts", "is_test")
+    }
+    labels = ("clip", "activity", "subject")
+    return arrays | {name: np.repeat([getattr(clip, name) for clip in clips], counts) for name in labels}
+
+
 def facts_of(signals: StudySignals, rate: float) -> dict[str, Any]:
     """What the windows hold: names and units of channels, rate, sensor, length."""
     channels = [(channel, reading.unit) for reading in signals.readings for channel in reading.channels]
+    words = [channel.replace("_", " ") for channel, _ in channels]
     spec = signals.config.windows
     return {
-        "channels": [
-            f"{place} {channel.replace('_', ' ')}" for place in signals.names for channel, _ in channels
-        ],
+        "channels": [f"{place} {channel}" for place in signals.names for channel in words],
         "units": [unit for _, unit in channels] * len(signals.names),
         "rate_hz": rate,
         "sensor": signals.config.sensor,
@@ -114,20 +81,17 @@ def write_arrays(folder: Path, signals: StudySignals) -> int:
     clips = list(windows_of(signals))
     if not clips:
         raise ValueError("no clip of the run is long enough for a window")
-    counts = [len(clip.x) for clip in clips]
-    arrays = {name: np.concatenate([getattr(clip, of) for clip in clips]) for name, of in ARRAYS.items()}
-    for name, of in LABELS.items():
-        arrays[name] = np.repeat(np.array([getattr(clip, of) for clip in clips], dtype=np.str_), counts)
-    for name, values in arrays.items():
+    windows = joined(clips)
+    for name, held in FILES.items():
         with atomic_write(folder / f"{name}.npy") as stream:
-            np.lib.format.write_array(stream, values, allow_pickle=False)
+            np.lib.format.write_array(stream, windows[held], allow_pickle=False)
     classes = sorted({clip.activity for clip in clips})
     write_json(folder / "facts.json", {**facts_of(signals, clips[0].rate), "classes": classes})
-    return sum(counts)
+    return len(windows["x"])
 
 
 def write_torch(folder: Path, signals: StudySignals) -> int:
     """Write the arrays and a PyTorch dataset that reads them; returns the number of windows."""
     count = write_arrays(folder, signals)
-    write_text(folder / DATASET_FILE, DATASET)
+    write_text(folder / DATASET.name, DATASET.read_text(encoding="utf-8"))
     return count

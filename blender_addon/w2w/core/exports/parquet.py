@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..body.body import TEMPLATES
 from ..files import write_text
-from .arrays import ClipArrays, facts_of, windows_of
+from .arrays import ClipArrays, facts_of, joined, windows_of
 from .study_signals import StudySignals
 
 PART_BYTES = 128 * 2**20
@@ -18,34 +19,7 @@ PART_BYTES = 128 * 2**20
 GROUP_BYTES = 16 * 2**20
 """Signals in a row group, which readers hold in memory."""
 
-LABELS = ("clip", "activity", "subject")
-
-CARD = """---
-pretty_name: {title}
-tags: [human-activity-recognition, imu, accelerometer, gyroscope, synthetic]
-configs:
-- config_name: default
-  data_files: data/*.parquet
----
-
-# {title}
-
-Inertial sensors simulated by W2W from motion clips; no person wore them. Each row is a window of
-{window_s:g} s at {rate_hz:g} Hz, recorded by the sensor model `{sensor}`.
-
-| column | what |
-| --- | --- |
-| `clip`, `activity`, `subject` | labels; windows of one clip overlap: split by `clip` |
-| `start` | first sample of the window in its clip |
-| `is_test` | windows that do not overlap one another, to test on |
-| `signals` | {n_channels} channels of {n_samples} samples each, in this order |
-
-Vectors are in the sensor's frame; `acc` is specific force.
-
-{channels}
-
-The licence of the motion clips holds for what is made of them.
-"""
+CARD = TEMPLATES / "parquet_card.md"
 
 
 def write_parquet(folder: Path, signals: StudySignals) -> int:
@@ -92,14 +66,12 @@ def _groups(signals: StudySignals) -> Iterator[list[ClipArrays]]:
 
 def _table(arrow: Any, group: list[ClipArrays], facts: dict[str, Any]) -> Any:
     """A row a window; the channels and their units are in the table's metadata."""
-    x = np.concatenate([clip.x for clip in group])
+    windows = joined(group)
+    x = windows["x"]
     samples = arrow.FixedSizeListArray.from_arrays(arrow.array(x.ravel()), x.shape[2])
-    counts = [len(clip.x) for clip in group]
-    columns = {
-        name: arrow.array(np.repeat([getattr(clip, name) for clip in group], counts)) for name in LABELS
-    }
-    columns["start"] = arrow.array(np.concatenate([clip.starts for clip in group]).astype(np.int32))
-    columns["is_test"] = arrow.array(np.concatenate([clip.is_test for clip in group]))
+    columns = {name: arrow.array(windows[name]) for name in ("clip", "activity", "subject")}
+    columns["start"] = arrow.array(windows["starts"].astype(np.int32))
+    columns["is_test"] = arrow.array(windows["is_test"])
     columns["signals"] = arrow.FixedSizeListArray.from_arrays(samples, x.shape[1])
     metadata = {name: json.dumps(value) for name, value in facts.items()}
     return arrow.table(columns).replace_schema_metadata(metadata)
@@ -110,4 +82,6 @@ def _card(facts: dict[str, Any], kind: Any, signals: StudySignals) -> str:
     listed = [f"{number}. {name}, {unit}" for number, (name, unit) in enumerate(channels)]
     title = signals.config.title or "Simulated inertial sensors"
     sizes = {"n_channels": kind.list_size, "n_samples": kind.value_type.list_size}
-    return CARD.format(**{**facts, **sizes, "title": title, "channels": "\n".join(listed)})
+    return CARD.read_text(encoding="utf-8").format(
+        **{**facts, **sizes, "title": title, "channels": "\n".join(listed)}
+    )
