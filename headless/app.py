@@ -26,7 +26,7 @@ from .commands.run import run
 from .commands.sensors import sensors
 from .commands.status import status
 from .commands.synth import synth
-from .console import NOTHING_TO_DO, too_little_memory
+from .console import NOTHING_TO_DO, sentence_of
 from .reports.html import report
 from .stopping import always_when_stopped, ignore_signals, stop_on_signals
 
@@ -37,9 +37,6 @@ STUDIES = ("tables", "sweep", "dsads", "challenge", "demo-library", "study", "va
 """Commands that need `w2w.studies`."""
 
 PREFIX = "w2w-run-"
-
-_HELD: list[FileLock] = []
-"""The lock in this process's temporary folder, held as long as it lives."""
 
 
 def _show_version(asked: bool) -> None:
@@ -111,15 +108,9 @@ def _options(
 ) -> None: ...
 
 
-APP.command()(run)
-APP.command()(demo)
-APP.command()(place)
-APP.command(name="inspect")(inspect)
-APP.command()(report)
-APP.command()(export)
-APP.command()(synth)
-APP.command()(sensors)
-APP.command(name="calibrate")(calibrate_sensor)
+for command in (run, demo, place, inspect, report, export, synth, sensors):
+    APP.command()(command)
+APP.command("calibrate")(calibrate_sensor)
 APP.command()(status)
 add_studies(APP)
 
@@ -129,8 +120,6 @@ def use_own_temporary_folder() -> None:
 
     Where none can be made, everything stays as it is.
     """
-    if _HELD:
-        return
     for other in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         with suppress(OSError, Timeout):  # its process lives
             mine = not hasattr(os, "getuid") or other.lstat().st_uid == os.getuid()
@@ -143,7 +132,6 @@ def use_own_temporary_folder() -> None:
         lock.acquire(timeout=0)
     except (OSError, Timeout):
         return
-    _HELD.append(lock)
     os.environ.update(dict.fromkeys(("TMPDIR", "TEMP", "TMP"), folder))  # where Python and Blender look
     tempfile.tempdir = folder
 
@@ -175,7 +163,7 @@ def main(arguments: list[str] | None = None, program: str = "w2w") -> None:
         print(error, file=sys.stderr)
         raise SystemExit(NOTHING_TO_DO) from None
     except MemoryError as error:
-        print(f"No result: {too_little_memory(error)}", file=sys.stderr)
+        print(f"No result: {sentence_of(error)}", file=sys.stderr)
         raise SystemExit(NOTHING_TO_DO) from None
     finally:
         ignore_signals()

@@ -39,7 +39,9 @@ def show_left_out(left_out: Mapping[str, str], console: Console) -> None:
         console.print(f"Not ranked: {sentence}.", style="yellow", markup=False)
 
 
-def too_little_memory(error: MemoryError) -> str:
-    """A lack of memory as a sentence."""
+def sentence_of(error: Exception) -> str:
+    """An error as a sentence, also where memory is lacking."""
+    if not isinstance(error, MemoryError):
+        return str(error)
     why = f" ({error})" if str(error) else ""
     return f"there is too little memory{why}: close other programs, or take fewer patches or workers"

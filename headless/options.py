@@ -110,9 +110,8 @@ def _body(text: str, file: str, betas: str) -> Body:
         with needs_blender():
             from w2w.scene.body.adopt import adopt_file
 
-        coefficients = _betas(betas) if betas else None
         with quiet_output():
-            return adopt_file(file, coefficients)
+            return adopt_file(file, _betas(betas) if betas else None)
     raise ValueError(
         f"'{text}' is no body that W2W knows: write {EXAMPLE}, or one of {', '.join(MORPHOLOGIES)}"
     )
@@ -160,17 +159,21 @@ def further_sensors(record: str, features: str, magnetic_dip: float) -> FurtherS
         raise ValueError(f"--record, --recognise-by, --magnetic-dip: {error}") from error
 
 
-def chosen_sensor(text: str) -> SensorModel:
-    """The sensor that `--sensor` names: a preset, or a file's; a ValueError says why there is none."""
-    if not (text.lower().endswith(".json") or Path(text).is_file()):
-        try:
-            return preset(text)
-        except ValueError as error:
-            raise ValueError(f"--sensor: {error}, or a JSON file of your own part") from error
+def read_or_preset(text: str) -> SensorModel:
+    """The sensor of a file, or the preset of that name; a ValueError says why there is none."""
+    of_file = text.lower().endswith(".json") or Path(text).is_file()
     try:
-        return read_sensor(text)
+        return read_sensor(text) if of_file else preset(text)
     except OSError as error:
-        raise ValueError(f"--sensor: {text} cannot be read: {error.strerror or error}") from error
+        raise ValueError(f"{text} cannot be read: {error.strerror or error}") from error
+    except ValueError as error:
+        raise ValueError(f"{error}{'' if of_file else ', or a JSON file of your own part'}") from error
+
+
+def chosen_sensor(text: str) -> SensorModel:
+    """The sensor that `--sensor` names; a ValueError says why there is none."""
+    try:
+        return read_or_preset(text)
     except ValueError as error:
         raise ValueError(f"--sensor: {error}") from error
 

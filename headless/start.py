@@ -6,10 +6,8 @@ Standard streams may be closed, full, or read by nobody: that gives a sentence, 
 
 import io
 import os
-import signal
 import sys
 import threading
-from collections.abc import Callable
 from typing import Any
 
 from .blender import find_libraries
@@ -20,21 +18,17 @@ STREAMS = (("stdin", "r"), ("stdout", "w"), ("stderr", "w"))
 
 def main() -> None:
     """Run the command line; ends the process with its exit code."""
-    _ready_streams()
-    stop_on_signals()
-    _commands()()
+    _run(None, "w2w")
 
 
 def run_script(*command: str) -> None:
     """Run `command` with the arguments after ``--``, or after the script's name; ends the process."""
     arguments = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else sys.argv[1:]
-    _ready_streams()
     _run([*command, *arguments], "w2w")
 
 
 def run_arguments(arguments: list[str]) -> int:
     """Run ``blender --command w2w`` with its arguments; returns the exit code."""
-    _ready_streams()
     try:
         _run(arguments, "blender --command w2w")
     except SystemExit as ended:
@@ -45,22 +39,18 @@ def run_arguments(arguments: list[str]) -> int:
     return 0
 
 
-def _run(arguments: list[str], program: str) -> None:
+def _run(arguments: list[str] | None, program: str) -> None:
+    """Run the command line, by default with this process's arguments; a SystemExit ends it."""
+    _ready_streams()
+    stop_on_signals()  # Blender's own handler would not stop a run
     find_libraries()
-    if "bpy" in sys.modules:
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # Blender's own would not stop a run
-    _commands()(arguments, program)
-
-
-def _commands() -> Callable[..., None]:
-    """Import the command line; a SystemExit with a sentence says that there is too little memory for it."""
     try:
-        from .app import main
+        from .app import main as run_command
     except (ImportError, MemoryError) as error:
         if isinstance(error, ImportError) and "failed to map segment" not in str(error):
             raise
         raise SystemExit("There is too little memory for W2W to start (see ulimit -v).") from None
-    return main
+    run_command(arguments, program)
 
 
 def _ready_streams() -> None:

@@ -5,9 +5,9 @@ import functools
 import inspect
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, make_dataclass
+from dataclasses import dataclass, field, make_dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 import typer
 from rich.console import Console
@@ -34,6 +34,9 @@ RUN = "How the run is done"
 NAMES = {"max_places": "--max", "costs": "--cost"}
 """Options with another name than their parameter."""
 
+AS_GIVEN = "patches", "classifier", "folds", "by_subject", "target", "every_activity", "max_places", "seed"
+"""Options that are parameters as they are."""
+
 
 def declared(name: str, or_none: bool = False, **other: Any) -> Any:
     """The annotation of the option for a parameter that `StudyConfig` or a record in it declares.
@@ -48,9 +51,8 @@ def declared(name: str, or_none: bool = False, **other: Any) -> Any:
     return Annotated[kind | None if or_none else kind, typer.Option(*names, **about)]
 
 
-def _default(name: str) -> Any:
+def _default(parameter: Parameter) -> Any:
     """An option's default: empty for a list, None for a table."""
-    parameter = parameters_of(StudyConfig)[name]
     if parameter.default == ():
         return "" if _kind(parameter) is str else None
     return parameter.default
@@ -70,7 +72,7 @@ def _kind(parameter: Parameter) -> Any:
 DeclaredOptions = make_dataclass(
     "DeclaredOptions",
     [
-        (name, declared(name), field(default=_default(name)))
+        (name, declared(name), field(default=_default(parameter)))
         for name, parameter in parameters_of(StudyConfig).items()
         if parameter.group is not None
     ],
@@ -141,9 +143,8 @@ class StudyOptions(DeclaredOptions):
 
     def config(self) -> StudyConfig:
         """The study's parameters; a ValueError or OSError says which option is wrong."""
-        as_given = ("patches", "classifier", "folds", "by_subject", "target", "every_activity", "max_places")
         config = StudyConfig(
-            **{name: getattr(self, name) for name in (*as_given, "seed")},
+            **{name: getattr(self, name) for name in AS_GIVEN},
             placements=tuple(read_placements(self.placements).items()) if self.placements else (),
             garments=parse_garments(self.garment),
             synthesis=options.synthesis_settings(self.rate, self.band, self.convention),
@@ -183,26 +184,20 @@ class StudyOptions(DeclaredOptions):
 
 def with_study_options(command: Callable[..., None]) -> Callable[..., None]:
     """Give a command every option of `StudyOptions` beside its own; it gets them as `asked`."""
-    only_named = inspect.Parameter.KEYWORD_ONLY
-    own = inspect.signature(command)
-    hints = get_type_hints(command, include_extras=True)
+    own = dict(inspect.signature(command, eval_str=True).parameters)
+    del own["asked"]
+    shared = inspect.signature(StudyOptions).parameters
     parameters = [
-        parameter.replace(annotation=hints[name], kind=only_named)
-        for name, parameter in own.parameters.items()
-        if name != "asked"
-    ]
-    hints = get_type_hints(StudyOptions, include_extras=True)
-    shared = [
-        inspect.Parameter(item.name, only_named, default=item.default, annotation=hints[item.name])
-        for item in fields(StudyOptions)
+        parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+        for parameter in (*own.values(), *shared.values())
     ]
 
     @functools.wraps(command)
     def wrapped(**given: Any) -> None:
-        asked = StudyOptions(**{item.name: given.pop(item.name) for item in shared})
+        asked = StudyOptions(**{name: given.pop(name) for name in shared})
         command(**given, asked=asked)
 
     del wrapped.__wrapped__  # its signature is another
-    wrapped.__signature__ = own.replace(parameters=[*parameters, *shared])
-    wrapped.__annotations__ = {parameter.name: parameter.annotation for parameter in (*parameters, *shared)}
+    wrapped.__signature__ = inspect.Signature(parameters)
+    wrapped.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return wrapped

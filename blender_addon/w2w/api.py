@@ -167,16 +167,16 @@ def rank(
         raise ValueError("signals must come from synthesize, of one motion at least")
     if isinstance(background, str) or not isinstance(weights or {}, Mapping):
         raise ValueError("background is a list of activities; weights give each a number: {'falling': 3.0}")
-    counted = tuple(background), tuple((weights or {}).items())
-    check_counting({recording.activity for recording in signals}, *counted)
+    uncounted, weighted = tuple(background), tuple((weights or {}).items())
+    check_counting({recording.activity for recording in signals}, uncounted, weighted)
     spec = WindowSpec(window, window / 2 if stride is None else stride)
     config = StudyConfig(
         windows=spec,
         folds=folds,
         by_subject=by_subject,
         seed=seed,
-        background=counted[0],
-        weights=counted[1],
+        background=uncounted,
+        weights=weighted,
         classifier=classifier if isinstance(classifier, str) else StudyConfig.classifier,
     )
     as_features = inputs_of(classifier) == "features"
@@ -209,11 +209,9 @@ def rank(
 def _left_out(signals: Signals, utility: UtilityMap, copies: Sequence[tuple[str, str]]) -> dict[str, str]:
     """The clips' activities that are not ranked, each with the reason; a warning says so."""
     activities = {recording.activity for recording in signals}
-    too_short = {
-        name: f"{name} has only clips that are too short for a window"
-        for name in sorted(activities - {*utility.activities, *utility.left_out})
-    }
-    left_out = {**utility.left_out, **too_short}
+    left_out = dict(utility.left_out)
+    for name in sorted(activities - {*utility.activities, *left_out}):
+        left_out[name] = f"{name} has only clips that are too short for a window"
     if left_out:
         text = f"{len(left_out)} of {len(activities)} activities are not ranked (see left_out): "
         sentences = [*left_out_sentences(left_out), copies_sentence(copies)]
@@ -231,16 +229,8 @@ def open_results(folder: str | Path) -> Ranking:
     """
     study = StudyResults.load(Path(folder))
     config = study.config()
-    return Ranking(
-        study.utility,
-        study.patches,
-        study.body(),
-        study.inputs(config.classifier),
-        study.labels(),
-        config,
-        config.classifier,
-        left_out=study.utility.left_out,
-    )
+    parts = study.patches, study.body(), study.inputs(config.classifier), study.labels(), config
+    return Ranking(study.utility, *parts, config.classifier, left_out=study.utility.left_out)
 
 
 def stream(folder: str | Path, placements: Sequence[str] | None = None) -> Iterator[ImuRecording]:

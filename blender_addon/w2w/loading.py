@@ -2,7 +2,7 @@
 """W2W from Python: bodies and motions from files."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Self, overload
@@ -66,10 +66,8 @@ def load_body(path: str | Path, betas: Sequence[float] | None = None) -> Body:
     """
     path = Path(path)
     if path.suffix.lower() == ".npz" and betas is None:
-        try:
+        with suppress(ValueError):  # an SMPL model is an npz too
             return Body.load(path)
-        except ValueError:
-            pass  # an SMPL model is an npz too
     with _needs_blender(path.name):
         from .scene.body.adopt import adopt_file
     return adopt_file(str(path), None if betas is None else np.asarray(betas, dtype=np.float64))

@@ -101,17 +101,15 @@ class Ranking:
             f"<td>{short(one.low)} to {short(one.high)}"
             for one in self.answer.products
         ]
+        cautions = spot_caution(self.best, self.utility), interval_caution(self.utility)
         parts = [
             f"<p><b>{escape(self.answer.sentence())}</b></p>",
-            *(f"<p>{escape(text)}.</p>" for text in filter(None, self._cautions())),
+            *(f"<p>{escape(text)}.</p>" for text in cautions if text),
             f"<table><tr><th>One sensor on<th>F1<th>95 % interval{''.join(rows)}</table>",
             f'<img alt="{escape(self.answer.sentence())}" style="max-width: 100%" '
             f'src="data:image/png;base64,{b64encode(picture.getvalue()).decode()}">',
         ]
         return "".join(parts)
-
-    def _cautions(self) -> tuple[str, str]:
-        return spot_caution(self.best, self.utility), interval_caution(self.utility)
 
     @property
     def activities(self) -> tuple[str, ...]:

@@ -24,7 +24,7 @@ from w2w.core.ranking.folds import check_testable
 from w2w.core.results_folder import Study
 
 from ..blender import NoBlenderError, check_installed
-from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, too_little_memory
+from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, sentence_of
 from ..options import parse_bodies
 from ..reports import console_tables, draw, html
 from ..runs.current import is_current, note_current
@@ -46,6 +46,9 @@ from ..runs.workers import EngineError
 from ..study_options import StudyOptions
 
 COMPARISON = "bodies.json"
+
+NO_RESULT = (StudyError, EngineError, NoBlenderError, MemoryError)
+"""Errors that end a run of which all that is finished is kept."""
 
 
 def ended(text: str, code: int, monitor: RunMonitor) -> typer.Exit:
@@ -78,12 +81,12 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study 
         with only_run(out / WORK):
             study, failed = _execute(plan, body, out, monitor)
     if study is None:
-        _say_unchanged(out, monitor)
-        return None
-    console_tables.show_outcome(study, plan, failed, monitor.console)
+        clips = _say_unchanged(out, monitor)
+    else:
+        console_tables.show_outcome(study, plan, failed, monitor.console)
+        clips = study_counts(study)
     for name, why in failed.items():
         monitor.log("not_drawn", what=name, reason=why)
-    clips = study_counts(study)
     monitor.log("result", out=str(out), used=clips["used"], ranked=clips["ranked"], skipped=clips["skipped"])
     return study
 
@@ -93,8 +96,8 @@ def execute_shard(
 ) -> None:
     """Make the signals of a part of a study, such as (17, 400), on each body; a typer.Exit if that fails."""
     (part, parts), whole = shard, plan.library
-    called = f"{part}-of-{parts}"
     plan = replace(plan, library=replace(whole, clips=whole.clips[part - 1 :: parts]))
+    called = f"{part}-of-{parts}"
     for name, body in bodies:
         folder = out if len(bodies) == 1 else out / name
         with _in_folder(folder, monitor):
@@ -102,11 +105,7 @@ def execute_shard(
             make_folders(folder, len(whole.clips))
             monitor.begin(plan.library, body.name, folder, kept=False)
             with only_shard(folder / WORK, called):
-                try:
-                    clips = make_signals(plan, body, folder, monitor, called).clips
-                except (StudyError, EngineError, NoBlenderError, MemoryError) as error:
-                    why = too_little_memory(error) if isinstance(error, MemoryError) else str(error)
-                    raise ended(f"No result: {why}", NOTHING_TO_DO, monitor) from error
+                clips = make_signals(plan, body, folder, monitor, called).clips
         console_tables.show_skipped(clips, plan.library, monitor.console, plan.verbose)
         used = sum(result.used for result in clips)
         text = f"{used} of {len(clips)} clips are done. Without --shard, the same command ranks all."
@@ -115,9 +114,11 @@ def execute_shard(
 
 @contextmanager
 def _in_folder(out: Path, monitor: RunMonitor) -> Iterator[None]:
-    """End the command with a sentence and an exit code where a folder cannot be worked in."""
+    """End the command with a sentence and an exit code where a run has no result."""
     try:
         yield
+    except NO_RESULT as error:
+        raise ended(f"No result: {sentence_of(error)}", NOTHING_TO_DO, monitor) from error
     except ForeignFileError as error:
         raise ended(str(error), USAGE, monitor) from error
     except FolderBusyError as error:
@@ -145,40 +146,38 @@ def _execute(
                     html.write_report(out)
             # last, for Blender may fail to draw where all else is well
             failed = draw.draw_folder(out, study.results.utility.activities, monitor) if plan.pictures else {}
-    except (StudyError, EngineError, NoBlenderError, MemoryError) as error:
-        why = too_little_memory(error) if isinstance(error, MemoryError) else str(error)
-        monitor.announce("failed", why)
+    except NO_RESULT as error:
+        monitor.announce("failed", sentence_of(error))
         clips = error.clips if isinstance(error, StudyError) else ()
         if isinstance(error, StudyError):  # an earlier run's results would contradict the summary
             results = {*TABLES, draw.BLEND, html.REPORT, *plan.more} - {SUMMARY, CLIP_LIST}
             remove_written(out, lambda name: name in results or name.startswith(f"{HEATMAPS}/"))
         with claimed(out, [SUMMARY, CLIP_LIST]):
-            write_failure(out, plan.library, why, clips)
+            write_failure(out, plan.library, sentence_of(error), clips)
         if isinstance(error, StudyError):
             console_tables.show_skipped(clips, plan.library, monitor.console, plan.verbose)
             console_tables.show_window_warning(clips, plan.config.windows, monitor.console)
-        raise ended(f"No result: {why}", NOTHING_TO_DO, monitor) from error
+        raise
     if not failed:
         note_current(plan, made, out)
     monitor.announce("finished", "; ".join(f"no {name}: {why}" for name, why in failed.items()))
     return study, failed
 
 
-def _say_unchanged(out: Path, monitor: RunMonitor) -> None:
-    """Say that an earlier run's results are those of this one, too."""
+def _say_unchanged(out: Path, monitor: RunMonitor) -> dict[str, int]:
+    """Say that an earlier run's results are those of this one, too; returns the counts of its clips."""
     summary = json.loads((out / SUMMARY).read_text(encoding="utf-8"))
     monitor.console.print(f"\n[bold]{escape(summary['answer']['sentence'])}[/bold]", highlight=False)
     monitor.console.print(
         f"Nothing has changed since the last run, whose results are in {out} as they were.", markup=False
     )
-    clips = summary["clips"]
-    monitor.log("result", out=str(out), used=clips["used"], ranked=clips["ranked"], skipped=clips["skipped"])
+    return summary["clips"]
 
 
 def check_folder(plan: RunPlan, out: Path) -> None:
     """Refuse a results folder, by a ForeignFileError, in which a foreign file is in the run's way."""
-    files = picture_files(list(plan.library.activities)) if plan.pictures else []
-    drawn = [f"{HEATMAPS}/{file}" for file in files]
+    pictures = picture_files(plan.library.activities) if plan.pictures else []
+    drawn = [f"{HEATMAPS}/{file}" for file in pictures]
     check_results(out, plan.library, [*_written_by(plan), *drawn, *plan.more])
 
 
@@ -235,13 +234,9 @@ def write_comparison(studies: Sequence[tuple[str, Study]], out: Path) -> dict[st
             "best_single_patch": patch_content(advice.best, study.results.utility, patches),
             "worn_together": worn,
         }
-    content = {
-        "bodies": bodies,
-        "agreement": [
-            {"bodies": [first, second], **_agreement(a, b)}
-            for (first, a), (second, b) in combinations(studies, 2)
-        ],
-    }
+    pairs = combinations(studies, 2)
+    agreement = [{"bodies": [first, second], **_agreement(a, b)} for (first, a), (second, b) in pairs]
+    content = {"bodies": bodies, "agreement": agreement}
     with claimed(out, [COMPARISON]):
         write_json(out / COMPARISON, content)
     return content
@@ -251,13 +246,12 @@ def _agreement(first: Study, second: Study) -> dict[str, Any]:
     """Spearman's rho of two maps over the same patches, of the mean and by activity."""
     a, b = first.results.utility, second.results.utility
     mean = rank_agreement(a.mean, b.mean, a.mean_samples, b.mean_samples)
-    shared = [name for name in a.activities if name in b.activities]
-    by_activity = {
-        name: rank_agreement(a.f1[:, a.activities.index(name)], b.f1[:, b.activities.index(name)]).spearman
-        for name in shared
-    }
+    by_activity = {}
+    for name in (name for name in a.activities if name in b.activities):
+        maps = a.f1[:, a.activities.index(name)], b.f1[:, b.activities.index(name)]
+        by_activity[name] = json_number(rank_agreement(*maps).spearman)
     return {
         "spearman_mean": json_number(mean.spearman),
         "interval": [json_number(mean.low), json_number(mean.high)],
-        "spearman_by_activity": {name: json_number(value) for name, value in by_activity.items()},
+        "spearman_by_activity": by_activity,
     }

@@ -2,13 +2,14 @@
 """`w2w export`: a finished run's signals in the form that other tools read."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from rich.console import Console
 from rich.markup import escape
 
 from w2w.core.exports import arrays, bids, biomechanics, parquet, pose_packs
-from w2w.core.exports.study_signals import ALL, StudySignals, placed, worn
+from w2w.core.exports.study_signals import ALL, StudySignals, WornSignals, placed
 from w2w.core.results_folder import StudyResults
 from w2w.core.wording import capital, shown
 
@@ -16,15 +17,21 @@ from ..console import NOTHING_TO_DO, USAGE, ending
 from ..options import argument, chosen_sensor, option, words
 from ..runs.own_files import check_whole, published
 
-WINDOWED = {"aeon": arrays.write_arrays, "torch": arrays.write_torch, "parquet": parquet.write_parquet}
-RECORDED = {"bids": bids.write_bids}
-WORN = ("opensim", "xsens")
-TOOLS = (*WINDOWED, *pose_packs.METHODS, *RECORDED, *WORN)
+WRITERS = {
+    "aeon": arrays.write_arrays,
+    "torch": arrays.write_torch,
+    "parquet": parquet.write_parquet,
+    **{method: partial(pose_packs.write_pose_pack, method=method) for method in pose_packs.METHODS},
+    "bids": bids.write_bids,
+    "opensim": biomechanics.write_opensim,
+    "xsens": biomechanics.write_xsens,
+}
+WINDOWED = ("aeon", "torch", "parquet")
 
 
 def export(
     results: argument(Path, "RESULTS", "Results folder of a finished run."),
-    tool: option(str, f"Who reads it: {', '.join(TOOLS)}.", "--for"),
+    tool: option(str, f"Who reads it: {', '.join(WRITERS)}.", "--for"),
     out: option(
         Path | None, "New folder.  [default: export/TOOL in RESULTS]", "--out", "-o", show_default=False
     ) = None,
@@ -44,54 +51,39 @@ def export(
     """
     console = Console(highlight=False)
     with ending(USAGE, console):
-        if tool not in TOOLS:
-            raise ValueError(f"--for must be one of {', '.join(TOOLS)}, not {tool}")
+        if tool not in WRITERS:
+            raise ValueError(f"--for must be one of {', '.join(WRITERS)}, not {tool}")
         study = StudyResults.load(results)
         target = out or results / "export" / tool
         say = lambda text: console.print(f"{capital(text)}.", markup=False)  # noqa: E731
-        write = _writer(study, tool, places, sensor, say)
+        signals = _signals(study, tool, places, sensor, say)
         check_whole(target)
     with (
         ending(NOTHING_TO_DO, console, "Nothing written: "),
         console.status(f"Writing {tool}"),
         published(target) as folder,
     ):
-        said = write(folder)
-    console.print(f"{said}: {escape(shown(target))}")
+        count = WRITERS[tool](folder, signals)
+    names = ", ".join(signals.names) if len(signals.names) <= 6 else f"{len(signals.names)} sensors"
+    what = f"{count} {'windows' if tool in WINDOWED else 'clips'} of {names}"
+    if tool in pose_packs.METHODS:
+        what += f" at {pose_packs.RATE_HZ:g} Hz"
+    console.print(f"{what}: {escape(shown(target))}")
 
 
-def _writer(
+def _signals(
     study: StudyResults, tool: str, places: str, sensor: str, say: Callable[[str], None]
-) -> Callable[[Path], str]:
-    """The function that fills a folder and says what it wrote; wrong arguments are found before it runs."""
-    config = study.config()
-    if tool in WINDOWED or tool in RECORDED:
+) -> StudySignals | WornSignals:
+    """The signals to write; a ValueError says which argument is wrong."""
+    if tool in WINDOWED or tool == "bids":
         if sensor:
             raise ValueError(f"--for {tool} writes the run's own signals: give the sensor to `w2w run`")
-        signals = StudySignals.at(study, places, say)
-        kind = "windows" if tool in WINDOWED else "clips"
-        write = {**WINDOWED, **RECORDED}[tool]
-        return lambda folder: f"{write(folder, signals)} {kind} of {_listed(signals.names)}"
+        return StudySignals.at(study, places, say)
+    config = study.config()
     model = chosen_sensor(sensor) if sensor else config.sensor_model()
     given = list(study.patches.names if places.strip().lower() == ALL else words(places))
     if tool in pose_packs.METHODS:
         patches = placed(study, given or pose_packs.sites_of(tool))
-        clips = worn(study, patches, pose_packs.RATE_HZ, model)
-
-        def write_pack(folder: Path) -> str:
-            gravity = config.synthesis.gravity
-            count = pose_packs.write_pose_pack(folder, tool, study.body(), patches, clips, gravity)
-            return f"{count} clips of {_listed(patches.names)} at {pose_packs.RATE_HZ:g} Hz"
-
-        return write_pack
-    patches = placed(study, given or list(StudySignals.at(study, "").names))
-    clips = worn(study, patches, config.synthesis.rate_hz, model)
-    if tool == "opensim":
-        return lambda folder: (
-            f"{biomechanics.write_opensim(folder, study.body(), clips)} clips of {_listed(patches.names)}"
-        )
-    return lambda folder: f"{biomechanics.write_xsens(folder, clips)} clips of {_listed(patches.names)}"
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    return ", ".join(names) if len(names) <= 6 else f"{len(names)} sensors"
+        return WornSignals(study, patches, pose_packs.RATE_HZ, model)
+    patches = placed(study, given or list(StudySignals.at(study, "", say).names))
+    return WornSignals(study, patches, config.synthesis.rate_hz, model)

@@ -83,15 +83,15 @@ def place(
         if compare:
             show_places(compared(study, options.words(compare)), console)
             return
-        wished = {"target": target, "every_activity": every_activity, "max_places": max_places}
         config = study.config()
         constraints = options.wishes_over(config.constraints, only, forbid, must, costs)
-        wished = {name: value for name, value in wished.items() if value is not None}
-        config = replace(config, **wished, constraints=constraints)
+        wished = {"target": target, "every_activity": every_activity, "max_places": max_places}
         if background is not None:
-            config = replace(config, background=options.words(background))
+            wished["background"] = options.words(background)
         if weights is not None:
-            config = replace(config, weights=read_weights(weights))
+            wished["weights"] = read_weights(weights)
+        given = {name: value for name, value in wished.items() if value is not None}
+        config = replace(config, **given, constraints=constraints)
         if folder is not None and folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise ValueError(f"--out {folder} is not empty: give a new folder, or a json file")
         if folder is None:
@@ -110,9 +110,9 @@ def place(
     if folder is not None:
         with copied(results, folder) as copy:
             _redraw(copy, study, config, advice, console)
-        console.print(f"\nWritten to {folder}")
     elif out is not None:
         write_json(out, advice_content(advice, study.utility, study.patches))
+    if out is not None:
         console.print(f"\nWritten to {out}")
 
 
@@ -144,14 +144,14 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
         with ending(USAGE, console), only_run(out / WORK):
             study = StudyResults.load(out)
             utility, patches = ranked.utility, study.patches
-            again = not np.array_equal(utility.weights, study.utility.weights)
-            tables = ["config.json", "summary.json", PLACEMENTS, *([UTILITY, "utility.csv"] if again else [])]
             check_redraw(study)
+            tables = ["config.json", "summary.json", PLACEMENTS]
             content = advice_content(advice, utility, ranked.patches)
             content |= map_content(utility, patches, study.config().placements)
             with claimed(out, [draw.BLEND]):
-                if again:
+                if not np.array_equal(utility.weights, study.utility.weights):
                     write_map(out, utility, patches, advice.clusters)
+                    tables += [UTILITY, "utility.csv"]
                 write_placements(out, content["cards"], patches)
                 changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
                 for name, change in changes.items():

@@ -11,13 +11,13 @@ from rich.markup import escape
 from rich.table import Table
 
 from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS, write_sensor
-from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.sensor import SensorModel, Triad
 from w2w.core.imu.sensor_fields import TRIADS, WHOLE
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.wording import shown
 
-from ..console import NOTHING_TO_DO, USAGE
-from ..options import argument, chosen_sensor, option
+from ..console import NOTHING_TO_DO, USAGE, ending
+from ..options import argument, option, read_or_preset
 from ..runs.own_files import new_file
 
 
@@ -34,20 +34,14 @@ def sensors(
     Exit codes: 0 shown, 1 --out cannot be written, 2 no such preset, or a file that is wrong (and why).
     """
     console = Console(highlight=False)
-    if not sensor:
-        if out is not None:
-            console.print(
-                "--out writes one sensor: name it, as w2w sensors bmi270 --out mine.json", style="red"
-            )
-            raise typer.Exit(USAGE)
+    if not sensor and out is None:
         console.print(_presets())
         return
-    try:
-        model = chosen_sensor(sensor)
+    with ending(USAGE, console):
+        if not sensor:
+            raise ValueError("--out writes one sensor: name it, as w2w sensors bmi270 --out mine.json")
+        model = read_or_preset(sensor)
         new_file(out)
-    except ValueError as error:
-        console.print(str(error).removeprefix("--sensor: "), style="red", markup=False)
-        raise typer.Exit(USAGE) from error
     console.print(_whole(model))
     if out is None:
         return
@@ -82,21 +76,17 @@ def _presets() -> Table:
         "gyr range\ndeg/s", "noise\nmdps/rtHz", "band\nHz",
     ):  # fmt: skip
         table.add_column(column, justify="right", no_wrap=True)
-    for name, model in PRESETS.items():
-        table.add_row(name, *_figures(model))
+    for name, (acc, gyr) in triads.items():
+        table.add_row(
+            name,
+            _number(acc.full_scale, 1 / STANDARD_GRAVITY),
+            _number(acc.noise_density, 1e6 / STANDARD_GRAVITY),
+            _bandwidth(acc.lowpass_hz, acc.lowpass_of_rate),
+            _number(gyr.full_scale, degrees(1)),
+            _number(gyr.noise_density, 1e3 * degrees(1)),
+            _bandwidth(gyr.lowpass_hz, gyr.lowpass_of_rate),
+        )
     return table
-
-
-def _figures(model: SensorModel) -> list[str]:
-    acc, gyr = model.accelerometer, model.gyroscope
-    return [
-        _number(acc.full_scale, 1 / STANDARD_GRAVITY),
-        _number(acc.noise_density, 1e6 / STANDARD_GRAVITY),
-        _bandwidth(acc.lowpass_hz, acc.lowpass_of_rate),
-        _number(gyr.full_scale, degrees(1)),
-        _number(gyr.noise_density, 1e3 * degrees(1)),
-        _bandwidth(gyr.lowpass_hz, gyr.lowpass_of_rate),
-    ]
 
 
 def _worn(model: SensorModel) -> str:
@@ -114,11 +104,11 @@ def _whole(model: SensorModel) -> Table:
     table = Table(title=escape(model.name), title_justify="left")
     for column in ("field", "accelerometer", "unit", "gyroscope", "unit"):
         table.add_column(column, justify="right" if column in TRIADS else "left", no_wrap=True)
-    acc, gyr = model.accelerometer, model.gyroscope
-    for item in fields(acc):
-        of_acc, of_gyr = (TRIADS[kind][item.name].unit for kind in TRIADS)
-        values = _plain(getattr(acc, item.name)), of_acc, _plain(getattr(gyr, item.name)), of_gyr
-        table.add_row(item.name, *values)
+    for item in fields(Triad):
+        cells = []
+        for kind, quantities in TRIADS.items():
+            cells += [_plain(getattr(getattr(model, kind), item.name)), quantities[item.name].unit]
+        table.add_row(item.name, *cells)
     table.add_section()
     table.add_row("", "[bold]both[/bold]")
     for field, quantity in WHOLE.items():

@@ -21,7 +21,7 @@ from w2w.core.study import StudyConfig, place_patches
 from w2w.headless.app import APP
 from w2w.headless.commands import execute
 from w2w.headless.commands.status import describe
-from w2w.headless.console import too_little_memory
+from w2w.headless.console import sentence_of
 from w2w.headless.runs import clip as clip_work
 from w2w.headless.runs import clip_task, records
 from w2w.headless.runs import guard as worker_guard
@@ -219,7 +219,7 @@ def test_a_run_that_finds_too_little_memory_says_so_and_keeps_it(motions, tmp_pa
     monkeypatch.setattr(execute, "make_signals", too_much)
     done = CliRunner().invoke(APP, ["run", str(motions), "--out", str(tmp_path / "out")])
     assert done.exit_code == 1
-    sentence = too_little_memory(MemoryError("Unable to allocate 1.26 MiB"))
+    sentence = sentence_of(MemoryError("Unable to allocate 1.26 MiB"))
     assert f"No result: {sentence}" in " ".join(done.output.split())
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["problem"] == sentence
 

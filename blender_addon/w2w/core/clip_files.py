@@ -110,9 +110,8 @@ class Signatures(Sequence[np.ndarray]):
     def append(self, signature: np.ndarray) -> None:
         """Add the next clip's, shape (K,), in single precision."""
         self._file.seek(self._ends[-1])
-        self._ends.append(
-            self._ends[-1] + self._file.write(signature.astype(np.float32, copy=False).tobytes())
-        )
+        self._file.write(signature.astype(np.float32, copy=False).tobytes())
+        self._ends.append(self._file.tell())
 
     def __len__(self) -> int:
         return len(self._ends) - 1

@@ -47,6 +47,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
     is UTF-8, UTF-16 or UTF-32, else Windows-1252. A CsvError says why a file cannot be read.
     """
     text, note = decoded(Path(path))
+    names = (*required, *optional)
     lines = io.StringIO(text, newline="")
     first = int(bool(re.match(r'"?sep=.', text, re.IGNORECASE)))  # Excel's own note on the separator
     if first:
@@ -62,8 +63,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
             f"{', '.join(filter(None, columns)) or 'nothing'} "
             "(columns may be separated by commas, semicolons, tabs or bars)"
         )
-    twice = [name for name in (*required, *optional) if columns.count(name) > 1]
-    if twice:
+    if twice := [name for name in names if columns.count(name) > 1]:
         raise CsvError(f"{shown(path)} has the column '{twice[0]}' {columns.count(twice[0])} times: keep one")
     lines.seek(start)
     reader = csv.reader(lines, delimiter=separator, strict=True)
@@ -73,12 +73,10 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
         for cells in reader:
             found = dict(zip(columns, (cell.strip() for cell in cells), strict=False))
             if any(found.values()):
-                names = (*required, *optional)
                 rows.append((first + reader.line_num, {name: found.get(name, "") for name in names}))
     except csv.Error as error:
-        raise CsvError(
-            f"{shown(path)}, line {first + reader.line_num}, cannot be read as csv: {error}"
-        ) from error
+        line = f"{shown(path)}, line {first + reader.line_num}"
+        raise CsvError(f"{line}, cannot be read as csv: {error}") from error
     return CsvTable(rows, note)
 
 

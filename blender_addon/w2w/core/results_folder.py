@@ -193,16 +193,8 @@ def choose_to_wear(
 
     The config is the run's, or has another target and other constraints; ValueError if they cannot be met.
     """
-    return advise(
-        utility,
-        patches,
-        body,
-        tests,
-        config.target,
-        config.every_activity,
-        config.max_places,
-        config.constraints,
-    )
+    wishes = config.target, config.every_activity, config.max_places, config.constraints
+    return advise(utility, patches, body, tests, *wishes)
 
 
 def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:
@@ -244,14 +236,6 @@ def _turns(study: StudyResults, config: StudyConfig, patches: Sequence[int]) -> 
     return [may_turn(cut[:, card], rate, protocol, DROP) for card in range(len(patches))]
 
 
-SHARED: dict[tuple[str, ...], tuple[str, ...]] = {}
-"""Names of details that came before."""
-
-
-def _shared(value: Any) -> Any:
-    return sys.intern(value) if isinstance(value, str) else value
-
-
 @dataclass(frozen=True, slots=True)
 class ClipResult:
     """A clip, used or skipped."""
@@ -268,8 +252,10 @@ class ClipResult:
 
     def small(self, clip: Clip) -> Self:
         """The result with the library's own clip, and words that many clips share held once."""
-        names = tuple(self.details)
-        details = dict(zip(SHARED.setdefault(names, names), map(_shared, self.details.values()), strict=True))
+        details = {
+            sys.intern(name): sys.intern(value) if isinstance(value, str) else value
+            for name, value in self.details.items()
+        }
         return ClipResult(clip, sys.intern(self.reason), details, self.source_sha256)
 
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
-from w2w.core.exports.study_signals import placed, worn
+from w2w.core.exports.study_signals import WornSignals, placed
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.vendor_formats import read_xsens_txt
@@ -124,9 +124,9 @@ def test_a_calibration_takes_the_mounting_out_and_leaves_the_error_of_the_orient
     study = StudyResults.load(results)
     patches = placed(study, ["left wrist", "sternum"])
     mounted = SensorModel(name="mounted", mounting_turn_deg=15.0)
-    clip, *_ = worn(study, patches, 60.0, mounted)
+    clip, *_ = WornSignals(study, patches, 60.0, mounted).clips()
     plain = replace(study.config(), further=replace(study.config().further, record=()))
-    true, *_ = worn(_Changed(study, plain), patches, 60.0, mounted)
+    true, *_ = WornSignals(_Changed(study, plain), patches, 60.0, mounted).clips()
     raw = _apart(clip.orientations, true.orientations)
     calibrated = _apart(
         clip.orientations @ clip.rest.swapaxes(1, 2), true.orientations @ true.rest.swapaxes(1, 2)

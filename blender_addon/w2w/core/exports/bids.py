@@ -2,36 +2,31 @@
 """A run's signals as a BIDS dataset with motion data (Brain Imaging Data Structure 1.9 and later)."""
 
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable
+from itertools import chain, count
 from pathlib import Path
 
 from ..files import write_json, write_text
 from ..imu.recording import ImuRecording
 from .study_signals import StudySignals
 
-BIDS_VERSION = "1.9.0"
-"""The first with motion data."""
-
 SYSTEM = "imu"
 
 TYPES = {
-    "acc": ("ACCEL", "m/s^2"),
-    "gyr": ("GYRO", "rad/s"),
-    "orientation": ("ORNT", "n/a"),
-    "magnetometer": ("MAGN", "uT"),
-    "barometer": ("MISC", "Pa"),
+    "acc": ("ACCEL", "m/s^2", "sensor"),
+    "gyr": ("GYRO", "rad/s", "sensor"),
+    "orientation": ("ORNT", "n/a", "world"),
+    "magnetometer": ("MAGN", "uT", "sensor"),
+    "barometer": ("MISC", "Pa", "n/a"),
 }
-"""Reading -> BIDS's name of its channels, and their unit."""
+"""Reading -> BIDS's name of its channels, their unit and their frame."""
 
 FRAMES = {
     "sensor": {"RotationRule": "right-hand", "Description": "The sensor's own axes"},
     "world": {"RotationRule": "right-hand", "Description": "z up; quaternions turn the sensor's axes to it"},
     "n/a": {"Description": "A reading without a direction"},
 }
-
-FRAME_OF = {"orientation": "world", "barometer": "n/a"}
-"""Reading -> its reference frame where that is not the sensor's."""
 
 COLUMNS = {
     "participants.json": {"name": {"Description": "As the labels of the run call this person"}},
@@ -45,7 +40,7 @@ def write_bids(folder: Path, signals: StudySignals) -> int:
     subjects = labels_of(clip.subject or "unknown" for clip in signals.study.clips)
     tasks = labels_of(clip.activity for clip in signals.study.clips)
     runs: Counter[tuple[str, str]] = Counter()
-    scans: dict[str, list[str]] = {}
+    scans: defaultdict[str, list[str]] = defaultdict(list)
     for recording in signals.recordings():
         subject, task = subjects[recording.subject or "unknown"], tasks[recording.activity]
         runs[subject, task] += 1
@@ -57,7 +52,7 @@ def write_bids(folder: Path, signals: StudySignals) -> int:
         # beside each: bids-validator 1.15 refuses one at the top that holds for all
         write_json(motion / f"{stem}_channels.json", {"reference_frame": {"Levels": FRAMES}})
         write_json(motion / f"{stem}_motion.json", _facts(recording, signals))
-        scans.setdefault(subject, []).append(f"motion/{stem}_motion.tsv\t{_cell(recording.clip)}")
+        scans[subject].append(f"motion/{stem}_motion.tsv\t{_cell(recording.clip)}")
     for subject, lines in scans.items():
         table = "\n".join(["filename\tclip", *lines]) + "\n"
         write_text(folder / f"sub-{subject}" / f"sub-{subject}_scans.tsv", table)
@@ -65,21 +60,19 @@ def write_bids(folder: Path, signals: StudySignals) -> int:
     write_text(folder / "participants.tsv", "\n".join(["participant_id\tname", *people]) + "\n")
     for name, columns in COLUMNS.items():
         write_json(folder / name, columns)
-    write_json(
-        folder / "dataset_description.json",
-        {
-            "Name": signals.config.title or "W2W: simulated inertial sensors",
-            "BIDSVersion": BIDS_VERSION,
-            "DatasetType": "raw",
-            "GeneratedBy": [{"Name": "W2W", "Description": "Signals are simulated from motion clips"}],
-        },
-    )
+    description = {
+        "Name": signals.config.title or "W2W: simulated inertial sensors",
+        "BIDSVersion": "1.9.0",  # the first with motion data
+        "DatasetType": "raw",
+        "GeneratedBy": [{"Name": "W2W", "Description": "Signals are simulated from motion clips"}],
+    }
+    write_json(folder / "dataset_description.json", description)
     write_text(
         folder / "README",
         "Inertial sensors simulated by W2W from motion clips; no person wore them. Vectors are in the "
         "sensor's frame, quaternions turn it to a world whose z axis points up; acc is specific force.\n",
     )
-    return sum(runs.values())
+    return len(signals.study.clips)
 
 
 def labels_of(names: Iterable[str]) -> dict[str, str]:
@@ -87,14 +80,11 @@ def labels_of(names: Iterable[str]) -> dict[str, str]:
     found: dict[str, str] = {}
     used: set[str] = set()
     for name in sorted(set(names)):
-        words = re.findall(r"[0-9A-Za-z]+", name)
-        plain = words[0] + "".join(word[:1].upper() + word[1:] for word in words[1:]) if words else "x"
-        label, number = plain, 1
-        while label.lower() in used:
-            number += 1
-            label = f"{plain}{number}"
-        used.add(label.lower())
-        found[name] = label
+        first, *others = re.findall(r"[0-9A-Za-z]+", name) or ["x"]
+        plain = first + "".join(word[0].upper() + word[1:] for word in others)
+        numbered = (f"{plain}{number}" for number in count(2))
+        found[name] = next(label for label in chain([plain], numbered) if label.lower() not in used)
+        used.add(found[name].lower())
     return found
 
 
@@ -112,8 +102,7 @@ def _channels(recording: ImuRecording) -> str:
     for site in recording.sites:
         point = site.replace(" ", "_")
         for reading in recording.readings:
-            kind, unit = TYPES[reading.name]
-            frame = FRAME_OF.get(reading.name, "sensor")
+            kind, unit, frame = TYPES[reading.name]
             for channel in reading.channels:
                 axis = channel[-1] if channel[-2] == "_" else "n/a"
                 component = channel if channel.startswith("quat") else axis

@@ -1,57 +1,49 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """For OpenSim and Xsens's tools: orientations (.sto), joint centres (.trc), MT Manager's text."""
 
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..body.body import Body
 from ..body.skeleton import JOINT_NAMES, Y_UP_TO_Z_UP
 from ..files import write_text
 from ..imu.vendor_formats import write_orientation_sto, write_xsens_txt
 from ..motion.skinning import joint_transforms
-from .study_signals import Worn
+from .study_signals import Worn, WornSignals
 
 
-def write_opensim(folder: Path, body: Body, clips: Iterable[Worn]) -> int:
+def write_opensim(folder: Path, signals: WornSignals) -> int:
     """Write ``CLIP.sto`` (orientations, z up) and ``CLIP.trc`` (joint centres, metres, y up) of each clip."""
-    count = 0
-    for clip in clips:
-        name, rate = clip.recording.clip, clip.recording.rate
-        write_orientation_sto(
-            folder / f"{name}.sto", _quaternions(clip), rate, _columns(clip.recording.sites)
-        )
-        positions = joint_transforms(body, clip.motion)[1] @ Y_UP_TO_Z_UP
-        write_trc(folder / f"{name}.trc", positions, rate, JOINT_NAMES)
-        count += 1
-    return count
+    for clip in signals.clips():
+        name = clip.recording.clip
+        sites = _columns(signals.names)
+        write_orientation_sto(folder / f"{name}.sto", _quaternions(clip), signals.rate, sites)
+        positions = joint_transforms(signals.body, clip.motion)[1] @ Y_UP_TO_Z_UP
+        write_trc(folder / f"{name}.trc", positions, signals.rate)
+    return len(signals.study.clips)
 
 
-def write_xsens(folder: Path, clips: Iterable[Worn]) -> int:
+def write_xsens(folder: Path, signals: WornSignals) -> int:
     """Write ``CLIP/SENSOR.txt`` as MT Manager exports it, orientation included."""
-    count = 0
-    for clip in clips:
+    for clip in signals.clips():
         place = folder / clip.recording.clip
         place.mkdir()
         quaternions = _quaternions(clip)
-        for sensor, name in enumerate(_columns(clip.recording.sites)):
+        for sensor, name in enumerate(_columns(signals.names)):
             write_xsens_txt(place / f"{name}.txt", clip.recording, sensor, quaternions[:, sensor])
-        count += 1
-    return count
+    return len(signals.study.clips)
 
 
-def write_trc(path: Path, positions: np.ndarray, rate: float, names: Iterable[str]) -> None:
-    """Write N named points (T, N, 3) as OpenSim's track row column file, metres."""
-    names = tuple(names)
+def write_trc(path: Path, positions: np.ndarray, rate: float) -> None:
+    """Write the joints' centres (T, 24, 3) as OpenSim's track row column file, metres."""
     n_frames = len(positions)
     head = [
         f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
         "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
-        f"{rate:g}\t{rate:g}\t{n_frames}\t{len(names)}\tm\t{rate:g}\t1\t{n_frames}",
-        "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
-        "\t\t" + "\t".join(f"{axis}{k + 1}" for k in range(len(names)) for axis in "XYZ"),
+        f"{rate:g}\t{rate:g}\t{n_frames}\t{len(JOINT_NAMES)}\tm\t{rate:g}\t1\t{n_frames}",
+        "Frame#\tTime\t" + "\t\t\t".join(JOINT_NAMES) + "\t\t",
+        "\t\t" + "\t".join(f"{axis}{k + 1}" for k in range(len(JOINT_NAMES)) for axis in "XYZ"),
         "",
     ]
     rows = (
@@ -64,8 +56,8 @@ def write_trc(path: Path, positions: np.ndarray, rate: float, names: Iterable[st
 def _quaternions(clip: Worn) -> np.ndarray:
     """w, x, y, z, continuous in time, shape (T, N, 4)."""
     shape = clip.orientations.shape[:2]
-    found = Rotation.from_matrix(clip.orientations.reshape(-1, 3, 3)).as_quat().reshape(*shape, 4)
-    found = found[..., [3, 0, 1, 2]]
+    turns = Rotation.from_matrix(clip.orientations.reshape(-1, 3, 3))
+    found = turns.as_quat(scalar_first=True).reshape(*shape, 4)
     flips = np.where((found[1:] * found[:-1]).sum(axis=-1, keepdims=True) < 0, -1.0, 1.0)
     found[1:] *= np.cumprod(flips, axis=0)
     return found

@@ -48,7 +48,15 @@ def write_parquet(folder: Path, signals: StudySignals) -> int:
     if writer is None or facts is None:
         raise ValueError("no clip of the run is long enough for a window")
     writer.close()
-    write_text(folder / "README.md", _card(facts, table.schema.field("signals").type, signals))
+    kind = table.schema.field("signals").type
+    channels = enumerate(zip(facts["channels"], facts["units"], strict=True))
+    facts |= {
+        "title": signals.config.title or "Simulated inertial sensors",
+        "n_channels": kind.list_size,
+        "n_samples": kind.value_type.list_size,
+        "channels": "\n".join(f"{number}. {name}, {unit}" for number, (name, unit) in channels),
+    }
+    write_text(folder / "README.md", CARD.read_text(encoding="utf-8").format(**facts))
     return count
 
 
@@ -75,13 +83,3 @@ def _table(arrow: Any, group: list[ClipArrays], facts: dict[str, Any]) -> Any:
     columns["signals"] = arrow.FixedSizeListArray.from_arrays(samples, x.shape[1])
     metadata = {name: json.dumps(value) for name, value in facts.items()}
     return arrow.table(columns).replace_schema_metadata(metadata)
-
-
-def _card(facts: dict[str, Any], kind: Any, signals: StudySignals) -> str:
-    channels = zip(facts["channels"], facts["units"], strict=True)
-    listed = [f"{number}. {name}, {unit}" for number, (name, unit) in enumerate(channels)]
-    title = signals.config.title or "Simulated inertial sensors"
-    sizes = {"n_channels": kind.list_size, "n_samples": kind.value_type.list_size}
-    return CARD.read_text(encoding="utf-8").format(
-        **{**facts, **sizes, "title": title, "channels": "\n".join(listed)}
-    )

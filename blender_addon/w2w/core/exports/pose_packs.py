@@ -7,7 +7,6 @@ acceleration without gravity and ``vrot`` (T, N, 3, 3) orientation, both in a wo
 60 Hz. An orientation is that of the sensor against its own in the T-pose, as after their calibration.
 """
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +19,7 @@ from ..body.skeleton import JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP
 from ..files import atomic_write, write_json
 from ..motion.motion import SMPL_PELVIS
 from ..motion.skinning import joint_transforms
-from ..patches.patches import PatchSet
-from .study_signals import Worn
+from .study_signals import Worn, WornSignals
 
 RATE_HZ = 60.0
 
@@ -50,17 +48,10 @@ def sites_of(method: str) -> list[str]:
     return [name for part in ORDER if (name := f"{METHODS[method]} {part}") in names]
 
 
-def write_pose_pack(
-    folder: Path,
-    method: str,
-    body: Body,
-    patches: PatchSet,
-    clips: Iterable[Worn],
-    gravity: tuple[float, ...],
-) -> int:
+def write_pose_pack(folder: Path, signals: WornSignals, method: str) -> int:
     """Write the files of a method; returns the number of clips.
 
-    `gravity` (3,) is in m/s2. A ValueError says that PyTorch is missing or that every clip is too short.
+    A ValueError says that PyTorch is missing or that every clip is too short.
     """
     try:
         import torch
@@ -70,29 +61,30 @@ def write_pose_pack(
         ) from error
     parts: dict[str, list[Any]] = {}
     names = []
-    for clip in clips:
+    gravity = np.array(signals.study.config().synthesis.gravity)
+    for clip in signals.clips():
         if clip.motion.n_frames < FEWEST_FRAMES:
             continue
         names.append([clip.recording.clip, clip.recording.activity, clip.recording.subject])
-        for part, values in _parts(clip, body, np.array(gravity), method).items():
+        for part, values in _parts(clip, signals.body, gravity, method).items():
             parts.setdefault(part, []).append(torch.from_numpy(np.ascontiguousarray(values)))
     if not names:
         raise ValueError(f"every clip is shorter than {FEWEST_FRAMES} frames at {RATE_HZ:g} Hz")
     for part, values in parts.items():
         with atomic_write(folder / f"{part}.pt") as stream:
             torch.save(values, stream)
-    facts = {"rate_hz": RATE_HZ, "up": "y", "sensors": list(patches.names), "clips": names}
-    write_json(folder / "clips.json", facts)
+    sensors = list(signals.names)
+    write_json(folder / "clips.json", {"rate_hz": RATE_HZ, "up": "y", "sensors": sensors, "clips": names})
     return len(names)
 
 
 def _parts(clip: Worn, body: Body, gravity: np.ndarray, method: str) -> dict[str, np.ndarray]:
     motion = clip.motion
     turned = TO_Y_UP @ clip.orientations @ clip.rest.swapaxes(-1, -2) @ TO_Y_UP.T
+    joints = (joint_transforms(body, motion)[1] - SMPL_PELVIS) @ TO_Y_UP.T
     force = np.einsum("tnij,tnj->tni", clip.orientations, clip.recording.acc.astype(np.float64))
     in_smpl_axes = TO_Y_UP @ motion.rotations @ TO_Y_UP.T
     pose = Rotation.from_matrix(in_smpl_axes.reshape(-1, 3, 3)).as_rotvec().reshape(-1, N_JOINTS, 3)
-    joints = (joint_transforms(body, motion)[1] - SMPL_PELVIS) @ TO_Y_UP.T
     parts = {
         "pose": pose,
         "tran": (motion.pelvis - SMPL_PELVIS) @ TO_Y_UP.T,

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..body.body import Body
 from ..body.skeleton import N_JOINTS
 from ..imu.recording import READINGS, ImuRecording, Reading
 from ..imu.sensor import SensorModel
@@ -37,9 +37,7 @@ class StudySignals:
     patches: tuple[int, ...]
 
     @classmethod
-    def at(
-        cls, study: StudyResults, places: str, say: Callable[[str], object] = warnings.warn
-    ) -> StudySignals:
+    def at(cls, study: StudyResults, places: str, say: Callable[[str], object]) -> StudySignals:
         """The run at places given by their names, ``all`` of them, or by default those it chose.
 
         `say` is given the distance of a place's patch from it. A ValueError says which name means no place,
@@ -48,19 +46,16 @@ class StudySignals:
         if places.strip().lower() == ALL:
             return cls(study, tuple(range(len(study.patches))))
         if not places.strip():
-            chosen = (study.summary.get("worn_together") or {}).get("places")
-            return cls(
-                study, tuple(int(patch["patch"]) for patch in chosen or [study.summary["best_single_patch"]])
-            )
+            worn = (study.summary.get("worn_together") or {}).get("places")
+            chosen = worn or [study.summary["best_single_patch"]]
+            return cls(study, tuple(int(patch["patch"]) for patch in chosen))
         names = [name.strip() for name in places.split(",") if name.strip()]
         found = [resolve(name, study.body(), study.patches, say, 0.0) for name in names]
         for later, patch in enumerate(found):
             earlier = found.index(patch)
             if earlier < later:
-                place = study.patches.names[patch]
-                raise ValueError(
-                    f"'{names[earlier]}' and '{names[later]}' are both the place {place}: leave one out"
-                )
+                both = f"'{names[earlier]}' and '{names[later]}'"
+                raise ValueError(f"{both} are both the place {study.patches.names[patch]}: leave one out")
         return cls(study, tuple(found))
 
     @property
@@ -81,11 +76,9 @@ class StudySignals:
 
     def recordings(self) -> Iterator[ImuRecording]:
         """The run's recording of each clip, at the places, under the clip's labels."""
-        chosen = list(self.patches)
         for number, clip in enumerate(self.study.clips):
-            found = self.study.recording(number, chosen)
-            labels = {"activity": clip.activity, "subject": clip.subject, "clip": clip.name}
-            yield replace(found, sites=self.names, **labels)
+            found = self.study.recording(number, list(self.patches))
+            yield found.labelled(self.names, clip.activity, clip.subject, clip.name)
 
 
 def placed(study: StudyResults, names: list[str]) -> PatchSet:
@@ -115,44 +108,66 @@ class Worn:
     rest: np.ndarray  # (N, 3, 3): the same in the T-pose, as a calibration finds them
 
 
-def worn(study: StudyResults, patches: PatchSet, rate: float, sensor: SensorModel) -> Iterator[Worn]:
-    """Each clip of a run recorded anew at a rate, with the true pose and the orientations at its samples.
+@dataclass(frozen=True)
+class WornSignals:
+    """A finished run with sensors of one model at places of their own, recorded anew at a rate."""
 
-    A ValueError says that the run's signals are not physical or are on garments.
-    """
-    config = study.config()
-    if config.synthesis.convention != "physical":
-        raise ValueError(
-            "the run was made with --convention paper, whose signals are in no one frame: they cannot be "
-            "turned back; run it with the physical convention"
-        )
-    if config.garments:
-        raise ValueError(
-            f"the run wore {', '.join(config.garments)}, and signals on a garment are made by the run alone: "
-            "they stand in its folder signals, at the rate of the run"
-        )
-    body = study.body()
-    synthesis = replace(config.synthesis, rate_hz=rate)
-    config = replace(config, synthesis=synthesis, sensor=sensor.name, own_sensor=sensor)
-    t_pose = Motion(
-        np.tile(np.eye(3), (STILL_FRAMES, N_JOINTS, 1, 1)), np.tile(body.joints[0], (STILL_FRAMES, 1)), rate
-    )
-    for clip in study.clips:
-        motion = study.motion(clip.name).labelled(clip.activity, clip.subject, clip.name)
-        recording = record(body, patches, motion, config)
-        sampled = at_rate(motion, rate)
-        still = t_pose.labelled(clip.activity, clip.subject, clip.name)
-        if recording.orientation is None:
-            moved, rested = (patch_matrices(body, patches.triangles, pose) for pose in (sampled, still))
-            yield Worn(recording, sampled, moved[..., :3, :3], rested[0, :, :3, :3])
-        else:  # the errors are the clip's: a calibration in it has them, too
-            rested = _as_read(record(body, patches, still, config).orientation)
-            yield Worn(recording, sampled, _as_read(recording.orientation), rested[0])
+    study: StudyResults
+    patches: PatchSet
+    rate: float
+    sensor: SensorModel
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the places."""
+        return self.patches.names
+
+    @cached_property
+    def body(self) -> Body:
+        """The body that wears them."""
+        return self.study.body()
+
+    def clips(self) -> Iterator[Worn]:
+        """Each clip of the run, with the true pose and the orientations at its samples.
+
+        A ValueError says that the run's signals are not physical or are on garments.
+        """
+        config = self.study.config()
+        if config.synthesis.convention != "physical":
+            raise ValueError(
+                "the run was made with --convention paper, whose signals are in no one frame: they cannot be "
+                "turned back; run it with the physical convention"
+            )
+        if config.garments:
+            raise ValueError(
+                f"the run wore {', '.join(config.garments)}, and signals on a garment are made by the run "
+                "alone: they stand in its folder signals, at the rate of the run"
+            )
+        synthesis = replace(config.synthesis, rate_hz=self.rate)
+        config = replace(config, synthesis=synthesis, sensor=self.sensor.name, own_sensor=self.sensor)
+        turns = np.tile(np.eye(3), (STILL_FRAMES, N_JOINTS, 1, 1))
+        t_pose = Motion(turns, np.tile(self.body.joints[0], (STILL_FRAMES, 1)), self.rate)
+        for clip in self.study.clips:
+            labels = clip.activity, clip.subject, clip.name
+            motion, still = self.study.motion(clip.name).labelled(*labels), t_pose.labelled(*labels)
+            recording = record(self.body, self.patches, motion, config)
+            sampled = at_rate(motion, self.rate)
+            if recording.orientation is None:
+                moved, rested = (
+                    patch_matrices(self.body, self.patches.triangles, pose)[..., :3, :3]
+                    for pose in (sampled, still)
+                )
+            else:  # the errors are the clip's: a calibration in it has them, too
+                moved = _as_read(recording.orientation)
+                rested = _as_read(record(self.body, self.patches, still, config).orientation)
+            yield Worn(recording, sampled, moved, rested[0])
 
 
 def _as_read(quaternions: np.ndarray) -> np.ndarray:
     """Orientations (T, N, 3, 3) of quaternions w, x, y, z; where samples are lost, the last that arrived."""
     arrived = np.isfinite(quaternions).all(axis=2)
     last = np.maximum.accumulate(np.where(arrived, np.arange(len(quaternions))[:, None], 0), axis=0)
-    held = np.take_along_axis(quaternions, last[..., None], axis=0)[..., [1, 2, 3, 0]]
-    return Rotation.from_quat(held.reshape(-1, 4)).as_matrix().reshape(*held.shape[:2], 3, 3)
+    held = np.take_along_axis(quaternions, last[..., None], axis=0)
+    return (
+        Rotation.from_quat(held.reshape(-1, 4), scalar_first=True).as_matrix().reshape(*held.shape[:2], 3, 3)
+    )
