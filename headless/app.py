@@ -82,21 +82,7 @@ def _say_how_to_get_them(context: typer.Context) -> None:
 
 
 APP = typer.Typer(
-    name="w2w",
-    cls=_Commands,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode="markdown",
-    help="""**Where to Wear**: find out where on the body a motion sensor (IMU) recognises activities best.
-
-    W2W plays your motion clips on a human body with hundreds of virtual sensors, learns from each
-    sensor's signal alone which activity it sees, and tells you the best spot and the smallest set
-    of spots.
-
-    First steps: `w2w demo` shows it all on a built-in library; `w2w run MY_CLIPS --out RESULTS`
-    does the same with a folder of your own FBX, BVH or npz files; `w2w inspect FILE` tells what
-    one file holds.
-    """,
+    name="w2w", cls=_Commands, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode="markdown"
 )
 
 
@@ -105,7 +91,17 @@ def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version.")
     ] = False,
-) -> None: ...
+) -> None:
+    """**Where to Wear**: find out where on the body a motion sensor (IMU) recognises activities best.
+
+    W2W plays your motion clips on a human body with hundreds of virtual sensors, learns from each
+    sensor's signal alone which activity it sees, and tells you the best spot and the smallest set
+    of spots.
+
+    First steps: `w2w demo` shows it all on a built-in library; `w2w run MY_CLIPS --out RESULTS`
+    does the same with a folder of your own FBX, BVH or npz files; `w2w inspect FILE` tells what
+    one file holds.
+    """
 
 
 for command in (run, demo, place, inspect, report, export, synth, sensors):

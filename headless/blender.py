@@ -80,13 +80,11 @@ def find_libraries() -> None:
     if not (missing := [name for name in LIBRARIES if find_spec(name) is None]):
         return
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
-    folders = [
-        ROOT / ".venv" / "lib" / f"python{version}" / "site-packages",
-        ROOT / f".venv-blender-python{version}",
-    ]
+    packages = Path("lib", f"python{version}", "site-packages")
+    folders = [ROOT / ".venv" / packages, ROOT / f".venv-blender-python{version}"]
     if "bpy" in sys.modules:
         extensions = sys.modules["bpy"].utils.user_resource("EXTENSIONS")
-        folders.insert(0, Path(extensions) / ".local" / "lib" / f"python{version}" / "site-packages")
+        folders.insert(0, Path(extensions) / ".local" / packages)
     for folder in folders:
         if all(PathFinder.find_spec(name, [str(folder)]) for name in missing):
             sys.path.append(str(folder))  # last, so that Blender's own numpy stays

@@ -8,6 +8,7 @@ import io
 import os
 import sys
 import threading
+from collections.abc import Callable
 from typing import Any
 
 from .blender import find_libraries
@@ -84,30 +85,22 @@ class _Output:
         self._stream, self._number, self._problem = stream, number, ""
 
     def write(self, text: str) -> int:
-        try:
-            return self._stream.write(text)
-        except OSError as error:
-            self._fail(error)
-            return len(text)
-        finally:
-            self._end()
+        self._do(self._stream.write, text)
+        return len(text)
 
     def flush(self) -> None:
-        try:
-            self._stream.flush()
-        except OSError as error:
-            self._fail(error)
-        self._end()
+        self._do(self._stream.flush)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
 
-    def _fail(self, error: OSError) -> None:
-        _lead_nowhere(self._number)  # what is in the buffer, too
-        if self._number == 1:
-            self._problem = f"Stopped, because the output cannot be written: {error.strerror}."
-
-    def _end(self) -> None:
+    def _do(self, work: Callable[..., object], *arguments: str) -> None:
+        try:
+            work(*arguments)
+        except OSError as error:
+            _lead_nowhere(self._number)  # what is in the buffer, too
+            if self._number == 1:
+                self._problem = f"Stopped, because the output cannot be written: {error.strerror}."
         if self._problem and threading.current_thread() is threading.main_thread():
             problem, self._problem = self._problem, ""
             raise SystemExit(problem)

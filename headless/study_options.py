@@ -30,6 +30,7 @@ from .runs.workers import Engine
 from .stopping import STOPPED, say_for_machines
 
 RUN = "How the run is done"
+run_option = functools.partial(option, rich_help_panel=RUN)
 
 NAMES = {"max_places": "--max", "costs": "--cost"}
 """Options with another name than their parameter."""
@@ -113,32 +114,25 @@ class StudyOptions(DeclaredOptions):
     pose_unit: options.PoseUnit = ""
     pose_up: options.PoseUp = ""
     pose_joints: options.PoseJoints = ""
-    pictures: option(bool, "Render heatmaps and save study.blend.", rich_help_panel=RUN) = True
-    report: option(bool, "Write report.html.", rich_help_panel=RUN) = True
-    clip_limit: option(float, "Time limit per clip, seconds.", min=1, rich_help_panel=RUN) = LIMIT_S
-    clip_memory: option(float, "Memory limit per clip, GiB.", min=0.5, rich_help_panel=RUN) = MEMORY / 2**30
-    scheduler: option(
-        str, "Dask scheduler (tcp://host:port or a scheduler file) to run on a cluster.", rich_help_panel=RUN
+    pictures: run_option(bool, "Render heatmaps and save study.blend.") = True
+    report: run_option(bool, "Write report.html.") = True
+    clip_limit: run_option(float, "Time limit per clip, seconds.", min=1) = LIMIT_S
+    clip_memory: run_option(float, "Memory limit per clip, GiB.", min=0.5) = MEMORY / 2**30
+    scheduler: run_option(
+        str, "Dask scheduler (tcp://host:port or a scheduler file) to run on a cluster."
     ) = ""
-    signals: option(
+    signals: run_option(
         bool,
         "Keep the signals, MBs a clip; else exports, panel and w2w.stream make them again from motions.",
         "--signals/--no-signals",
-        rich_help_panel=RUN,
     ) = True
-    verify: option(
-        bool,
-        "Read what an earlier run left again, not only its sizes and times.",
-        "--verify",
-        rich_help_panel=RUN,
+    verify: run_option(
+        bool, "Read what an earlier run left again, not only its sizes and times.", "--verify"
     ) = False
-    strict: option(bool, "Fail (exit code 3) if any clip is skipped.", rich_help_panel=RUN) = False
-    verbose: option(bool, "List every clip, activity and region.", "--verbose", rich_help_panel=RUN) = False
-    log_json: option(
-        bool,
-        "Print machine-readable events instead: one JSON object per line.",
-        "--log-json",
-        rich_help_panel=RUN,
+    strict: run_option(bool, "Fail (exit code 3) if any clip is skipped.") = False
+    verbose: run_option(bool, "List every clip, activity and region.", "--verbose") = False
+    log_json: run_option(
+        bool, "Print machine-readable events instead: one JSON object per line.", "--log-json"
     ) = False
 
     def config(self) -> StudyConfig:
@@ -187,10 +181,8 @@ def with_study_options(command: Callable[..., None]) -> Callable[..., None]:
     own = dict(inspect.signature(command, eval_str=True).parameters)
     del own["asked"]
     shared = inspect.signature(StudyOptions).parameters
-    parameters = [
-        parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY)
-        for parameter in (*own.values(), *shared.values())
-    ]
+    both = (*own.values(), *shared.values())
+    parameters = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in both]
 
     @functools.wraps(command)
     def wrapped(**given: Any) -> None:

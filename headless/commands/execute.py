@@ -27,18 +27,8 @@ from ..blender import NoBlenderError, check_installed
 from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, sentence_of
 from ..options import parse_bodies
 from ..reports import console_tables, draw, html
+from ..runs import folder
 from ..runs.current import is_current, note_current
-from ..runs.folder import (
-    HEATMAPS,
-    SUMMARY,
-    TABLES,
-    FolderBusyError,
-    check_results,
-    make_folders,
-    only_run,
-    only_shard,
-    picture_files,
-)
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError, check, claimed, remove_written
 from ..runs.study import RunPlan, StudyError, make_signals, rank_study, write_config
@@ -76,9 +66,9 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study 
     """
     with _in_folder(out, monitor):
         check_folder(plan, out)
-        make_folders(out, len(plan.library.clips))
+        folder.make_folders(out, len(plan.library.clips))
         monitor.begin(plan.library, body.name, out)
-        with only_run(out / WORK):
+        with folder.only_run(out / WORK):
             study, failed = _execute(plan, body, out, monitor)
     if study is None:
         clips = _say_unchanged(out, monitor)
@@ -99,13 +89,13 @@ def execute_shard(
     plan = replace(plan, library=replace(whole, clips=whole.clips[part - 1 :: parts]))
     called = f"{part}-of-{parts}"
     for name, body in bodies:
-        folder = out if len(bodies) == 1 else out / name
-        with _in_folder(folder, monitor):
-            check_results(folder, plan.library, ())
-            make_folders(folder, len(whole.clips))
-            monitor.begin(plan.library, body.name, folder, kept=False)
-            with only_shard(folder / WORK, called):
-                clips = make_signals(plan, body, folder, monitor, called).clips
+        place = out if len(bodies) == 1 else out / name
+        with _in_folder(place, monitor):
+            folder.check_results(place, plan.library, ())
+            folder.make_folders(place, len(whole.clips))
+            monitor.begin(plan.library, body.name, place, kept=False)
+            with folder.only_shard(place / WORK, called):
+                clips = make_signals(plan, body, place, monitor, called).clips
         console_tables.show_skipped(clips, plan.library, monitor.console, plan.verbose)
         used = sum(result.used for result in clips)
         text = f"{used} of {len(clips)} clips are done. Without --shard, the same command ranks all."
@@ -121,7 +111,7 @@ def _in_folder(out: Path, monitor: RunMonitor) -> Iterator[None]:
         raise ended(f"No result: {sentence_of(error)}", NOTHING_TO_DO, monitor) from error
     except ForeignFileError as error:
         raise ended(str(error), USAGE, monitor) from error
-    except FolderBusyError as error:
+    except folder.FolderBusyError as error:
         raise ended(str(error), BUSY, monitor) from error
     except OSError as error:
         text = f"No result: {out} cannot be written: {error}. What is finished is kept."
@@ -150,9 +140,9 @@ def _execute(
         monitor.announce("failed", sentence_of(error))
         clips = error.clips if isinstance(error, StudyError) else ()
         if isinstance(error, StudyError):  # an earlier run's results would contradict the summary
-            results = {*TABLES, draw.BLEND, html.REPORT, *plan.more} - {SUMMARY, CLIP_LIST}
-            remove_written(out, lambda name: name in results or name.startswith(f"{HEATMAPS}/"))
-        with claimed(out, [SUMMARY, CLIP_LIST]):
+            results = {*folder.TABLES, draw.BLEND, html.REPORT, *plan.more} - {folder.SUMMARY, CLIP_LIST}
+            remove_written(out, lambda name: name in results or name.startswith(f"{folder.HEATMAPS}/"))
+        with claimed(out, [folder.SUMMARY, CLIP_LIST]):
             write_failure(out, plan.library, sentence_of(error), clips)
         if isinstance(error, StudyError):
             console_tables.show_skipped(clips, plan.library, monitor.console, plan.verbose)
@@ -166,19 +156,18 @@ def _execute(
 
 def _say_unchanged(out: Path, monitor: RunMonitor) -> dict[str, int]:
     """Say that an earlier run's results are those of this one, too; returns the counts of its clips."""
-    summary = json.loads((out / SUMMARY).read_text(encoding="utf-8"))
+    summary = json.loads((out / folder.SUMMARY).read_text(encoding="utf-8"))
     monitor.console.print(f"\n[bold]{escape(summary['answer']['sentence'])}[/bold]", highlight=False)
-    monitor.console.print(
-        f"Nothing has changed since the last run, whose results are in {out} as they were.", markup=False
-    )
+    unchanged = f"Nothing has changed since the last run, whose results are in {out} as they were."
+    monitor.console.print(unchanged, markup=False)
     return summary["clips"]
 
 
 def check_folder(plan: RunPlan, out: Path) -> None:
     """Refuse a results folder, by a ForeignFileError, in which a foreign file is in the run's way."""
-    pictures = picture_files(plan.library.activities) if plan.pictures else []
-    drawn = [f"{HEATMAPS}/{file}" for file in pictures]
-    check_results(out, plan.library, [*_written_by(plan), *drawn, *plan.more])
+    pictures = folder.picture_files(plan.library.activities) if plan.pictures else []
+    drawn = [f"{folder.HEATMAPS}/{file}" for file in pictures]
+    folder.check_results(out, plan.library, [*_written_by(plan), *drawn, *plan.more])
 
 
 def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, Body]]:
@@ -201,7 +190,7 @@ def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, 
 
 def _written_by(plan: RunPlan) -> list[str]:
     """All that a run writes into its folder but clips, heatmaps and what its command adds."""
-    return [*TABLES, *([draw.BLEND] if plan.pictures else ()), *([html.REPORT] if plan.report else ())]
+    return [*folder.TABLES, *([draw.BLEND] if plan.pictures else ()), *([html.REPORT] if plan.report else ())]
 
 
 def execute_bodies(

@@ -130,12 +130,8 @@ def _about_joints(source: JointPositions, details: dict, body: Body) -> list[tup
         scale += "; its unit is not known (--pose-unit), which the signals do not need"
     rows = [("joints", source.joint_set.name), ("up", f"{source.up}{guessed}"), ("scale", scale)]
     seen = np.isfinite(source.positions).all(axis=2).mean(axis=0)
-    rare = [
-        f"{name} {share:.0%}"
-        for name, share in zip(source.joint_set.joints, seen, strict=True)
-        if share < 0.9
-    ]
-    if rare:
+    shares = zip(source.joint_set.joints, seen, strict=True)
+    if rare := [f"{name} {share:.0%}" for name, share in shares if share < 0.9]:
         rows.append(("seldom seen", f"share of the frames: {', '.join(rare)}".replace("%", " %")))
     return [*rows, ("not seen", f"{'; '.join(unseen(source.joint_set))}: sensors see none of it here")]
 
@@ -145,13 +141,11 @@ def _about_motion(motion: Motion, details: dict, body: Body) -> list[tuple[str, 
     across = motion.rotations[:, 0, :2, 0]
     turn = np.degrees(np.ptp(np.unwrap(np.arctan2(across[:, 1], across[:, 0]))[[0, -1]]))
     travel = np.linalg.norm(motion.pelvis[-1, :2] - motion.pelvis[0, :2])
-    hands = [
-        np.linalg.norm(np.diff(positions[:, JOINT_INDEX[f"{side}_wrist"]], axis=0), axis=1).sum()
-        for side in ("left", "right")
-    ]
+    wrists = positions[:, [JOINT_INDEX["left_wrist"], JOINT_INDEX["right_wrist"]]]
+    left, right = np.linalg.norm(np.diff(wrists, axis=0), axis=2).sum(axis=0)
     return [
         ("duration", f"{details['duration_s']:.2f} s"),
         ("body turns", f"{turn:.0f} degrees between the first and last frame"),
         ("body travels", f"{travel:.2f} m between the first and last frame"),
-        ("hands travel", f"left {hands[0]:.2f} m, right {hands[1]:.2f} m along their paths"),
+        ("hands travel", f"left {left:.2f} m, right {right:.2f} m along their paths"),
     ]

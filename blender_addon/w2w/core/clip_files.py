@@ -138,9 +138,8 @@ def ranking_inputs(
     """A classifier's inputs from clips, given by folder and name, and their copies, read from disk."""
     if inputs_of(classifier) == "features":
         return FeatureFiles([features_file(*clip) for clip in clips])
-    recordings = [
-        path for clip, found in zip(clips, windows, strict=True) for path in recordings_of(*clip, found)
-    ]
+    both = zip(clips, windows, strict=True)
+    recordings = [path for clip, found in both for path in recordings_of(*clip, found)]
     return WindowFiles(recordings, [count for found in windows for count in found.counts], spec)
 
 

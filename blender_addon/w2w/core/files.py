@@ -103,19 +103,10 @@ def file_sha256(path: str | Path) -> str:
 
 
 DAMAGED = (
-    BadZipFile,
-    EOFError,
-    KeyError,
-    MemoryError,
-    OverflowError,
+    BadZipFile, EOFError, KeyError, MemoryError, OverflowError, SyntaxError, TokenError, TypeError,
     RuntimeError,  # a password, or (NotImplementedError) a compression that Python lacks
-    SyntaxError,
-    TokenError,
-    TypeError,
-    UnicodeError,
-    struct.error,
-    zlib.error,
-)
+    UnicodeError, struct.error, zlib.error,
+)  # fmt: skip
 """Errors of Python's zip and numpy's npy reading on damaged files, beside ValueError and OSError."""
 
 MAX_CHARACTER = 0x10FFFF

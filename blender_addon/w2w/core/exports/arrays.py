@@ -10,6 +10,7 @@ import numpy as np
 
 from ..body.body import TEMPLATES
 from ..files import atomic_write, write_json, write_text
+from ..imu.recording import READINGS
 from ..ranking.windows import TooShortError, cut_alike, cut_windows, window_starts
 from .study_signals import StudySignals
 
@@ -51,16 +52,15 @@ def windows_of(signals: StudySignals) -> Iterator[ClipArrays]:
 def joined(clips: Sequence[ClipArrays]) -> dict[str, np.ndarray]:
     """Arrays and labels of several clips' windows, one row or label a window."""
     counts = [len(clip.x) for clip in clips]
-    arrays = {
-        name: np.concatenate([getattr(clip, name) for clip in clips]) for name in ("x", "starts", "is_test")
-    }
-    labels = ("clip", "activity", "subject")
-    return arrays | {name: np.repeat([getattr(clip, name) for clip in clips], counts) for name in labels}
+    arrays, labels = ("x", "starts", "is_test"), ("clip", "activity", "subject")
+    found = {name: np.concatenate([getattr(clip, name) for clip in clips]) for name in arrays}
+    return found | {name: np.repeat([getattr(clip, name) for clip in clips], counts) for name in labels}
 
 
 def facts_of(signals: StudySignals, rate: float) -> dict[str, Any]:
     """What the windows hold: names and units of channels, rate, sensor, length."""
-    channels = [(channel, reading.unit) for reading in signals.readings for channel in reading.channels]
+    recorded = [one for one in READINGS if one.name in ("acc", "gyr", *signals.config.further.record)]
+    channels = [(channel, reading.unit) for reading in recorded for channel in reading.channels]
     words = [channel.replace("_", " ") for channel, _ in channels]
     spec = signals.config.windows
     return {

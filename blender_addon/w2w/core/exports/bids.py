@@ -91,10 +91,8 @@ def labels_of(names: Iterable[str]) -> dict[str, str]:
 def _samples(recording: ImuRecording) -> str:
     """Rows of samples, columns as in the channels' table, without a header, as BIDS wants it."""
     values = recording.values.reshape(recording.n_samples, -1)
-    return "".join(
-        "\t".join("n/a" if value != value else f"{value:.9g}" for value in row) + "\n"
-        for row in values.tolist()
-    )
+    cells = (("n/a" if value != value else f"{value:.9g}" for value in row) for row in values.tolist())
+    return "".join("\t".join(row) + "\n" for row in cells)
 
 
 def _channels(recording: ImuRecording) -> str:
@@ -111,10 +109,8 @@ def _channels(recording: ImuRecording) -> str:
 
 
 def _facts(recording: ImuRecording, signals: StudySignals) -> dict[str, object]:
-    counts = {
-        f"{TYPES[reading.name][0]}ChannelCount": len(reading.channels) * recording.n_sensors
-        for reading in recording.readings
-    }
+    points = recording.n_sensors
+    counts = {f"{TYPES[one.name][0]}ChannelCount": len(one.channels) * points for one in recording.readings}
     return {
         "TaskName": recording.activity,
         "SamplingFrequency": recording.rate,
@@ -122,7 +118,7 @@ def _facts(recording: ImuRecording, signals: StudySignals) -> dict[str, object]:
         "Manufacturer": "W2W (simulated)",
         "ManufacturersModelName": signals.config.sensor,
         "MissingValues": "n/a",
-        "TrackedPointsCount": recording.n_sensors,
+        "TrackedPointsCount": points,
         "MotionChannelCount": sum(counts.values()),
         **counts,
         "RecordingDuration": (recording.n_samples - 1) / recording.rate,

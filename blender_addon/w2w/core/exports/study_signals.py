@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from ..body.body import Body
 from ..body.skeleton import N_JOINTS
-from ..imu.recording import READINGS, ImuRecording, Reading
+from ..imu.recording import ImuRecording
 from ..imu.sensor import SensorModel
 from ..motion.motion import Motion, at_rate
 from ..motion.skinning import patch_matrices
@@ -62,12 +62,6 @@ class StudySignals:
     def names(self) -> tuple[str, ...]:
         """Of the places."""
         return tuple(self.study.patches.names[patch] for patch in self.patches)
-
-    @property
-    def readings(self) -> tuple[Reading, ...]:
-        """The readings recorded at each place."""
-        names = ("acc", "gyr", *self.config.further.record)
-        return tuple(reading for reading in READINGS if reading.name in names)
 
     @cached_property
     def config(self) -> StudyConfig:
@@ -153,14 +147,14 @@ class WornSignals:
             recording = record(self.body, self.patches, motion, config)
             sampled = at_rate(motion, self.rate)
             if recording.orientation is None:
-                moved, rested = (
-                    patch_matrices(self.body, self.patches.triangles, pose)[..., :3, :3]
-                    for pose in (sampled, still)
-                )
+                moved, rested = self._orientations(sampled), self._orientations(still)
             else:  # the errors are the clip's: a calibration in it has them, too
                 moved = _as_read(recording.orientation)
                 rested = _as_read(record(self.body, self.patches, still, config).orientation)
             yield Worn(recording, sampled, moved, rested[0])
+
+    def _orientations(self, motion: Motion) -> np.ndarray:
+        return patch_matrices(self.body, self.patches.triangles, motion)[..., :3, :3]
 
 
 def _as_read(quaternions: np.ndarray) -> np.ndarray:
@@ -168,6 +162,5 @@ def _as_read(quaternions: np.ndarray) -> np.ndarray:
     arrived = np.isfinite(quaternions).all(axis=2)
     last = np.maximum.accumulate(np.where(arrived, np.arange(len(quaternions))[:, None], 0), axis=0)
     held = np.take_along_axis(quaternions, last[..., None], axis=0)
-    return (
-        Rotation.from_quat(held.reshape(-1, 4), scalar_first=True).as_matrix().reshape(*held.shape[:2], 3, 3)
-    )
+    turns = Rotation.from_quat(held.reshape(-1, 4), scalar_first=True)
+    return turns.as_matrix().reshape(*held.shape[:2], 3, 3)
