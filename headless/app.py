@@ -82,7 +82,11 @@ def _say_how_to_get_them(context: typer.Context) -> None:
 
 
 APP = typer.Typer(
-    name="w2w", cls=_Commands, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode="markdown"
+    name="w2w",
+    cls=_Commands,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
 )
 
 

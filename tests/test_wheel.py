@@ -71,9 +71,12 @@ def test_the_wheel_has_one_name_and_every_file(wheel):
     for tree, inside in trees.items():
         modules = [path.relative_to(ROOT / tree).as_posix() for path in (ROOT / tree).rglob("*.py")]
         assert {f"{inside}/{module}" for module in modules} <= names
-    data = ("templates/body.npz", "templates/demo.npz", "headless/reports/report_page/page.html")
+    templates = (
+        f"templates/{name}" for name in ("body.npz", "demo.npz", "w2w_windows.py", "parquet_card.md")
+    )
     tables = (f"studies/placements/paper_{name}.csv" for name in ("activities", "claims"))
-    assert {f"w2w/{name}" for name in (*data, *tables)} <= names
+    page = "headless/reports/report_page/page.html"
+    assert {f"w2w/{name}" for name in (*templates, *tables, page)} <= names
     assert not [name for name in names if "make_body" in name]
 
 
