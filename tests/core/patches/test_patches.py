@@ -76,23 +76,6 @@ def test_each_patch_of_the_order_is_farthest_from_those_before(bundled_body, pat
         assert nearest[patches.vertices[count]] >= nearest.max() - 2e-9
 
 
-def test_symmetric_patches_mirror_each_other(bundled_body) -> None:
-    patches = sample_patches(bundled_body, 64, symmetric=True)
-    assert set(bundled_body.mirror[patches.vertices]) == set(patches.vertices)
-
-
-@pytest.mark.parametrize("n", [64, 128])
-def test_mirror_pairs_are_as_near_to_each_other_as_other_patches(bundled_body, n: int) -> None:
-    picks = sample_patches(bundled_body, n, symmetric=True).vertices
-    graph, images = StripGraph.of(bundled_body.vertices, bundled_body.faces), bundled_body.mirror[picks]
-    spacing, pair = [], []
-    for pick, image in zip(picks, images, strict=True):
-        away = graph.distances(np.array([pick]), nearest=True)
-        spacing.append(away[picks[~np.isin(picks, (pick, image))]].min())
-        pair.append(away[image] if image != pick else np.inf)
-    assert 0.85 < min(pair) / min(spacing) < 1.3
-
-
 def test_names_are_unique_and_begin_with_the_region(patches) -> None:
     assert len(set(patches.names)) == len(patches)
     for name, region in zip(patches.names, patches.regions, strict=True):
@@ -126,11 +109,6 @@ def test_a_file_of_something_else_is_refused(bundled_body, tmp_path) -> None:
 def test_wrong_arguments_are_named(bundled_body, arguments, message) -> None:
     with pytest.raises(ValueError, match=message):
         sample_patches(bundled_body, **arguments)
-
-
-def test_symmetric_patches_need_a_mirror_map(bundled_body) -> None:
-    with pytest.raises(ValueError, match="no mirror map"):
-        sample_patches(replace(bundled_body, mirror=None), 10, symmetric=True)
 
 
 def test_loose_vertices_and_unreached_pieces_are_refused(bundled_body) -> None:

@@ -155,7 +155,7 @@ class PatchSet:
         )
 
 
-def sample_patches(body: Body, n: int = DEFAULT_PATCHES, seed: int = 0, symmetric: bool = False) -> PatchSet:
+def sample_patches(body: Body, n: int = DEFAULT_PATCHES, seed: int = 0) -> PatchSet:
     """Sample patches evenly over a body by geodesic farthest-point sampling.
 
     The bundled body has, for seed 0, one fixed order of patches, in which every number of patches is a
@@ -167,30 +167,23 @@ def sample_patches(body: Body, n: int = DEFAULT_PATCHES, seed: int = 0, symmetri
     n : int
         How many patches.
     seed : int
-        Chooses the random vertex that sampling starts at, as in the paper (on the mirror plane
-        for a symmetric sampling).
-    symmetric : bool
-        Pick mirror pairs, on bodies that know their mirror map.
+        Chooses the random vertex that sampling starts at, as in the paper.
 
     Raises
     ------
     ValueError
         If `n` is more than the number of vertices or less than that of the mesh's separate
-        pieces, a vertex belongs to no face, or a symmetric sampling is asked of a body without
-        mirror map.
+        pieces, or a vertex belongs to no face.
     """
-    _check(body, n, symmetric)
+    _check(body, n)
     graph = StripGraph.of(body.vertices, body.faces)
     if n < graph.n_pieces:
         raise ValueError(f"n must reach every one of the mesh's {graph.n_pieces} separate pieces, not {n}")
-    rng = np.random.default_rng(seed)
-    if symmetric:
-        on_plane = np.flatnonzero(body.mirror == np.arange(len(body.mirror)))
-        picks = mirrored_farthest_points(graph, n, int(rng.choice(on_plane)), body.mirror)
-    elif seed == 0 and bundled_targets().fit(body):
+    if seed == 0 and bundled_targets().fit(body):
         picks = np.load(PATCH_ORDER)[:n]
     else:
-        picks = farthest_points(graph, n, int(rng.integers(len(body.vertices))))
+        start = np.random.default_rng(seed).integers(len(body.vertices))
+        picks = farthest_points(graph, n, int(start))
     return patch_set(body, picks, (), seed)
 
 
@@ -210,7 +203,7 @@ def patch_set(body: Body, centres: np.ndarray, own_names: tuple[str, ...], seed:
     )
 
 
-def _check(body: Body, n: int, symmetric: bool) -> None:
+def _check(body: Body, n: int) -> None:
     if not isinstance(body, Body):
         raise ValueError(f"patches are sampled on a Body, not on {body!r}")
     n_vertices = len(body.vertices)
@@ -218,8 +211,6 @@ def _check(body: Body, n: int, symmetric: bool) -> None:
         raise ValueError(
             f"n must be a whole number between 1 and the body's {n_vertices} vertices, not {n!r}"
         )
-    if symmetric and (body.mirror is None or not (body.mirror == np.arange(n_vertices)).any()):
-        raise ValueError(f'body "{body.name}" has no mirror map, so its patches cannot be symmetric')
     loose = np.setdiff1d(np.arange(n_vertices), body.faces)
     if len(loose):
         raise ValueError(f"{len(loose)} vertices of the body belong to no face, the first is {loose[0]}")
@@ -258,7 +249,7 @@ def interpolation_weights(graph: StripGraph, centres: np.ndarray) -> csr_matrix:
 
 
 TIE = 1e-9
-"""Distances closer than this (metres) count as equal, so that rounding never decides a pick."""
+"""Distances closer than this (metres) count as equal, and the lowest vertex is picked: rounding never decides."""
 
 
 def farthest_points(graph: StripGraph, n: int, start: int) -> np.ndarray:
@@ -269,33 +260,6 @@ def farthest_points(graph: StripGraph, n: int, start: int) -> np.ndarray:
     """
     picks, distance = [start], graph.distances(start)
     while len(picks) < n:
-        picks.append(farthest(distance))
+        picks.append(int(np.argmax(distance >= distance.max() - TIE)))
         distance = np.minimum(distance, graph.distances(picks[-1], limit=distance.max()))
     return np.array(picks)
-
-
-def mirrored_farthest_points(graph: StripGraph, n: int, start: int, mirror: np.ndarray) -> np.ndarray:
-    """Farthest-point sampling of a mirror-symmetric mesh by mirror pairs, from a start on the mirror plane.
-
-    Each step takes the vertex, or the pair of mirror images, that is farthest from all earlier picks and, for
-    a pair, from each other.
-    """
-    on_plane = np.flatnonzero(mirror == np.arange(len(mirror)))
-    # a shortest way to the image crosses the plane halfway
-    pair_gap = 2 * graph.distances(on_plane, nearest=True)
-    pair_gap[on_plane] = np.inf
-    picks, distance = [start], graph.distances(start)
-    while len(picks) < n:
-        if n - len(picks) == 1:
-            pick = int(on_plane[farthest(distance[on_plane])])
-        else:
-            pick = farthest(np.minimum(distance, pair_gap))
-        for one in dict.fromkeys((pick, int(mirror[pick]))):
-            picks.append(one)
-            distance = np.minimum(distance, graph.distances(one, limit=distance.max()))
-    return np.array(picks)
-
-
-def farthest(distance: np.ndarray) -> int:
-    """Lowest index whose distance is within `TIE` of the largest."""
-    return int(np.argmax(distance >= distance.max() - TIE))
