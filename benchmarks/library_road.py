@@ -17,8 +17,7 @@ from unittest import mock
 from w2w.core.body.body import Body
 from w2w.core.motion.library import read_library
 from w2w.core.study import StudyConfig, place_patches
-from w2w.headless.runs import clip as clip_work
-from w2w.headless.runs import clip_task
+from w2w.headless.runs import clip as clip_work, clip_task
 from w2w.headless.runs.clip import WORK, do_clip
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import make_folders
@@ -80,8 +79,7 @@ def _stages() -> list[tuple[Any, str, str]]:
     from w2w.core.imu.recording import ImuRecording
     from w2w.core.imu.sensor import SensorModel
     from w2w.core.motion.motion import Motion
-    from w2w.scene.motion import load as motions
-    from w2w.scene.motion import takes as clips
+    from w2w.scene.motion import load as motions, takes as clips
 
     return [
         (clips, "import_file", "Blender's import, in C++"),

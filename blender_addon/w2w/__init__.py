@@ -22,31 +22,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # so that editors and type checkers see signatures
-    from .api import open_results as open_results
-    from .api import rank as rank
-    from .api import stream as stream
-    from .api import synthesize as synthesize
+    from .api import open_results as open_results, rank as rank, stream as stream, synthesize as synthesize
     from .core.body.body import Body as Body
     from .core.body.shapes import shaped as shaped
-    from .core.imu.formats import read_recording as read_recording
-    from .core.imu.formats import write_recording as write_recording
-    from .core.imu.presets import preset as preset
-    from .core.imu.presets import read_sensor as read_sensor
+    from .core.imu.formats import read_recording as read_recording, write_recording as write_recording
+    from .core.imu.presets import preset as preset, read_sensor as read_sensor
     from .core.imu.recording import ImuRecording as ImuRecording
     from .core.imu.sensor import SensorModel as SensorModel
     from .core.imu.synthesis import Synthesis as Synthesis
     from .core.keypoints.facts import PoseFacts as PoseFacts
     from .core.motion.motion import Motion as Motion
     from .core.patches.own_placements import patches_at as patches_at
-    from .core.patches.patches import PatchSet as PatchSet
-    from .core.patches.patches import sample_patches as sample_patches
+    from .core.patches.patches import PatchSet as PatchSet, sample_patches as sample_patches
     from .core.ranking.agreement import rank_agreement as rank_agreement
     from .core.ranking.classifiers.estimator import EstimatorClassifier as EstimatorClassifier
     from .core.ranking.utility import UtilityMap as UtilityMap
     from .core.ranking.windows import WindowSpec as WindowSpec
     from .core.selection.constraints import Constraints as Constraints
-    from .loading import load as load
-    from .loading import load_body as load_body
+    from .loading import load as load, load_body as load_body
     from .ranking import Ranking as Ranking
 
 __version__ = "0.1.0"
@@ -56,37 +49,32 @@ if (_above := Path(__file__).resolve().parents[1]).name == "blender_addon":
     # `w2w.headless` is beside it in the source tree and in Blender's zip
     __path__.append(str(_above.parent))
 
-_HOMES = {
-    "Body": "core.body.body",
-    "Constraints": "core.selection.constraints",
-    "EstimatorClassifier": "core.ranking.classifiers.estimator",
-    "ImuRecording": "core.imu.recording",
-    "Motion": "core.motion.motion",
-    "PatchSet": "core.patches.patches",
-    "PoseFacts": "core.keypoints.facts",
-    "Ranking": "ranking",
-    "SensorModel": "core.imu.sensor",
-    "Synthesis": "core.imu.synthesis",
-    "UtilityMap": "core.ranking.utility",
-    "WindowSpec": "core.ranking.windows",
-    "load": "loading",
-    "load_body": "loading",
-    "open_results": "api",
-    "patches_at": "core.patches.own_placements",
-    "preset": "core.imu.presets",
-    "rank": "api",
-    "rank_agreement": "core.ranking.agreement",
-    "read_recording": "core.imu.formats",
-    "read_sensor": "core.imu.presets",
-    "sample_patches": "core.patches.patches",
-    "shaped": "core.body.shapes",
-    "stream": "api",
-    "synthesize": "api",
-    "write_recording": "core.imu.formats",
+_NAMES = {
+    "api": ("open_results", "rank", "stream", "synthesize"),
+    "core.body.body": ("Body",),
+    "core.body.shapes": ("shaped",),
+    "core.imu.formats": ("read_recording", "write_recording"),
+    "core.imu.presets": ("preset", "read_sensor"),
+    "core.imu.recording": ("ImuRecording",),
+    "core.imu.sensor": ("SensorModel",),
+    "core.imu.synthesis": ("Synthesis",),
+    "core.keypoints.facts": ("PoseFacts",),
+    "core.motion.motion": ("Motion",),
+    "core.patches.own_placements": ("patches_at",),
+    "core.patches.patches": ("PatchSet", "sample_patches"),
+    "core.ranking.agreement": ("rank_agreement",),
+    "core.ranking.classifiers.estimator": ("EstimatorClassifier",),
+    "core.ranking.utility": ("UtilityMap",),
+    "core.ranking.windows": ("WindowSpec",),
+    "core.selection.constraints": ("Constraints",),
+    "loading": ("load", "load_body"),
+    "ranking": ("Ranking",),
 }
-"""Module of each public name, inside this package."""
+"""Public names by their modules inside this package."""
 
-__all__ = [*_HOMES, "__version__", "register", "unregister"]
+_HOMES = {name: module for module, names in _NAMES.items() for name in names}
+
+__all__ = [*sorted(_HOMES), "__version__", "register", "unregister"]
 
 
 if not TYPE_CHECKING:  # or a checker would take any name for one of these

@@ -11,8 +11,7 @@ from w2w.core.imu.formats import FORMATS, HELD, write_csv, write_recording
 from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.virtual import sensor_at
 from w2w.core.motion.library import Clip
-from w2w.core.study import StudyConfig, place_patches
-from w2w.core.study import record as record_at
+from w2w.core.study import StudyConfig, place_patches, record as record_at
 from w2w.core.wording import shown
 
 from .. import options

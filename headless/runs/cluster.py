@@ -51,8 +51,7 @@ def connected(scheduler: str) -> Iterator[Client]:
     An EngineError says that it cannot be reached, has no such workers, or went away within the block.
     """
     try:
-        from distributed import CancelledError as Lost
-        from distributed import Client
+        from distributed import CancelledError as Lost, Client
         from distributed.comm import CommClosedError
     except ModuleNotFoundError as error:
         raise EngineError("--scheduler needs Dask: run pip install '.[cluster]' in W2W's folder") from error

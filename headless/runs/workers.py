@@ -11,8 +11,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor
-from concurrent.futures import wait as wait_for
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, wait as wait_for
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from functools import partial
 from itertools import islice

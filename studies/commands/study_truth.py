@@ -16,8 +16,7 @@ from w2w.headless.console import USAGE
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
 
-from ..comparisons.leave_out import PAGE as LEFT_OUT
-from ..comparisons.leave_out import try_settings, write_left_out
+from ..comparisons.leave_out import PAGE as LEFT_OUT, try_settings, write_left_out
 from ..comparisons.truth import DATA_SETS, PAGE, mighar_set, run_data_set, write_page
 from .consoles import why_not, wide_console
 

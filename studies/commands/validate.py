@@ -24,8 +24,7 @@ from w2w.headless.study_options import declared
 from ..comparisons.by_protocol import run_protocol
 from ..comparisons.dsads import compare_dsads
 from ..comparisons.gait import compare_gait, write_gait
-from ..comparisons.paired import VIDIMU
-from ..comparisons.paired import mmfit as mmfit_protocol
+from ..comparisons.paired import VIDIMU, mmfit as mmfit_protocol
 from ..comparisons.report import agreement_table, write_validation
 from ..comparisons.truth import DATA_SETS, mighar_set, run_data_set, write_empty_positions
 from ..comparisons.utd import POSE_CUTOFF_HZ, compare_utd, write_utd

@@ -5,8 +5,7 @@ import csv
 import io
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from w2w.core.csv_tables import apart, csv_text, read_table
 

@@ -4,8 +4,7 @@
 import matplotlib.image
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from w2w.core.colours import colour_table
 from w2w.drawing.heatmap import SPARE, VIEW_PIXELS, VIEW_SIZE, Scale, heatmap_figure, subset_figure

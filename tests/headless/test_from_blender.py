@@ -5,8 +5,7 @@ import sys
 
 import pytest
 
-from w2w.headless import blender as from_blender
-from w2w.headless import start
+from w2w.headless import blender as from_blender, start
 
 MISSING = "a_library_that_nobody_has"
 

@@ -22,10 +22,7 @@ from w2w.headless.app import APP
 from w2w.headless.commands import execute
 from w2w.headless.commands.status import describe
 from w2w.headless.console import sentence_of
-from w2w.headless.runs import clip as clip_work
-from w2w.headless.runs import clip_task, records
-from w2w.headless.runs import guard as worker_guard
-from w2w.headless.runs import monitor as watch
+from w2w.headless.runs import clip as clip_work, clip_task, guard as worker_guard, monitor as watch, records
 from w2w.headless.runs.clip import WORK, do_clip, record_death
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import make_folders

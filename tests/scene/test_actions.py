@@ -4,8 +4,7 @@
 import bpy
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_NAMES

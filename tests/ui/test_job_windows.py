@@ -9,8 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from w2w.ui.jobs import jobs
-from w2w.ui.jobs import windows as job_windows
+from w2w.ui.jobs import jobs, windows as job_windows
 from w2w.ui.jobs.windows import SHOWN_EVERY, W2W_OT_run_job
 
 from .test_jobs import made

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from tools.make_body import quality
 from tools.make_body.makehuman import CACHE, N_BODY_VERTICES, WHEEL_NAME, Source

@@ -3,8 +3,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from w2w.core.motion.bvh import as_it_stands, read_bvh
 from w2w.core.motion.bvh_text import read_bvh_text

@@ -2,8 +2,7 @@
 """Which clips a folder holds, and what labels them."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from w2w.core.motion.library import LibraryError, activity_of, read_library, unique_names
 

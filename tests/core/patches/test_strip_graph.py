@@ -6,8 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 from scipy.spatial import Delaunay
 

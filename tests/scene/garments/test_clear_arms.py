@@ -13,8 +13,7 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.scene.base.body import add_skinned
 from w2w.scene.base.steps import without_pauses
-from w2w.scene.garments import clear
-from w2w.scene.garments import follow as following
+from w2w.scene.garments import clear, follow as following
 from w2w.scene.garments.bake import cover_of
 from w2w.scene.garments.clear import ANGLES, outward, with_clear_arms
 from w2w.scene.garments.cloth import KIND, dress

@@ -2,8 +2,7 @@
 """The inverse kinematics of two bones against its definition."""
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from w2w.studies.rehab.two_bones import reach, two_bones
 

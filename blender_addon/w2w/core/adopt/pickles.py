@@ -14,8 +14,7 @@ from zipfile import ZipFile
 import numpy as np
 from scipy import sparse
 
-from ..files import DAMAGED, MOST_BYTES, read_header
-from ..files import read_arrays as read_plain_arrays
+from ..files import DAMAGED, MOST_BYTES, read_arrays as read_plain_arrays, read_header
 
 
 class RefusedPickleError(ValueError):

@@ -249,7 +249,7 @@ def interpolation_weights(graph: StripGraph, centres: np.ndarray) -> csr_matrix:
 
 
 TIE = 1e-9
-"""Distances closer than this (metres) count as equal, and the lowest vertex is picked: rounding never decides."""
+"""Distances closer than this (metres) count as equal: of these the lowest vertex is picked."""
 
 
 def farthest_points(graph: StripGraph, n: int, start: int) -> np.ndarray:

@@ -14,8 +14,7 @@ from ..jobs.text import draw_message, draw_progress, draw_text, styled
 from ..steps.baking import UNBAKED
 from ..steps.body import draw_sliders
 from ..steps.motions import has_source
-from ..steps.run_all import TITLE as RUN_ALL
-from ..steps.run_all import missing_for_all
+from ..steps.run_all import TITLE as RUN_ALL, missing_for_all
 from ..study import state
 from .base import Body, PartPanel, StepPanel, W2WPanel, beside_their_buttons, draw_info, draw_note
 

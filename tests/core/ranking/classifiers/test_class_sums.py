@@ -2,8 +2,7 @@
 """Sums and means by class, against loops over the rows."""
 
 import numpy as np
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from w2w.core.ranking.classifiers.discriminant import averaging, summing
 
