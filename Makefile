@@ -22,7 +22,7 @@ check: setup lint
 		--ignore=tests/core/adopt
 
 test: setup lint
-	.venv/bin/python -m pytest -n 3 --dist worksteal -m "not slow" $(TESTS)
+	.venv/bin/python -m pytest -n 3 --dist worksteal -m "not slow" --ignore=$(IN_BROWSER) $(TESTS)
 
 # The tests that take longest by themselves: networks trained, runs killed at drawn moments, whole trials.
 test-slow: setup
@@ -89,6 +89,7 @@ test-window-5.2:
 	W2W_DEBIAN=sid W2W_BLENDER_SANDBOX=$(CURDIR)/.sandbox/blender-5.2 $(MAKE) test-window
 
 # The report in headless Chromium; fails where it cannot run.
+IN_BROWSER = tests/headless/reports/test_report_in_browser.py
 test-report: setup
 	tools/chromium.sh
-	W2W_NEED_CHROMIUM=1 .venv/bin/python -m pytest tests/headless/reports/test_report_in_browser.py
+	W2W_NEED_CHROMIUM=1 .venv/bin/python -m pytest $(IN_BROWSER)

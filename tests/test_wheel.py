@@ -121,6 +121,7 @@ def test_its_command_runs(installed):
     assert (done.returncode, "nowhere" in done.stdout) == (2, True), done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_without_the_studies_it_works_and_says_how_to_get_them(installed):
     bare = installed.parent / "without studies"
     shutil.copytree(installed, bare, ignore=shutil.ignore_patterns("studies"))

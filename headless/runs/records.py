@@ -113,6 +113,11 @@ def _own_record(path: Path) -> Record | None:
         return {"clip": path.stem, "at": 0}
 
 
+def has_records(out: Path) -> bool:
+    """Whether any run wrote a record here."""
+    return any(any((out / WORK).glob(names)) for names in (f"{LIST}*.jsonl", "clips/*.json"))
+
+
 def read_records(out: Path) -> Records:
     """The newest record of each clip; of one that is damaged no more than whose it is."""
     found: dict[str, str] = {}

@@ -33,7 +33,7 @@ from .cluster import spread_over
 from .folder import code_sha256, forget_running, preparing, remove_leftovers, signals_code_sha256
 from .garments import fit_garments
 from .monitor import RunMonitor
-from .records import Records, gather, read_records, tidy, untouched
+from .records import Records, gather, has_records, read_records, tidy, untouched
 from .workers import Engine, clip_workers, run_tasks, spread_here
 
 GATHER = 256
@@ -81,22 +81,18 @@ def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shar
     Raises a StudyError where no clip can be used, an EngineError where the workers cannot go on, an OSError
     where the folder cannot be written, and for a shard a FolderBusyError where a run holds the folder.
     """
-    records = read_records(out) if shard else tidy(out)
     # a resume may have nothing left to do: it starts workers once it has
-    early = nullcontext() if records else clip_workers(plan.engine, plan.library.clips)
+    early = nullcontext() if has_records(out) else clip_workers(plan.engine, plan.library.clips)
     with early as workers:
         alone = preparing(out / WORK) if shard else nullcontext()
         with monitor.step("placing patches", "Placing patches on the body"), alone:
             patches = _prepare(plan, body, out)
-        clips = tuple(_bake(plan, out, monitor, workers, shard, records))
+        clips, records = _bake(plan, out, monitor, workers, shard)
     if not shard:
         if not any(result.used for result in clips):
             raise StudyError("no clip can be used; the table lists the reasons", clips)
-        library, used = (
-            {clip.name for clip in plan.library.clips},
-            {one.clip.name for one in clips if one.used},
-        )
-        remove_leftovers(out, library, used, records)
+        used = {result.clip.name for result in clips if result.used}
+        remove_leftovers(out, {clip.name for clip in plan.library.clips}, used, records)
     return Made(body, patches, clips)
 
 
@@ -172,8 +168,9 @@ def _save_new(what: Body | PatchSet, path: Path) -> None:
 
 
 def _bake(
-    plan: RunPlan, out: Path, monitor: RunMonitor, workers: Executor | None, shard: str, records: Records
-) -> list[ClipResult]:
+    plan: RunPlan, out: Path, monitor: RunMonitor, workers: Executor | None, shard: str
+) -> tuple[tuple[ClipResult, ...], Records]:
+    """What became of each clip, and the records that the folder had before."""
     config, engine = plan.config, plan.engine
     files = [f"{WORK}/body.npz", f"{WORK}/patches.npz", *([FITTED] if config.garments else ())]
     inputs = hashlib.sha256(
@@ -182,6 +179,7 @@ def _bake(
         + signals_code_sha256().encode()
     ).hexdigest()
     out = out.resolve()
+    records = read_records(out) if shard else tidy(out)
     clips = {clip.name: clip for clip in plan.library.clips}
     results: dict[str, ClipResult] = {}
     due, own_files = [], []
@@ -209,7 +207,7 @@ def _bake(
         advance(len(results))
         run_tasks(due, engine.workers, engine.scheduler, made, workers)
         gather(out, own_files, shard)
-    return [results[clip.name] for clip in plan.library.clips]
+    return tuple(results[clip.name] for clip in plan.library.clips), records
 
 
 def _files_to_rank(used: list[Clip], config: StudyConfig, out: Path, signatures: Signatures) -> FilesToRank:

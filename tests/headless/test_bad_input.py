@@ -182,6 +182,7 @@ def test_a_library_without_or_with_one_usable_clip_is_said(library, tmp_path):
     assert all("empty" in reason for reason in skipped_clips(tmp_path / "none").values())
 
 
+@pytest.mark.slow
 def test_events_for_machines(library, tmp_path):
     (library / "walking" / "empty.fbx").write_bytes(b"")
     arguments = [

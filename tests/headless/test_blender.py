@@ -74,8 +74,8 @@ def test_a_run_of_files_that_blender_reads(tmp_path, clip, blocked):
     "arguments",
     [
         ("inspect", "CLIP"),
-        ("synth", "CLIP", "--patch", "left wrist", "--out", "x.csv"),
-        ("demo-library", "library", "--clips", "1"),
+        pytest.param(("synth", "CLIP", "--patch", "left wrist", "--out", "x.csv"), marks=pytest.mark.slow),
+        pytest.param(("demo-library", "library", "--clips", "1"), marks=pytest.mark.slow),
         ("run", "library", "--out", "out", "--bodies", "body.fbx"),
     ],
     ids=lambda arguments: arguments[0],

@@ -40,7 +40,14 @@ def without(*numbers):
     return closed
 
 
-@pytest.mark.parametrize("command", [("sensors",), ("--help",), ("run", "nothing", "--out", "nowhere")])
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("sensors",),
+        pytest.param(("--help",), marks=pytest.mark.slow),
+        pytest.param(("run", "nothing", "--out", "nowhere"), marks=pytest.mark.slow),
+    ],
+)
 def test_a_full_disk_is_said(command):
     with Path("/dev/full").open("w") as full:
         assert ended(w2w(*command, stdout=full)) == (1, f"{UNWRITTEN}No space left on device.")
@@ -53,7 +60,9 @@ def test_a_reader_that_has_gone_is_said():
     os.close(writer)
 
 
-@pytest.mark.parametrize("closed", [(0, 1, 2), (1,), (2,)])
+@pytest.mark.parametrize(
+    "closed", [(0, 1, 2), *(pytest.param(one, marks=pytest.mark.slow) for one in ((1,), (2,)))]
+)
 def test_streams_that_are_closed_are_left_alone(closed, motions):
     """Workers start, and nothing is written to a file that was opened under a stream's number."""
     file = next(motions.rglob("*.npz"))
@@ -66,6 +75,7 @@ def test_a_usage_error_keeps_its_code_where_it_cannot_be_said():
         assert w2w("run", stderr=full).wait(timeout=120) == 2
 
 
+@pytest.mark.slow
 def test_a_signal_ends_a_command_whose_reader_has_stopped_reading():
     reader, writer = os.pipe()
     fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 4096)

@@ -242,6 +242,7 @@ def test_workers_end_with_a_run_that_is_killed_and_the_next_one_cleans_up(start,
     assert nothing_is_left(temporary)
 
 
+@pytest.mark.slow
 def test_the_folder_of_a_run_that_lives_is_left_alone(start, tmp_path, temporary):
     process = start("--no-pictures", "--no-report")
     out = tmp_path / "out"

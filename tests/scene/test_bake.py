@@ -200,7 +200,8 @@ def add_edge_split(mesh):
 
 
 @pytest.mark.parametrize(
-    ("change", "n_frames"), [(add_subdivision, 2), (add_solidify, 4), (add_edge_split, 4)]
+    ("change", "n_frames"),
+    [pytest.param(add_subdivision, 2, marks=pytest.mark.slow), (add_solidify, 4), (add_edge_split, 4)],
 )
 def test_modifiers_that_add_vertices_are_followed(body_in_scene, patches, waving, change, n_frames):
     some = replace(patches, triangles=patches.triangles[:5], vertices=patches.vertices[:5])

@@ -94,6 +94,7 @@ def test_drawn_wishes_get_the_same_answer_at_both_doors(finished_run: Path, tmp_
     assert answered > WISHES / 2
 
 
+@pytest.mark.slow
 def test_a_study_of_the_panel_is_answered_as_its_saved_folder(library: Path, tmp_path: Path) -> None:
     body = make_study(library)
     set_wishes(body.w2w, [("FORBID", "right arm", 1.0), ("MUST", "left leg, head", 1.0)])

@@ -113,6 +113,7 @@ def test_signals_that_are_gone_are_said(tmp_path: Path, monkeypatch: pytest.Monk
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.slow
 def test_the_report_and_the_rest_are_those_of_the_saved_folder(library: Path, tmp_path: Path) -> None:
     make_study(library)
     assert bpy.ops.w2w.export_report(filepath=str(tmp_path / "page.html")) == {"FINISHED"}

@@ -185,7 +185,7 @@ def test_a_record_that_holds_something_else_is_refused(finished_run: Path) -> No
             for name, content in (files | changed).items():
                 if content is not None:
                     archive.writestr(name, content)
-        mesh[RECORD].from_string(base64.b64encode(packed.getvalue()).decode())
+        mesh[RECORD].from_string(base64.encodebytes(packed.getvalue()).decode())
         with pytest.raises(ValueError, match="what the file says of 'Body' is damaged"):
             read_record(mesh)
 

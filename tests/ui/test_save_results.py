@@ -62,6 +62,7 @@ def test_the_command_line_and_python_read_a_study_of_the_panel(library: Path, tm
     assert ranking.answer.patch == body.w2w.chosen[0].patch
 
 
+@pytest.mark.slow
 def test_a_folder_of_the_panel_names_versions_and_inputs(
     library: Path, finished_run: Path, tmp_path: Path
 ) -> None:
@@ -80,6 +81,7 @@ def test_a_folder_of_the_panel_names_versions_and_inputs(
     assert hashes(tmp_path / "again") == hashes(finished_run)
 
 
+@pytest.mark.slow
 def test_a_file_changed_since_it_was_imported_is_named_as_it_was(library: Path, tmp_path: Path) -> None:
     folder = tmp_path / "own"
     shutil.copytree(library, folder)

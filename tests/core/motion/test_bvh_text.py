@@ -201,7 +201,7 @@ def test_a_file_without_joints(tmp_path):
     assert "its skeleton has no joint" in reason(tmp_path / "walk.bvh", "HIERARCHY\n" + HEADER)
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_what_has_no_end_is_given_up_early(tmp_path):
     """A skeleton that goes on for ever, and a row as long as the file: neither is taken apart first."""
     assert "too large to be one" in reason(tmp_path / "walk.bvh", "HIERARCHY\n" + "ROOT a\n" * 700_000)

@@ -67,7 +67,11 @@ def test_there_are_eight_common_placements_and_three_unusual_ones() -> None:
     assert names[8:] == ["posterior scapula", "lower spine", "lateral oblique"]
 
 
-@pytest.fixture(scope="module", params=["neutral", "heavy", "SMPL male", "SMPL female"])
+SMPL_BODIES = [pytest.param(f"SMPL {sex}", marks=pytest.mark.slow) for sex in ("male", "female")]
+"""They take a quarter of a minute to adopt."""
+
+
+@pytest.fixture(scope="module", params=["neutral", "heavy", *SMPL_BODIES])
 def build(request, bundled_body, shared_data) -> Body:
     """Bodies of four builds, two of them of another topology and real people's average."""
     if request.param == "heavy":

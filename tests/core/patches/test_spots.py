@@ -68,9 +68,14 @@ def aside(body, vertex):
     return 100 * np.linalg.norm(came_back - body.vertices[vertex], axis=1) / length
 
 
+EVERY = [(stature, build) for stature in STATURES for build in BUILDS]
+
+
 @pytest.mark.later
-@pytest.mark.parametrize("stature", STATURES)
-@pytest.mark.parametrize("build", BUILDS, ids=("woman", "strong man", "long-limbed"))
+@pytest.mark.parametrize(
+    ("stature", "build"),
+    [*EVERY[::4], *(pytest.param(*one, marks=pytest.mark.slow) for k, one in enumerate(EVERY) if k % 4)],
+)
 def test_every_patch_comes_back_on_bodies_of_any_stature_and_build(bundled_body, stature, build):
     body = body_of(bundled_body, stature, build)
     assert np.max([aside(body, vertex) for vertex in CENTRES]) < 1

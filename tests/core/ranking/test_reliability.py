@@ -101,7 +101,7 @@ def test_patches_that_are_all_equal_rank_nothing(shuffled):
     np.testing.assert_allclose(found.expected_mean, found.mean.mean(), rtol=1e-5)
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_the_best_spot_never_promises_less_than_an_average_one_has():
     for seed in range(8):
         found = classified(True, seed)

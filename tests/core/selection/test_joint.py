@@ -89,7 +89,7 @@ def test_wishes_are_kept(tests):
     assert grown(tests.whole, terms(1, cost=dear)).up_to(1)[0] >= 4
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_the_promise_is_what_another_library_of_the_kind_gives():
     differences = []
     for seed in range(4):

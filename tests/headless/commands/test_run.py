@@ -174,6 +174,7 @@ def test_the_same_input_gives_the_same_bytes_whatever_the_workers(finished, fini
     assert hashes(finished_by_one) == hashes(finished[0])
 
 
+@pytest.mark.slow
 def test_another_seed_gives_other_noise(finished, library, tmp_path):
     assert study(library, tmp_path / "other", "--seed", 1, "--no-pictures", "--no-report").exit_code == 0
     first, other = hashes(finished[0]), hashes(tmp_path / "other")

@@ -25,6 +25,7 @@ def _abort(_out):
     os.abort()
 
 
+@pytest.mark.slow
 def test_blender_aborts_while_it_draws(tmp_path):
     assert draw_side_by_side([_abort], tmp_path)[0] == "Blender crashed; its last words: Fatal: no display"
 

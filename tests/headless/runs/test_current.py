@@ -39,6 +39,7 @@ def hashes(out):
     return {path.relative_to(out): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
+@pytest.mark.slow
 def test_the_same_command_ranks_only_what_has_changed(ranked):
     library, out, times = ranked
     before, answer = hashes(out), json.loads((out / "summary.json").read_text())["answer"]

@@ -19,6 +19,7 @@ def run(library, out, *options):
     return done.exit_code, " ".join(done.output.split())
 
 
+@pytest.mark.slow
 def test_signals_that_were_not_kept_are_made_again_to_the_last_bit(motions, tmp_path):
     kept, made = tmp_path / "kept", tmp_path / "made"
     assert run(motions, kept)[0] == run(motions, made, "--no-signals")[0] == 0

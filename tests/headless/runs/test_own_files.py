@@ -69,6 +69,7 @@ def put(path):
     return path
 
 
+@pytest.mark.slow
 def test_a_users_files_among_the_results_stay(library, tmp_path):
     out = tmp_path / "out"
     files = ("motions/mine.npz", "signals/mine.npz", "heatmaps/mine.png", ".mine.part", "motions/.mine.part")
@@ -103,6 +104,7 @@ def test_the_library_is_no_results_folder(library, tmp_path, place):
     assert contents(tmp_path) == before
 
 
+@pytest.mark.slow
 def test_a_results_folder_in_the_library_is_none_of_its_clips(library):
     assert run(library, library / "results")[0] == 0
     before = contents(library)
@@ -151,6 +153,7 @@ def test_a_failed_run_gives_up_the_names_it_did_not_use(library, tmp_path):
     assert "already holds utility.csv" in said
 
 
+@pytest.mark.slow
 def test_a_clip_that_is_skipped_once_is_used_again(library, tmp_path):
     out = tmp_path / "out"
     clip = library / "calm" / "0.npz"
@@ -164,6 +167,7 @@ def test_a_clip_that_is_skipped_once_is_used_again(library, tmp_path):
     assert (out / "motions" / "calm_0.npz").exists()
 
 
+@pytest.mark.slow
 def test_a_run_without_result_leaves_none_of_an_earlier_one(library, tmp_path):
     out = tmp_path / "out"
     assert run(library, out, "--report")[0] == 0
@@ -184,6 +188,7 @@ def test_a_run_without_result_leaves_none_of_an_earlier_one(library, tmp_path):
     assert mine.read_bytes() == PRECIOUS
 
 
+@pytest.mark.slow
 def test_a_result_that_the_user_changed_is_kept(library, tmp_path):
     out = tmp_path / "out"
     assert run(library, out)[0] == 0

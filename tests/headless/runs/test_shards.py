@@ -48,6 +48,7 @@ def test_shards_in_any_order_give_what_one_run_gives(motions, tmp_path):
     assert hashes(parts) == hashes(whole)
 
 
+@pytest.mark.slow
 def test_shards_at_once_give_the_same_bytes(motions, tmp_path):
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     assert run(motions, whole)[0] == 0

@@ -81,7 +81,9 @@ class KilledTask(ClipTask):
         return super().key(source_sha256)
 
 
-@pytest.mark.parametrize(("kills", "reason"), [(3, ""), (99, "not done yet")])
+@pytest.mark.parametrize(
+    ("kills", "reason"), [(3, ""), pytest.param(99, "not done yet", marks=pytest.mark.slow)]
+)
 def test_a_clip_whose_worker_is_killed_from_outside_is_never_blamed(tasks, kills, reason):
     first = tasks[1]
     bad = KilledTask(first.clip, first.out, first.config, "inputs", safe_process=os.getpid(), kills=kills)
@@ -241,6 +243,7 @@ def held_to_permissions(arguments):
     return [*setpriv, *arguments]
 
 
+@pytest.mark.slow
 def test_a_read_only_folder_is_said_and_nothing_in_it_changes(library, undisturbed, tmp_path):
     out = shutil.copytree(undisturbed, tmp_path / "out")
     folders = [out, *(path for path in out.rglob("*") if path.is_dir())]

@@ -21,7 +21,7 @@ def library(seed=0, n_clips=24, n_places=3):
     return features.astype(np.float32), labels, clip // 3 % 4, clip
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_equals_scikit_learn_trained_fold_by_fold_whatever_the_threads_and_blocks():
     features, labels, fold, _ = library()
     fold[:8] = -1
@@ -42,7 +42,7 @@ def test_equals_scikit_learn_trained_fold_by_fold_whatever_the_threads_and_block
         assert told[-1] == 1.0
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_by_name_it_ranks_places_by_what_they_tell():
     features, labels, _, clip = library()
     activity = np.array(["bow", "run", "walk"])[labels]

@@ -11,6 +11,7 @@ from w2w.headless.app import APP
 from w2w.studies.datasets.dsads import DSADS_SITES, read_dsads
 
 
+@pytest.mark.slow
 def test_real_sensors_rank_as_published(shared_data, tmp_path):
     """19 activities, leave-one-subject-out: legs over torso over arms."""
     data = shared_data / "imu" / "dsads" / "dsads_acc_gyr_25hz.npz"

@@ -64,6 +64,7 @@ def test_unusual_placements_are_held_against_common_ones(drawn_results, tmp_path
     assert len(table) % len(near) == 0
 
 
+@pytest.mark.slow
 def test_the_mixamo_study_runs_on_a_library(shared_data, tmp_path):
     library = tmp_path / "library"
     lines = ["file,activity,group"]
@@ -121,6 +122,7 @@ def made_study(motions, tmp_path):
     return motions, tmp_path / "labels.csv"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("one_worker")
 def test_named_activities_are_taken_and_the_missing_named(made_study, tmp_path):
     library, labels = made_study

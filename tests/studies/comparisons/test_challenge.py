@@ -38,6 +38,7 @@ def by_site(judge, table):
     }
 
 
+@pytest.mark.slow
 def test_half_of_the_people_reach_the_ceiling(some_mhad):
     judge = judge_of(MHAD, some_mhad(12, ("a03", "a05", "a06"), ("r01", "r02")))
     found = []
@@ -94,6 +95,7 @@ def test_what_is_no_score_is_refused_with_its_line(tmp_path, score):
         read_method(tmp_path / "a.csv")
 
 
+@pytest.mark.slow
 def test_the_command_gives_the_same_bytes_twice_and_names_a_missing_site(few, tmp_path):
     ranking = tmp_path / "mine.csv"
     sites = ("left wrist", "right wrist", "left hip", "right hip", "left ankle", "right ankle")

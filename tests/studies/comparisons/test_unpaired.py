@@ -52,6 +52,7 @@ def bytes_of(recordings, names):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_patches")
 def test_a_clips_signals_do_not_depend_on_other_libraries(libraries, bundled_body):
     simulator = RegionSimulator(bundled_body, PROTOCOL)
@@ -69,6 +70,7 @@ def test_a_clips_signals_do_not_depend_on_other_libraries(libraries, bundled_bod
     assert signals(one) | signals(two) == both
 
 
+@pytest.mark.slow
 def test_nor_do_those_that_stand_for_dsads(libraries):
     def signals(*given):
         simulator = SiteSimulator(DSADS.sites, DSADS.rate_hz, DSADS.sensor)
@@ -109,6 +111,7 @@ def test_a_library_of_which_nothing_is_used_is_said(libraries, bundled_body, tmp
         load_motions(without, [utd], bundled_body)
 
 
+@pytest.mark.slow
 def test_who_lacks_a_sensor_is_said_and_takes_part_at_the_other_sites(libraries, shared_data, tmp_path):
     with tarfile.open(shared_data / "imu" / "up_fall" / "up_fall.tar.xz") as archive:
         for member in archive:
@@ -130,6 +133,7 @@ def test_a_kinects_folder_of_sensors_alone_is_said(bundled_body, tmp_path):
         load_motions(PROTOCOL, [tmp_path], bundled_body)
 
 
+@pytest.mark.slow
 def test_a_folder_of_a_kinect_and_motion_files_gives_both(libraries, bundled_body):
     name, folder = "a23_s1_t1", libraries[1]
     savemat(folder / f"{name}_inertial.mat", {"d_iner": np.zeros((60, 6))})

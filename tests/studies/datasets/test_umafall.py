@@ -65,6 +65,7 @@ def test_damaged_archives_are_refused_with_a_reason(tmp_path, changed, message):
     assert "a.npz is no archive of UMAFall" in str(raised.value)
 
 
+@pytest.mark.slow
 def test_the_archive_at_hand_is_read(shared_data):
     found, left_out = read_umafall(shared_data / "imu" / "umafall" / "umafall.npz")
     assert {r.activity for r in found} == set(UMAFALL_ACTIVITIES)

@@ -2,6 +2,7 @@
 """Of three real trials: what W2W makes of a movement goes with the worn sensors, and with OpenSim's."""
 
 import numpy as np
+import pytest
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.studies.experiments import waveforms
@@ -30,6 +31,7 @@ def test_a_suits_own_sensors_turn_as_its_segments(shared_data):
         assert 0.85 < amplitude < 1.1
 
 
+@pytest.mark.slow
 def test_jumps_are_compared_with_sensors_that_end_at_two_g(shared_data):
     pairs = waveforms.mhad(shared_data / "imu" / "berkeley_mhad")
     assert len(pairs) == 4

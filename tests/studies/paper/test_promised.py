@@ -41,6 +41,7 @@ def test_where_labels_mean_nothing_the_proxy_flatters_and_the_promise_does_not(c
     assert np.mean(expected) < CHANCE + 0.06
 
 
+@pytest.mark.slow
 def test_the_promise_is_what_another_library_of_the_kind_gives():
     differences = []
     for seed in range(4):
@@ -84,6 +85,7 @@ def test_the_level_of_large_sets_is_that_of_all_of_them_at_every_size(tests, mon
     np.testing.assert_allclose(quick.mean(axis=1), every.mean(axis=1), atol=0.03)
 
 
+@pytest.mark.slow
 def test_of_large_sets_that_halves_choose_some_sizes_are_tested(tests, monkeypatch):
     order = list(range(N))
     quick = LargePromises(tests, terms(N)).of(order, lambda *_: order, (0.5, 0.4, 0.6))

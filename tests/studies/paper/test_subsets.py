@@ -113,6 +113,7 @@ def test_unreachable_target_says_the_best_reachable():
     assert greedy_subset(trap(), 0.7).sentence() == "1 patch reaches a mean-max F1 of 0.700 (target 0.7)"
 
 
+@pytest.mark.slow
 def test_exact_solves_a_whole_body_in_seconds():
     """512 places of 24 activities, as smooth over the body as a real map."""
     rng = np.random.default_rng(1)

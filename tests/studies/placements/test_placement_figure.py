@@ -25,6 +25,7 @@ def rows(groups, clips=6):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "groups", [{"a": ["x"]}, {"one_group": ["sit", "walk"], "b": ["a very long name" * 4]}]
 )

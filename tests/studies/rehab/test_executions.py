@@ -58,6 +58,7 @@ def test_a_compensating_trunk_leans_further():
         assert of_people(activity, "trunk", lean) > of_people(activity, WELL, lean) + 3.0
 
 
+@pytest.mark.slow
 def test_half_the_range_is_about_half():
     def risen(clip):
         return np.ptp(at(clip, "Hips")[:, 2])

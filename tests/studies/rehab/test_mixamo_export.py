@@ -94,6 +94,7 @@ def test_bone_axes_are_right_handed_frames_along_the_bones():
     np.testing.assert_allclose(axes[thigh, :, 2], [0, -1, 0], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_same_clip_gives_the_same_bytes_in_another_process(exported, tmp_path):
     clip, path = exported
     again = tmp_path / "again.fbx"

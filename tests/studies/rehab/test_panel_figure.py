@@ -31,6 +31,7 @@ def draw(path, count, places=1):
     return matplotlib.image.imread(path)[..., :3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [4, 7])
 def test_every_body_stands_apart_from_the_others(tmp_path, count):
     image = draw(tmp_path / "figure.png", count)

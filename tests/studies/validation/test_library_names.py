@@ -46,6 +46,7 @@ def test_no_rule_hides_another():
         assert re.compile(rule.pattern).groups >= 1
 
 
+@pytest.mark.slow
 def test_the_real_libraries_are_known_by_their_names(shared_data):
     known = Counter()
     for name in ("hdm05", "bandai_namco"):

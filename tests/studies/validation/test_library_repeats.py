@@ -10,6 +10,7 @@ from w2w.studies.validation.within_sources import rank_within_sources
 from .mixed_library import APART, PATCHES, windows
 
 
+@pytest.mark.slow
 def test_halves_agree_where_there_is_a_map_and_not_where_there_is_none():
     shape = {"film": ("a", "b", "c"), "lab": ("a", "d")}
     real = repeats(windows(shape, performers=8, signal=1.5), halvings=3)

@@ -267,6 +267,7 @@ def test_a_damaged_checkpoint_is_trained_again(checkpoint, damage):
     np.testing.assert_array_equal(settings.predict_folds(*work), outcome)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("changed", ["torch.__version__", "w2w.studies.classifiers.multi3net.group.PROGRAM"])
 def test_what_another_version_left_is_not_taken_up(tmp_path, monkeypatch, changed):
     pytest.importorskip("torch")
