@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # `make demo` runs the main job, `make test` passes the tests (TESTS=files: only those); both set up what they need.
-# Three rings of tests: `make check` within a minute, `make test`, and `make test-slow` by night.
+# Three rings of tests: `make check` within a minute, `make test`, and by night `make test-slow test-studies`.
 
-.PHONY: check demo docs notebooks test test-slow docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
+.PHONY: check demo docs notebooks test test-slow test-studies docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
 ifeq ($(origin BLENDER),command line)
@@ -22,7 +22,11 @@ check: setup lint
 		--ignore=tests/core/adopt
 
 test: setup lint
-	.venv/bin/python -m pytest -n 3 --dist worksteal -m "not slow" --ignore=$(IN_BROWSER) $(TESTS)
+	.venv/bin/python -m pytest -n 3 --dist worksteal -m "not slow" $(if $(TESTS),$(TESTS),--ignore=$(IN_BROWSER) --ignore=tests/studies)
+
+# Data sets, protocols and the paper's studies have a suite of their own.
+test-studies: setup
+	.venv/bin/python -m pytest -n 3 --dist worksteal -m "not slow" tests/studies
 
 # The tests that take longest by themselves: networks trained, runs killed at drawn moments, whole trials.
 test-slow: setup
@@ -52,10 +56,10 @@ release: setup
 	.venv/bin/python tools/make_release.py $(PLATFORMS)
 
 # What reads, plays and writes through Blender, again with another of its series;
-# `make test-blender-5 MARK=slow` runs the slow tests.
+# `make test-blender-5 MARK="slow or later"` runs those that take a second or more.
 test-blender-5:
 	@tools/set_up.sh .venv-blender-5 5.0.1
-	.venv-blender-5/bin/python -m pytest -n 3 --dist worksteal -m "$(or $(MARK),not slow)" tests/scene tests/ui \
+	.venv-blender-5/bin/python -m pytest -n 3 --dist worksteal -m "$(or $(MARK),not slow and not later)" tests/scene tests/ui \
 		tests/headless/test_bad_input.py $(addprefix tests/headless/commands/test_,run.py inspect.py)
 
 # Files read by the programs they are for (OpenSim, gaitmap, the BIDS validator), in environments of their own.

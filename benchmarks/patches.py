@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from w2w.core.body.body import BUNDLED_BODY, Body
 from w2w.core.patches.carriers import MIN_HEIGHT, random_poses, triangle_rotation_error
-from w2w.core.patches.patches import farthest, farthest_points, sample_patches
+from w2w.core.patches.patches import farthest_points, sample_patches
 from w2w.core.patches.strip_graph import StripGraph
 
 PATCHES = 512
@@ -139,7 +139,7 @@ def _by_heat(vertices: np.ndarray, faces: np.ndarray) -> list[int]:
     solver, picks, distance = potpourri3d.MeshHeatMethodDistanceSolver(vertices, faces), [0], np.inf
     while len(picks) < PATCHES:
         distance = np.minimum(distance, solver.compute_distance(picks[-1]))
-        picks.append(farthest(distance))
+        picks.append(int(np.argmax(distance)))
     return picks
 
 

@@ -360,6 +360,7 @@ def test_an_unknown_activity_has_no_heatmap(ranking, tmp_path):
         ranking.heatmap(tmp_path / "map.png", "flying")
 
 
+@pytest.mark.slow
 def test_a_heatmap_is_drawn_without_blender(ranking, tmp_path):
     from matplotlib.image import imread
 

@@ -130,6 +130,7 @@ def test_everything_bad_at_once_costs_only_itself(shared_data, library, tmp_path
         assert file in output
 
 
+@pytest.mark.slow
 def test_labels_of_any_kind_are_kept_and_never_become_paths(tmp_path):
     names = [
         "walk, ein Gang",

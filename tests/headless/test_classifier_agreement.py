@@ -87,6 +87,7 @@ def test_only_the_folds_asked_for_are_compared(study):
     assert first == second
 
 
+@pytest.mark.slow
 def test_a_classifier_is_compared_with_itself_by_another_seed(study, monkeypatch, capsys):
     monkeypatch.setattr(classifier_agreement.StudyResults, "load", lambda _: study)
 

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ONLY_UNIX = ("fcntl", "grp", "pwd", "resource", "termios", "tty")
 
 RUN = f"""
@@ -19,6 +21,7 @@ DEEP = Path(*["a folder with a long name, as people give them to their projects"
 """Longer than the 260 characters that Windows allows by default."""
 
 
+@pytest.mark.slow
 def test_a_run_needs_nothing_that_only_unix_has(motions: Path, tmp_path: Path) -> None:
     out = tmp_path / DEEP / "out"
     options = ("--patches", "8", "--no-pictures", "--no-report", "--workers", "1", "--folds", "2")

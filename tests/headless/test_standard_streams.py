@@ -70,6 +70,7 @@ def test_streams_that_are_closed_are_left_alone(closed, motions):
     assert (code, errors) == (0, "")
 
 
+@pytest.mark.slow
 def test_a_usage_error_keeps_its_code_where_it_cannot_be_said():
     with Path("/dev/full").open("w") as full:
         assert w2w("run", stderr=full).wait(timeout=120) == 2

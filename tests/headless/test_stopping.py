@@ -199,6 +199,7 @@ def test_a_signal_ends_the_workers_too_and_the_next_run_goes_on(start, tmp_path,
     assert start("--no-pictures", "--no-report").wait() == 0
 
 
+@pytest.mark.slow
 def test_machines_are_told_in_one_line(start, tmp_path):
     process = start("--log-json", "--no-pictures")
     out = tmp_path / "out"

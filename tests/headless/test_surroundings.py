@@ -161,8 +161,9 @@ def run(library, out):
     return result.exit_code, " ".join(result.output.split())
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system limits no file sizes")
-@pytest.mark.parametrize("stage", [pytest.param("ranking patches", marks=pytest.mark.slow), "the report"])
+@pytest.mark.parametrize("stage", ["ranking patches", "the report"])
 def test_a_disk_that_is_full_after_the_clips_loses_nothing(tmp_path, monkeypatch, stage):
     import resource
 

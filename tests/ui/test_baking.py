@@ -63,6 +63,7 @@ def test_a_fault_of_ours_at_one_clip_costs_that_clip_alone(
     )
 
 
+@pytest.mark.slow
 def test_ranking_bakes_again_what_the_cache_has_lost(library: Path) -> None:
     body = make_study(library)
     expected = utility_of(body.w2w).f1.copy()

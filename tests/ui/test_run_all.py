@@ -76,6 +76,7 @@ def test_what_was_baked_when_it_is_ended_is_not_baked_again(
     assert utility_of(body.w2w) is not None
 
 
+@pytest.mark.slow
 def test_a_clip_that_cannot_be_baked_stops_no_other(library: Path, tmp_path: Path) -> None:
     body = make_study(library, "motions patches")
     body.w2w.max_places = 1

@@ -48,6 +48,7 @@ def content(folder: Path) -> list[str]:
     return sorted(Path(where, name).relative_to(folder).as_posix() for where, name in names)
 
 
+@pytest.mark.slow
 def test_the_command_line_and_python_read_a_study_of_the_panel(library: Path, tmp_path: Path) -> None:
     body = make_study(library)
     summary = save(tmp_path / "saved")

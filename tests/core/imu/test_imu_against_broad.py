@@ -57,7 +57,7 @@ def test_without_any_fit_it_is_still_close(trial):
     assert gyr_r >= 0.996
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_it_comes_closer_than_its_peers(trial):
     """With latency and lever arm out of the way, which hide the methods, and alike for all."""
     pytest.importorskip("imusim")

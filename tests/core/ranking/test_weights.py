@@ -137,6 +137,7 @@ def test_tables_and_comparisons_follow(plain):
     np.testing.assert_allclose(background, plain.f1[[0], 1])
 
 
+@pytest.mark.slow
 def test_one_definition_for_every_classifier():
     """What a study's config says goes to the ranking and to tests of sets alike."""
     clips = [LabelledClip(f"{name} {number}", name) for name in NAMES for number in range(2)]

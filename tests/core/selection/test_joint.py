@@ -36,7 +36,7 @@ def test_the_promise_never_falls_and_stops_where_it_rises_no_more(tests):
     assert (chosen.promise.mean <= chosen.promise.high).all()
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_where_the_target_is_out_of_reach_no_sensor_is_worn_for_next_to_nothing(tests, monkeypatch):
     monkeypatch.setattr(joint, "WORTH", 0.1)
     free = terms()

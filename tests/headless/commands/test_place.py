@@ -207,6 +207,7 @@ def test_another_choice_goes_into_a_folder_of_its_own(study, redrawn):
     assert marked == [place["patch"] for place in choice["worn_together"]["places"]]
 
 
+@pytest.mark.slow
 def test_a_choice_replaces_the_runs_where_that_is_asked_for(redrawn, tmp_path):
     out = tmp_path / "own"
     shutil.copytree(redrawn[0], out)

@@ -142,6 +142,7 @@ def test_a_users_comparison_of_bodies_is_kept(library, tmp_path):
     assert mine.exists()
 
 
+@pytest.mark.slow
 def test_a_failed_run_gives_up_the_names_it_did_not_use(library, tmp_path):
     out = tmp_path / "out"
     for path in (library / "wild").iterdir():

@@ -64,6 +64,7 @@ def test_each_clip_has_its_subfolder_and_all_is_found_there(divided, tmp_path, m
         assert (out / file).read_bytes() == (tmp_path / "flat" / file).read_bytes()
 
 
+@pytest.mark.slow
 def test_a_folder_begun_with_few_clips_stays_flat(motions, tmp_path, monkeypatch):
     assert run(motions, tmp_path / "out")[0] == 0
     before = places(tmp_path / "out", "motions")
@@ -72,6 +73,7 @@ def test_a_folder_begun_with_few_clips_stays_flat(motions, tmp_path, monkeypatch
     assert places(tmp_path / "out", "motions") == before
 
 
+@pytest.mark.slow
 def test_what_an_earlier_library_left_goes_and_what_is_foreign_is_refused(divided):
     library, out = divided
     gone = sorted(library.rglob("*.npz"))[0]

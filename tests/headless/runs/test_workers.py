@@ -145,6 +145,7 @@ def test_a_clip_that_hangs_is_given_up_at_the_limit(tasks):
     assert "longer than the limit of 8 s" in results[0].reason
 
 
+@pytest.mark.slow
 def test_no_marker_is_left_behind(tasks):
     run_tasks(tasks[:2], 2, "", told)
     assert not list((tasks[0].out / WORK / "running").iterdir())

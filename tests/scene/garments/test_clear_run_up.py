@@ -26,6 +26,7 @@ def test_a_body_at_rest_has_the_whole_run_up(bundled_body):
     assert clear_reach(bundled_body, turning(bundled_body, 0.0)) == 1
 
 
+@pytest.mark.slow
 def test_far_from_the_origin_it_is_the_same(bundled_body):
     """Single precision would not tell a limb from the next there."""
     near = turning(bundled_body, 4.0)
