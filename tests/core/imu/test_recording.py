@@ -137,16 +137,18 @@ def test_foreign_csv_needs_units_and_regular_time(tmp_path):
     path.write_text("\n".join([head, *rows]).replace("extra", "7"))
     with pytest.raises(ValueError, match="does not name its units"):
         formats.read_csv(path)
-    recording = formats.read_csv(path, acc_unit="g", gyr_unit="deg/s")
+    head = f"# acc_unit: g\n# gyr_unit: deg/s\n{head}"
+    path.write_text("\n".join([head, *rows]).replace("extra", "7"))
+    recording = formats.read_csv(path)
     assert recording.rate == 50
     assert recording.acc[2, 0, 0] == pytest.approx(2 * 9.80665)
     assert recording.gyr[3, 0, 0] == pytest.approx(np.radians(30))
     path.write_text("\n".join([head, *rows]))
     with pytest.raises(ValueError, match=r"foreign\.csv has a field that is no number"):
-        formats.read_csv(path, acc_unit="g", gyr_unit="deg/s")
+        formats.read_csv(path)
     path.write_text("\n".join([head, rows[0], rows[1], rows[4]]).replace("extra", "7"))
     with pytest.raises(ValueError, match="irregular time stamps"):
-        formats.read_csv(path, acc_unit="g", gyr_unit="deg/s")
+        formats.read_csv(path)
     path.write_text("time,ax\n0,1\n")
     with pytest.raises(ValueError, match="lacks the columns time_s, acc_x"):
         formats.read_csv(path)

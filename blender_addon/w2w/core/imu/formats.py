@@ -59,19 +59,20 @@ def write_csv(
     text_tables.write_table(path, lines, names, recording.time.tolist(), table, ",")
 
 
-def read_csv(path: str | Path, acc_unit: str | None = None, gyr_unit: str | None = None) -> ImuRecording:
+def read_csv(path: str | Path) -> ImuRecording:
     """Read one sensor from CSV with the columns of `write_csv`, in any order, among any others.
 
-    Units are for files that do not name theirs. Raises ValueError if columns or units are missing, or the
-    time stamps are not regular.
+    Raises ValueError if columns or units are missing, or the time stamps are not regular.
     """
     lines = text_tables.text_lines(path)
     n_facts = next((k for k, line in enumerate(lines) if not line.startswith("#")), len(lines))
     facts = dict(text_tables.parse_fact(line) for line in lines[:n_facts] if ":" in line)
     columns = text_tables.read_table(lines[n_facts:], ",", COLUMNS, path)
-    acc_unit, gyr_unit = acc_unit or facts.get("acc_unit"), gyr_unit or facts.get("gyr_unit")
-    if acc_unit is None or gyr_unit is None:
-        raise ValueError(f"{path} does not name its units: say acc_unit and gyr_unit")
+    if not {"acc_unit", "gyr_unit"} <= facts.keys():
+        raise ValueError(
+            f"{path} does not name its units: begin it with lines such as '# acc_unit: m/s2' and "
+            "'# gyr_unit: rad/s'"
+        )
     further = [
         reading
         for reading in READINGS[2:]
@@ -81,8 +82,8 @@ def read_csv(path: str | Path, acc_unit: str | None = None, gyr_unit: str | None
         reading.name: text_tables.one_sensor(columns, reading.channels)
         for reading in (*READINGS[:2], *further)
     }
-    held["acc"] *= text_tables.unit_factor(text_tables.ACC_UNITS, acc_unit, "acc_unit")
-    held["gyr"] *= text_tables.unit_factor(text_tables.GYR_UNITS, gyr_unit, "gyr_unit")
+    held["acc"] *= text_tables.unit_factor(text_tables.ACC_UNITS, facts["acc_unit"], "acc_unit")
+    held["gyr"] *= text_tables.unit_factor(text_tables.GYR_UNITS, facts["gyr_unit"], "gyr_unit")
     return ImuRecording(
         rate=float(facts.get("rate_hz") or text_tables.rate_of_stamps(columns["time_s"], path, 1e-6)),
         sites=(facts["site"],) if facts.get("site") else (),
