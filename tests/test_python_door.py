@@ -135,7 +135,7 @@ def test_own_placements_are_ranked_by_their_names(library, tmp_path, n_placement
     assert ranking.mean[ranking.best] > 0.6
     assert ranking.at("strap pod", ranking.names[-1]) == [0, n_placements - 1]
     ranking.heatmap(tmp_path / "own.png")
-    assert [row["name"] for row in ranking.table()] == list(own.names)
+    assert [row["name"] for row in ranking._rows()] == list(own.names)
 
 
 def test_labels_without_meaning_are_not_recognised(library, few):
@@ -427,13 +427,22 @@ def test_the_documents_examples_run(library, monkeypatch):
 
 
 def test_a_notebook_shows_rows_as_a_table(ranking):
-    rows = ranking.table([0, 1])
+    rows = ranking._rows([0, 1])
     shown = rows._repr_html_()
     assert shown.count("<tr>") == 3
     assert f"<td>{rows[1]['mean']:.3f}" in shown
     assert shown.count("<th>") == shown.count("<td>") / 2 == len(rows[0])
     assert rows == list(rows)
-    assert ranking.table([])._repr_html_() == "<table><tr></table>"
+    assert ranking._rows([])._repr_html_() == "<table><tr></table>"
+
+
+def test_where_pandas_is_installed_the_table_is_its_own(ranking, tmp_path):
+    pandas = pytest.importorskip("pandas")
+    found = ranking.table([0, 1])
+    assert isinstance(found, pandas.DataFrame)
+    ranking.to_csv(tmp_path / "f1.csv")
+    assert list(found.columns) == list(pandas.read_csv(tmp_path / "f1.csv").columns)
+    assert found["mean"].tolist() == pytest.approx(ranking.mean[:2])
 
 
 def test_background_and_weights_decide_the_mean(signals, ranking):

@@ -35,6 +35,7 @@ from .core.study import StudyConfig
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 DIGITS = 4
 
@@ -219,11 +220,19 @@ class Ranking:
         pooling = Pooling.on(self.body, self.patches)
         return set_tests(self.inputs, self.labels, self.config, pooling, self.classifier, self.utility)
 
-    def table(self, patches: Sequence[int] | None = None) -> Rows:
+    def table(self, patches: Sequence[int] | None = None) -> Rows | DataFrame:
         """A row for each patch: number, name, region, expected F1 with its interval, F1 on these clips.
 
-        A notebook shows it as a table; `pandas.DataFrame` takes it as it is.
+        A DataFrame where pandas is installed, else a list of dictionaries, which a notebook shows as a table.
         """
+        rows = self._rows(patches)
+        try:
+            import pandas
+        except ImportError:
+            return rows
+        return pandas.DataFrame(rows)
+
+    def _rows(self, patches: Sequence[int] | None = None) -> Rows:
         chosen, utility = range(len(self.patches)) if patches is None else patches, self.utility
         for patch in chosen:
             if not (isinstance(patch, Integral) and 0 <= patch < len(self.patches)):
@@ -247,7 +256,7 @@ class Ranking:
 
     def to_csv(self, path: str | Path) -> None:
         """Write `table` as csv, whole or not at all."""
-        rows = self.table()
+        rows = self._rows()
         cells = [
             [f"{value:.{DIGITS}f}" if isinstance(value, float) else value for value in row.values()]
             for row in rows

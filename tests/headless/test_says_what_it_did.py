@@ -175,7 +175,7 @@ def test_every_column_and_line_has_a_name_of_its_own_whatever_activities_are_cal
     assert len({name.casefold() for name in header}) == len(header)
     np.testing.assert_allclose([float(cell) for cell in first[3:6]], utility.f1[0], atol=1e-6)
     ranking = Ranking(utility, patches, *[None] * 4)
-    row = ranking.table()[0]
+    row = ranking._rows()[0]
     assert (row["patch"], row["region"]) == (0, patches.regions[0])
     assert row["mean"] == pytest.approx(utility.mean[0])
     assert row["mean (activity)"] == pytest.approx(utility.f1[0, 0])
