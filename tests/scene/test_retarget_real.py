@@ -68,7 +68,7 @@ def _measure(source, result, body):
         "paths": paths,
         "lowest": lowest,
         "n_frames": source.n_frames,
-        "seconds": source.duration,
+        "seconds": (source.n_frames - 1) / source.rate,
     }
 
 
