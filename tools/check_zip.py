@@ -16,6 +16,7 @@ import tomllib
 import zipfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import BinaryIO
 
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
@@ -44,11 +45,17 @@ PROCESS_WIDE = re.compile(r"os\.environ\[[^]]*\]\s*=[^=]|os\.environ\.(update|se
 """Code that changes the environment of all of Blender."""
 
 
+def unpacked(zipped: Path | BinaryIO) -> dict[str, bytes]:
+    """The files of a zip or wheel, by their names in it."""
+    with zipfile.ZipFile(zipped) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
 def problems(path: Path) -> list[str]:
     """Every rule that a zip breaks, as a sentence; the zip's name tells its platform and Python."""
     platform, _, python = path.stem.split("-", 2)[2].partition("-python")
+    files = unpacked(path)
     with zipfile.ZipFile(path) as archive:
-        files = {name: archive.read(name) for name in archive.namelist()}
         twice = len(archive.namelist()) - len(files)
     wheels = {Path(name).name: content for name, content in files.items() if name.endswith(".whl")}
     manifest = tomllib.loads(files["blender_manifest.toml"].decode())
@@ -102,8 +109,7 @@ def _of_our_wheel(wheels: dict[str, bytes]) -> Iterator[str]:
     if len(own) != 1:
         yield "W2W is not one wheel among the others"
         return
-    with zipfile.ZipFile(io.BytesIO(own[0])) as wheel:
-        content = {name: wheel.read(name) for name in wheel.namelist()}
+    content = unpacked(io.BytesIO(own[0]))
     if {name.split("/")[0] for name in content if ".dist-info/" not in name} != {"w2w"}:
         yield "W2W's wheel installs other packages than w2w"
     for name, code in content.items():

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tools.check_zip import problems
+from tools.check_zip import problems, unpacked
 
 PROJECT = Path(__file__).resolve().parents[2]
 ZIPS = sorted((PROJECT / "dist").glob("w2w-*.zip"))
@@ -91,20 +91,23 @@ def packed(content: dict[str, bytes]) -> bytes:
     return stream.getvalue()
 
 
-def unpacked(zipped: bytes) -> dict[str, bytes]:
-    """The files of a zip."""
-    with zipfile.ZipFile(io.BytesIO(zipped)) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
-
-
 def spoilt(content: dict[str, bytes], name: str, old: bytes, new: bytes) -> dict[str, bytes]:
     """Files, of which one is changed or, where there is nothing to change, added."""
     return content | {name: content[name].replace(old, new, 1) if old else new}
 
 
-def check(zipped: bytes, path: Path) -> str:
-    """What is wrong with a zip, in one text."""
-    path.write_bytes(zipped)
+@pytest.fixture(scope="module")
+def content() -> dict[str, bytes]:
+    """The files of a zip that keeps the rules."""
+    if not ZIPS:
+        pytest.skip("no extension here: run 'make extension' first")
+    return unpacked(ZIPS[0])
+
+
+def check(content: dict[str, bytes], folder: Path) -> str:
+    """What is wrong with a zip of these files, in one text."""
+    path = folder / ZIPS[0].name
+    path.write_bytes(packed(content))
     return "; ".join(problems(path))
 
 
@@ -125,12 +128,9 @@ WHEEL = packed({"lib-1.dist-info/METADATA": b"Name: lib"})
     ],
 )
 def test_a_zip_that_breaks_a_rule_is_told(
-    file: str, old: bytes, new: bytes, said: str, tmp_path: Path
+    file: str, old: bytes, new: bytes, said: str, content: dict[str, bytes], tmp_path: Path
 ) -> None:
-    if not ZIPS:
-        pytest.skip("no extension here: run 'make extension' first")
-    changed = spoilt(unpacked(ZIPS[0].read_bytes()), file, old, new)
-    assert said in check(packed(changed), tmp_path / ZIPS[0].name)
+    assert said in check(spoilt(content, file, old, new), tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -143,13 +143,10 @@ def test_a_zip_that_breaks_a_rule_is_told(
     ],
 )
 def test_a_wheel_of_ours_that_breaks_a_rule_is_told(
-    file: str, old: bytes, new: bytes, said: str, tmp_path: Path
+    file: str, old: bytes, new: bytes, said: str, content: dict[str, bytes], tmp_path: Path
 ) -> None:
-    if not ZIPS:
-        pytest.skip("no extension here: run 'make extension' first")
-    content = unpacked(ZIPS[0].read_bytes())
     (own,) = [name for name in content if name.startswith("wheels/where_to_wear-")]
-    wheel = unpacked(content[own])
+    wheel = unpacked(io.BytesIO(content[own]))
     inside = next((name for name in wheel if name.endswith(f".dist-info/{file}")), file)
     changed = content | {own: packed(spoilt(wheel, inside, old, new))}
-    assert said in check(packed(changed), tmp_path / ZIPS[0].name)
+    assert said in check(changed, tmp_path)
