@@ -34,7 +34,6 @@ from ..console import USAGE, ending
 from ..options import argument, option, window_warning
 from ..runs.own_files import claimed
 from .draw import clips_in_blend
-from .still_picture import still_picture
 
 REPORT = "report.html"
 
@@ -72,6 +71,8 @@ def write_report(out: Path, project: str | None = None) -> Path:
 
     A ValueError says that the folder holds no finished run, or a foreign `report.html`.
     """
+    from .still_picture import still_picture  # matplotlib is slow to import
+
     study = StudyResults.load(out)
     body, utility, summary = study.body(), study.utility, study.summary
     config = json.loads((out / "config.json").read_text(encoding="utf-8"))

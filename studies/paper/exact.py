@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, milp
+import scipy
 from scipy.sparse import block_array, csr_array, eye_array, hstack, kron
 
 INFEASIBLE = 2
@@ -55,17 +55,19 @@ class FacilityLocation:
             [-kron(np.ones((n_clients, 1)), eye_array(self.n_patches)), eye_array(unused.size)], format="csr"
         )
         self.rows = [
-            LinearConstraint(
+            scipy.optimize.LinearConstraint(
                 block_array([[csr_array((n_clients, self.n_patches)), each_client]], format="csr"), 1, 1
             ),
-            LinearConstraint(closed_serves_none, -np.inf, 0),
-            LinearConstraint(self._count(np.arange(self.n_patches)), -np.inf, max_size),
-            *(LinearConstraint(self._count(group), 1, np.inf) for group in required),
+            scipy.optimize.LinearConstraint(closed_serves_none, -np.inf, 0),
+            scipy.optimize.LinearConstraint(self._count(np.arange(self.n_patches)), -np.inf, max_size),
+            *(scipy.optimize.LinearConstraint(self._count(group), 1, np.inf) for group in required),
         ]
 
     def cheapest(self, at_least: float) -> Choice | None:
         """The cheapest choice whose mean value over clients is `at_least`; None if there is none."""
-        return self._solve(self.cost, LinearConstraint(self.mean_value[None], at_least, np.inf))
+        return self._solve(
+            self.cost, scipy.optimize.LinearConstraint(self.mean_value[None], at_least, np.inf)
+        )
 
     def best(self, at_most_cost: float | None = None) -> Choice:
         """The choice of greatest mean value, within a budget.
@@ -73,7 +75,9 @@ class FacilityLocation:
         Raises ValueError if the requirements cannot be met together.
         """
         budget = np.inf if at_most_cost is None else at_most_cost * (1 + 1e-9)
-        choice = self._solve(-self.mean_value, LinearConstraint(self.cost[None], -np.inf, budget))
+        choice = self._solve(
+            -self.mean_value, scipy.optimize.LinearConstraint(self.cost[None], -np.inf, budget)
+        )
         if choice is None:
             raise ValueError("the requirements cannot be met together within the size and the budget")
         return choice
@@ -83,11 +87,11 @@ class FacilityLocation:
         row[0, group] = 1.0
         return row
 
-    def _solve(self, objective: np.ndarray, goal: LinearConstraint) -> Choice | None:
-        result = milp(
+    def _solve(self, objective: np.ndarray, goal: scipy.optimize.LinearConstraint) -> Choice | None:
+        result = scipy.optimize.milp(
             objective,
             constraints=[*self.rows, goal],
-            bounds=Bounds(0, self.most_open),
+            bounds=scipy.optimize.Bounds(0, self.most_open),
             integrality=np.arange(objective.size) < self.n_patches,
             options={"time_limit": self.time_limit_s, "mip_rel_gap": 1e-6},
         )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import t
+import scipy
 
 from w2w.core.body.body import Body
 from w2w.core.body.regions import regions_of
@@ -133,7 +133,7 @@ def _trend(
         [values[..., side].mean(axis=-1) for side in sides] for values in (f1, drawn)
     )
     spread = float(np.std(drawn_here - drawn_there)) * TRAINING * np.sqrt(clips / free)
-    reach = float(t.ppf(1 - tail, free) * spread)
+    reach = float(scipy.stats.t.ppf(1 - tail, free) * spread)
     difference = float(here - there)
     low, high = difference - reach, difference + reach
     verdict = SUPPORTED if low > 0 else CONTRADICTED if high < 0 else UNDECIDED

@@ -5,7 +5,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
-from scipy.signal import butter, resample_poly, sosfilt, sosfilt_zi, sosfiltfilt
+import scipy
 
 
 def butterworth(
@@ -27,19 +27,19 @@ def butterworth(
     if not zero_phase:
         sos, at_rest = (part.astype(values.dtype) for part in _sections(order, cutoff_hz, rate))
         state = at_rest.reshape(len(sos), *(1,) * (values.ndim - 1), 2) * values[None, ..., :1]
-        return sosfilt(sos, values, axis=-1, zi=state)[0]
+        return scipy.signal.sosfilt(sos, values, axis=-1, zi=state)[0]
     # The bilinear transform bends the frequency axis, so the correction is made on its tangent.
     bent = np.tan(np.pi * cutoff_hz / rate) / (np.sqrt(2) - 1) ** (1 / (2 * order))
     sos, _ = _sections(order, np.arctan(bent) * rate / np.pi, rate)
     padding = min(int(3 * rate / cutoff_hz), values.shape[-1] - 1)
-    return sosfiltfilt(sos, values, axis=-1, padlen=padding).astype(values.dtype, copy=False)
+    return scipy.signal.sosfiltfilt(sos, values, axis=-1, padlen=padding).astype(values.dtype, copy=False)
 
 
 @lru_cache(maxsize=32)
 def _sections(order: int, cutoff_hz: float, rate: float) -> tuple[np.ndarray, np.ndarray]:
     """Second-order sections and their state at rest."""
-    sos = butter(order, cutoff_hz, fs=rate, output="sos")
-    return sos, sosfilt_zi(sos)
+    sos = scipy.signal.butter(order, cutoff_hz, fs=rate, output="sos")
+    return sos, scipy.signal.sosfilt_zi(sos)
 
 
 def resample(values: np.ndarray, rate: float, new_rate: float) -> np.ndarray:
@@ -54,7 +54,7 @@ def resample(values: np.ndarray, rate: float, new_rate: float) -> np.ndarray:
         raise ValueError(
             f"cannot resample from {rate:g} to {new_rate:g} Hz: their ratio is no small fraction"
         )
-    new = resample_poly(values, ratio.numerator, ratio.denominator, axis=-1, padtype="edge")
+    new = scipy.signal.resample_poly(values, ratio.numerator, ratio.denominator, axis=-1, padtype="edge")
     return new[..., : count_resampled(values.shape[-1], rate, new_rate)].astype(values.dtype, copy=False)
 
 

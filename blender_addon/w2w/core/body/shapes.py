@@ -16,7 +16,7 @@ from numbers import Real
 from pathlib import Path
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from ..files import load_arrays
 from .body import TEMPLATES, Body
@@ -209,7 +209,7 @@ def _solve(measure: Callable[[float], float], wanted: float, name: str, unit: st
             f"{name}={wanted:g} {unit} is out of reach with the other parameters given: "
             f"choose {low:.3g} to {high:.3g} {unit}"
         )
-    return float(brentq(lambda value: measure(value) - wanted, -1.0, 1.0, xtol=1e-12))
+    return float(scipy.optimize.brentq(lambda value: measure(value) - wanted, -1.0, 1.0, xtol=1e-12))
 
 
 def _name(name: str, given: dict[str, float]) -> str:

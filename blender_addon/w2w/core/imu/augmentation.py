@@ -13,7 +13,7 @@ from functools import lru_cache
 from typing import Any, Self
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 from scipy.spatial.transform import Rotation, Slerp
 
 from ..body.body import Body
@@ -155,14 +155,15 @@ def time_warped(motion: Motion, strength: float, rng: np.random.Generator) -> Mo
         return motion
     n_knots = max(3, round(motion.duration) + 1)
     pace = np.concatenate([[0.0], rng.uniform(1 - strength, 1 + strength, n_knots - 1)]).cumsum()
-    clock = PchipInterpolator(np.linspace(0, 1, n_knots), pace / pace[-1])
+    clock = scipy.interpolate.PchipInterpolator(np.linspace(0, 1, n_knots), pace / pace[-1])
     frames = np.linspace(0, 1, motion.n_frames)
     moments = np.clip(clock(frames), 0.0, 1.0)
     rotations = np.empty_like(motion.rotations)
     for joint in range(N_JOINTS):
         turns = Slerp(frames, Rotation.from_matrix(motion.rotations[:, joint]))
         rotations[:, joint] = turns(moments).as_matrix()
-    return replace(motion, rotations=rotations, pelvis=PchipInterpolator(frames, motion.pelvis)(moments))
+    path = scipy.interpolate.PchipInterpolator(frames, motion.pelvis)
+    return replace(motion, rotations=rotations, pelvis=path(moments))
 
 
 def remounted(recording: ImuRecording, angle_deg: float, rng: np.random.Generator) -> ImuRecording:

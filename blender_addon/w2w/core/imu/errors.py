@@ -6,8 +6,8 @@ import math
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.random.bit_generator import ISeedSequence
-from scipy.signal import bilinear, lfilter, lfilter_zi
 from scipy.spatial.transform import Rotation
 
 from ..rotations import skew_matrix
@@ -144,7 +144,7 @@ def soft_tissue_artefact(
     The transmissibility (2 z w s + w^2) / (s^2 + 2 z w s + w^2) is mixed in with weight `gain`.
     """
     b, a, at_rest = (part.astype(values.dtype) for part in _tissue(rate, frequency_hz, damping))
-    ridden = lfilter(b, a, values, axis=-1, zi=at_rest * values[..., :1])[0]
+    ridden = scipy.signal.lfilter(b, a, values, axis=-1, zi=at_rest * values[..., :1])[0]
     return values + values.dtype.type(gain) * (ridden - values)
 
 
@@ -152,8 +152,8 @@ def soft_tissue_artefact(
 def _tissue(rate: float, frequency_hz: float, damping: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Numerator, denominator and state at rest of the tissue's digital filter."""
     omega = 2 * rate * np.tan(np.pi * frequency_hz / rate)
-    b, a = bilinear([2 * damping * omega, omega**2], [1, 2 * damping * omega, omega**2], fs=rate)
-    return b, a, lfilter_zi(b, a)
+    b, a = scipy.signal.bilinear([2 * damping * omega, omega**2], [1, 2 * damping * omega, omega**2], fs=rate)
+    return b, a, scipy.signal.lfilter_zi(b, a)
 
 
 def axes_matrix(scale: np.ndarray, turns: np.ndarray, shears: np.ndarray) -> np.ndarray:
@@ -182,7 +182,7 @@ def bias_drift(
     driven[..., 1:] *= np.sqrt(1 - memory**2)
     steps = numbers[:, 1] * np.float64(walk_density * np.sqrt(DRIFT_STEP_S))
     steps[..., 0] = 0
-    return lfilter([1.0], [1.0, -memory], driven, axis=-1) + np.cumsum(steps, axis=-1)
+    return scipy.signal.lfilter([1.0], [1.0, -memory], driven, axis=-1) + np.cumsum(steps, axis=-1)
 
 
 def join(knots: np.ndarray, times: np.ndarray) -> np.ndarray:

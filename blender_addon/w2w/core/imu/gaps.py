@@ -2,7 +2,7 @@
 """Missing and repeated frames of a clip, bridged by splines through the frames around them."""
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from ..rotations import unroll
 
@@ -38,7 +38,7 @@ def bridge(
             known = values[:, given[:, None], sensors]
             if values is quaternions:
                 unroll(known)
-            values[:, wanted[:, None], sensors] = CubicSpline(given, known, axis=1)(wanted)
+            values[:, wanted[:, None], sensors] = scipy.interpolate.CubicSpline(given, known, axis=1)(wanted)
     unroll(quaternions)
 
 

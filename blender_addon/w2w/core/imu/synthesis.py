@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from ..blas import multiply
 from ..filtering import butterworth, count_resampled
@@ -57,7 +57,7 @@ def difference_signals(
         if band_hz is not None and band_hz < rate / 2:
             filtered = butterworth(np.moveaxis(values, 1, -1), rate, band_hz, FILTER_ORDER, zero_phase=True)
             values = np.moveaxis(filtered, -1, 1)
-        spline = CubicSpline(np.arange(values.shape[1]) / rate, values, axis=1)
+        spline = scipy.interpolate.CubicSpline(np.arange(values.shape[1]) / rate, values, axis=1)
         out[:] = spline(times).transpose(1, 2, 0)
 
 

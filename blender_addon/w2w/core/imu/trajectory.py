@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import BSpline, make_interp_spline
+import scipy
 from scipy.linalg import cho_solve_banded, cholesky_banded, qr, solve_triangular
 from scipy.sparse import csr_array
 
@@ -107,7 +107,7 @@ def _operators(
     begin, step, count = grid
     at = np.clip(np.round(begin + step * np.arange(count), 9), 0, n_frames - 1)
     knots, coefficients = _fit(n_frames, degree, penalty)
-    spline = BSpline(knots, coefficients, degree)
+    spline = scipy.interpolate.BSpline(knots, coefficients, degree)
     return tuple(
         _on_differences(spline(at, nu=order) * rate**order, order).astype(np.float32) for order in range(3)
     )
@@ -125,10 +125,10 @@ def _fit(n_frames: int, degree: int, penalty: float) -> tuple[np.ndarray, np.nda
     """Knots, and the matrix that takes frames to B-spline coefficients."""
     frames = np.arange(n_frames, dtype=float)
     if penalty == 0:
-        spline = make_interp_spline(frames, np.eye(n_frames), k=degree)
+        spline = scipy.interpolate.make_interp_spline(frames, np.eye(n_frames), k=degree)
         return spline.t, spline.c
-    knots = make_interp_spline(frames, frames, k=degree).t
-    values = BSpline.design_matrix(frames, knots, degree)
+    knots = scipy.interpolate.make_interp_spline(frames, frames, k=degree).t
+    values = scipy.interpolate.BSpline.design_matrix(frames, knots, degree)
     roughness = np.sqrt(penalty) * _roughness(knots, degree)
     if penalty > GENTLE:
         return knots, _smoothed_by_qr(values, roughness)
@@ -166,7 +166,7 @@ def _roughness(knots: np.ndarray, degree: int) -> csr_array:
     width = degree + 1
     n_splines = len(knots) - width
     # only `width` neighbouring splines are not zero in an interval, so splines `width` apart share a column
-    neighbours = BSpline(knots, np.eye(width)[np.arange(n_splines) % width], degree)
+    neighbours = scipy.interpolate.BSpline(knots, np.eye(width)[np.arange(n_splines) % width], degree)
     found = neighbours(at, nu=SMOOTHNESS) * np.sqrt((half * weights).ravel())[:, None]
     columns = np.arange(len(half)).repeat(len(nodes))[:, None] + np.arange(width)
     found = np.take_along_axis(found, columns % width, axis=1)

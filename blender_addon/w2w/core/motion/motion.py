@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 from scipy.spatial.transform import Rotation, RotationSpline
 
 from ..body.body import TEMPLATES
@@ -276,7 +276,8 @@ def at_rate(motion: Motion, rate: float) -> Motion:
     for joint in range(N_JOINTS):
         turns = RotationSpline(own, Rotation.from_matrix(motion.rotations[:, joint]))
         rotations[:, joint] = turns(times).as_matrix()
-    return replace(motion, rotations=rotations, pelvis=CubicSpline(own, motion.pelvis)(times), rate=rate)
+    path = scipy.interpolate.CubicSpline(own, motion.pelvis)
+    return replace(motion, rotations=rotations, pelvis=path(times), rate=rate)
 
 
 DEMO = TEMPLATES / "demo.npz"

@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import kendalltau, norm, permutation_test, rankdata
+import scipy
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def rank_agreement(
             )
         )
     low, high = bootstrap_interval(rho, spread, level)
-    chance = permutation_test(
+    chance = scipy.stats.permutation_test(
         (first,),
         lambda paired, axis: spearman_rows(np.moveaxis(paired, axis, -1), second),
         permutation_type="pairings",
@@ -107,7 +107,7 @@ def rank_agreement(
         batch=1000,
         random_state=rng,
     )
-    tau = float(kendalltau(first, second).statistic)
+    tau = float(scipy.stats.kendalltau(first, second).statistic)
     return Agreement(rho, tau, low, high, float(chance.pvalue), len(first))
 
 
@@ -141,15 +141,15 @@ def bootstrap_interval(estimate: float, draws: np.ndarray, level: float = 0.95) 
         return np.nan, np.nan
     tails = np.array([(1 - level) / 2, (1 + level) / 2])
     below = ((draws < estimate).mean() + (draws <= estimate).mean()) / 2
-    shift = norm.ppf(np.clip(below, 0.5 / len(draws), 1 - 0.5 / len(draws)))
-    corrected = norm.cdf(2 * shift + norm.ppf(tails))
+    shift = scipy.stats.norm.ppf(np.clip(below, 0.5 / len(draws), 1 - 0.5 / len(draws)))
+    corrected = scipy.stats.norm.cdf(2 * shift + scipy.stats.norm.ppf(tails))
     bounds = [estimate, *np.quantile(draws, [*tails, *corrected])]
     return float(min(bounds)), float(max(bounds))
 
 
 def spearman_rows(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Spearman's rho (B,) of each row of `first` (B, N) with that of `second`; NaN if a row is constant."""
-    ranks = [rankdata(rows, axis=-1) for rows in (first, second)]
+    ranks = [scipy.stats.rankdata(rows, axis=-1) for rows in (first, second)]
     a, b = (rank - rank.mean(axis=-1, keepdims=True) for rank in ranks)
     with np.errstate(invalid="ignore"):
         return (a * b).sum(axis=-1) / np.sqrt((a * a).sum(axis=-1) * (b * b).sum(axis=-1))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 import numpy as np
-from scipy.stats import norm, t
+import scipy
 
 from .halves import Plan, maps_of
 from .pooling import UNLEARNED, Pooling, centred
@@ -69,10 +69,11 @@ def expect(
     mean = mean_over(raw, weights, 0).mean() + repeat.slope * mean_over(pooled, weights, 0)
     # two or three subjects tell little of how far people differ
     freedom = repeat.freedom if plan.disjoint else max(len(plan.whole.splits) - 1, 1)
-    reach = t(freedom).ppf((1 + level) / 2) * np.sqrt(repeat.variance)
+    reach = scipy.stats.t(freedom).ppf((1 + level) / 2) * np.sqrt(repeat.variance)
     as_good = _as_good(mean, repeat.noise_maps, level, seed)
     lead = float(mean.max() - mean.mean())
-    chance = float(norm.cdf(lead / np.sqrt(repeat.of_lead))) if repeat.of_lead > 0 else float(lead > 0)
+    leads_by = lead / np.sqrt(repeat.of_lead) if repeat.of_lead > 0 else np.inf * lead
+    chance = float(scipy.stats.norm.cdf(leads_by))
     return Expected(
         expected_f1=np.clip(by_activity, 0, 1).T.astype(np.float32),
         expected_mean=np.clip(mean, 0, 1).astype(np.float32),

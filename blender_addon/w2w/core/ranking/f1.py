@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import rankdata
+import scipy
 
 from .halves import Named, Planned
 from .inputs import PatchBlocks, SomePatches
@@ -134,7 +134,7 @@ def score_patches(
         means.append(mean_over(scores, share))
         bounds.append(np.quantile(scores, tail, axis=0, overwrite_input=True).astype(np.float32))
     samples = np.concatenate(means, axis=1)
-    ranks = rankdata(-samples, axis=1, method="min")
+    ranks = scipy.stats.rankdata(-samples, axis=1, method="min")
     f1_low, f1_high = np.concatenate(bounds, axis=1)
     mean_low, mean_high = np.quantile(samples, tail, axis=0).astype(np.float32)
     rank_low, rank_high = np.quantile(ranks, tail, axis=0, method="nearest").astype(np.int32)

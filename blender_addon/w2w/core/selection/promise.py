@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
-from scipy.optimize import isotonic_regression
-from scipy.stats import norm
+import scipy
 
 from ..ranking.expected import UNPROVEN, agreement
 from ..ranking.weights import known_mean, mean_over
@@ -95,7 +94,7 @@ class Promises:
             variance = variance + np.var([mean_of(one) for one in gains], axis=0) / 2
         else:
             variance = np.ones(size)
-        reach = norm.ppf((1 + CONFIDENCE) / 2) * np.sqrt(variance)
+        reach = scipy.stats.norm.ppf((1 + CONFIDENCE) / 2) * np.sqrt(variance)
         low, high = np.clip(mean - reach, 0, 1), np.clip(mean + reach, 0, 1)
         low[0], high[0] = alone[1:]
         return Promise(f1, mean, low, high, raw, known=bool(gains))
@@ -129,7 +128,8 @@ def rising(by_size: np.ndarray) -> np.ndarray:
     """
     if len(by_size) < 2:
         return by_size
-    return np.concatenate([by_size[:1], np.maximum(isotonic_regression(by_size[1:]).x, by_size[0])])
+    rising = scipy.optimize.isotonic_regression(by_size[1:]).x
+    return np.concatenate([by_size[:1], np.maximum(rising, by_size[0])])
 
 
 def _left(level: np.ndarray, level_there: np.ndarray, weights: np.ndarray) -> np.ndarray:
