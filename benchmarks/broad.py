@@ -32,6 +32,7 @@ from w2w.core.filtering import butterworth
 from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
 from w2w.studies.datasets.broad import BroadTrial, read_broad
 from w2w.studies.experiments.lever_arms import fitted_arm, lever_effects
+from w2w.studies.paper.differences import synthesize_by_differences
 
 DEFAULT_TRIALS = Path(__file__).resolve().parents[2] / "shared" / "data" / "imu" / "broad"
 LARGEST_SHIFT_S = 0.05
@@ -62,11 +63,11 @@ def _seen(trial: BroadTrial) -> np.ndarray:
     return np.isfinite(trial.matrices).all(axis=(1, 2, 3))
 
 
-def w2w(settings: Synthesis) -> Callable[[np.ndarray, np.ndarray], Signals]:
+def w2w(settings: Synthesis, make: Callable = synthesize) -> Callable[[np.ndarray, np.ndarray], Signals]:
     """This package."""
 
     def method(times: np.ndarray, pose: np.ndarray) -> Signals:
-        recording = synthesize(pose[:, None], 1 / (times[1] - times[0]), settings)
+        recording = make(pose[:, None], 1 / (times[1] - times[0]), settings)
         return times[0] + recording.time, recording.acc[:, 0], recording.gyr[:, 0]
 
     return method
@@ -101,15 +102,16 @@ def x_io(sample_rate: float | None) -> Callable[[np.ndarray, np.ndarray], Signal
 
 def methods(sensor_rate: float, lowpass_hz: float) -> dict[str, Callable[[np.ndarray, np.ndarray], Signals]]:
     """What is compared, by name."""
-    paper = {"method": "finite-difference", "convention": "paper", "cutoff_hz": None}
+    paper = {"convention": "paper", "cutoff_hz": None}
+    differences = synthesize_by_differences
     return {
         "W2W splines": w2w(Synthesis(rate_hz=sensor_rate, cutoff_hz=BAND_MARGIN * lowpass_hz)),
         "W2W splines, default 10 Hz band": w2w(Synthesis(rate_hz=sensor_rate)),
         "plain central differences": central_differences,
         "x-io imusim 1.1.2": x_io(None),
         "x-io imusim at the sensor's rate": x_io(sensor_rate),
-        "paper as printed": w2w(Synthesis(rate_hz=60.0, gravity=(0, -9.81, 0), **paper)),
-        "paper, gravity along z": w2w(Synthesis(rate_hz=60.0, gravity=(0, 0, -9.81), **paper)),
+        "paper as printed": w2w(Synthesis(rate_hz=60.0, gravity=(0, -9.81, 0), **paper), differences),
+        "paper, gravity along z": w2w(Synthesis(rate_hz=60.0, gravity=(0, 0, -9.81), **paper), differences),
     }
 
 

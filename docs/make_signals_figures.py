@@ -17,6 +17,7 @@ from w2w.core.imu.presets import preset
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel, Triad
 from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
+from w2w.studies.paper.differences import synthesize_by_differences
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
 AXES = ("x", "y", "z")
@@ -51,11 +52,8 @@ def draw_conventions() -> None:
     rate = 60
     matrices = arm_swing(np.arange(5 * rate + 1) / rate)
     physical = synthesize(matrices, rate, Synthesis(rate_hz=100, cutoff_hz=None))
-    printed = synthesize(
-        matrices,
-        rate,
-        Synthesis(rate_hz=100, method="finite-difference", convention="paper", cutoff_hz=None),
-    )
+    as_printed = Synthesis(rate_hz=100, convention="paper", cutoff_hz=None)
+    printed = synthesize_by_differences(matrices, rate, as_printed)
     force, spin = truth(physical.time)
     figure, grid = plt.subplots(2, 2, figsize=(10, 5.4), sharex=True, sharey="row", layout="constrained")
     for column, (recording, title) in enumerate(((physical, "physical"), (printed, "as printed"))):
@@ -92,15 +90,18 @@ def draw_accuracy() -> None:
 def draw_error(axes: Axes) -> None:
     """Error of the ideal acceleration in the middle of the swing, by method and frame rate."""
     rates = np.array([15, 24, 30, 60, 120, 240])
-    for method, marker in (("spline", "o"), ("finite-difference", "s")):
+    for name, method, marker in (
+        ("spline", synthesize, "o"),
+        ("finite-difference", synthesize_by_differences, "s"),
+    ):
         errors = []
         for rate in rates:
-            settings = Synthesis(rate_hz=50, cutoff_hz=None, method=method)
-            recording = synthesize(arm_swing(np.arange(6 * rate + 1) / rate), rate, settings)
+            settings = Synthesis(rate_hz=50, cutoff_hz=None)
+            recording = method(arm_swing(np.arange(6 * rate + 1) / rate), rate, settings)
             force, _ = truth(recording.time)
             inside = (recording.time > 2.5) & (recording.time < 5)
             errors.append(np.sqrt(((recording.acc[:, 0] - force)[inside] ** 2).mean()))
-        axes.loglog(rates, errors, marker + "-", label=method)
+        axes.loglog(rates, errors, marker + "-", label=name)
     axes.set_xticks(rates, [str(rate) for rate in rates])
     axes.minorticks_off()
     axes.set_xlabel("frames per second")

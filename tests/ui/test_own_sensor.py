@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A part of one's own, bands and convention in the panel give the numbers that `w2w run` gives."""
+"""A part of one's own, and bands in the panel give the numbers that `w2w run` gives."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ def test_the_panels_part_gives_the_numbers_of_the_command_line(library: Path, tm
     for name, value in FIGURES.items():
         setattr(study, name, value)
     study.misalignment = 6
-    study.band, study.root_band, study.convention = 14.2, 3, "paper"
+    study.band, study.root_band = 14.2, 3
     assert bpy.ops.w2w.save_sensor(filepath=str(path)) == {"FINISHED"}
-    asked = StudyOptions(patches=N_PATCHES, sensor=str(path), band=14.2, root_band=3, convention="paper")
+    asked = StudyOptions(patches=N_PATCHES, sensor=str(path), band=14.2, root_band=3)
     assert config_of(study) == asked.config()
     study.clip_index = 4
     assert bpy.ops.w2w.bake_signals(which="TICKED") == {"FINISHED"}
@@ -83,7 +83,7 @@ def test_another_figure_or_band_makes_signals_stale(library: Path) -> None:
     assert states() == {STALE}
     study.sensor = "bmi270"
     assert states() == {BAKED}
-    for name, value in (("band", 5), ("root_band", 3), ("convention", "paper")):
+    for name, value in (("band", 5), ("root_band", 3)):
         setattr(study, name, value)
         assert states() == {STALE}
         study.property_unset(name)

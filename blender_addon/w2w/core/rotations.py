@@ -163,19 +163,6 @@ def rate_in_frame(q: np.ndarray, scale: np.ndarray, q_dot: np.ndarray, out: np.n
     np.multiply(rate, scale, out=out)
 
 
-def turn_between(q: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """Rotation vectors (3, ...), rad, of q^-1 r: the turn from q to r in q's frame, at most pi.
-
-    q and r are unit quaternions (4, ...).
-    """
-    cosine = dot(q, r)
-    sine = q[0] * r[1:] - r[0] * q[1:] - cross(cyclic(q[1:]), cyclic(r[1:]))
-    sine = np.where(cosine < 0, -sine, sine)
-    length = np.sqrt((sine * sine).sum(axis=0))
-    angle = 2 * np.arctan2(length, np.abs(cosine))
-    return sine * np.divide(angle, length, out=np.full_like(length, 2.0), where=length > 0)
-
-
 OBTUSE = -0.5
 """Cosine below which two reflections make the rotation: they lose no digits near 180 degrees."""
 

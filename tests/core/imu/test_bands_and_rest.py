@@ -7,7 +7,9 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
+from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis
+
+from .test_synthesis import METHODS
 
 
 def poses(positions, rotations=None):
@@ -20,9 +22,9 @@ def poses(positions, rotations=None):
 
 def test_gravity_is_the_standard_one_and_points_up_in_a_sensor_at_rest():
     assert STANDARD_GRAVITY == 9.80665
-    for method in ("spline", "finite-difference"):
+    for method in METHODS:
         turned = Rotation.from_euler("xyz", [20, -35, 110], degrees=True).as_matrix()
-        read = synthesize(poses(np.zeros((60, 3)), turned), 30, Synthesis(method=method))
+        read = method(poses(np.zeros((60, 3)), turned), 30, Synthesis())
         np.testing.assert_allclose(
             read.acc[:, 0], np.tile(turned[2] * 9.80665, (len(read.acc), 1)), atol=1e-5
         )
@@ -36,14 +38,14 @@ def test_a_slow_sensor_lowers_the_band(rate_hz, cutoff_hz, band):
     assert Synthesis(rate_hz=rate_hz, cutoff_hz=None).band_hz is None
 
 
-@pytest.mark.parametrize("method", ["spline", "finite-difference"])
+@pytest.mark.parametrize("method", METHODS)
 def test_what_would_fold_back_is_not_in_the_signal(method):
     """3.2 Hz, the band of a sensor at 8 Hz, is down to 0.71; 6 Hz, which would read as 2, to a twentieth."""
     frames = np.arange(1200) / 120
     for frequency, most, least in ((3.2, 0.75, 0.66), (6.0, 0.055, 0.0)):
         path = np.zeros((1200, 3))
         path[:, 0] = np.sin(2 * np.pi * frequency * frames) / (2 * np.pi * frequency) ** 2
-        read = synthesize(poses(path), 120, Synthesis(rate_hz=8, method=method, gravity=(0, 0, 0)))
+        read = method(poses(path), 120, Synthesis(rate_hz=8, gravity=(0, 0, 0)))
         inner = read.acc[8:-8, 0, 0]
         assert least <= np.sqrt(2 * (inner**2).mean()) <= most
 

@@ -8,58 +8,19 @@ frame, the vee of R^T R'. At rest the sensor reads +9.81 along whatever points u
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
-import scipy
 
 from ..blas import multiply
-from ..filtering import butterworth, count_resampled
+from ..filtering import count_resampled
 from ..parameters import parameter
-from ..rotations import decompose, double_inverse, into_frame, rate_in_frame, turn_between
+from ..rotations import decompose, double_inverse, into_frame, rate_in_frame
 from ..threads import chunks, for_each
 from .gaps import bridge
 from .recording import ImuRecording
 from .trajectory import MIN_FRAMES, spline_windows
-
-FILTER_ORDER = 4
-"""Order of the zero-phase Butterworth filter."""
-
-
-def difference_signals(
-    p: np.ndarray, q: np.ndarray, rate: float, settings: Synthesis, acc: np.ndarray, gyr: np.ndarray
-) -> None:
-    """Fill `acc` and `gyr`, shape (samples, n, 3), from differences between frames at `rate`.
-
-    Positions p are (3, T, n), continuous quaternions q (4, T, n) turn sensor to world.
-
-    Physical: f = R^T (p'' - g) with the central second difference, omega = log(R(t-h)^T R(t+h)) / 2h. As
-    the paper prints it: a + R^-1 g with a in the world frame, and log(R(t) R(t-h)^-1), here over h so that
-    the unit is rad/s. The first and last frame have no central difference and take their neighbour's.
-    """
-    acceleration = np.pad((p[:, 2:] - 2 * p[:, 1:-1] + p[:, :-2]) * rate**2, ((0, 0), (1, 1), (0, 0)), "edge")
-    gravity = np.array(settings.gravity)[:, None, None]
-    force = np.empty_like(acceleration)
-    scale = double_inverse(q)
-    if settings.convention == "physical":
-        into_frame(q, scale, acceleration - gravity, force)
-        spin = np.pad(turn_between(q[:, :-2], q[:, 2:]) * (rate / 2), ((0, 0), (1, 1), (0, 0)), "edge")
-    else:
-        into_frame(q, scale, np.broadcast_to(gravity, acceleration.shape), force)
-        force += acceleration
-        inverse = q * np.array([1, -1, -1, -1])[:, None, None]
-        # q_k q_(k-1)^-1 is a^-1 b with a and b the inverses of q_k and q_(k-1)
-        spin = np.pad(turn_between(inverse[:, 1:], inverse[:, :-1]) * rate, ((0, 0), (1, 0), (0, 0)), "edge")
-    times, band_hz = np.arange(len(acc)) / settings.rate_hz, settings.band_hz
-    for values, out in ((force, acc), (spin, gyr)):
-        if band_hz is not None and band_hz < rate / 2:
-            filtered = butterworth(np.moveaxis(values, 1, -1), rate, band_hz, FILTER_ORDER, zero_phase=True)
-            values = np.moveaxis(filtered, -1, 1)
-        spline = scipy.interpolate.CubicSpline(np.arange(values.shape[1]) / rate, values, axis=1)
-        out[:] = spline(times).transpose(1, 2, 0)
-
 
 STANDARD_GRAVITY = 9.80665
 """m/s2, by definition (CGPM 1901)."""
@@ -84,16 +45,12 @@ class Synthesis:
     ----------
     rate_hz : float
         Samples per second of the signals, any.
-    method : {"spline", "finite-difference"}
-        "spline" lays continuous trajectories through the frames and differentiates those. The other takes
-        differences at the clip's rate, filters, then resamples, in the order of the paper.
     convention : {"physical", "paper"}
         "paper" gives equations 3 to 5 as printed, in the world frame and with gravity the wrong way; for
         comparison only.
     cutoff_hz : float or None
-        Band limit, -3 dB: of the trajectories with splines, of the signals with finite differences. It keeps
-        the jitter of motion capture out and is lowered to 0.4 `rate_hz` where it would exceed that. None
-        sets no limit: the splines pass through every frame.
+        Band limit of the trajectories, -3 dB. It keeps the jitter of motion capture out and is lowered to
+        0.4 `rate_hz` where it would exceed that. None sets no limit: the splines pass through every frame.
     gravity : tuple of 3 floats
         Acceleration of free fall in the world, m/s2.
     max_gap_s : float
@@ -111,7 +68,6 @@ class Synthesis:
         "rate",
         title="Rate", unit="Hz", least=5, most=1000, usual=(10, 200),
     )  # fmt: skip
-    method: Literal["spline", "finite-difference"] = "spline"
     convention: Literal["physical", "paper"] = parameter(
         "physical",
         "How specific force and angular velocity are defined: physical, or paper (the equations as the "
@@ -130,8 +86,6 @@ class Synthesis:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.rate_hz) and self.rate_hz > 0):
             raise ValueError(f"rate_hz must be positive, not {self.rate_hz}")
-        if self.method not in ("spline", "finite-difference"):
-            raise ValueError(f'method must be "spline" or "finite-difference", not {self.method!r}')
         if self.convention not in CONVENTIONS:
             raise ValueError(f'convention must be "physical" or "paper", not {self.convention!r}')
         if self.cutoff_hz is not None and not (np.isfinite(self.cutoff_hz) and self.cutoff_hz > 0):
@@ -180,24 +134,24 @@ def synthesize(matrices: Poses, rate: float, settings: Synthesis = Synthesis()) 
     acc = np.empty((n_samples, n_sensors, 3), dtype=np.float32)
     gyr = np.empty_like(acc)
     size = max(1, min(CHUNK_SENSORS, CHUNK_BYTES // (BYTES_PER_POSE * n_frames)))
-    signals: Callable = _spline_signals if settings.method == "spline" else difference_signals
 
     def fill(chunk: slice) -> None:
         positions, quaternions = decompose(matrices[:, chunk], chunk.start)
         bridge(positions, quaternions, rate, settings.max_gap_s, chunk.start)
-        signals(positions, quaternions, rate, settings, acc[:, chunk], gyr[:, chunk])
+        _fill(positions, quaternions, rate, settings, acc[:, chunk], gyr[:, chunk])
 
     for_each(fill, chunks(n_sensors, size))
     return ImuRecording(acc=acc, gyr=gyr, rate=settings.rate_hz)
 
 
-def _spline_signals(
+def _fill(
     p: np.ndarray, q: np.ndarray, rate: float, settings: Synthesis, acc: np.ndarray, gyr: np.ndarray
 ) -> None:
-    """Fill `acc` and `gyr`, shape (samples, n, 3), from splines through poses, as `difference_signals`.
+    """Fill `acc` and `gyr`, shape (samples, n, 3), from splines through poses at `rate`.
 
-    The rotation follows a quintic spline of the quaternion's components, normalised: as smooth on the
-    rotation group as the spline is. Differences are taken in double precision, all else in single.
+    Positions p are (3, T, n), continuous quaternions q (4, T, n) turn sensor to world. The rotation follows
+    a quintic spline of the quaternion's components, normalised: as smooth on the rotation group as the
+    spline is. Differences are taken in double precision, all else in single.
     """
     bend = _steps(np.diff(p, axis=1))
     steps = _steps(q)

@@ -13,7 +13,7 @@ PRESETS = Path(__file__).parent / "presets"
 PRESET_FOLDER = "w2w/study"
 
 PRESET_PROPERTIES = (
-    "own_sensor_text", "sensor", "rate", "band", "root_band", "convention", "record", "recognise_by",
+    "own_sensor_text", "sensor", "rate", "band", "root_band", "record", "recognise_by",
     "magnetic_dip", "window_s", "classifier", "folds", "by_subject",
 )  # fmt: skip
 """Properties of a study that a preset sets, in this order."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensor and Bands, below step 4: the figures of an own part, its file, the bands and the convention."""
+"""Sensor and Bands, below step 4: the figures of an own part, its file, and the bands."""
 
 from pathlib import Path
 
@@ -64,7 +64,7 @@ class W2W_OT_save_sensor(operators.OnBody, bpy.types.Operator, ExportHelper):
 
 
 class W2W_PT_sensor(PartPanel, bpy.types.Panel):
-    """Bands, convention, further sensors and the figures of a part."""
+    """Bands, further sensors and the figures of a part."""
 
     bl_label = "Sensor and Bands"
     bl_parent_id = "W2W_PT_signals"
@@ -72,7 +72,7 @@ class W2W_PT_sensor(PartPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         study = state.current_body(context).w2w
         layout = styled(form(self.layout), enabled=jobs.running is None)
-        for name in ("band", "root_band", "convention"):
+        for name in ("band", "root_band"):
             layout.prop(study, name)
         draw_further(study, context, layout)
         if study.sensor == sensors.OWN:

@@ -13,7 +13,7 @@ from ...core.study import StudyConfig
 SINGLE, DIGITS = 1e-6, 7
 """Relative error and significant digits of a property, which is in single precision."""
 
-SHOWN = ("patches", "rate", "convention", "band", "root_band", "classifier", "folds", "by_subject")
+SHOWN = ("patches", "rate", "band", "root_band", "classifier", "folds", "by_subject")
 SHOWN += ("target", "every_activity", "max_places", "seed")
 """Parameters of which each is one property, with the same value but for 0, which stands for none."""
 

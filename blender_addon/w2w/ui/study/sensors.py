@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Properties of how signals are made: a part of one's own, the bands, the convention, and further sensors.
+"""Properties of how signals are made: a part of one's own, the bands, and further sensors.
 
 The part is kept whole, as the text of a file that `w2w run --sensor` reads; its fields read and write that.
 """
@@ -25,11 +25,6 @@ OWN = "OWN"
 """Choice of the menu of sensors that is no preset."""
 
 FIRST_NAME = "own part"
-
-CONVENTIONS = (
-    ("physical", "Physical", "Specific force and angular velocity, both in the sensor's frame"),
-    ("paper", "Paper", "The equations as the paper prints them, for comparison only"),
-)
 
 TEXTS = {
     "orientation": "Quaternions, as a part with sensor fusion gives them",
@@ -112,7 +107,6 @@ class SensorProperties(FigureProperties):
     )
     band: FloatProperty(**declared("band"), precision=1)
     root_band: FloatProperty(**declared("root_band"), precision=1)
-    convention: EnumProperty(**declared("convention"), items=CONVENTIONS)
     record: EnumProperty(**declared("record", default=set()), items=ITEMS, options={"ENUM_FLAG"})
     recognise_by: EnumProperty(**declared("recognise_by", default=set()), items=ITEMS, options={"ENUM_FLAG"})
     recorded: _ticks(

@@ -203,12 +203,10 @@ def kept_patches(study: Group, clip: Group) -> int:
 
 
 def _signals_text(study: Group) -> str:
-    """The own part, what is not as at first of bands and convention, and what is recorded beside."""
+    """The own part, what is not as at first of the bands, and what is recorded beside."""
     usual = study.bl_rna.properties
     changed = [name for name in ("band", "root_band") if getattr(study, name) != usual[name].default]
     parts = [f"{name}={getattr(study, name):g}" for name in changed]
-    if study.convention != usual["convention"].default:
-        parts.append(study.convention)
     if study.sensor == OWN:
         parts.append(study.own_sensor_text)
     return "".join(f" {part}" for part in parts) + further_text(study)
