@@ -56,7 +56,7 @@ AFTERWARDS = (
 """Steps of a run, as it writes them down for `w2w status`."""
 
 KINDS = {"clips": 0.5, "afterwards": 0.25, "anywhere": 0.25}
-UNLIKE = ("state.json", "holder", "lock", "records.jsonl")
+UNLIKE = ("state.json", "current.json", "holder", "lock", "records.jsonl")
 """Files that tell of the run itself, or when it was."""
 
 POLL_S = 0.002

@@ -2,6 +2,7 @@
 """A study from its library to its results, with its progress on the console and its exit code."""
 
 import json
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -28,7 +29,7 @@ from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, sentence_of
 from ..options import parse_bodies
 from ..reports import console_tables, draw, html
 from ..runs import folder
-from ..runs.current import is_current, note_current
+from ..runs.current import is_current, is_untouched, note_current
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError, check, claimed, remove_written
 from ..runs.study import RunPlan, StudyError, make_signals, rank_study, write_config
@@ -65,11 +66,13 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study 
     None where everything was there already, unless the plan has it made `again`.
     """
     with _in_folder(out, monitor):
-        check_folder(plan, out)
-        folder.make_folders(out, len(plan.library.clips))
+        done = not plan.again and is_untouched(plan, body, out)
+        if not done:
+            check_folder(plan, out)
+            folder.make_folders(out, len(plan.library.clips))
         monitor.begin(plan.library, body.name, out)
         with folder.only_run(out / WORK):
-            study, failed = _execute(plan, body, out, monitor)
+            study, failed = (None, {}) if done else _execute(plan, body, out, monitor)
     if study is None:
         clips = _say_unchanged(out, monitor)
     else:
@@ -122,10 +125,11 @@ def _execute(
     plan: RunPlan, body: Body, out: Path, monitor: RunMonitor
 ) -> tuple[Study | None, dict[str, str]]:
     """The study, None where its results are all there, and what could not be drawn, with the reason."""
+    began = time.time_ns()
     try:
         made = make_signals(plan, body, out, monitor)
         if not plan.again and is_current(plan, made, out):
-            monitor.announce("finished")
+            note_current(plan, made, out, began)
             return None, {}
         with claimed(out, _written_by(plan)):
             study = rank_study(plan, made, out, monitor)
@@ -149,13 +153,14 @@ def _execute(
             console_tables.show_window_warning(clips, plan.config.windows, monitor.console)
         raise
     if not failed:
-        note_current(plan, made, out)
+        note_current(plan, made, out, began)
     monitor.announce("finished", "; ".join(f"no {name}: {why}" for name, why in failed.items()))
     return study, failed
 
 
 def _say_unchanged(out: Path, monitor: RunMonitor) -> dict[str, int]:
     """Say that an earlier run's results are those of this one, too; returns the counts of its clips."""
+    monitor.announce("finished")
     summary = json.loads((out / folder.SUMMARY).read_text(encoding="utf-8"))
     monitor.console.print(f"\n[bold]{escape(summary['answer']['sentence'])}[/bold]", highlight=False)
     unchanged = f"Nothing has changed since the last run, whose results are in {out} as they were."

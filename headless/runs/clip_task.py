@@ -16,7 +16,7 @@ from w2w.core.keypoints.facts import PoseFacts, side_car
 from w2w.core.keypoints.pose_files import NO_FACTS
 from w2w.core.motion.asf_amc import AMC_SUFFIX, skeleton_file
 from w2w.core.motion.bone_maps import BoneMap
-from w2w.core.motion.library import Clip, is_joint_file
+from w2w.core.motion.library import ARRAY_SUFFIXES, TEXT_SUFFIXES, Clip, is_joint_file
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.study import StudyConfig
 
@@ -82,11 +82,11 @@ class ClipTask:
     def key(self, source_sha256: str) -> str:
         """Hash of everything that the result depends on."""
         parts = [self.inputs, source_sha256, self.clip.activity, self.clip.subject, self.clip.name]
-        parts += [file_sha256(path) for path in _read_beside(self.clip.path)]
+        parts += [file_sha256(path) for path in read_beside(self.clip.path)]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
 
-def _read_beside(path: Path) -> list[Path]:
+def read_beside(path: Path) -> list[Path]:
     """Files that say what the clip's own does not: its skeleton, or its rate and joints."""
     suffix = path.suffix.lower()
     if suffix == AMC_SUFFIX:
@@ -94,7 +94,7 @@ def _read_beside(path: Path) -> list[Path]:
             return [skeleton_file(path)]
         except UnusableMotion:
             return []
-    if suffix != ".npz" and not is_joint_file(path):
+    if suffix not in (".npz", *ARRAY_SUFFIXES, *TEXT_SUFFIXES):
         return []
     beside = side_car(path)  # first: telling what a file holds opens it
     return [beside] if beside is not None and is_joint_file(path) else []

@@ -1,45 +1,119 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether a folder's results are those that a run would write: then it need not rank again."""
+"""Whether a folder's results are those that a run would write: then it need not rank again.
+
+Sizes and times tell it in seconds, whatever the library; where they changed, what the results were made of.
+"""
+
+from __future__ import annotations
 
 import hashlib
 import json
+import os
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
+from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK
 from w2w.core.files import file_sha256, write_json
 from w2w.core.findings.summary import versions
+from w2w.core.garments.cover import FITTED
+from w2w.core.garments.cut import split_name
+from w2w.core.motion.library import Clip
 
-from .folder import code_sha256
+from .clip_task import read_beside, stamp
+from .folder import DIVIDED, code_sha256
 from .own_files import LIST, is_whole
+from .records import lists_in
 from .study import Made, RunPlan
 
 CURRENT = f"{WORK}/current.json"
-"""What the results in the folder were made of, and the list of them."""
+"""What the results in the folder were made of, how all files looked then, and the list of results."""
 
 
-def note_current(plan: RunPlan, made: Made, out: Path) -> None:
-    """Note what the results in a folder, which are all there now, were made of."""
-    write_json(out / CURRENT, _content(plan, made, out))
+PLACED = ("body.npz", "patches.npz")
+
+
+def note_current(plan: RunPlan, made: Made, out: Path, began: int) -> None:
+    """Note what the results in a folder, which are all there now, were made of.
+
+    `began` is when the run did, in nanoseconds since the epoch: of a clip's file that changed later nobody
+    knows which state it read.
+    """
+    looks, newest = _looks(plan, made.body, out)
+    write_json(out / CURRENT, _content(plan, made, out) | {"looks": looks if newest < began else ""})
+
+
+def is_untouched(plan: RunPlan, body: Body, out: Path) -> bool:
+    """Whether the results are all there and, by the sizes and times of all files, would come out the same."""
+    looks = _noted(out).get("looks")
+    with suppress(OSError):  # a folder is gone
+        return bool(looks) and looks == _looks(plan, body, out)[0] and is_whole(out)
+    return False
 
 
 def is_current(plan: RunPlan, made: Made, out: Path) -> bool:
     """Whether the results are all there, unchanged, and would come out the same."""
+    with suppress(OSError):  # there are no results yet
+        return _content(plan, made, out).items() <= _noted(out).items() and is_whole(out)
+    return False
+
+
+def _noted(out: Path) -> dict[str, str]:
     try:
-        before = json.loads((out / CURRENT).read_text(encoding="utf-8"))
-        return before == _content(plan, made, out) and is_whole(out)
+        noted = json.loads((out / CURRENT).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
-        return False
+        return {}
+    return noted if isinstance(noted, dict) else {}
 
 
 def _content(plan: RunPlan, made: Made, out: Path) -> dict[str, str]:
-    digest, library = hashlib.sha256(), plan.library
-    study = plan.config.as_dict(), versions(), code_sha256(), plan.pictures, plan.report, plan.more
-    body = [file_sha256(out / WORK / name) for name in ("body.npz", "patches.npz")]
-    parts = [study, body, library.labelled_by, library.skipped, library.check]
+    body = [file_sha256(out / WORK / name) for name in PLACED]
+    clips = ((*_labels(one.clip), one.reason, one.source_sha256) for one in made.clips)
+    return {"made_of": _digest([_study(plan), body, *clips]), "written": file_sha256(out / LIST)}
+
+
+def _looks(plan: RunPlan, body: Body, out: Path) -> tuple[str, int]:
+    """A digest of labels, sizes and times, and the latest time of a clip's file."""
+    arrays = (body.vertices, body.faces, body.joints, body.weights)
+    parts = [_study(plan), plan.engine.bone_maps, plan.engine.pose, plan.engine.signals, body.name]
+    parts += [hashlib.sha256(array).hexdigest() for array in arrays]
+    newest = 0
+    for clip in plan.library.clips:
+        found = [stamp(path) for path in (clip.path, *read_beside(clip.path))]
+        newest = max([newest, *(time for one in found for time in one[1:])])
+        parts.append((*_labels(clip), found))
+    for folder in DIVIDED:
+        parts += _files_below(out, folder)
+    garments = filter(None, (split_name(garment)[0] for garment in plan.config.garments))
+    shared = (out / LIST, out / FITTED, *(out / WORK / name for name in PLACED), *lists_in(out))
+    return _digest([*parts, *(stamp(path) for path in (*map(Path, garments), *shared))]), newest
+
+
+def _study(plan: RunPlan) -> tuple[Any, ...]:
+    library, flags = plan.library, (plan.pictures, plan.report, plan.more)
+    words = library.labelled_by, library.skipped, library.check
+    return (plan.config.as_dict(), versions(), code_sha256(), *flags, *words)
+
+
+def _labels(clip: Clip) -> tuple[str, ...]:
+    return clip.file, clip.name, clip.activity, clip.subject, clip.motion_key, clip.source
+
+
+def _files_below(out: Path, folder: str) -> Iterator[tuple[str, int, int]]:
+    """Path, size and time of each file below a folder, which is given by its path in `out`."""
+    with os.scandir(f"{out}/{folder}") as entries:
+        for entry in sorted(entries, key=lambda entry: entry.name):
+            if entry.is_dir(follow_symlinks=False):
+                yield from _files_below(out, f"{folder}/{entry.name}")
+            else:
+                found = entry.stat(follow_symlinks=False)
+                yield f"{folder}/{entry.name}", found.st_size, found.st_mtime_ns
+
+
+def _digest(parts: Iterable[Any]) -> str:
+    digest = hashlib.sha256()
     for part in parts:
         digest.update(repr(part).encode("utf-8", "backslashreplace"))
-    for one in made.clips:
-        clip = one.clip
-        labels = clip.file, clip.name, clip.activity, clip.subject, clip.motion_key, clip.source
-        digest.update(repr((*labels, one.reason, one.source_sha256)).encode())
-    return {"made_of": digest.hexdigest(), "written": file_sha256(out / LIST)}
+    return digest.hexdigest()

@@ -12,6 +12,7 @@ import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,10 @@ LIST = "records"
 
 CLIP = re.compile(r'\{"clip": "((?:[^"\\]|\\.)*)"')
 """How a line of the list begins, be the rest as damaged as it may."""
+
+
+DECODER = json.JSONDecoder()
+"""Of lines that are known to begin with a record: `json.loads` looks for what may stand before it."""
 
 
 class Records(Mapping[str, Record]):
@@ -118,19 +123,37 @@ def has_records(out: Path) -> bool:
     return any(any((out / WORK).glob(names)) for names in (f"{LIST}*.jsonl", "clips/*.json"))
 
 
+def lists_in(out: Path) -> list[Path]:
+    """The list of the folder's records, and those of its shards."""
+    return sorted((out / WORK).glob(f"{LIST}*.jsonl"))
+
+
 def read_records(out: Path) -> Records:
     """The newest record of each clip; of one that is damaged no more than whose it is."""
+    lists = ((path, path.stat()) for path in lists_in(out))
+    found = dict(_listed(tuple((path, of.st_size, of.st_mtime_ns) for path, of in lists)))
+    for path in (out / WORK / "clips").glob("*.json"):
+        if record := _own_record(path):
+            found[path.stem] = json.dumps(record)
+    return Records(found, out)
+
+
+@lru_cache(maxsize=1)  # a run checks its folder before it holds it, and reads it again once it does
+def _listed(lists: tuple[tuple[Path, int, int], ...]) -> dict[str, str]:
+    """The newest line of each clip in lists of such sizes and times."""
     found: dict[str, str] = {}
-    for path in sorted((out / WORK).glob(f"{LIST}*.jsonl")):
+    for path, *_ in lists:
         with path.open(encoding="utf-8", errors="replace") as stream:
             for line in stream:
                 # a kill may have cut it short before the clip's name
                 if (name := CLIP.match(line)) and not _older(line, found.get(name[1]), name[1]):
                     found[name[1]] = line.rstrip("\n")
-    for path in (out / WORK / "clips").glob("*.json"):
-        if record := _own_record(path):
-            found[path.stem] = json.dumps(record)
-    return Records(found, out)
+    return found
+
+
+def forget_read() -> None:
+    """Let go of what was read last."""
+    _listed.cache_clear()
 
 
 def _older(line: str, known: str | None, clip: str) -> bool:
@@ -140,8 +163,8 @@ def _older(line: str, known: str | None, clip: str) -> bool:
 
 def _decoded(line: str, clip: str) -> Record:
     try:
-        record = json.loads(line)
-        if record["clip"] == clip and isinstance(record["at"], int):
+        record, end = DECODER.raw_decode(line)
+        if end == len(line.rstrip()) and record["clip"] == clip and isinstance(record["at"], int):
             return record
     except (ValueError, KeyError, TypeError, RecursionError):
         pass

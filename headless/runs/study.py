@@ -33,7 +33,7 @@ from .cluster import spread_over
 from .folder import code_sha256, forget_running, preparing, remove_leftovers, signals_code_sha256
 from .garments import fit_garments
 from .monitor import RunMonitor
-from .records import Records, gather, has_records, read_records, tidy, untouched
+from .records import Records, forget_read, gather, has_records, read_records, tidy, untouched
 from .workers import Engine, clip_workers, run_tasks, spread_here
 
 GATHER = 256
@@ -207,6 +207,7 @@ def _bake(
         advance(len(results))
         run_tasks(due, engine.workers, engine.scheduler, made, workers)
         gather(out, own_files, shard)
+    forget_read()
     return tuple(results[clip.name] for clip in plan.library.clips), records
 
 

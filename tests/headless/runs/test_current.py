@@ -4,6 +4,7 @@
 import hashlib
 import json
 import shutil
+import time
 
 import pytest
 from typer.testing import CliRunner
@@ -11,6 +12,8 @@ from typer.testing import CliRunner
 from benchmarks.resume import UNLIKE
 from w2w.headless.app import APP
 from w2w.headless.commands import execute
+from w2w.headless.runs import current
+from w2w.headless.runs.clip_task import stamp
 
 OPTIONS = ["--patches", "8", "--workers", "1", "--no-pictures", "--window", "1"]
 
@@ -32,6 +35,38 @@ def ranked(motions, tmp_path, monkeypatch):
     rank = execute.rank_study
     monkeypatch.setattr(execute, "rank_study", lambda *given: (times.append(1), rank(*given))[1])
     return library, out, times
+
+
+def test_sizes_and_times_tell_that_nothing_has_changed(ranked, monkeypatch):
+    library, out, times = ranked
+    read, make = [], execute.make_signals
+    monkeypatch.setattr(execute, "make_signals", lambda *given: (read.append(1), make(*given))[1])
+
+    def looked_into():
+        read.clear()
+        assert "Nothing has changed" in run(library, out, "--folds", "2")
+        return bool(read)
+
+    clip, features = sorted(library.rglob("*.npz"))[0], sorted((out / ".w2w" / "features").iterdir())[0]
+    assert not looked_into()
+    clip.touch()
+    assert looked_into()
+    assert not looked_into()
+    content = bytearray(features.read_bytes())
+    content[-1] ^= 1
+    features.write_bytes(content)  # as long as it was
+    assert looked_into()
+    assert not looked_into()
+    (out / ".w2w" / "patches.npz").unlink()
+    assert looked_into()
+    monkeypatch.setattr(current, "stamp", lambda path: (*stamp(path), time.time_ns()))
+    clip.touch()  # as if a clip's file changed again after the run had read it
+    assert looked_into()
+    monkeypatch.undo()
+    monkeypatch.setattr(execute, "make_signals", lambda *given: (read.append(1), make(*given))[1])
+    assert looked_into()
+    assert not looked_into()
+    assert not times
 
 
 def hashes(out):

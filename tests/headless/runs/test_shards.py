@@ -28,7 +28,7 @@ def hashes(out):
     return {
         path.relative_to(out).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(out.rglob("*"))
-        if path.is_file() and path.name not in ("state.json", "lock", "records.jsonl")
+        if path.is_file() and path.name not in ("state.json", "current.json", "lock", "records.jsonl")
     }
 
 

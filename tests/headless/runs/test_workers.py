@@ -181,7 +181,7 @@ def hashes(out):
     return {
         path.relative_to(out).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(out.rglob("*"))
-        if path.suffix in (".csv", ".json", ".npz") and path.name != "state.json"
+        if path.suffix in (".csv", ".json", ".npz") and path.name not in ("state.json", "current.json")
     }
 
 
