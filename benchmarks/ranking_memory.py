@@ -116,7 +116,7 @@ def _rank(choice: argparse.Namespace) -> None:
     is_test = np.arange(windows) % 2 == 0
     clips = [LabelledClip(str(number), f"activity {number % ACTIVITIES}", "") for number in range(n_clips)]
     signatures = rng.normal(size=(n_clips, len(POSES))).astype(np.float32)
-    found = [ClipWindows(is_test, signature, (windows,)) for signature in signatures]
+    found = [ClipWindows(is_test, signature) for signature in signatures]
     files = FeatureFiles([place / f"{number}.npz" for number in range(n_clips)])
     config = StudyConfig()
     labels = WindowLabels.of(same_motions(clips, found), found)

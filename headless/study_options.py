@@ -12,7 +12,6 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 import typer
 from rich.console import Console
 
-from w2w.core.imu.augmentation import SWITCHES, parse_augmentation
 from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.parameters import Parameter, parameters_of
 from w2w.core.patches.own_placements import read_placements
@@ -95,11 +94,6 @@ class StudyOptions(DeclaredOptions):
         "weight=55 (kg) muscle= age= arms= legs=, or an SMPL file (a model, optionally with "
         "betas=1.2:0:-0.5 or betas=MOTION.npz). Each body gets its own study, compared at the end.",
     ) = "neutral"
-    augment: option(
-        str,
-        f"Train on altered copies of every clip (never test on them): {', '.join(SWITCHES)}, "
-        "comma-separated, or all; mirror exchanges left and right, except where an activity names a side.",
-    ) = ""
     workers: option(int, "Clips processed in parallel.", min=1) = options.CORES
     stride: options.Stride = None
     bone_map: option(
@@ -146,7 +140,6 @@ class StudyOptions(DeclaredOptions):
             further=options.further_sensors(self.record, self.recognise_by, self.magnetic_dip),
             **options.sensor_settings(self.sensor),
             windows=options.window_spec(self.window, self.stride),
-            augmentation=parse_augmentation(self.augment, self.copies),
             background=options.words(self.background),
             weights=read_weights(self.weights) if self.weights else (),
             constraints=options.wishes_over(Constraints(), self.only, self.forbid, self.must, self.costs),

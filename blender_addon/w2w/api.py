@@ -192,7 +192,7 @@ def rank(
         cut = windows.signals
         inputs.append(window_features(cut, recording.rate) if as_features else np.array(cut))
         used.append(LabelledClip(name, recording.activity, recording.subject, key))
-        found.append(ClipWindows(windows.is_test, motion_signature(motion), (len(windows.is_test),)))
+        found.append(ClipWindows(windows.is_test, motion_signature(motion)))
     if not used:
         raise ValueError(f"every clip is too short for windows of {window:g} s: {skipped[0][1]}")
     whole = np.concatenate(inputs)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from w2w.core.body.body import Body
-from w2w.core.clip_files import WORK, copy_file, write_features
+from w2w.core.clip_files import WORK, write_features
 from w2w.core.files import file_sha256
 from w2w.core.garments.cover import FITTED, Cover, load_covers
 from w2w.core.garments.on_cloth import ClothSensors, caught_content
@@ -23,9 +23,8 @@ from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import SourceMotion, UnusableMotion, readable_size, reason_of, unreadable
 from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.windows import TooShortError
 from w2w.core.results_folder import ClipResult
-from w2w.core.study import copies_of, describe, measured, record
+from w2w.core.study import describe, measured, record
 from w2w.core.threads import unthreaded_products
 from w2w.scene.base.output import quiet_output
 
@@ -175,10 +174,9 @@ def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     on_cloth = _sensors_on_cloth(task, body, patches, motion)
     recording = record(body, patches, motion, task.config, on_cloth)
     features, is_test = describe(recording, task.config)
-    copies, copy_files = _make_copies(task, body, patches, motion)
     signature = motion_signature(motion)
     with untimed():
-        write_features(task.features_file, [features, *copies], is_test, signature)
+        write_features(task.features_file, features, is_test, signature)
         motion.save(unfinished(task.motion_file))
         if task.engine.signals:
             recording.save(unfinished(task.signals_file))
@@ -186,10 +184,8 @@ def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     if on_cloth is not None:
         frames = dict(zip(_covers(task.out, task.inputs), on_cloth.caught, strict=True))
         details |= caught_content(frames, len(on_cloth.matrices))
-    if task.config.augmentation is not None:
-        details |= {"copies": len(copies), "copy_windows": sum(len(copy) for copy in copies)}
     kept = (task.signals_file,) if task.engine.signals else ()
-    return details, (task.motion_file, *kept, task.features_file, *copy_files)
+    return details, (task.motion_file, *kept, task.features_file)
 
 
 def _sensors_on_cloth(task: ClipTask, body: Body, patches: PatchSet, motion: Motion) -> ClothSensors | None:
@@ -202,27 +198,6 @@ def _sensors_on_cloth(task: ClipTask, body: Body, patches: PatchSet, motion: Mot
         from w2w.scene.garments.bake import followed
 
         return followed(body, patches, covers, measured(motion, task.config))
-
-
-def _make_copies(
-    task: ClipTask, body: Body, patches: PatchSet, motion: Motion
-) -> tuple[list[np.ndarray], list[Path]]:
-    """Features of the augmented copies, and the files of their recordings where they are kept."""
-    features, files = [], []
-    for recording in copies_of(body, patches, motion, task.config):
-        try:
-            features.append(describe(recording, task.config)[0])
-        except TooShortError:  # played faster, a short clip may no longer fill a window
-            continue
-        if task.config.keeps_copies():
-            files.append(copy_file(task.out, task.clip.name, len(files)))
-            with untimed():
-                recording.save(files[-1])
-    more = len(files)
-    while (of_before := copy_file(task.out, task.clip.name, more)).exists():
-        of_before.unlink()
-        more += 1
-    return features, files
 
 
 def load_clip(

@@ -86,7 +86,7 @@ def preparing(folder: Path) -> Iterator[None]:
         raise FolderBusyError(f"another run works in {folder.parent}: wait for it") from error
 
 
-DIVIDED = ("motions", "signals", f"{WORK}/features", f"{WORK}/copies")
+DIVIDED = ("motions", "signals", f"{WORK}/features")
 FOLDERS = (*DIVIDED, f"{WORK}/clips", f"{WORK}/running")
 """Folders for what a run makes of clips, and those of them that have sub-folders where clips are many."""
 
@@ -164,11 +164,9 @@ def remove_leftovers(out: Path, library: set[str], used: set[str], records: Reco
         remove_own(out, files)
     if found:
         tidy(out, found)  # a record of no use stays, or its clip would be tried again
-    for folder in (f"{WORK}/features", f"{WORK}/copies"):
-        for file in _below(out, folder):
-            clip = file.rpartition("/")[2].removesuffix(NPZ)
-            if clip not in used and clip.rpartition(".")[0] not in used:
-                (out / file).unlink()
+    for file in _below(out, f"{WORK}/features"):
+        if file.rpartition("/")[2].removesuffix(NPZ) not in used:
+            (out / file).unlink()
     remove_unfinished(out)
 
 

@@ -138,10 +138,6 @@ def _prepare(plan: RunPlan, body: Body, out: Path) -> PatchSet:
     """Place the patches; on the bundled body's shapes they stay at the vertices of the neutral one."""
     config = plan.config
     bundled = bundled_targets().fit(body)
-    if config.augmentation and config.augmentation.bodies and not bundled:
-        raise StudyError(f"--augment bodies needs W2W's own body, and {body.name!r} is another: leave it out")
-    if config.augmentation and config.garments:
-        raise StudyError("--augment alters the motion of the skin alone: leave it out with --garment")
     forget_running(out, {clip.name for clip in plan.library.clips})
     try:
         patches = place_patches(Body.bundled() if bundled else body, config)

@@ -40,7 +40,7 @@ def main() -> None:
     parser.add_argument("--halvings", type=int, default=3)
     asked = parser.parse_args()
     study = StudyResults.load(asked.results)
-    config = replace(study.config(), augmentation=None, **sensor_settings(asked.sensor))
+    config = replace(study.config(), **sensor_settings(asked.sensor))
     chosen = np.arange(0, len(study.patches), asked.every)
     pooling = Pooling.on(study.body(), at_patches(study.patches, chosen.tolist()))
     draws = [recorded(study, chosen, replace(config, seed=number)) for number in range(asked.draws)]

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 from math import radians
 
 from w2w.core.body.skeleton import JOINT_NAMES
-from w2w.core.imu.augmentation import SWITCHES, Augmentation, at_tempo, scaled
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.motion.motion import Motion
 from w2w.core.study import StudyConfig
+
+from .augmentation import SWITCHES, Augmentation, at_tempo, scaled
 
 TEMPI = (0.75, 1.25, 1.5)
 NARROW = 0.5
@@ -51,6 +52,7 @@ class Case:
     config: StudyConfig
     tempo: float = 1.0  # speed of all motions
     narrow: tuple[str, ...] = ()  # joints that move half as far
+    augmentation: Augmentation | None = None  # copies to train on
     shape: tuple[tuple[str, float], ...] = ()  # parameters of `shapes.shaped`; empty for the study's own body
 
     @property
@@ -165,10 +167,9 @@ def _windows(config: StudyConfig, _copies: int) -> list[Case]:
 
 
 def _augmentations(config: StudyConfig, copies: int) -> list[Case]:
-    plain = replace(config, augmentation=None)
     plans = {name: Augmentation.only([name], copies) for name in SWITCHES}
     plans["all"] = Augmentation.only(SWITCHES, copies)
-    return [Case("augment", name, replace(plain, augmentation=plan)) for name, plan in plans.items()]
+    return [Case("augment", name, config, augmentation=plan) for name, plan in plans.items()]
 
 
 FACTORS: dict[str, Callable[[StudyConfig, int], list[Case]]] = {

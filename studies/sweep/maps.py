@@ -31,13 +31,14 @@ from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, inputs_of, utility_map
 from w2w.core.ranking.windows import TooShortError
 from w2w.core.results_folder import StudyResults
-from w2w.core.study import copies_of, describe, place_patches, plain, record
+from w2w.core.study import describe, place_patches, plain, record
 from w2w.core.threads import unthreaded_products
 from w2w.headless.blender import inside_blender
 from w2w.headless.runs.folder import code_sha256
 from w2w.headless.runs.workers import local_executor
 from w2w.headless.stopping import deaf_children
 
+from .augmentation import copies_of
 from .cases import Case
 
 
@@ -155,12 +156,14 @@ def _bake_clip(
         except TooShortError:
             return False
         parts = [features]
-        for copy in copies_of(body, placed, motion, case.config):
+        for copy in copies_of(body, placed, motion, case.config, case.augmentation):
             try:
                 parts.append(describe(copy, case.config)[0])
             except TooShortError:
                 continue
-    write_features(features_file(folder, clip.name), parts, is_test, np.zeros(0))
+    whole = np.concatenate(parts)
+    is_test = np.pad(is_test, (0, len(whole) - len(is_test)))  # copies are never tested on
+    write_features(features_file(folder, clip.name), whole, is_test, np.zeros(0))
     return True
 
 

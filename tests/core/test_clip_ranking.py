@@ -23,7 +23,7 @@ def drawn(n_clips=12, n_windows=4):
     for number in range(n_clips):
         activity = ACTIVITIES[number % len(ACTIVITIES)]
         clips.append(Clip(Path(f"{number}.bvh"), f"{number}.bvh", f"clip_{number}", activity))
-        windows.append(ClipWindows(np.ones(n_windows, bool), rng.normal(size=len(POSES)), (n_windows,)))
+        windows.append(ClipWindows(np.ones(n_windows, bool), rng.normal(size=len(POSES))))
         part = rng.normal(size=(n_windows, 2, 3)).astype(np.float32)
         part[..., number % len(ACTIVITIES)] += 4
         features.append(part)
@@ -41,7 +41,7 @@ def test_files_of_a_library_are_ranked_as_they_are():
 
 def test_a_second_file_of_a_motion_names_the_first_by_its_signature_or_by_its_key():
     clips, windows, features = drawn()
-    windows[3] = ClipWindows(windows[3].is_test, windows[0].signature, windows[3].counts)
+    windows[3] = ClipWindows(windows[3].is_test, windows[0].signature)
     clips = [LabelledClip(clip.name, clip.activity) for clip in clips]
     clips[4] = LabelledClip("clip_4", "run", "", "take 7")
     clips[7] = LabelledClip("clip_7", "run", "", "take 7")
@@ -57,11 +57,9 @@ def test_a_clips_windows_are_read_back_and_cannot_be_changed(tmp_path):
     path = features_file(tmp_path, "a")
     path.parent.mkdir(parents=True)
     signature = np.arange(4.0)
-    parts = [np.zeros((3, 2, 1), np.float32), np.zeros((2, 2, 1), np.float32)]
-    write_features(path, parts, np.array([True, False, True]), signature)
+    write_features(path, np.zeros((3, 2, 1), np.float32), np.array([True, False, True]), signature)
     found = ClipWindows.read(tmp_path, "a")
-    assert found.counts == (3, 2)
-    assert found.is_test.tolist() == [True, False, True, False, False]
+    assert found.is_test.tolist() == [True, False, True]
     assert found.signature.tolist() == signature.tolist()
     with pytest.raises(AttributeError):
-        found.counts = (5,)
+        found.is_test = None

@@ -5,7 +5,6 @@ import json
 
 import pytest
 
-from w2w.core.imu.augmentation import Augmentation
 from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.presets import preset
 from w2w.core.imu.synthesis import Synthesis
@@ -24,7 +23,6 @@ def test_every_parameter_is_read_back_as_it_was():
         sensor="watch",
         own_sensor=preset("phone"),
         windows=WindowSpec(3.0, 0.7),
-        augmentation=Augmentation(copies=2),
         weights=(("walking", 2.0),),
         max_places=3,
         constraints=Constraints(only=("left",), costs=(("head", 3.0),)),
@@ -50,7 +48,6 @@ def test_every_parameter_is_read_back_as_it_was():
         ({"garments": "tshirt"}, "garments must be a list, not 'tshirt'"),
         ({"weights": [["walking"]]}, r"weights\[0\] must be a list of 2"),
         ({"synthesis": {"convention": "mine"}}, "synthesis.convention must be 'physical' or 'paper'"),
-        ({"augmentation": {"copies": 2, "noise": "on"}}, "augmentation.noise must be true or false"),
     ],
 )
 def test_what_cannot_be_is_named_with_what_is_allowed(given, said):
@@ -68,4 +65,3 @@ def test_a_parameter_finds_its_value():
     assert (window.path, window.unit, window.default) == (("windows", "length_s"), "s", 2.0)
     changed = StudyConfig(windows=WindowSpec(4.0))
     assert window.of(changed) == changed.windows.length_s == 4.0
-    assert parameters_of(StudyConfig)["copies"].of(changed) is None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that the work on a clip leaves for the ranking: its windows and those of its copies."""
+"""Files that the work on a clip leaves for the ranking: its windows."""
 
 from __future__ import annotations
 
@@ -55,27 +55,16 @@ def signals_file(out: Path, clip: str) -> Path:
 
 
 def features_file(out: Path, clip: str) -> Path:
-    """Windows of a clip, then of its copies, as features."""
+    """Windows of a clip as features."""
     return _file_of(out / WORK / "features", clip)
 
 
-def copy_file(out: Path, clip: str, copy: int) -> Path:
-    """The recording of a copy of a clip, where the classifier needs it."""
-    return _file_of(out / WORK / "copies", clip, f".{copy}.npz")
+def write_features(path: Path, features: np.ndarray, is_test: np.ndarray, signature: np.ndarray) -> None:
+    """Write the features of a clip, shape (windows, N, D), and which windows may be tested on.
 
-
-def write_features(
-    path: Path, features: Sequence[np.ndarray], is_test: np.ndarray, signature: np.ndarray
-) -> None:
-    """Write the features of a clip and then of each copy, each of shape (windows, N, D).
-
-    `is_test` is of the clip's own windows, as copies are never tested; equal motions have equal signatures.
+    Equal motions have equal signatures.
     """
-    counts = np.array([len(part) for part in features])
-    whole = np.zeros(counts.sum(), dtype=bool)
-    whole[: len(is_test)] = is_test
-    arrays = {"features": np.concatenate(features), "is_test": whole}
-    write_npz(path, arrays | {"signature": signature, "counts": counts})
+    write_npz(path, {"features": features, "is_test": is_test, "signature": signature})
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -86,15 +75,12 @@ class ClipWindows:
     """Windows that may be tested on, shape (W,), bool."""
     signature: np.ndarray
     """`motion_signature`: equal for equal motions."""
-    counts: tuple[int, ...]
-    """Windows of the clip, then of each copy."""
 
     @classmethod
     def read(cls, out: Path, clip: str) -> ClipWindows:
         """Those of a run's clip."""
-        needed = ("is_test", "signature", "counts")
-        data = load_arrays(features_file(out, clip), needed, "does not hold a clip's windows")
-        return cls(data["is_test"], data["signature"], tuple(data["counts"].tolist()))
+        needed = ("is_test", "signature")
+        return cls(**load_arrays(features_file(out, clip), needed, "does not hold a clip's windows"))
 
 
 NO_SIGNATURE = np.empty(0, dtype=np.float32)
@@ -126,21 +112,15 @@ class Signatures(Sequence[np.ndarray]):
         self._file.close()
 
 
-def recordings_of(out: Path, clip: str, windows: ClipWindows) -> list[Path]:
-    """The recording of a clip, then those of its copies, which may not have been kept."""
-    copies = range(len(windows.counts) - 1)
-    return [signals_file(out, clip), *(copy_file(out, clip, copy) for copy in copies)]
-
-
 def ranking_inputs(
     clips: Sequence[tuple[Path, str]], windows: Sequence[ClipWindows], classifier: str, spec: WindowSpec
 ) -> PatchBlocks:
-    """A classifier's inputs from clips, given by folder and name, and their copies, read from disk."""
+    """A classifier's inputs from clips, given by folder and name, read from disk."""
     if inputs_of(classifier) == "features":
         return FeatureFiles([features_file(*clip) for clip in clips])
-    both = zip(clips, windows, strict=True)
-    recordings = [path for clip, found in both for path in recordings_of(*clip, found)]
-    return WindowFiles(recordings, [count for found in windows for count in found.counts], spec)
+    return WindowFiles(
+        [signals_file(*clip) for clip in clips], [len(found.is_test) for found in windows], spec
+    )
 
 
 @dataclass(frozen=True, eq=False)

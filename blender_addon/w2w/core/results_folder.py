@@ -126,7 +126,7 @@ class StudyResults:
         return tuple((self.out, clip.name) for clip in self.clips)
 
     def inputs(self, classifier: str) -> PatchBlocks:
-        """What a classifier takes of the run: all windows of all patches and copies, served from disk."""
+        """What a classifier takes of the run: all windows of all patches, served from disk."""
         if self.read and self.read.classifier == classifier:
             return self.read.inputs
         return ranking_inputs(self.places, self.windows, classifier, self.config().windows)
@@ -225,14 +225,12 @@ def _evenly(activities: Sequence[str]) -> list[int]:
 
 
 def _turns(study: StudyResults, config: StudyConfig, patches: Sequence[int]) -> list[int]:
-    """How far the sensor on each patch may be turned, degrees; augmented copies take no part."""
+    """How far the sensor on each patch may be turned, degrees."""
     numbers = _evenly([clip.activity for clip in study.clips])
-    counts = [study.windows[n].counts for n in numbers]
-    own = np.concatenate([np.arange(sum(of)) < of[0] for of in counts])
     labels = WindowLabels.of([study.clips[n] for n in numbers], [study.windows[n] for n in numbers])
     recordings = (study.recording(n, patches) for n in numbers)
     cut = np.concatenate([cut_windows(one, config.windows).signals for one in recordings])
-    rate, protocol = config.synthesis.rate_hz, labels.some(own).protocol(config)
+    rate, protocol = config.synthesis.rate_hz, labels.protocol(config)
     return [may_turn(cut[:, card], rate, protocol, DROP) for card in range(len(patches))]
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A study's parameters and the order of its steps, from a motion to a recommendation."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from numbers import Real
 from typing import Any, Self
@@ -10,7 +10,6 @@ import numpy as np
 
 from .body.body import Body
 from .garments.on_cloth import ClothSensors
-from .imu.augmentation import Augmentation, record_copies
 from .imu.further import NOTHING, FurtherSensors, further_signals
 from .imu.presets import DEFAULT_SENSOR, preset
 from .imu.recording import ImuRecording
@@ -81,7 +80,6 @@ class StudyConfig:
     )  # fmt: skip
     further: FurtherSensors = NOTHING
     windows: WindowSpec = field(default_factory=WindowSpec)
-    augmentation: Augmentation | None = None
     classifier: str = parameter(
         "ridge",
         "Classifier for each patch: ridge (seconds), and with W2W from pip trees (minutes) and multi3net "
@@ -152,13 +150,7 @@ class StudyConfig:
         for name, unused in (("placements", ()), ("garments", ()), ("further", NOTHING)):
             if getattr(self, name) != unused:
                 chosen[name] = plain(getattr(self, name))
-        if self.augmentation is not None:
-            chosen |= {"augmentation": plain(self.augmentation), "keep_copies": self.keeps_copies()}
         return chosen
-
-    def keeps_copies(self) -> bool:
-        """Whether the recordings of augmented copies are needed beside their features."""
-        return self.augmentation is not None and inputs_of(self.classifier) == "windows"
 
     def as_dict(self) -> dict[str, Any]:
         """Every parameter as plain values, the sensor's own ones spelled out."""
@@ -231,19 +223,6 @@ def measured(motion: Motion, config: StudyConfig) -> Motion:
     if config.root_band_hz is None or config.root_band_hz >= motion.rate / 2:
         return motion
     return smoothed_root(motion, config.root_band_hz)
-
-
-def copies_of(body: Body, patches: PatchSet, motion: Motion, config: StudyConfig) -> Iterator[ImuRecording]:
-    """Recordings of the augmented copies of a motion that the config asks for, which may be none.
-
-    ValueError if copies on other bodies are asked for and the body is not W2W's own.
-    """
-    if config.augmentation is not None:
-        motion = measured(motion, config)
-        yield from record_copies(
-            body, patches, motion, config.augmentation, config.synthesis, config.sensor_model(), config.seed,
-            config.further,
-        )  # fmt: skip
 
 
 def record_baked(

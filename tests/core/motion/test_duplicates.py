@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.imu.augmentation import at_tempo, mirrored, scaled
 from w2w.core.motion.duplicates import POSES, mirrored_signatures, motion_signature, move_alike
 from w2w.core.study import same_clips
 from w2w.loading import load
+from w2w.studies.sweep.augmentation import at_tempo, mirrored, scaled
 
 
 def test_the_mirrored_signature_is_that_of_the_mirrored_motion(waving):

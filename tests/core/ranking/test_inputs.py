@@ -188,7 +188,7 @@ def test_ranking_from_files_equals_memory_and_holds_one_block(tmp_path):
         write_npz(paths[-1], {"features": features[rows]})
         signature = np.random.default_rng(number).normal(size=len(POSES))
         clips.append(LabelledClip(f"clip {number}", activity[rows][0], "", str(number)))
-        windows.append(ClipWindows(is_test[rows], signature, (n_windows,)))
+        windows.append(ClipWindows(is_test[rows], signature))
     config = StudyConfig()
     ranked = same_motions(clips, windows)
     protocol = WindowLabels.of(ranked, windows).protocol(config)

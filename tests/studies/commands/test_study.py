@@ -158,7 +158,6 @@ def test_the_study_has_every_option_of_a_run():
     assert {
         "--sensor",
         "--classifier",
-        "--augment",
         "--by-subject",
         "--bodies",
         "--only",

@@ -47,7 +47,7 @@ def study(tmp_path):
             clips.append(LabelledClip(name, activity, "", name))
             write_features(
                 features_file(tmp_path, name),
-                [np.zeros((1, 2, 1), np.float32)],
+                np.zeros((1, 2, 1), np.float32),
                 np.ones(1, bool),
                 np.zeros(1),
             )

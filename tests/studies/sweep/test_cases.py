@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`w2w run --augment` trains on copies and tests on none; `w2w sweep` ranks the same motions again."""
+"""`w2w sweep` ranks the same motions again; copies of them are trained on and never tested."""
 
 import csv
 
@@ -11,8 +11,8 @@ from w2w.core.clip_files import ClipWindows
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
-from w2w.studies.paper.sets import paper_sets
 from w2w.studies.sweep.cases import FACTORS, cases
+from w2w.studies.sweep.maps import SweepMaps
 
 from ...clip_lists import used_clips
 
@@ -28,44 +28,30 @@ def run(*arguments):
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
-    """Two clips an activity of W2W's own library, with two copies of each."""
+    """Two clips an activity of W2W's own library."""
     folder = tmp_path_factory.mktemp("sweep")
     assert run("demo-library", folder / "library", "--clips", 2)[0] == 0
     code, output = run(
         *("run", folder / "library", "--out", folder / "out", "--patches", PLACES, "--no-pictures"),
-        *("--workers", 1, "--augment", "tempo,noise", "--copies", 2, "--folds", 2, "--max", 2),
+        *("--workers", 1, "--folds", 2, "--max", 2),
     )
     assert code == 0, output
     return StudyResults.load(folder / "out")
 
 
-def test_copies_are_trained_on_and_never_tested(study):
-    used = used_clips(study.out)
-    for entry in used:
-        found = ClipWindows.read(study.out, entry["clip"])
-        assert len(found.counts) == 1 + entry["copies"] == 3
-        assert found.counts[0] == entry["windows"]
-        assert sum(found.counts[1:]) == entry["copy_windows"] > 0
-        assert found.is_test.sum() == entry["test_windows"]
-    assert len(study.utility.truth) == sum(entry["test_windows"] for entry in used)
-    assert study.inputs("ridge").shape[0] == sum(entry["windows"] + entry["copy_windows"] for entry in used)
-    sets = paper_sets(study, study.config())
-    assert len(sets.together) == len(sets.greedy.order)
-
-
-def test_a_finished_study_gives_its_parameters_back(study):
-    config = study.config()
-    assert config.augmentation.copies == 2
-    assert config.augmentation.tempo > 0
-    assert config.augmentation.warp == 0
-    assert (config.patches, config.folds, config.max_places) == (PLACES, 2, 2)
-    assert config.as_dict() == study.parameters
-
-
-def test_wrong_switches_are_named(study, tmp_path):
-    code, output = run("run", study.out.parent / "library", "--out", tmp_path, "--augment", "twist")
-    assert code == 2
-    assert "'twist' is no augmentation" in output
+def test_copies_are_trained_on_and_never_tested(study, tmp_path):
+    (case,) = (case for case in cases(study.config(), ["augment"], 2) if case.name == "tempo")
+    maps = SweepMaps(study, tmp_path, PLACES, workers=1)
+    (tmp_path / ".w2w" / "features").mkdir(parents=True, exist_ok=True)
+    study.body().save(tmp_path / ".w2w" / "body.npz")
+    clips = maps._bake(case, tmp_path, lambda _: None)
+    for clip, entry in zip(clips, used_clips(study.out), strict=True):
+        is_test = ClipWindows.read(tmp_path, clip.name).is_test
+        assert len(is_test) >= 2 * entry["windows"]
+        assert is_test.sum() == is_test[: entry["windows"]].sum() == entry["test_windows"]
+    utility = maps._rank(case, clips, tmp_path)
+    assert len(utility.truth) == len(study.utility.truth)
+    assert not np.array_equal(utility.f1, study.utility.f1)
 
 
 def test_a_sweep_ranks_the_same_motions_again(study):
@@ -112,7 +98,7 @@ def test_each_factor_changes_one_thing(study):
             "mounting": _altered(case, config, "mounting_turn_deg"),
             "soft tissue": _altered(case, config, "soft_tissue_hz"),
             "window": case.config.windows != config.windows,
-            "augment": case.config.augmentation != config.augmentation,
+            "augment": case.augmentation is not None,
         }
         assert [name for name, yes in changed.items() if yes] == [case.factor]
     with pytest.raises(ValueError, match="'mood' cannot be swept; there are tempo"):

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ..clip_files import WORK, ClipWindows, copy_file, features_file, motion_file, recordings_of, signals_file
+from ..clip_files import WORK, ClipWindows, features_file, motion_file, signals_file
 from ..files import folder_beside, write_json
 from ..garments.cover import FITTED, Cover, save_covers
 from ..motion.motion import Motion
@@ -14,7 +14,7 @@ from ..patches.patches import PatchSet
 from ..results_folder import ClipResult, Study, StudyResults, stored_recording
 from .summary import config_content, write_results
 
-FOLDERS = ("motions", "signals", f"{WORK}/features", f"{WORK}/copies")
+FOLDERS = ("motions", "signals", f"{WORK}/features")
 
 
 def write_folder(
@@ -70,8 +70,5 @@ def _write_clip(
     stored_recording(*place).labelled(patches.names, *labels).save(signals_file(out, clip.name))
     shutil.copyfile(features_file(*place), features_file(out, clip.name))
     windows = ClipWindows.read(out, clip.name)
-    copies = recordings_of(*place, windows)[1:]
-    for number, copy in enumerate(path for path in copies if path.is_file()):
-        shutil.copyfile(copy, copy_file(out, clip.name, number))
-    counts = {"windows": windows.counts[0], "test_windows": int(windows.is_test.sum())}
+    counts = {"windows": len(windows.is_test), "test_windows": int(windows.is_test.sum())}
     return replace(result, details={**result.details, **counts})

@@ -237,7 +237,7 @@ class Protocol:
     activity: np.ndarray  # (W,), of str
     clip: np.ndarray  # (W,)
     subject: np.ndarray | None  # (W,), of str; where given, one is left out at a time, not a fold of clips
-    is_test: np.ndarray  # (W,), bool: neither overlapping nor augmented; the others are for training only
+    is_test: np.ndarray  # (W,), bool: not overlapping; the others are for training only
     activities: Sequence[str]  # in the order wanted
     folds: int = 5  # where no subjects are given; fewer when there are fewer clips
     seed: int = 0

@@ -65,15 +65,14 @@ def save(key: str, recording: ImuRecording, windows: Windows, signature: np.ndar
     place, (features, is_test) = (folder, key + SIGNALS_SUFFIX), windows
     for path in (signals_file(*place), features_file(*place)):
         path.parent.mkdir(parents=True, exist_ok=True)
-    write_features(features_file(*place), [features], is_test, signature)
+    write_features(features_file(*place), features, is_test, signature)
     recording.save(signals_file(*place))
 
 
 def with_added(place: Place, added: ImuRecording, windows: Windows) -> tuple[ImuRecording, Windows]:
     """Signals and windows that a clip has, with those of patches that were added after them."""
     before = load_arrays(features_file(*place), ("features",), "does not hold a clip's windows")["features"]
-    own = before[: len(windows[1])]  # those of copies come after them
-    features = np.concatenate([own, windows[0]], axis=1)
+    features = np.concatenate([before, windows[0]], axis=1)
     return stored_recording(*place).with_sensors_of(added), (features, windows[1])
 
 

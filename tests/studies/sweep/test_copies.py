@@ -6,21 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.imu.augmentation import (
-    SWITCHES,
-    Augmentation,
-    body_variant,
-    parse_augmentation,
-    record_copies,
-)
-from w2w.core.imu.presets import DEFAULT_SENSOR, preset
-from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.synthesis import Synthesis
+from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.imu.virtual import record_motion
 from w2w.core.patches.patches import sample_patches
+from w2w.core.study import StudyConfig, record
+from w2w.studies.sweep.augmentation import SWITCHES, Augmentation, body_variant, copies_of
 
-SETTINGS = Synthesis(rate_hz=50.0)
-IDEAL = SensorModel.ideal()
+IDEAL, REAL = StudyConfig(sensor="ideal"), StudyConfig(sensor=DEFAULT_SENSOR)
 
 
 @pytest.fixture(scope="module")
@@ -28,15 +20,14 @@ def patches(bundled_body):
     return sample_patches(bundled_body, 12, seed=0)
 
 
-def copies(body, patches, motion, *switches, sensor=IDEAL, number=2, seed=0):
-    plan = Augmentation.only(switches, copies=number)
-    made = list(record_copies(body, patches, motion, plan, SETTINGS, sensor, seed))
+def copies(body, patches, motion, *switches, config=IDEAL, number=2):
+    made = list(copies_of(body, patches, motion, config, Augmentation.only(switches, copies=number)))
     assert len(made) == number
     return made
 
 
 def test_without_a_switch_a_copy_is_the_clip(bundled_body, patches, waving):
-    own = record_motion(bundled_body, patches, waving, SETTINGS)
+    own = record_motion(bundled_body, patches, waving, IDEAL.synthesis)
     for copy in copies(bundled_body, patches, waving):
         np.testing.assert_array_equal(copy.acc, own.acc)
         assert (copy.clip, copy.activity, copy.subject) == (own.clip, own.activity, own.subject)
@@ -44,10 +35,10 @@ def test_without_a_switch_a_copy_is_the_clip(bundled_body, patches, waving):
 
 @pytest.mark.parametrize("switch", SWITCHES)
 def test_each_switch_alone_changes_the_recording_and_is_repeatable(bundled_body, patches, waving, switch):
-    sensor = preset(DEFAULT_SENSOR) if switch == "noise" else IDEAL
-    own = record_motion(bundled_body, patches, waving, SETTINGS, sensor, 0)
-    first, second = copies(bundled_body, patches, waving, switch, sensor=sensor)
-    again, _ = copies(bundled_body, patches, waving, switch, sensor=sensor)
+    config = REAL if switch == "noise" else IDEAL
+    own = record(bundled_body, patches, waving, config)
+    first, second = copies(bundled_body, patches, waving, switch, config=config)
+    again, _ = copies(bundled_body, patches, waving, switch, config=config)
     np.testing.assert_array_equal(first.acc, again.acc)
     assert first.acc.shape != own.acc.shape or not np.array_equal(first.acc, own.acc)
     assert first.acc.shape != second.acc.shape or not np.array_equal(first.acc, second.acc)
@@ -56,14 +47,13 @@ def test_each_switch_alone_changes_the_recording_and_is_repeatable(bundled_body,
 
 
 def test_other_noise_is_the_same_motion(bundled_body, patches, waving):
-    sensor = preset(DEFAULT_SENSOR)
-    ideal = record_motion(bundled_body, patches, waving, SETTINGS)
-    for copy in copies(bundled_body, patches, waving, "noise", sensor=sensor):
+    ideal = record_motion(bundled_body, patches, waving, IDEAL.synthesis)
+    for copy in copies(bundled_body, patches, waving, "noise", config=REAL):
         assert 0 < np.abs(copy.gyr - ideal.gyr).mean() < 0.1
 
 
 def test_remounting_turns_what_is_measured_and_keeps_its_size(bundled_body, patches, waving):
-    ideal = record_motion(bundled_body, patches, waving, SETTINGS)
+    ideal = record_motion(bundled_body, patches, waving, IDEAL.synthesis)
     for copy in copies(bundled_body, patches, waving, "remount"):
         np.testing.assert_allclose(
             np.linalg.norm(copy.gyr, axis=2), np.linalg.norm(ideal.gyr, axis=2), atol=1e-4
@@ -71,7 +61,7 @@ def test_remounting_turns_what_is_measured_and_keeps_its_size(bundled_body, patc
 
 
 def test_other_bodies_stay_on_the_same_patches_and_move_alike(bundled_body, patches, waving):
-    ideal = record_motion(bundled_body, patches, waving, SETTINGS)
+    ideal = record_motion(bundled_body, patches, waving, IDEAL.synthesis)
     for copy in copies(bundled_body, patches, waving, "bodies"):
         assert copy.sites == ideal.sites
         together = np.corrcoef(copy.gyr.ravel(), ideal.gyr.ravel())[0, 1]
@@ -97,12 +87,9 @@ def test_two_clips_do_not_vary_alike(bundled_body, patches, waving):
     assert len(lengths) > 3
 
 
-def test_what_a_person_writes():
-    assert parse_augmentation("", 4) is None
-    assert parse_augmentation("tempo", 0) is None
-    assert parse_augmentation("all", 4) == Augmentation()
-    some = parse_augmentation("Tempo, remount", 2)
+def test_an_unknown_switch_is_named():
+    some = Augmentation.only(["tempo", "remount"], 2)
     assert (some.tempo > 0, some.remount_deg > 0, some.copies) == (True, True, 2)
     assert (some.mirror, some.bodies, some.noise, some.warp, some.amplitude) == (False, False, False, 0, 0)
     with pytest.raises(ValueError, match="'twist' is no augmentation; there are tempo"):
-        parse_augmentation("tempo,twist", 4)
+        Augmentation.only(["tempo", "twist"], 4)

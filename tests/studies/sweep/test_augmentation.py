@@ -9,11 +9,18 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, MIRRORED_JOINTS
-from w2w.core.imu.augmentation import Augmentation, at_tempo, mirrored, remounted, scaled, time_warped
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import Synthesis, synthesize
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
+from w2w.studies.sweep.augmentation import (
+    Augmentation,
+    at_tempo,
+    mirrored,
+    remounted,
+    scaled,
+    time_warped,
+)
 
 
 @pytest.fixture(scope="module")

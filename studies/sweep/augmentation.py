@@ -13,20 +13,17 @@ from functools import lru_cache
 from typing import Any, Self
 
 import numpy as np
-import scipy
+from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation, Slerp
 
-from ..body.body import Body
-from ..body.shapes import bundled_targets, shaped
-from ..body.skeleton import JOINT_NAMES, MIRRORED_JOINTS, N_JOINTS
-from ..motion.motion import Motion
-from ..parameters import parameter
-from ..patches.patches import PatchSet
-from .further import NOTHING, FurtherSensors
-from .recording import ImuRecording
-from .sensor import SensorModel
-from .synthesis import Synthesis
-from .virtual import record_motion
+from w2w.core.body.body import Body
+from w2w.core.body.shapes import bundled_targets, shaped
+from w2w.core.body.skeleton import JOINT_NAMES, MIRRORED_JOINTS, N_JOINTS
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.virtual import record_motion
+from w2w.core.motion.motion import Motion
+from w2w.core.patches.patches import PatchSet
+from w2w.core.study import StudyConfig, measured
 
 SWITCHES = ("tempo", "amplitude", "warp", "mirror", "bodies", "remount", "noise")
 """Names of the parts of an `Augmentation`."""
@@ -52,8 +49,7 @@ class Augmentation:
     Raises ValueError if a number is out of its range.
     """
 
-    # variants a clip
-    copies: int = parameter(4, "Copies per clip, with --augment.", least=1, group="Ranking")
+    copies: int = 4  # variants a clip
     mirror: bool = True  # every other variant has left and right exchanged, unless the activity names a side
     tempo: float = 0.15  # speed varies between 1 / (1 + tempo) and 1 + tempo; 0 is off
     amplitude: float = 0.15  # joint angles are scaled by 1 - amplitude to 1 + amplitude; 0 is off
@@ -94,17 +90,6 @@ class Augmentation:
             if self.tempo:
                 variant = at_tempo(variant, (1 + self.tempo) ** rng.uniform(-1, 1))
             yield variant
-
-
-def parse_augmentation(text: str, copies: int) -> Augmentation | None:
-    """The augmentation that a person writes: names of `SWITCHES` by commas, "all", or nothing.
-
-    Raises ValueError if a name is unknown.
-    """
-    names = [part.strip().lower() for part in text.split(",") if part.strip()]
-    if not names or not copies:
-        return None
-    return Augmentation.only(SWITCHES if names == ["all"] else names, copies)
 
 
 def mirrored(motion: Motion) -> Motion:
@@ -155,14 +140,14 @@ def time_warped(motion: Motion, strength: float, rng: np.random.Generator) -> Mo
         return motion
     n_knots = max(3, round(motion.duration) + 1)
     pace = np.concatenate([[0.0], rng.uniform(1 - strength, 1 + strength, n_knots - 1)]).cumsum()
-    clock = scipy.interpolate.PchipInterpolator(np.linspace(0, 1, n_knots), pace / pace[-1])
+    clock = PchipInterpolator(np.linspace(0, 1, n_knots), pace / pace[-1])
     frames = np.linspace(0, 1, motion.n_frames)
     moments = np.clip(clock(frames), 0.0, 1.0)
     rotations = np.empty_like(motion.rotations)
     for joint in range(N_JOINTS):
         turns = Slerp(frames, Rotation.from_matrix(motion.rotations[:, joint]))
         rotations[:, joint] = turns(moments).as_matrix()
-    path = scipy.interpolate.PchipInterpolator(frames, motion.pelvis)
+    path = PchipInterpolator(frames, motion.pelvis)
     return replace(motion, rotations=rotations, pelvis=path(moments))
 
 
@@ -187,34 +172,32 @@ def remounted(recording: ImuRecording, angle_deg: float, rng: np.random.Generato
     return replace(recording, **changed)
 
 
-def record_copies(
-    body: Body,
-    patches: PatchSet,
-    motion: Motion,
-    plan: Augmentation,
-    settings: Synthesis,
-    sensor: SensorModel,
-    seed: int,
-    further: FurtherSensors = NOTHING,
+def copies_of(
+    body: Body, patches: PatchSet, motion: Motion, config: StudyConfig, plan: Augmentation | None
 ) -> Iterator[ImuRecording]:
     """Record variants of a motion, under its own labels; the same seed and clip give the same ones.
 
     `body` is the clip's, and the copies' unless the plan has other bodies. Raises ValueError if it has, and
     the body is not W2W's own.
     """
+    if plan is None:
+        return
     if plan.bodies and not bundled_targets().fit(body):  # only that can be reshaped
         raise ValueError(
             f"augmentation by 'bodies' needs W2W's own body, and {body.name!r} is another: leave it out"
         )
+    seed = config.seed
     # a seed for each clip, so that the copies of two clips do not vary alike
     own = int.from_bytes(hashlib.sha256(f"{seed}/{motion.clip}".encode()).digest()[:6], "little")
-    for copy, variant in enumerate(plan.motions(motion, own)):
+    for copy, variant in enumerate(plan.motions(measured(motion, config), own)):
         wearer, moved = body, variant
         if plan.bodies:
             wearer = body_variant(copy, seed)
             moved = replace(variant, pelvis=variant.pelvis * (wearer.height / body.height))
         specimen = seed + 1 + copy if plan.noise else seed
-        recording = record_motion(wearer, patches, moved, settings, sensor, specimen, further)
+        recording = record_motion(
+            wearer, patches, moved, config.synthesis, config.sensor_model(), specimen, config.further
+        )
         if plan.remount_deg:
             recording = remounted(recording, plan.remount_deg, np.random.default_rng([own, copy, 1]))
         yield recording
