@@ -21,7 +21,7 @@ Element = Any
 LABELS = "labels.csv"
 TEMPO = 0.15
 AMPLITUDE = 0.15
-"""As `core.augmentation.Augmentation` has them."""
+"""As `studies.sweep.augmentation.Augmentation` has them."""
 
 ADDERS = {
     b"B": "add_bool", b"C": "add_char", b"Z": "add_int8", b"Y": "add_int16", b"I": "add_int32",

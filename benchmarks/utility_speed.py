@@ -34,7 +34,6 @@ from typing import Any
 import numpy as np
 
 from w2w.core.files import write_json
-from w2w.core.imu.augmentation import remounted
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.agreement import rank_agreement
 from w2w.core.ranking.features import window_features
@@ -44,6 +43,7 @@ from w2w.core.ranking.windows import WindowSpec, cut_windows
 from w2w.core.results_folder import StudyResults
 from w2w.studies.classifiers.multi3net.classifier import Multi3Net
 from w2w.studies.classifiers.trees import extra_trees
+from w2w.studies.sweep.augmentation import remounted
 
 ACTIVITIES = 24
 CLIPS = 589
