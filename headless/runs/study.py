@@ -36,6 +36,7 @@ from .monitor import RunMonitor
 from .records import Records, forget_read, gather, has_records, read_records, tidy, untouched
 from .workers import Engine, clip_workers, run_tasks, spread_here
 
+TOO_ALIKE = "the clips show too few different motions"
 GATHER = 256
 """Clips whose records go into the list at once."""
 
@@ -110,6 +111,8 @@ def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Stu
             raise StudyError(str(error), made.clips) from error
         try:
             utility, ranked = _rank(files, pooling, plan, out, monitor)
+        except np.linalg.LinAlgError as error:
+            raise StudyError(f"{TOO_ALIKE} to rank patches by", made.clips) from error
         except ValueError as error:
             activities = Counter(clip.activity for clip in used)
             found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
@@ -122,7 +125,7 @@ def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Stu
         try:
             advice = advised(results, config, pooling)
         except np.linalg.LinAlgError as error:
-            raise StudyError("the clips show too few different motions to choose sensors by") from error
+            raise StudyError(f"{TOO_ALIKE} to choose sensors by") from error
         except ValueError as error:
             raise StudyError(f"the constraints cannot be met: {error}") from error
     return Study(plan.library, config, made.body, made.clips, results, advice)

@@ -250,14 +250,18 @@ def test_a_source_for_each_activity_is_warned_of(places, tmp_path):
     assert f'<p class="warning">T{caution}' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
+TOO_ALIKE = [("utility_map", "rank patches"), ("advised", "choose sensors")]
+
+
 @pytest.mark.usefixtures("one_worker")
-def test_clips_too_much_alike_to_choose_by_are_no_fault_of_wishes(motions, tmp_path, monkeypatch):
-    def alike(*_):
+@pytest.mark.parametrize(("step", "purpose"), TOO_ALIKE)
+def test_clips_too_much_alike_are_no_fault_of_wishes(motions, tmp_path, monkeypatch, step, purpose):
+    def alike(*_, **__):
         raise np.linalg.LinAlgError("the matrix is not positive definite")  # 2,000 copies of four clips do
 
-    monkeypatch.setattr(study, "advised", alike)
+    monkeypatch.setattr(study, step, alike)
     done = w2w("run", motions, "--out", tmp_path / "out", "--patches", "4", "--no-pictures", "--folds", "2")
     assert done.exit_code == 1
     said = " ".join(done.output.split())
-    assert "too few different motions" in said
+    assert f"too few different motions to {purpose} by" in said
     assert "constraints" not in said
