@@ -4,17 +4,24 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import nullcontext
+from dataclasses import fields
+from functools import cache, lru_cache, partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer.testing
+from jinja2 import Environment, FileSystemBytecodeCache
 from loky import ProcessPoolExecutor, process_executor
 from scipy.spatial.transform import Rotation
+from typer.main import get_command
 
 from w2w.core import study
+from w2w.core.body.body import Body
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.clip_ranking import LabelledClip
 from w2w.core.findings.summary import write_results
@@ -28,6 +35,8 @@ from w2w.core.results_folder import ClipResult, Study, StudyResults
 from w2w.core.selection.advice import advise
 from w2w.core.selection.set_tests import SetTests
 from w2w.core.study import StudyConfig
+from w2w.drawing.body import BodyPictures
+from w2w.headless.reports import html, still_picture
 from w2w.headless.runs import workers
 from w2w.headless.runs.folder import make_folders
 from w2w.headless.runs.guard import end_with
@@ -59,20 +68,27 @@ class _Pool:
             pool.shutdown(kill_workers=True)
 
 
-@pytest.fixture(scope="module")
-def one_worker() -> Iterator[None]:
-    """All clips of a module are worked on by one worker process: a new one takes seconds to start."""
+@pytest.fixture(scope="session")
+def kept_worker() -> Iterator[_Pool]:
+    """A worker process for the whole session: a new one takes seconds to start."""
     pool = _Pool()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(workers, "local_executor", lambda _: nullcontext(pool))
-        yield
+    yield pool
     pool.shutdown()
 
 
+@pytest.fixture(scope="module")
+def one_worker(kept_worker) -> Iterator[None]:
+    """All clips of a module are worked on by the kept worker process."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(workers, "local_executor", lambda _: nullcontext(kept_worker))
+        yield
+
+
 @pytest.fixture(scope="session", autouse=True)
-def placed_once() -> Iterator[None]:
-    """The same patches on the same body are placed once in this process: it takes a second or more."""
-    placed = {}
+def made_once_here(tmp_path_factory) -> Iterator[None]:
+    """What is dear and the same each time is made once in this process: patches on a body, its segments (kept
+    by W2W for a body that is the same object) and shading, the page's template, the tree of commands."""
+    placed, bodies, load = {}, {}, Body.load
 
     def place(body, n, seed):
         key = (body.vertices.tobytes(), n, seed)
@@ -80,8 +96,18 @@ def placed_once() -> Iterator[None]:
             placed[key] = sample_patches(body, n, seed)
         return placed[key]
 
+    def kept(path):
+        body = load(path)
+        parts = (vars(body)[field.name] for field in fields(body))
+        return bodies.setdefault(tuple(np.array(part).tobytes() for part in parts), body)
+
+    templates = FileSystemBytecodeCache(str(tmp_path_factory.mktemp("templates")))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "sample_patches", place)
+        patch.setattr(Body, "load", staticmethod(kept))
+        patch.setattr(still_picture, "BodyPictures", lru_cache(maxsize=4)(BodyPictures))
+        patch.setattr(html, "Environment", partial(Environment, bytecode_cache=templates))
+        patch.setattr(typer.testing, "_get_command", cache(get_command))
         yield
 
 
@@ -91,16 +117,21 @@ CLIPS, WINDOWS, PLACES = 6, 4, 48
 
 
 @pytest.fixture(scope="session")
-def drawn_results(bundled_body, tmp_path_factory) -> Path:
+def drawn_results(made_once, bundled_body, tmp_path_factory) -> Path:
     """Results of a study whose 'arm_raise' is told best on the left arm; one label would break a page."""
-    return _drawn(bundled_body, tmp_path_factory.mktemp("drawn") / "out", dict.fromkeys(ACTIVITIES, CLIPS))
+    clips = dict.fromkeys(ACTIVITIES, CLIPS)
+    made = made_once("drawn", lambda folder: _drawn(bundled_body, folder / "out", clips))
+    return shutil.copytree(made / "out", tmp_path_factory.mktemp("drawn") / "out")
 
 
 @pytest.fixture(scope="session")
-def sparse_results(bundled_body, tmp_path_factory) -> Path:
+def sparse_results(made_once, bundled_body, tmp_path_factory) -> Path:
     """Results of a study with a title, an activity of two clips and two that cannot be ranked."""
     clips = {"arm_raise": 6, "sitting": 6, "jump": 2, "bow": 1, "kneel": 1}
-    return _drawn(bundled_body, tmp_path_factory.mktemp("sparse") / "out", clips, "Smart <b>shirt</b>")
+    made = made_once(
+        "sparse", lambda folder: _drawn(bundled_body, folder / "out", clips, "Smart <b>shirt</b>")
+    )
+    return shutil.copytree(made / "out", tmp_path_factory.mktemp("sparse") / "out")
 
 
 def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path:
@@ -135,7 +166,7 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
         body,
         tuple(ClipResult(clip, "", details, "0" * 64) for clip in clips),
         StudyResults(out, utility, patches, ranked, config.as_dict()),
-        advise(utility, patches, body, tests, config.target, max_places=5),
+        advise(utility, patches, body, tests, config.target, max_places=3),
     )
     write_results(drawn)
     write_config(drawn)
@@ -143,16 +174,23 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
 
 
 @pytest.fixture
-def motions(tmp_path) -> Path:
+def motions(made_once, tmp_path) -> Path:
     """A library of eight npz motions, four of each of two activities: none needs Blender to be read."""
-    library, time = tmp_path / "motions", np.arange(150) / 30
-    for activity, pace in (("slow", 0.5), ("fast", 2.0)):
+    made = made_once(
+        "motions", lambda folder: write_motions(folder / "motions", {"slow": 0.5, "fast": 2.0}, 4)
+    )
+    return shutil.copytree(made / "motions", tmp_path / "motions")
+
+
+def write_motions(library: Path, paces: dict[str, float], clips: int) -> None:
+    """Motions of 5 s that swing all joints, at each activity's pace (in hertz) and each clip's own way."""
+    time = np.arange(150) / 30
+    for activity, pace in paces.items():
         (library / activity).mkdir(parents=True)
-        for number in range(4):
+        for number in range(clips):
             axes = np.random.default_rng(number).normal(size=(N_JOINTS, 3)) / 5
             angles = np.sin(2 * np.pi * pace * (1 + number / 20) * time)
             turns = Rotation.from_rotvec((angles[:, None, None] * axes).reshape(-1, 3)).as_matrix()
             pelvis = np.stack([time / 5, 0 * time, np.ones_like(time)], axis=1)
             motion = Motion(turns.reshape(-1, N_JOINTS, 3, 3), pelvis, 30.0, activity, "", f"clip_{number}")
             motion.save(library / activity / f"{activity}_{number}.npz")
-    return library

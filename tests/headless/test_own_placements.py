@@ -13,6 +13,8 @@ from typer.testing import CliRunner
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
 
+from .conftest import write_motions
+
 pytestmark = pytest.mark.usefixtures("one_worker")
 
 
@@ -30,19 +32,10 @@ def finished(made_once):
 def _run(folder):
     table = "name,vertex,x,y,z\nStrap pod,1234,,,\nclip,,0.14,-0.06,0.98\n"
     (folder / "own.csv").write_text(table, encoding="utf-8")
-    assert run("demo-library", folder / "library", "--clips", 2)[0] == 0
+    write_motions(folder / "library", {"sitting": 0.5, "lifting": 0.8, "walking": 1.2}, 2)
     code, output = run(
-        *(
-            "run",
-            folder / "library",
-            "--out",
-            folder / "out",
-            "--patches",
-            12,
-            "--no-pictures",
-            "--no-report",
-        ),
-        *("--labels", folder / "library" / "labels.csv", "--workers", 1, "--placements", folder / "own.csv"),
+        *("run", folder / "library", "--out", folder / "out", "--patches", 12, "--no-pictures"),
+        *("--no-report", "--workers", 1, "--placements", folder / "own.csv"),
     )
     assert code == 0, output
     (folder / "output.txt").write_text(output, encoding="utf-8")

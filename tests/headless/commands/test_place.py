@@ -26,6 +26,7 @@ from w2w.scene.files.study_file import read_record
 from w2w.studies.placements.placement_patches import placement_patches
 
 from ...clip_lists import skipped_clips
+from ..conftest import write_motions
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -35,20 +36,28 @@ def run(*arguments):
     return result.exit_code, " ".join(result.output.split())
 
 
+PACES = {"sit_to_stand": 0.5, "arm_raise_band": 0.7, "one_leg_stand": 1.0, "stair_climbing": 2.0}
+
+
 @pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    """A study of W2W's own library, three clips an activity, under constraints."""
-    folder = tmp_path_factory.mktemp("place")
+def study(made_once, tmp_path_factory):
+    """A study of three clips an activity, under constraints; the copy is this process's own."""
+    folder = made_once("place", _make)
+    out = shutil.copytree(folder / "out", tmp_path_factory.mktemp("place") / "out")
+    return out, (folder / "output.txt").read_text(encoding="utf-8")
+
+
+def _make(folder):
     costs = folder / "costs.csv"
     costs.write_text("region,cost\nleg,2\n", encoding="utf-8")
-    assert run("demo-library", folder / "library", "--clips", 3)[0] == 0
+    write_motions(folder / "library", PACES, 3)
     code, output = run(
         *("run", folder / "library", "--out", folder / "out", "--patches", 48, "--no-pictures"),
-        *("--labels", folder / "library" / "labels.csv", "--workers", 1, "--forbid", "head,hand"),
+        *("--workers", 1, "--forbid", "head,hand"),
         *("--max", 2, "--target", 1, "--cost", costs, "--leave-out", "stair_climbing", "--folds", 3),
     )
     assert code == 0, output
-    return folder / "out", output
+    (folder / "output.txt").write_text(output, encoding="utf-8")
 
 
 def chosen(out, *options):
@@ -338,17 +347,29 @@ WEIGHED = ("--background", "One leg stand", "--target", 1, "--max", 2)
 
 
 @pytest.mark.slow
-def test_another_mean_is_ranked_as_a_run_would(study, tmp_path):
+def test_another_mean_is_ranked_as_a_run_would(study, made_once, tmp_path):
     """Nothing is baked again, and the folder of the choice is that of a run with the same weights."""
     weights = tmp_path / "weights.csv"
     weights.write_text("activity,weight\nsit_to_stand,3\n", encoding="utf-8")
     asked = (*WEIGHED, "--weights", weights)
     run_out = shutil.copytree(study[0], tmp_path / "run")
-    library = study[0].parent / "library"
+    made = made_once("place", _make)
     code, told = run(
-        *("run", library, "--out", run_out, "--patches", 48, "--no-pictures", "--workers", 1, "--folds", 3),
-        *("--labels", library / "labels.csv", "--leave-out", "stair_climbing", *asked),
-        *("--forbid", "head,hand", "--max", 2, "--target", 1, "--cost", study[0].parent / "costs.csv"),
+        *(
+            "run",
+            made / "library",
+            "--out",
+            run_out,
+            "--patches",
+            48,
+            "--no-pictures",
+            "--workers",
+            1,
+            "--folds",
+            3,
+        ),
+        *("--leave-out", "stair_climbing", *asked),
+        *("--forbid", "head,hand", "--max", 2, "--target", 1, "--cost", made / "costs.csv"),
     )
     assert code == 0, told
     before = hashes(study[0])

@@ -200,9 +200,12 @@ def test_a_result_that_the_user_changed_is_kept(library, tmp_path):
     assert "already holds summary.json" in said
 
 
-def test_a_folder_without_the_list_is_the_users(library, tmp_path):
+def test_what_was_written_is_listed_with_its_hash_and_without_the_list_is_the_users(library, tmp_path):
     out = tmp_path / "out"
     assert run(library, tmp_path / "finished")[0] == 0
+    listed = (tmp_path / "finished" / ".w2w" / "written.sha256").read_text()
+    hashes = {name: file_sha256(tmp_path / "finished" / name) for name in sorted(TABLES)}
+    assert listed == "".join(f"{value}  {name}\n" for name, value in hashes.items())
     out.mkdir()
     for name in TABLES:
         shutil.copy(tmp_path / "finished" / name, out / name)
@@ -343,10 +346,3 @@ def test_a_kill_at_any_rename_leaves_what_the_next_run_knows_as_its_own(library,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert int(done.stdout) >= 8  # renames of a clip, and of the folder's list
-
-
-def test_what_was_written_is_listed_with_its_hash(library, tmp_path):
-    out = tmp_path / "out"
-    assert run(library, out)[0] == 0
-    listed = (out / ".w2w" / "written.sha256").read_text()
-    assert listed == "".join(f"{file_sha256(out / name)}  {name}\n" for name in sorted(TABLES))

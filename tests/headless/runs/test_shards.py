@@ -14,7 +14,7 @@ from w2w.headless.commands.run import part_of
 from w2w.headless.runs.folder import FolderBusyError, only_run, only_shard
 
 ROOT = Path(__file__).resolve().parents[3]
-OPTIONS = ["--patches", "8", "--workers", "1", "--no-pictures", "--folds", "2", "--window", "1"]
+OPTIONS = "--patches 8 --workers 1 --no-pictures --no-report --folds 2 --window 1".split()
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -35,7 +35,7 @@ def hashes(out):
 def test_shards_in_any_order_give_what_one_run_gives(motions, tmp_path):
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     assert run(motions, whole)[0] == 0
-    for shard in ("3/3", "1/3", "2/3"):
+    for shard in ("2/2", "1/2"):
         code, output = run(motions, parts, "--shard", shard)
         assert code == 0, output
         assert "Without --shard, the same command ranks all" in output

@@ -11,18 +11,7 @@ from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
 from w2w.headless.runs import folder
 
-OPTIONS = [
-    "--patches",
-    "8",
-    "--workers",
-    "1",
-    "--no-pictures",
-    "--no-report",
-    "--folds",
-    "2",
-    "--window",
-    "1",
-]
+OPTIONS = "--patches 8 --workers 1 --no-pictures --no-report --folds 2 --window 1".split()
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -46,7 +35,9 @@ def divided(motions, tmp_path, monkeypatch):
     return library, out
 
 
-def test_each_clip_has_its_subfolder_and_all_is_found_there(divided, tmp_path, monkeypatch):
+def test_each_clip_has_its_subfolder_and_all_is_found_there_and_no_link_is_followed(
+    divided, tmp_path, monkeypatch
+):
     library, out = divided
     for kind in ("motions", "signals", ".w2w/features"):
         assert len(places(out, kind)) == 8
@@ -62,6 +53,14 @@ def test_each_clip_has_its_subfolder_and_all_is_found_there(divided, tmp_path, m
     assert all("/" not in name for name in places(tmp_path / "flat", "motions"))
     for file in ("utility.csv", "summary.json", "clips.jsonl", "utility.npz"):
         assert (out / file).read_bytes() == (tmp_path / "flat" / file).read_bytes()
+    place = motion_file(out, name).parent
+    shutil.rmtree(place)
+    (tmp_path / "elsewhere").mkdir()
+    place.symlink_to(tmp_path / "elsewhere", target_is_directory=True)
+    code, said = run(library, out)
+    assert code == 2
+    assert f"motions/{place.name}" in said
+    assert not list((tmp_path / "elsewhere").iterdir())
 
 
 @pytest.mark.slow
@@ -88,15 +87,3 @@ def test_what_an_earlier_library_left_goes_and_what_is_foreign_is_refused(divide
     code, said = run(library, out)
     assert code == 2
     assert motion_file(out, clip).relative_to(out).as_posix() in said
-
-
-def test_a_link_in_place_of_a_subfolder_is_refused(divided, tmp_path):
-    library, out = divided
-    place = motion_file(out, StudyResults.load(out).clips[0].name).parent
-    shutil.rmtree(place)
-    (tmp_path / "elsewhere").mkdir()
-    place.symlink_to(tmp_path / "elsewhere", target_is_directory=True)
-    code, said = run(library, out)
-    assert code == 2
-    assert f"motions/{place.name}" in said
-    assert not list((tmp_path / "elsewhere").iterdir())
