@@ -61,24 +61,28 @@ def write_library(folder: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def places(tmp_path_factory):
+def places(made_once):
     """The same run twice: in another place, called another way, by other workers."""
-    here, there = tmp_path_factory.mktemp("here"), tmp_path_factory.mktemp("there")
+    folder = made_once("places", _make)
+    outs = (folder / "here" / "out", folder / "there" / "results of mine" / "out")
+    return [(out, (out.parent / "said.txt").read_text(encoding="utf-8")) for out in outs]
+
+
+def _make(folder):
+    here, there = folder / "here", folder / "there"
     one, other = here / "library", there / "deep" / "the same clips"
     before = Path.cwd()
-    found = []
-    for folder, library, out, workers in (
+    for place, library, out, workers in (
         (here, "library", "out", 1),
         (there, str(other), str(there / "results of mine" / "out"), 2),
     ):
-        write_library(one if folder == here else other)
-        os.chdir(folder)
+        write_library(one if place == here else other)
+        os.chdir(place)
         options = ["--out", out, "--labels", f"{library}/labels.csv", "--patches", 8, "--no-pictures"]
         done = w2w("run", library, *options, "--workers", workers, "--window", 60, "--title", "My <shirt>")
         os.chdir(before)
         assert done.exit_code == 0, done.output
-        found.append((folder / out, " ".join(done.output.split())))
-    return found
+        (place / out).parent.joinpath("said.txt").write_text(" ".join(done.output.split()), encoding="utf-8")
 
 
 def test_the_same_input_gives_the_same_bytes_wherever_it_lies(places):
@@ -93,7 +97,7 @@ def test_the_same_input_gives_the_same_bytes_wherever_it_lies(places):
     assert {name for name in one if one[name] != other[name]} <= tell_times
     for name, content in one.items():
         assert b"the same clips" not in content + other[name], name
-        assert str(places[0][0].parent).encode() not in content, name
+        assert str(places[0][0].parent.parent).encode() not in content, name
 
 
 def test_labels_that_match_nothing_are_counted_and_named(places):
@@ -231,6 +235,7 @@ def test_pictures_and_bodies_have_names_that_every_system_takes():
     assert _folder_name("nul.npz", "1.2:0") == "body_nul.npz_betas_1.2_0"
 
 
+@pytest.mark.usefixtures("one_worker")
 def test_a_source_for_each_activity_is_warned_of(places, tmp_path):
     out, output = places[0]
     assert json.loads((out / "summary.json").read_text())["source_caution"] == ""  # one system shows them all
