@@ -3,6 +3,7 @@
 
 import csv
 import json
+from functools import partial
 
 import numpy as np
 import pytest
@@ -19,15 +20,17 @@ ACTIVITIES = ("squatting", "walking", "waving")
 
 
 @pytest.fixture(scope="module")
-def ranked(made_files, tmp_path_factory):
-    folder, _ = made_files
-    out = tmp_path_factory.mktemp("ranked") / "out"
-    options = ["--patches", 24, "--window", 1, "--stride", 0.5, "--no-pictures", "--workers", 1]
-    arguments = ["run", folder, "--out", out, "--bone-map", folder / "werkstatt.json", *options]
-    result = CliRunner().invoke(APP, [str(argument) for argument in arguments])
-    assert result.exit_code == 0, result.output
+def ranked(made_files, made_once):
+    out = made_once("ranked", partial(_run, made_files[0])) / "out"
     with (out / "utility.csv").open(newline="") as stream:
         return json.loads((out / "summary.json").read_text()), list(csv.DictReader(stream)), out
+
+
+def _run(library, folder):
+    options = "--patches 24 --window 1 --stride 0.5 --no-pictures --no-report --workers 1".split()
+    bone_map = ["--bone-map", str(library / "werkstatt.json")]
+    result = CliRunner().invoke(APP, ["run", str(library), "--out", str(folder / "out"), *bone_map, *options])
+    assert result.exit_code == 0, result.output
 
 
 def test_every_file_is_used_with_its_frames(made_files, ranked):

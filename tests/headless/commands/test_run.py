@@ -8,6 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -47,8 +48,11 @@ def study(library, out, *options):
 
 
 @pytest.fixture(scope="module")
-def library(shared_data, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("library")
+def library(shared_data, made_once):
+    return made_once("clips of a run", partial(_library, shared_data))
+
+
+def _library(shared_data, folder):
     with (folder / "labels.csv").open("w", newline="") as stream:
         writer = csv.writer(stream)
         writer.writerow(["file", "activity"])
@@ -57,26 +61,31 @@ def library(shared_data, tmp_path_factory):
             shutil.copy(shared_data / "mixamo" / file, folder / file)
             writer.writerow([file, activity])
     shutil.copy(shared_data / "mixamo/M3-org__CharacterStudio/Waving.fbx", folder / "not listed.fbx")
-    return folder
 
 
 @pytest.fixture(scope="module")
-def finished(library, tmp_path_factory):
+def finished(library, made_once):
     """A study by two workers, and what it said, as a program of its own."""
-    out = tmp_path_factory.mktemp("study") / "out"
+    folder = made_once("run", partial(_run, library))
+    return folder / "out", (folder / "said.txt").read_text(encoding="utf-8")
+
+
+def _run(library, folder):
     options = ["--labels", library / "labels.csv", "--patches", "16", "--workers", "2"]
-    command = [sys.executable, "-m", "headless", "run", library, "--out", out, *options]
+    command = [sys.executable, "-m", "headless", "run", library, "--out", folder / "out", *options]
     done = subprocess.run(command, cwd=ROOT, env=WIDE, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    return out, done.stdout
+    (folder / "said.txt").write_text(done.stdout, encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
-def finished_by_one(library, one_worker, tmp_path_factory):  # noqa: ARG001
+def finished_by_one(library, one_worker, made_once):  # noqa: ARG001
     """The same study by one worker, without pictures."""
-    out = tmp_path_factory.mktemp("again") / "out"
-    assert study(library, out, "--workers", 1, "--no-pictures").exit_code == 0
-    return out
+
+    def make(folder):
+        assert study(library, folder / "out", "--workers", 1, "--no-pictures").exit_code == 0
+
+    return made_once("run by one", make) / "out"
 
 
 UNLIKE = ("state.json", "current.json")

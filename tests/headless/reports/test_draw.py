@@ -86,6 +86,7 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
         assert card["arrow"] in text
 
 
+@pytest.mark.usefixtures("one_worker")
 def test_what_cannot_be_drawn_says_why(tmp_path):
     assert "is not the results folder of a finished run" in draw_side_by_side([write_pictures], tmp_path)[0]
 
