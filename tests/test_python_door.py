@@ -139,7 +139,7 @@ def test_own_placements_are_ranked_by_their_names(library, tmp_path, n_placement
     assert [row["name"] for row in ranking._rows()] == list(own.names)
 
 
-def test_labels_without_meaning_are_not_recognised(library, few):
+def test_labels_without_meaning_are_not_recognised(library, few, ranking):
     """The same signals under labels dealt by chance."""
     motions = w2w.load(library)
     dealt = np.random.default_rng(3).permutation([motion.activity for motion in motions])
@@ -148,7 +148,8 @@ def test_labels_without_meaning_are_not_recognised(library, few):
         for motion, activity in zip(motions, dealt, strict=True)
     )
     scores = w2w.rank(w2w.synthesize(replace(motions, motions=shuffled), few), folds=3).mean
-    assert scores.mean() < 0.55
+    assert scores.mean() < 0.4 < ranking.mean.mean()
+    assert scores.max() < 0.7
 
 
 def test_the_papers_sets_are_chosen_and_tested_by_the_studies(ranking):
