@@ -12,6 +12,7 @@ from pathlib import Path
 def output_to(path: Path) -> Iterator[None]:
     """Let a file have what the process prints, C++ included, even when it dies."""
     with path.open("w") as file:
+        sys.stdout.flush()  # what was printed before is the user's
         saved = [os.dup(1), os.dup(2)]
         try:
             os.dup2(file.fileno(), 1)
