@@ -49,10 +49,8 @@ def test_what_is_stored_of_smpl_s_faces_is_what_they_give(smpl_faces, a_pose):
             np.testing.assert_array_equal(stored[name], array)
 
 
-@pytest.mark.parametrize(
-    ("seed", "quads", "clockwise"), [(0, False, True), (1, True, False), (2, True, True)]
-)
-def test_faces_are_recognised_in_any_order(smpl_faces, a_pose, seed, quads, clockwise):
+@pytest.mark.parametrize(("seed", "quads", "clockwise"), [(0, False, False), (2, True, True)])
+def test_faces_are_recognised_in_any_order_and_sides_paired(smpl_faces, a_pose, seed, quads, clockwise):
     generator = np.random.default_rng(seed)
     polygons = a_pose[1] if quads else smpl_faces
     renamed = generator.permutation(6890)
@@ -66,6 +64,12 @@ def test_faces_are_recognised_in_any_order(smpl_faces, a_pose, seed, quads, cloc
     mesh = recognise(shuffled, vertices)
     np.testing.assert_array_equal(mesh.order, renamed)
     assert as_set(mesh.faces) == as_set(smpl_faces)
+    mirror = mesh.mirror
+    np.testing.assert_array_equal(mirror[mirror], np.arange(6890))
+    assert as_set(mirror[smpl_faces][:, ::-1]) == as_set(smpl_faces)
+    gap = a_pose[0][mirror] * [-1, 1, 1] - a_pose[0]
+    assert np.linalg.norm(gap, axis=1).max() < 0.02  # the average man is not quite symmetric
+    assert (mirror == np.arange(6890)).sum() > 100
 
 
 def test_a_single_flipped_edge_is_another_mesh(smpl_faces, a_pose):
@@ -76,15 +80,6 @@ def test_a_single_flipped_edge_is_another_mesh(smpl_faces, a_pose):
     faces[0], faces[other] = (a, d, c), (d, b, c)
     assert recognise(faces, a_pose[0]) is None
     assert recognise(smpl_faces[1:], a_pose[0]) is None
-
-
-def test_the_two_sides_are_paired(smpl_faces, a_pose):
-    mirror = recognise(smpl_faces, a_pose[0]).mirror
-    np.testing.assert_array_equal(mirror[mirror], np.arange(6890))
-    assert as_set(mirror[smpl_faces][:, ::-1]) == as_set(smpl_faces)
-    gap = a_pose[0][mirror] * [-1, 1, 1] - a_pose[0]
-    assert np.linalg.norm(gap, axis=1).max() < 0.02  # the average man is not quite symmetric
-    assert (mirror == np.arange(6890)).sum() > 100
 
 
 def test_a_mirrored_mesh_is_numbered_as_the_person_it_shows(smpl_faces, a_pose):

@@ -42,7 +42,7 @@ def test_without_parameters_nothing_changes():
     assert same.name == BODY.name
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     gender=st.floats(-1, 1),
     height=st.none() | st.floats(1.5, 2.0),
@@ -63,7 +63,7 @@ def test_any_shape_keeps_the_bodys_order_symmetry_and_floor(gender, height, musc
 
 
 @pytest.mark.later
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(gender=st.floats(-1, 1), height=st.floats(1.6, 1.9), index=st.floats(20, 28))
 def test_height_and_weight_are_met_together(gender, height, index):
     weight = index * height**2

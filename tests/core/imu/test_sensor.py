@@ -94,9 +94,9 @@ def test_an_ideal_sensor_reads_the_truth():
 
 
 @pytest.mark.later
-@pytest.mark.parametrize("rate", [4.0, 10.0])
-def test_allan_deviation_reads_back_what_went_in(rate):
+def test_allan_deviation_reads_back_what_went_in():
     """Ten hours at rest: white noise, bias instability and rate random walk, each within 10 %."""
+    rate = 4.0
     triad = Triad(noise_density=2e-3, bias_instability=1e-3, correlation_s=60.0, random_walk=1.2e-5)
     model = SensorModel(gyroscope=triad)
     seconds = 10 * 3600

@@ -35,7 +35,7 @@ def test_windows_agree_with_one_spline_through_the_whole_clip():
 
 
 @pytest.mark.later
-@pytest.mark.parametrize("n_frames", [3, 4, 5, 6, 7, 40, 250])
+@pytest.mark.parametrize("n_frames", [3, 4, 5, 6, 7, 40, 120])
 @pytest.mark.parametrize("frames_per_cycle", [1.1, 4, 12, 50, 220])
 def test_the_quick_solution_is_as_exact_as_qr(n_frames, frames_per_cycle):
     """To a thousandth of what single precision keeps of the operators."""

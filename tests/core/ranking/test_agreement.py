@@ -38,12 +38,12 @@ def test_interval_over_places_covers_the_truth():
     rng = np.random.default_rng(5)
     truth = 6 / np.pi * np.arcsin(0.8 / 2)
     covered = 0
-    for trial in range(60):
+    for trial in range(40):
         first = rng.normal(size=60)
         second = 0.8 * first + 0.6 * rng.normal(size=60)
-        result = rank_agreement(first, second, resamples=300, seed=trial)
+        result = rank_agreement(first, second, resamples=100, seed=trial)
         covered += result.low <= truth <= result.high
-    assert covered >= 50
+    assert covered >= 34
 
 
 def test_samples_of_the_scores_widen_the_interval_with_their_noise():

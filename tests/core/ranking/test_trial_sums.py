@@ -67,7 +67,8 @@ def test_a_map_is_the_same_however_many_windows_are_looked_at_at_once(monkeypatc
     maps = []
     for at_once in (ridge.WINDOWS_AT_ONCE, 5):
         monkeypatch.setattr(ridge, "WINDOWS_AT_ONCE", at_once)
-        maps.append(utility_map(features(labels), Protocol(names[labels], clip, None, is_test, list(names))))
+        protocol = Protocol(names[labels], clip, None, is_test, list(names), 3)
+        maps.append(utility_map(features(labels), protocol))
     whole, parts = maps
     np.testing.assert_array_equal(whole.predictions, parts.predictions)
     np.testing.assert_array_equal(whole.f1, parts.f1)
@@ -94,7 +95,7 @@ def test_what_a_patch_takes_does_not_grow_with_the_windows(monkeypatch):
 def test_patches_tried_some_at_a_time_give_the_same_map():
     labels, clip, _, is_test = windows()
     names = np.array(list("abcd"))
-    arguments = features(labels, 35), Protocol(names[labels], clip, None, is_test, list(names))
+    arguments = features(labels, 35), Protocol(names[labels], clip, None, is_test, list(names), 3)
     told = []
     whole, parts = utility_map(*arguments), utility_map(*arguments, progress=told.append, spread=map)
     for name in ("predictions", "expected_f1", "expected_mean", "as_good", "mean_samples"):

@@ -32,7 +32,8 @@ def library(seed=0, told=(0, 1), shuffled=False):
 
 def prepare(features, names, clip, subject=None, counts=None):
     every = np.ones(len(clip), dtype=bool)
-    return SetTests.of(features, Protocol(names, clip, subject, every, NAMES, counts=counts), Pooling.none(N))
+    protocol = Protocol(names, clip, subject, every, NAMES, 3, counts=counts)
+    return SetTests.of(features, protocol, Pooling.none(N))
 
 
 def terms(size=N, allowed=None, required=(), cost=None):

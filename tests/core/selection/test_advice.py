@@ -37,12 +37,12 @@ def made(patches):
             features[:, place] += centres[np.where(index < 2, index, 2)]
         elif region.startswith("right"):
             features[:, place] += centres[np.where(index < 2, 0, index)]
-    return features.astype(np.float32), activity, clip, None, np.ones(160, bool), ACTIVITIES
+    return features.astype(np.float32), activity, clip, None, np.ones(160, bool), ACTIVITIES, 3
 
 
 @pytest.fixture(scope="module")
 def utility(made):
-    return utility_map(made[0], Protocol(*made[1:]), resamples=200)
+    return utility_map(made[0], Protocol(*made[1:]), resamples=20)
 
 
 @pytest.fixture(scope="module")

@@ -28,9 +28,9 @@ def test_the_second_patch_tells_what_the_first_cannot(tests):
 
 
 def test_the_promise_never_falls_and_stops_where_it_rises_no_more(tests):
-    chosen = choose_together(tests, alone(tests), terms(), target=1.0)
+    chosen = choose_together(tests, alone(tests), terms(4), target=1.0)
     assert (np.diff(chosen.promise.mean) > 0).all()
-    assert 2 <= len(chosen.order) <= joint.LARGEST_SET
+    assert 2 <= len(chosen.order) <= 4
     assert not chosen.reached
     assert (chosen.promise.low <= chosen.promise.mean).all()
     assert (chosen.promise.mean <= chosen.promise.high).all()
@@ -53,7 +53,7 @@ def test_where_the_target_is_out_of_reach_no_sensor_is_worn_for_next_to_nothing(
 
 
 def test_the_smallest_set_that_reaches_the_target_is_taken(tests):
-    chosen = choose_together(tests, alone(tests), terms(), target=0.3)
+    chosen = choose_together(tests, alone(tests), terms(2), target=0.3)
     assert chosen.reached
     assert len(chosen.order) == 1
     for found, given in zip((chosen.promise.mean, chosen.promise.low), alone(tests), strict=False):
@@ -72,7 +72,7 @@ def test_what_goes_best_with_a_set_that_is_enough_is_told(tests):
 
 
 def test_every_activity_must_reach_what_is_asked_of_every_one(tests):
-    least = choose_together(tests, alone(tests), terms(), target=0.3, every_activity=0.5)
+    least = choose_together(tests, alone(tests), terms(4), target=0.3, every_activity=0.5)
     assert len(least.order) > 1
     assert least.promise.f1[-1].min() >= 0.5 or not least.reached
 
@@ -118,23 +118,23 @@ def test_subjects_are_left_out_where_they_are_told():
     subject = np.array(["a", "b", "c"])[clip % 3]
     found = prepare(features, names, clip, subject)
     assert not found.plan.disjoint
-    chosen = choose_together(found, alone(found), terms(), target=1.0)
+    chosen = choose_together(found, alone(found), terms(3), target=1.0)
     assert len(chosen.order) >= 2
 
 
 def test_many_windows_are_thinned_evenly(monkeypatch):
-    monkeypatch.setattr(set_tests, "MOST_WINDOWS", 48)
+    monkeypatch.setattr(set_tests, "MOST_WINDOWS", 64)
     features, names, clip = library()
     found = prepare(features, names, clip)
     assert len(found.whole.f1_of_first([0])) == 1
-    assert sum(len(split.tested) for split in found.plan.splits[:5]) == 48
+    assert sum(len(split.tested) for split in found.plan.splits[:3]) == 64
     chosen = choose_together(found, alone(found), terms(2), target=1.0)
     assert sorted(patch // 4 for patch in chosen.order) == [0, 1]
 
 
 def test_the_same_seed_chooses_and_promises_the_same(tests):
     again = prepare(*library())
-    one, two = (choose_together(found, alone(found), terms(3), 1.0) for found in (tests, again))
+    one, two = (choose_together(found, alone(found), terms(2), 1.0) for found in (tests, again))
     assert one.order == two.order
     np.testing.assert_array_equal(one.promise.mean, two.promise.mean)
 

@@ -54,9 +54,9 @@ def world(noise, seed, disjoint=True):
     return made.mean[1:], reached(truth, order)[1:]
 
 
-@pytest.mark.parametrize("noise", [0.02, 0.05, 0.1])
-def test_all_clips_choose_better_than_the_halves_that_tell_of_it(noise):
-    promised, given = np.mean([world(noise, seed) for seed in range(200)], axis=0)
+@pytest.mark.parametrize(("noise", "seeds"), [(0.02, 80), (0.1, 200)])
+def test_all_clips_choose_better_than_the_halves_that_tell_of_it(noise, seeds):
+    promised, given = np.mean([world(noise, seed) for seed in range(seeds)], axis=0)
     np.testing.assert_allclose(promised, given, atol=0.006)
 
 
@@ -68,7 +68,7 @@ def test_what_halves_gain_alone_would_be_too_little(monkeypatch):
 
 def test_where_nothing_repeats_nothing_is_gained():
     found = []
-    for seed in range(200):
+    for seed in range(80):
         rng = np.random.default_rng(seed)
         halves = tuple(Measured(np.full(PATCHES, 0.5), 0.05, rng) for _ in range(2))
         plan = SimpleNamespace(disjoint=True, shrink=4.0)

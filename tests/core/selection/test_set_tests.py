@@ -16,7 +16,7 @@ from w2w.core.selection.set_tests import SetTests
 
 from .made_sets import CLIPS, NAMES, N, alone, library, terms
 
-SUBJECTS = {"clips": None, "six": 6, "three": 3}
+SUBJECTS = {"clips": None, "four": 4, "three": 3}
 
 
 @pytest.fixture(scope="module", params=SUBJECTS)
@@ -24,8 +24,8 @@ def asked(request):
     """A library, with clips or subjects left out."""
     features, names, clip = library()
     count = SUBJECTS[request.param]
-    subject = None if count is None else np.array(list("abcdef"))[clip % CLIPS % count]
-    return features, Protocol(names, clip, subject, np.ones(len(clip), dtype=bool), NAMES)
+    subject = None if count is None else np.array(list("abcd"))[clip % CLIPS % count]
+    return features, Protocol(names, clip, subject, np.ones(len(clip), dtype=bool), NAMES, 3)
 
 
 @pytest.fixture(scope="module")
