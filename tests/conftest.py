@@ -18,7 +18,7 @@ from w2w.core.body.body import Body
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
 
-from .made_motions import MadeClip, write_files
+from .made_motions import MadeClip, make_clips, write_files
 
 settings.register_profile("everywhere", deadline=None)  # a busy machine is no failure
 settings.register_profile("ci", deadline=None, derandomize=True)
@@ -61,11 +61,10 @@ def bundled_body() -> Body:
 
 
 @pytest.fixture(scope="session")
-def made_files(tmp_path_factory) -> tuple[Path, dict[str, MadeClip]]:
+def made_files(made_once) -> tuple[Path, dict[str, MadeClip]]:
     """FBX and BVH files of known motion, as many kinds of rig hold them; what is in each."""
     pytest.importorskip("bpy")
-    folder = tmp_path_factory.mktemp("made")
-    return folder, write_files(folder)
+    return made_once("made", write_files), make_clips()
 
 
 @pytest.fixture

@@ -347,15 +347,20 @@ FILES: dict[str, tuple[Rig, dict]] = {
 """File -> the rig in it, and what of its motion is not as the others' are."""
 
 
-def write_files(folder: Path) -> dict[str, MadeClip]:
-    """Write every file of `FILES`, and the bone map of the one whose names no bundled map knows."""
+def make_clips() -> dict[str, MadeClip]:
+    """What is in every file of `FILES`."""
     random = np.random.default_rng(11)
     clips = {}
-    for file, (rig, asked) in FILES.items():
+    for file, (_, asked) in FILES.items():
         pace, size, stature = random.uniform((0.8, 0.85, 1.55), (1.2, 1.15, 1.9))
         settings = {"pace": pace, "size": size, "stature": stature, "travels": False} | asked
         clips[file] = make_clip(file.split("/")[0], **settings)
-        (folder / file).parent.mkdir(parents=True, exist_ok=True)
-        write_motion(clips[file], rig, folder / file)
-    (folder / "werkstatt.json").write_text(json.dumps(german_map()), encoding="utf-8")
     return clips
+
+
+def write_files(folder: Path) -> None:
+    """Write every file of `FILES`, and the bone map of the one whose names no bundled map knows."""
+    for file, clip in make_clips().items():
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        write_motion(clip, FILES[file][0], folder / file)
+    (folder / "werkstatt.json").write_text(json.dumps(german_map()), encoding="utf-8")

@@ -36,18 +36,24 @@ SEGMENTS = [
 ]
 
 
+@pytest.fixture(scope="module", params=FILES)
+def file(request):
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def carried(made_files, bundled_body):
-    """Source, retargeting and joint positions of every file."""
-    folder, clips = made_files
+def clip(made_files, file):
+    return made_files[1][file]
+
+
+@pytest.fixture(scope="module")
+def carried(made_files, bundled_body, file):
+    """Source, retargeting and joint positions of a file."""
+    folder, _ = made_files
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    maps = [BoneMap.load(folder / "werkstatt.json")]
-    results = {}
-    for file in clips:
-        source = read_motion(folder / file)
-        result = retarget(source, bundled_body, maps)
-        results[file] = source, result, joint_transforms(bundled_body, result.motion)
-    return results
+    source = read_motion(folder / file)
+    result = retarget(source, bundled_body, [BoneMap.load(folder / "werkstatt.json")])
+    return source, result, joint_transforms(bundled_body, result.motion)
 
 
 def truth_of(clip, joint):
@@ -68,9 +74,8 @@ def body_leg_length(body):
     return np.linalg.norm(np.diff(legs, axis=1), axis=-1).sum() / 2
 
 
-@pytest.mark.parametrize("file", FILES)
-def test_the_right_take_is_read_whole_at_its_rate_with_every_joint(made_files, carried, file):
-    clip, (source, result, _) = made_files[1][file], carried[file]
+def test_the_right_take_is_read_whole_at_its_rate_with_every_joint(clip, carried, file):
+    source, result, _ = carried
     assert (source.n_frames, source.rate) == (len(clip.heads), pytest.approx(clip.rate, rel=1e-4))
     assert result.bone_map == SKELETONS.get(file, "Mixamo")
     names = FILES[file][0].names
@@ -115,9 +120,8 @@ def carried_names(armature, rig):
     }
 
 
-@pytest.mark.parametrize("file", FILES)
-def test_limbs_point_where_they_were_made_to(made_files, carried, file):
-    clip, (_, _, (turns, heads)) = made_files[1][file], carried[file]
+def test_limbs_point_where_they_were_made_to(clip, carried):
+    _, _, (turns, heads) = carried
     for start, end in SEGMENTS:
         made = truth_of(clip, end) - truth_of(clip, start)
         ours = heads[:, JOINT_INDEX[end]] - heads[:, JOINT_INDEX[start]]
@@ -129,9 +133,8 @@ def test_limbs_point_where_they_were_made_to(made_files, carried, file):
     assert tilt.max() < 0.1
 
 
-@pytest.mark.parametrize("file", FILES)
-def test_the_path_is_the_one_made_in_the_body_s_own_leg_lengths(made_files, carried, bundled_body, file):
-    clip, (_, result, (_, heads)) = made_files[1][file], carried[file]
+def test_the_path_is_the_one_made_in_the_body_s_own_leg_lengths(clip, carried, bundled_body, file):
+    _, result, (_, heads) = carried
     ratio = body_leg_length(bundled_body) / leg_length(clip)
     assert result.scale * FILES[file][0].units == pytest.approx(ratio, rel=1e-3)
     hips = [heads[:, JOINT_INDEX[f"{side}_hip"]] for side in ("left", "right")]
@@ -144,9 +147,8 @@ def test_the_path_is_the_one_made_in_the_body_s_own_leg_lengths(made_files, carr
     assert travelled == pytest.approx(asked, abs=2e-3)
 
 
-@pytest.mark.parametrize("file", FILES)
-def test_bodies_stand_on_the_ground(carried, bundled_body, file):
-    _, result, _ = carried[file]
+def test_bodies_stand_on_the_ground(carried, bundled_body):
+    _, result, _ = carried
     lowest = skin(bundled_body, skinning_transforms(bundled_body, result.motion))[..., 2].min(axis=1)
     assert abs(np.percentile(lowest, 2)) < 0.01
     assert lowest.max() < 0.25  # a step's bob, or toes that dip
