@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from w2w.core.body.body import Body
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
+from w2w.core.patches.patches import PatchSet, sample_patches
 
 from .made_motions import MadeClip, make_clips, write_files
 
@@ -58,6 +59,16 @@ def made_once(tmp_path_factory) -> Callable[[str, Callable[[Path], object]], Pat
 def bundled_body() -> Body:
     """The body that comes with W2W."""
     return Body.bundled()
+
+
+@pytest.fixture(scope="session")
+def all_patches(made_once, bundled_body) -> PatchSet:
+    """The bundled body's 512 patches, as many as the paper has."""
+
+    def make(folder: Path) -> None:
+        sample_patches(bundled_body, seed=0).save(folder / "patches.npz")
+
+    return PatchSet.load(made_once("patches", make) / "patches.npz")
 
 
 @pytest.fixture(scope="session")

@@ -34,12 +34,6 @@ def patches(bundled_body: Body) -> PatchSet:
     return sample_patches(bundled_body, n=48, seed=3)
 
 
-@pytest.fixture(scope="session")
-def all_patches(bundled_body: Body) -> PatchSet:
-    """As many patches as the paper has."""
-    return sample_patches(bundled_body, seed=0)
-
-
 def difference(matrices: np.ndarray, truth: np.ndarray) -> tuple[float, float]:
     """Largest distance, metres, and largest angle, degrees, between two arrays of poses."""
     distance = np.linalg.norm(matrices[..., :3, 3] - truth[..., :3, 3], axis=-1).max()

@@ -111,14 +111,10 @@ def test_an_official_npz(tmp_path, model, as_object):
     check_official(load_body(tmp_path / "SMPL_NEUTRAL.npz"), model)
 
 
-@pytest.mark.parametrize("kind", ["npz", "pkl"])
-def test_betas_shape_an_official_model_and_its_joints(tmp_path, model, chumpy, kind):
-    path = tmp_path / f"SMPL_NEUTRAL.{kind}"
+def test_betas_shape_an_official_model_and_its_joints(tmp_path, model, chumpy):
+    path = tmp_path / "SMPL_NEUTRAL.pkl"
     model["shapedirs"] *= 0.01
-    if kind == "npz":
-        np.savez(path, **(model | {"J_regressor": model["J_regressor"].toarray()}))
-    else:
-        write_official_pickle(path, model, chumpy, 2)
+    write_official_pickle(path, model, chumpy, 2)
     betas = np.array([1.5, -2.0])
     shaped = model | {"v_template": model["v_template"] + model["shapedirs"] @ betas}
     check_official(load_body(path, betas), shaped)

@@ -6,12 +6,11 @@ import pytest
 
 from w2w.core.body.regions import regions_of
 from w2w.core.patches.body_parts import PARTS, find_patches
-from w2w.core.patches.patches import sample_patches
 
 
 @pytest.fixture(scope="module")
-def patches(bundled_body):
-    return sample_patches(bundled_body, 512, seed=0)
+def patches(all_patches):
+    return all_patches
 
 
 def found(patches, wish):

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 
 from w2w.core.patches.card import FARTHEST_CM, Card, arrow_in_words, slip_cm
-from w2w.core.patches.patches import sample_patches
 from w2w.core.patches.spots import Spot, vertex_at
 from w2w.core.patches.strip_graph import StripGraph
 
 
 @pytest.fixture(scope="module")
-def patches(bundled_body):
-    return sample_patches(bundled_body, 512, seed=0)
+def patches(all_patches):
+    return all_patches
 
 
 def arrow(body, patches, text, direction):

@@ -18,7 +18,7 @@ from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES
 from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.patches.naming import place, resolve
 from w2w.core.patches.own_placements import patches_at
-from w2w.core.patches.patches import PatchSet, sample_patches
+from w2w.core.patches.patches import sample_patches
 from w2w.core.patches.spots import Spot, vertex_at
 
 SIDES = ("left", "right")
@@ -26,8 +26,8 @@ SITES = {site.name: site for site in SENSOR_SITES}
 
 
 @pytest.fixture(scope="module")
-def patches(bundled_body) -> PatchSet:
-    return sample_patches(bundled_body)
+def patches(all_patches):
+    return all_patches
 
 
 @pytest.fixture(scope="module")

@@ -19,8 +19,8 @@ FIRST = [5860, 1404, 4806, 637, 1163, 5521, 6067, 3372]
 
 
 @pytest.fixture(scope="module")
-def patches(bundled_body) -> PatchSet:
-    return sample_patches(bundled_body)
+def patches(all_patches):
+    return all_patches
 
 
 def test_patches_are_distinct_places_with_a_cell_each(bundled_body, patches) -> None:

@@ -7,12 +7,11 @@ import pytest
 from w2w.core.body.regions import regions_of
 from w2w.core.patches.body_parts import ALL, PRODUCTS, find_patches
 from w2w.core.patches.naming import place
-from w2w.core.patches.patches import sample_patches
 
 
 @pytest.fixture(scope="module")
-def patches(bundled_body):
-    return sample_patches(bundled_body, 512, seed=0)
+def patches(all_patches):
+    return all_patches
 
 
 def test_products_are_made_of_regions_that_a_body_has(bundled_body):

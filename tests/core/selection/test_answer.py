@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 
 from w2w.core.patches.body_parts import PRODUCTS, segment
-from w2w.core.patches.patches import sample_patches
 from w2w.core.selection.answer import Scored, answer, compare, product_patches, product_places
 
 from . import made_map
 
 
 @pytest.fixture(scope="module")
-def patches(bundled_body):
-    return sample_patches(bundled_body, 512, seed=0)
+def patches(all_patches):
+    return all_patches
 
 
 ranked = partial(made_map.ranked, half_width=0.05)

@@ -9,8 +9,8 @@ from w2w.core.selection.constraints import Constraints, read_costs
 
 
 @pytest.fixture(scope="module")
-def patches(bundled_body):
-    return sample_patches(bundled_body, 512, seed=0)
+def patches(all_patches):
+    return all_patches
 
 
 def test_only_forbid_must_and_costs(patches):
