@@ -19,6 +19,7 @@ from w2w.ui.jobs import preferences
 from w2w.ui.study import signal_cache
 
 from ..made_run import make_run
+from .made_study import N_PATCHES
 
 MOVES = {"waving": ("right_shoulder", 1.0), "kicking": ("left_hip", 1.0), "stepping": ("right_knee", 0.8)}
 """Joint that each activity turns, and how far, radians."""
@@ -37,9 +38,12 @@ def blender(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Monkey
 
 
 @pytest.fixture(scope="session")
-def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def library(made_once: Callable[..., Path]) -> Path:
     """Three motions of each of three activities, in folders by activity."""
-    folder = tmp_path_factory.mktemp("library")
+    return made_once("library", _write_library)
+
+
+def _write_library(folder: Path) -> None:
     generator = np.random.default_rng(3)
     time = np.arange(90) / 30
     for activity, (joint, amplitude) in MOVES.items():
@@ -53,13 +57,12 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
             sway = 0.02 * np.sin(2 * np.pi * generator.uniform(0.5, 1) * time)
             pelvis = np.column_stack([sway, np.zeros_like(sway), np.full_like(sway, 0.95)])
             Motion(rotations, pelvis, 30.0).save(folder / activity / f"{activity} {number}.npz")
-    return folder
 
 
 @pytest.fixture(scope="session")
 def finished_run(shared_data: Path, made_once: Callable[..., Path]) -> Path:
     """The results folder of a run over real BVH clips and a broken one."""
-    return made_once("overnight", lambda folder: make_run(shared_data, folder)) / "results"
+    return made_once("overnight", lambda folder: make_run(shared_data, folder, N_PATCHES)) / "results"
 
 
 @pytest.fixture

@@ -7,25 +7,37 @@ import shutil
 from pathlib import Path
 
 import bpy
+from filelock import FileLock
 
 from w2w.ui.jobs import preferences
 
-N_PATCHES = 48
+N_PATCHES = 24
 ALL_STEPS = "motions patches signals utility"
 
 
 def make_study(library: Path, steps: str = ALL_STEPS) -> bpy.types.Object:
-    """A body taken through some steps; through all of them, it is saved the first time and opened later."""
-    kept = library.with_name("finished study")
-    if steps == ALL_STEPS and kept.is_dir():
-        bpy.ops.wm.open_mainfile(filepath=str(kept / "study.blend"))
-        shutil.copytree(kept / "cache", preferences.cache_folder(), dirs_exist_ok=True)
-        return bpy.context.scene.w2w.body
-    body = take_through(library, steps)
-    if steps == ALL_STEPS:
-        shutil.copytree(preferences.cache_folder(), kept / "cache")
-        bpy.ops.wm.save_as_mainfile(filepath=str(kept / "study.blend"), copy=True)
-    return body
+    """A body taken through some steps; with patches, it is saved the first time and opened later."""
+    if "motions patches" not in steps or bpy.data.objects:
+        return take_through(library, steps)
+    kept = library.with_name(f"{library.name} {steps}")
+    with FileLock(f"{kept}.lock"):
+        if not (kept / "study.blend").is_file():
+            take_through(library, steps)
+            save_study(kept)
+    return open_study(kept)
+
+
+def save_study(folder: Path) -> None:
+    """Save the file that is open and its signals."""
+    shutil.copytree(preferences.cache_folder(), folder / "cache", dirs_exist_ok=True)
+    bpy.ops.wm.save_as_mainfile(filepath=str(folder / "study.blend"), copy=True)
+
+
+def open_study(folder: Path) -> bpy.types.Object:
+    """The body of a saved file, with its signals."""
+    bpy.ops.wm.open_mainfile(filepath=str(folder / "study.blend"))
+    shutil.copytree(folder / "cache", preferences.cache_folder(), dirs_exist_ok=True)
+    return bpy.context.scene.w2w.body
 
 
 def take_through(library: Path, steps: str) -> bpy.types.Object:

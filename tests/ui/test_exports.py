@@ -39,8 +39,9 @@ def test_the_table_is_the_runs(finished_run: Path, tmp_path: Path) -> None:
     assert jobs.message.text == f"Saved the table: {tmp_path / 'utility.csv'}"
 
 
-@pytest.mark.parametrize(("view", "activity"), [("MEAN", None), ("A2", "run")])
-@pytest.mark.parametrize("scores", ["EXPECTED", "ON_THESE"])
+@pytest.mark.parametrize(
+    ("view", "activity", "scores"), [("MEAN", None, "EXPECTED"), ("A2", "run", "ON_THESE")]
+)
 def test_the_map_is_that_of_python(
     opened: bpy.types.Object, finished_run: Path, tmp_path: Path, view: str, activity: str, scores: str
 ) -> None:
@@ -51,15 +52,13 @@ def test_the_map_is_that_of_python(
     assert (tmp_path / "map.png").read_bytes() == (tmp_path / "python.png").read_bytes()
 
 
-def test_the_map_has_the_colours_and_the_range_of_the_panel(opened: bpy.types.Object, tmp_path: Path) -> None:
+def test_the_map_follows_the_panel(opened: bpy.types.Object, tmp_path: Path) -> None:
     pictures = set()
-    for colour_map, low in (("viridis", None), ("magma", None), ("magma", 0.0)):
-        opened.w2w.colour_map = colour_map
-        if low is not None:
-            opened.w2w.fix_range, opened.w2w.range_low = True, low
+    for name, value in (("view", "A1"), ("colour_map", "magma"), ("fix_range", True), ("minus", "A2")):
+        setattr(opened.w2w, name, value)
         bpy.ops.w2w.export_map(filepath=str(tmp_path / "map.png"))
         pictures.add((tmp_path / "map.png").read_bytes())
-    assert len(pictures) == 3
+    assert len(pictures) == 4
 
 
 @pytest.mark.usefixtures("blender", "opened")
@@ -76,18 +75,18 @@ def test_signals_of_all_patches_are_the_runs(finished_run: Path, tmp_path: Path)
 def test_signals_of_a_patch_are_those_of_its_sensor(
     opened: bpy.types.Object, finished_run: Path, tmp_path: Path, kind: str, suffix: str
 ) -> None:
-    bpy.ops.w2w.select_patch(patch=30)
+    bpy.ops.w2w.select_patch(patch=20)
     assert bpy.ops.w2w.export_signals(directory=str(tmp_path / "one"), kind=kind) == {"FINISHED"}
-    place = patches_of(opened).names[30].replace(" ", "_")
+    place = patches_of(opened).names[20].replace(" ", "_")
     files = sorted((tmp_path / "one").iterdir())
     assert len(files) == 9
     for clip in StudyResults.load(finished_run).clips:
         stored = ImuRecording.load(signals_file(finished_run, clip.name))
         one = ImuRecording(
-            stored.acc[:, 30:31],
-            stored.gyr[:, 30:31],
+            stored.acc[:, 20:21],
+            stored.gyr[:, 20:21],
             stored.rate,
-            stored.sites[30:31],
+            stored.sites[20:21],
             stored.activity,
             stored.subject,
             stored.clip,

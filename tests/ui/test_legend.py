@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The difference of two heatmaps: on the body, in its legend and in the picture."""
+"""The difference of two heatmaps: on the body and in its legend."""
 
 from __future__ import annotations
 
@@ -57,16 +57,6 @@ def test_the_difference_follows_what_is_shown_and_ticked_and_goes(library: Path)
     study.minus = "A1"
     bpy.ops.w2w.remove_patches()
     assert len(body.data.color_attributes) == 0
-
-
-def test_its_picture_is_saved(library: Path, tmp_path: Path) -> None:
-    body = make_study(library)
-    body.w2w.view, body.w2w.minus = "A1", "A2"
-    assert bpy.ops.w2w.export_map(filepath=str(tmp_path / "map.png")) == {"FINISHED"}
-    difference = (tmp_path / "map.png").read_bytes()
-    body.w2w.minus = "NOTHING"
-    bpy.ops.w2w.export_map(filepath=str(tmp_path / "other.png"))
-    assert difference != (tmp_path / "other.png").read_bytes()
 
 
 def test_differences_reach_as_far_to_both_sides() -> None:

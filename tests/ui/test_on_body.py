@@ -61,8 +61,7 @@ def ended_with(steps: jobs.Steps, sentence: str) -> None:
     assert jobs.running is None
 
 
-@pytest.mark.parametrize("how", [delete, remove])
-@pytest.mark.parametrize("name", list(JOBS))
+@pytest.mark.parametrize(("name", "how"), [*((name, delete) for name in JOBS), ("bake", remove)])
 def test_a_body_removed_in_the_middle_ends_the_job_with_a_sentence(
     library: Path, name: str, how: object
 ) -> None:
@@ -74,8 +73,7 @@ def test_a_body_removed_in_the_middle_ends_the_job_with_a_sentence(
     assert make_study(library, "patches")
 
 
-@pytest.mark.parametrize("how", [edit, edit_bones])
-@pytest.mark.parametrize("name", list(JOBS))
+@pytest.mark.parametrize(("name", "how"), [*((name, edit) for name in JOBS), ("bake", edit_bones)])
 def test_a_body_put_into_edit_mode_ends_the_job_with_a_sentence(
     library: Path, name: str, how: object
 ) -> None:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import json
-import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import bpy
@@ -19,7 +19,7 @@ from w2w.core.study import place_patches, record_baked
 from w2w.headless.app import APP
 from w2w.scene.base.body import body_of
 from w2w.scene.base.patches import empties_by_patch
-from w2w.ui.jobs import jobs, preferences
+from w2w.ui.jobs import jobs
 from w2w.ui.panels.wearing import in_short, in_words
 from w2w.ui.results.own_placements import is_pending, listed, patch_of_own, scores_of_own
 from w2w.ui.steps import baking
@@ -34,7 +34,7 @@ from w2w.ui.study.state import (
     utility_of,
 )
 
-from .made_study import N_PATCHES, make_study
+from .made_study import N_PATCHES, make_study, open_study, save_study
 from .test_restore import open_file
 
 pytestmark = pytest.mark.usefixtures("blender")
@@ -61,20 +61,18 @@ def all_steps() -> None:
 
 
 @pytest.fixture
-def ranked(library: Path) -> bpy.types.Object:
-    """A ranked study with two placements of one's own; made once, opened later."""
-    kept = library.with_name("own study")
-    body = make_study(library)
-    if not kept.is_dir():
+def ranked(library: Path, made_once: Callable[..., Path]) -> bpy.types.Object:
+    """A ranked study with two placements of one's own."""
+
+    def make(folder: Path) -> None:
+        body = make_study(library)
         click(body, 1234)
         assert bpy.ops.w2w.add_placement(name=" Strap  pod") == {"FINISHED"}
         bpy.ops.w2w.add_placement(name="ring", vertex=int(patches_of(body).vertices[5]))
         all_steps()
-        shutil.copytree(preferences.cache_folder(), kept / "cache")
-        bpy.ops.wm.save_as_mainfile(filepath=str(kept / "study.blend"), copy=True)
-    bpy.ops.wm.open_mainfile(filepath=str(kept / "study.blend"))
-    shutil.copytree(kept / "cache", preferences.cache_folder(), dirs_exist_ok=True)
-    return bpy.context.scene.w2w.body
+        save_study(folder)
+
+    return open_study(made_once("own study", make))
 
 
 def test_a_clicked_spot_is_named_and_waits_for_the_patches_to_be_placed(library: Path) -> None:

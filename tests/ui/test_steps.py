@@ -65,7 +65,7 @@ def test_the_joint_that_moves_decides_where_its_activity_is_seen(library: Path) 
     assert set(utility.activities) == {"waving", "kicking", "stepping"}
     regions = np.array(patches_of(body).regions)
     waving = utility.f1[:, utility.activities.index("waving")]
-    on_right_arm = np.array([region.startswith(("right upper arm", "right forearm")) for region in regions])
+    on_right_arm = np.array([region.startswith(("right elbow", "right palm")) for region in regions])
     assert waving[on_right_arm].min() > 0.9
     assert len(body.data.color_attributes) == 4
     assert not body.w2w.show_patches

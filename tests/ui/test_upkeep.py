@@ -74,7 +74,7 @@ def test_undo_and_redo_take_the_message_away(library: Path) -> None:
     bpy.ops.ed.undo_push(message="before")
     make_study(library, "patches")
     bpy.ops.ed.undo_push(message="Place Patches")
-    assert jobs.message.text.startswith("Placed 48 patches")
+    assert jobs.message.text.startswith("Placed 24 patches")
     bpy.ops.ed.undo()
     assert jobs.message is None
     jobs.message = jobs.Message("Ranked", False)
@@ -165,7 +165,7 @@ def test_unlinking_the_collection_of_a_body_deletes_nothing(library: Path, besid
     chosen.link(home)
     bpy.context.view_layer.update()
     assert current_body(bpy.context) is body
-    assert len(body.w2w.patch_collection.objects) == 48
+    assert len(body.w2w.patch_collection.objects) == 24
 
 
 def test_a_body_in_an_unlinked_collection_is_deleted_all_the_same(library: Path) -> None:
@@ -189,7 +189,7 @@ def test_an_empty_that_was_set_free_stays(library: Path) -> None:
 def test_patches_stay_where_nothing_was_deleted(library: Path) -> None:
     body = make_study(library)
     assert upkeep.take_along() is None
-    assert len(body.w2w.patch_collection.objects) == 48
+    assert len(body.w2w.patch_collection.objects) == 24
     assert bpy.context.scene.w2w.body is body
 
 
