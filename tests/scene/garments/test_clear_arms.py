@@ -91,15 +91,14 @@ def test_sensors_are_carried_back_to_the_clips_own_pose(body_in_scene, bundled_b
     assert away["cleared"] > 0.01
 
 
-@pytest.mark.parametrize("ours", [True, False])
-def test_arms_are_cleared_for_our_garments_alone(body_in_scene, bundled_body, patches, monkeypatch, ours):
+def test_arms_are_cleared_for_our_garments_alone(body_in_scene, bundled_body, patches, monkeypatch):
     item = dress(body_in_scene.mesh, "tshirt")
-    if not ours:
-        del item[KIND]
     asked = []
     monkeypatch.setattr(following, "with_clear_arms", lambda _, motion: asked.append(motion) or motion)
     own = cover_of(item, body_in_scene.mesh, patches)
-    frames = follow(Worn(body_in_scene.mesh, [item], [own]), standing(bundled_body), patches)
-    next(frames)
-    frames.close()
-    assert len(asked) == ours
+    for _ in range(2):
+        frames = follow(Worn(body_in_scene.mesh, [item], [own]), standing(bundled_body), patches)
+        next(frames)
+        frames.close()
+        item.pop(KIND, None)  # somebody else's from now on
+    assert len(asked) == 1
