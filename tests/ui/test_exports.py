@@ -127,6 +127,7 @@ def test_the_report_and_the_rest_are_those_of_the_saved_folder(library: Path, tm
 
 
 def test_esc_ends_the_report_and_leaves_nothing(opened: bpy.types.Object, tmp_path: Path) -> None:
+    opened.w2w.max_places = 1
     steps = report_steps(opened, tmp_path / "page.html")
     while next(steps).text != "writing page.html":
         pass

@@ -50,6 +50,7 @@ def test_every_panel_draws_itself(library: Path, steps: str) -> None:
         study.own.add().name = "pod"
         study.picked = int(patches_of(body).labels[0])
         bpy.ops.w2w.add_wish(kind="COST", place="left wrist")
+        study.max_places = 2
         assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
         study.fix_range, study.limit_places = True, True
         bpy.ops.w2w.add_garment(kind="tshirt")

@@ -148,7 +148,7 @@ def test_what_was_changed_in_blender_goes_back_into_a_folder(finished_run: Path,
 
 def test_an_activity_that_is_not_ticked_is_left_out_and_said(finished_run: Path, tmp_path: Path) -> None:
     body = open_file(finished_run / "study.blend")
-    body.w2w.activities["run"].part = "LEFT_OUT"
+    body.w2w.activities["run"].part, body.w2w.max_places = "LEFT_OUT", 1
     summary = save(tmp_path / "saved")
     assert jobs.message.text.endswith("ranked anew without run")
     saved = StudyResults.load(tmp_path / "saved")
@@ -176,6 +176,7 @@ def test_a_ranking_of_other_clips_is_not_saved(finished_run: Path, tmp_path: Pat
 
 def test_esc_leaves_no_half_written_folder(finished_run: Path, tmp_path: Path) -> None:
     body = open_file(finished_run / "study.blend")
+    body.w2w.max_places = 1
     steps = save_steps(body, tmp_path / "saved")
     while next(steps).fraction <= 0.8:
         pass
