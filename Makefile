@@ -2,6 +2,9 @@
 # `make demo` runs the main job, `make test` passes the tests (TESTS=files: only those); both set up what they need.
 # Three rings of tests: `make check` within a minute, `make test`, and by night `make test-slow test-studies`.
 
+# Compiled modules are kept even where the environment says otherwise: the tests start hundreds of processes.
+export PYTHONDONTWRITEBYTECODE :=
+
 .PHONY: check demo docs notebooks test test-slow test-studies docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.

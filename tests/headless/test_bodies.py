@@ -42,6 +42,7 @@ def test_what_is_not_understood_is_said(text, message):
         parse_bodies(text)
 
 
+@pytest.mark.slow
 def test_betas_from_a_motion_shape_a_model(tmp_path, bundled_body):
     model = {
         "v_template": bundled_body.vertices @ Y_UP_TO_Z_UP,

@@ -112,6 +112,7 @@ def hand_path(motion):
     return np.abs(np.diff(motion.rotations[:, 18:20], axis=0)).sum() / motion.duration
 
 
+@pytest.mark.slow
 def test_of_two_people_the_one_that_moves_is_used_and_it_is_said(shared_data, bundled_body, tmp_path):
     still = changed(
         shared_data / WALKING, tmp_path / "still.fbx", lambda values: np.full_like(values, values[0])

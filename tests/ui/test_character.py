@@ -39,6 +39,7 @@ def colours(mesh: bpy.types.Object) -> np.ndarray:
     return values.reshape(-1, 4)[:, :3]
 
 
+@pytest.mark.slow
 def test_a_finished_study_is_shown_on_it_and_follows_what_is_chosen(library: Path, shared_data: Path) -> None:
     body = make_study(library)
     armature = bring(shared_data / CHARACTER)

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 SCRIPT = """
 import sys
 sys.path.insert(0, sys.argv[1])
@@ -30,6 +32,7 @@ TIMEOUT_S = 300
 """Without its own way out Blender's module hangs for ever."""
 
 
+@pytest.mark.slow
 def test_leaving_in_the_middle_of_a_job_without_unregistering_ends_cleanly() -> None:
     project = Path(__file__).resolve().parents[2]
     done = subprocess.run(

@@ -39,6 +39,7 @@ def test_the_table_is_the_runs(finished_run: Path, tmp_path: Path) -> None:
     assert jobs.message.text == f"Saved the table: {tmp_path / 'utility.csv'}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("view", "activity", "scores"), [("MEAN", None, "EXPECTED"), ("A2", "run", "ON_THESE")]
 )
@@ -126,6 +127,7 @@ def test_the_report_and_the_rest_are_those_of_the_saved_folder(library: Path, tm
         assert (tmp_path / "all" / file.name).read_bytes() == file.read_bytes()
 
 
+@pytest.mark.slow
 def test_esc_ends_the_report_and_leaves_nothing(opened: bpy.types.Object, tmp_path: Path) -> None:
     opened.w2w.max_places = 1
     steps = report_steps(opened, tmp_path / "page.html")

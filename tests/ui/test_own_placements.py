@@ -161,6 +161,7 @@ def test_they_go_through_a_results_folder_and_back(ranked: bpy.types.Object, tmp
     assert StudyResults.load(tmp_path / "again").config().placements == config_of(again.w2w).placements
 
 
+@pytest.mark.slow
 def test_wishes_may_name_them(ranked: bpy.types.Object) -> None:
     bpy.ops.w2w.select_patch(patch=N_PATCHES)
     assert bpy.ops.w2w.wish_picked(kind="MUST") == {"FINISHED"}

@@ -120,6 +120,7 @@ def test_signals_are_read_from_the_results_folder(opened: bpy.types.Object, fini
         np.testing.assert_array_equal(signal_cache.recording(clip).acc, stored.acc)
 
 
+@pytest.mark.slow
 def test_ranking_again_needs_no_baking_and_gives_the_same(
     opened: bpy.types.Object,
 ) -> None:

@@ -45,6 +45,7 @@ def test_one_press_leads_from_motions_to_sensors(library: Path) -> None:
     assert [clip.signals for clip in body.w2w.clips] == keys
 
 
+@pytest.mark.slow
 def test_what_was_baked_when_it_is_ended_is_not_baked_again(
     library: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

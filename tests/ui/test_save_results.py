@@ -125,6 +125,7 @@ def test_a_saved_study_works_in_its_folder_and_opens_again(library: Path, tmp_pa
     np.testing.assert_array_equal(signal_cache.recording(again.w2w.clips[2]).acc, acc)
 
 
+@pytest.mark.slow
 def test_what_was_changed_in_blender_goes_back_into_a_folder(finished_run: Path, tmp_path: Path) -> None:
     run = StudyResults.load(finished_run)
     body = open_file(finished_run / "study.blend")
@@ -146,6 +147,7 @@ def test_what_was_changed_in_blender_goes_back_into_a_folder(finished_run: Path,
     )
 
 
+@pytest.mark.slow
 def test_an_activity_that_is_not_ticked_is_left_out_and_said(finished_run: Path, tmp_path: Path) -> None:
     body = open_file(finished_run / "study.blend")
     body.w2w.activities["run"].part, body.w2w.max_places = "LEFT_OUT", 1

@@ -93,6 +93,7 @@ def test_an_ideal_sensor_reads_the_truth():
     assert (read.rate, read.clip) == (truth.rate, truth.clip)
 
 
+@pytest.mark.slow
 @pytest.mark.later
 def test_allan_deviation_reads_back_what_went_in():
     """Ten hours at rest: white noise, bias instability and rate random walk, each within 10 %."""

@@ -75,6 +75,7 @@ STRANGERS = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.later
 def test_whoever_stands_and_nods_is_nobody_else(mixamo):
     """Nods of other lengths and ranges, and a shake of the head as long as the nod."""

@@ -100,6 +100,7 @@ def test_the_search_in_blocks_finds_what_one_block_finds(monkeypatch):
     assert 1 < len(np.unique(whole)) < 40
 
 
+@pytest.mark.slow
 def test_the_search_holds_no_second_copy_of_the_signatures(monkeypatch):
     monkeypatch.setattr(same_motion, "PRODUCTS", 100_000)
     monkeypatch.setattr(same_motion, "ROWS_AT_ONCE", 100)

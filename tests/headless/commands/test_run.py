@@ -184,6 +184,7 @@ def test_the_config_names_versions_and_inputs(finished, library):
     assert hashes[file] == file_sha256(library / file)
 
 
+@pytest.mark.slow
 def test_the_same_input_gives_the_same_bytes_whatever_the_workers(finished, finished_by_one):
     assert hashes(finished_by_one) == hashes(finished[0])
 
@@ -197,11 +198,12 @@ def test_another_seed_gives_other_noise(finished, library, tmp_path):
     assert all(first[name] != other[name] for name in signals)
 
 
+@pytest.mark.usefixtures("one_worker")
 def test_a_second_run_takes_up_what_is_finished_repairs_what_is_damaged_and_may_be_strict(
-    library, finished_by_one, tmp_path
+    library, finished, tmp_path
 ):
     """With --strict the clips that are skipped fail the run, which has its results all the same."""
-    out = shutil.copytree(finished_by_one, tmp_path / "out")
+    out = shutil.copytree(finished[0], tmp_path / "out")
     before = hashes(out)
     signals = sorted((out / "signals").glob("*.npz"))
     times = {path: path.stat().st_mtime_ns for path in signals}
@@ -242,6 +244,7 @@ def test_wrong_use_is_explained(arguments, code, message, tmp_path, monkeypatch)
     assert message in " ".join(result.output.split())
 
 
+@pytest.mark.slow
 def test_the_file_alone_is_the_command_too():
     command = [sys.executable, "headless/run.py", "--help"]
     done = subprocess.run(command, cwd=ROOT, env=WIDE, capture_output=True, text=True, check=True)

@@ -153,6 +153,7 @@ def test_workers_with_a_broken_or_missing_version_are_said(scheduler, tmp_path):
     assert "1 of 1 Dask workers have another or a broken version of W2W" in said_within(20, scheduler.address)
 
 
+@pytest.mark.slow
 def test_workers_with_another_version_are_said(cluster, monkeypatch):
     monkeypatch.setattr(module, "code_sha256", other_code)
     assert "have another or a broken version" in said_within(20, cluster.address)

@@ -32,6 +32,7 @@ def hashes(out):
     }
 
 
+@pytest.mark.slow
 def test_shards_in_any_order_give_what_one_run_gives(motions, tmp_path):
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     assert run(motions, whole)[0] == 0

@@ -13,7 +13,7 @@ from w2w.headless.runs import folder
 
 OPTIONS = "--patches 8 --workers 1 --no-pictures --no-report --folds 2 --window 1".split()
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker")]
 
 
 def run(library, out, *options):
@@ -63,7 +63,6 @@ def test_each_clip_has_its_subfolder_and_all_is_found_there_and_no_link_is_follo
     assert not list((tmp_path / "elsewhere").iterdir())
 
 
-@pytest.mark.slow
 def test_a_folder_begun_with_few_clips_stays_flat(motions, tmp_path, monkeypatch):
     assert run(motions, tmp_path / "out")[0] == 0
     before = places(tmp_path / "out", "motions")
@@ -72,7 +71,6 @@ def test_a_folder_begun_with_few_clips_stays_flat(motions, tmp_path, monkeypatch
     assert places(tmp_path / "out", "motions") == before
 
 
-@pytest.mark.slow
 def test_what_an_earlier_library_left_goes_and_what_is_foreign_is_refused(divided):
     library, out = divided
     gone = sorted(library.rglob("*.npz"))[0]

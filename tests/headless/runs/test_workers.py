@@ -103,6 +103,7 @@ def test_workers_that_were_ready_and_died_are_replaced(tasks):
     assert [result.used for result in results] == [True, False, True, True]
 
 
+@pytest.mark.slow
 def test_workers_get_ready_before_there_is_work_and_end_with_the_block(tasks):
     clips = [task.clip for task in tasks]
     with workers.clip_workers(workers.Engine(workers=1), clips) as ready:

@@ -88,6 +88,7 @@ def test_a_rigid_offset_is_the_skins_path_and_its_lever_arm(body_in_scene, bundl
     assert angle < 0.02
 
 
+@pytest.mark.slow
 def test_the_scene_is_left_as_it_was(body_in_scene, patches, short):
     item = shirt_on(body_in_scene)
     scene = bpy.context.scene

@@ -70,6 +70,7 @@ def test_far_from_the_origin_arms_are_held_as_clear(bundled_body):
     assert outward(bundled_body, far, "left") == outward(bundled_body, near, "left") > 0
 
 
+@pytest.mark.slow
 def test_sensors_are_carried_back_to_the_clips_own_pose(body_in_scene, bundled_body, patches):
     """A shirt that goes with the skin, so that where its sensors belong is known."""
     body_in_scene.armature.location = (0.3, -0.2, 0.1)
@@ -91,6 +92,7 @@ def test_sensors_are_carried_back_to_the_clips_own_pose(body_in_scene, bundled_b
     assert away["cleared"] > 0.01
 
 
+@pytest.mark.slow
 def test_arms_are_cleared_for_our_garments_alone(body_in_scene, bundled_body, patches, monkeypatch):
     item = dress(body_in_scene.mesh, "tshirt")
     asked = []

@@ -34,6 +34,7 @@ def test_far_from_the_origin_it_is_the_same(bundled_body):
     assert clear_reach(bundled_body, far) == clear_reach(bundled_body, near)
 
 
+@pytest.mark.slow
 def test_a_leg_that_would_come_through_the_other_does_not_reach_so_far_back(bundled_body):
     reaches = [clear_reach(bundled_body, turning(bundled_body, speed)) for speed in (-4.0, 4.0)]
     assert min(reaches) < 1
