@@ -66,11 +66,12 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study 
     None where everything was there already, unless the plan has it made `again`.
     """
     with _in_folder(out, monitor):
-        done = not plan.again and is_untouched(plan, body, out)
+        # a program that reads events is told of every clip
+        done = not (plan.again or monitor.log.stream) and is_untouched(plan, body, out)
         if not done:
             check_folder(plan, out)
             folder.make_folders(out, len(plan.library.clips))
-        monitor.begin(plan.library, body.name, out)
+        monitor.begin(plan.library, body.name, out, kept=not done)
         with folder.only_run(out / WORK):
             study, failed = (None, {}) if done else _execute(plan, body, out, monitor)
     if study is None:

@@ -48,10 +48,13 @@ def test_sizes_and_times_tell_that_nothing_has_changed(ranked, monkeypatch):
         return bool(read)
 
     clip, features = sorted(library.rglob("*.npz"))[0], sorted((out / ".w2w" / "features").iterdir())[0]
+    status = (out / ".w2w" / "state.json").read_bytes()
     assert not looked_into()
+    assert (out / ".w2w" / "state.json").read_bytes() == status
     clip.touch()
     assert looked_into()
     assert not looked_into()
+    assert run(library, out, "--folds", "2", "--log-json").count('"event": "clip"') == 8
     content = bytearray(features.read_bytes())
     content[-1] ^= 1
     features.write_bytes(content)  # as long as it was
