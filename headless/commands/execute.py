@@ -184,7 +184,7 @@ def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, 
     """
     clips = plan.library.clips
     check_testable([clip.activity for clip in clips], [clip.motion_key or clip.name for clip in clips])
-    if any(clip.path.suffix.lower() in BLENDER_SUFFIXES for clip in clips):
+    if any(clip.file.lower().endswith(BLENDER_SUFFIXES) for clip in clips):
         check_installed()
     bodies = parse_bodies(asked.bodies)
     if len(bodies) > 1:

@@ -11,6 +11,7 @@ import json
 import os
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -104,7 +105,7 @@ def _labels(clip: Clip) -> tuple[str, ...]:
 def _files_below(out: Path, folder: str) -> Iterator[tuple[str, int, int]]:
     """Path, size and time of each file below a folder, which is given by its path in `out`."""
     with os.scandir(f"{out}/{folder}") as entries:
-        for entry in sorted(entries, key=lambda entry: entry.name):
+        for entry in sorted(entries, key=attrgetter("name")):
             if entry.is_dir(follow_symlinks=False):
                 yield from _files_below(out, f"{folder}/{entry.name}")
             else:
@@ -113,7 +114,4 @@ def _files_below(out: Path, folder: str) -> Iterator[tuple[str, int, int]]:
 
 
 def _digest(parts: Iterable[Any]) -> str:
-    digest = hashlib.sha256()
-    for part in parts:
-        digest.update(repr(part).encode("utf-8", "backslashreplace"))
-    return digest.hexdigest()
+    return hashlib.sha256(repr([*parts]).encode("utf-8", "backslashreplace")).hexdigest()

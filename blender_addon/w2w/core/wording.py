@@ -48,5 +48,7 @@ def shown(name: str | PurePath) -> str:
     >>> shown("caf\udce9.fbx")
     'caf%E9.fbx'
     """
+    if (text := str(name)).isascii():
+        return text  # as nearly all are
     text = name_bytes(name).decode("utf-8", "surrogateescape")
     return re.sub("[\udc80-\udcff]", lambda found: f"%{ord(found[0]) - 0xDC00:02X}", text)
