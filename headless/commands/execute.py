@@ -19,7 +19,6 @@ from w2w.core.clip_list import CLIP_LIST
 from w2w.core.files import json_number, write_json
 from w2w.core.findings.advice_content import patch_content
 from w2w.core.findings.summary import study_counts, write_failure, write_results
-from w2w.core.motion.library import BLENDER_SUFFIXES
 from w2w.core.ranking.agreement import rank_agreement
 from w2w.core.ranking.folds import check_testable
 from w2w.core.results_folder import Study
@@ -131,6 +130,7 @@ def _execute(
         made = make_signals(plan, body, out, monitor)
         if not plan.again and is_current(plan, made, out):
             note_current(plan, made, out, began)
+            monitor.announce("finished")
             return None, {}
         with claimed(out, _written_by(plan)):
             study = rank_study(plan, made, out, monitor)
@@ -161,7 +161,6 @@ def _execute(
 
 def _say_unchanged(out: Path, monitor: RunMonitor) -> dict[str, int]:
     """Say that an earlier run's results are those of this one, too; returns the counts of its clips."""
-    monitor.announce("finished")
     summary = json.loads((out / folder.SUMMARY).read_text(encoding="utf-8"))
     monitor.console.print(f"\n[bold]{escape(summary['answer']['sentence'])}[/bold]", highlight=False)
     unchanged = f"Nothing has changed since the last run, whose results are in {out} as they were."
@@ -184,7 +183,7 @@ def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, 
     """
     clips = plan.library.clips
     check_testable([clip.activity for clip in clips], [clip.motion_key or clip.name for clip in clips])
-    if any(clip.file.lower().endswith(BLENDER_SUFFIXES) for clip in clips):
+    if any(clip.needs_blender for clip in clips):
         check_installed()
     bodies = parse_bodies(asked.bodies)
     if len(bodies) > 1:

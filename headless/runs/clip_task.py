@@ -16,7 +16,7 @@ from w2w.core.keypoints.facts import PoseFacts, side_car
 from w2w.core.keypoints.pose_files import NO_FACTS
 from w2w.core.motion.asf_amc import AMC_SUFFIX, skeleton_file
 from w2w.core.motion.bone_maps import BoneMap
-from w2w.core.motion.library import ARRAY_SUFFIXES, TEXT_SUFFIXES, Clip, is_joint_file
+from w2w.core.motion.library import JOINT_SUFFIXES, Clip, is_joint_file
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.study import StudyConfig
 
@@ -94,7 +94,7 @@ def read_beside(path: Path) -> list[Path]:
             return [skeleton_file(path)]
         except UnusableMotion:
             return []
-    if suffix not in (".npz", *ARRAY_SUFFIXES, *TEXT_SUFFIXES):
+    if suffix not in (".npz", *JOINT_SUFFIXES):
         return []
     beside = side_car(path)  # first: telling what a file holds opens it
     return [beside] if beside is not None and is_joint_file(path) else []

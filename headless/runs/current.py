@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from operator import attrgetter
 from pathlib import Path
@@ -113,5 +113,5 @@ def _files_below(out: Path, folder: str) -> Iterator[tuple[str, int, int]]:
                 yield f"{folder}/{entry.name}", found.st_size, found.st_mtime_ns
 
 
-def _digest(parts: Iterable[Any]) -> str:
-    return hashlib.sha256(repr([*parts]).encode("utf-8", "backslashreplace")).hexdigest()
+def _digest(parts: list[Any]) -> str:
+    return hashlib.sha256(repr(parts).encode("utf-8", "backslashreplace")).hexdigest()

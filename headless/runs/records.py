@@ -32,10 +32,6 @@ CLIP = re.compile(r'\{"clip": "((?:[^"\\]|\\.)*)"')
 """How a line of the list begins, be the rest as damaged as it may."""
 
 
-DECODER = json.JSONDecoder()
-"""Of lines that are known to begin with a record: `json.loads` looks for what may stand before it."""
-
-
 class Records(Mapping[str, Record]):
     """The newest record of each clip, as text until it is asked for; a damaged one says whose it is."""
 
@@ -120,7 +116,7 @@ def _own_record(path: Path) -> Record | None:
 
 def has_records(out: Path) -> bool:
     """Whether any run wrote a record here."""
-    return any(any((out / WORK).glob(names)) for names in (f"{LIST}*.jsonl", "clips/*.json"))
+    return bool(lists_in(out)) or any((out / WORK / "clips").glob("*.json"))
 
 
 def lists_in(out: Path) -> list[Path]:
@@ -163,8 +159,8 @@ def _older(line: str, known: str | None, clip: str) -> bool:
 
 def _decoded(line: str, clip: str) -> Record:
     try:
-        record, end = DECODER.raw_decode(line)
-        if end == len(line.rstrip()) and record["clip"] == clip and isinstance(record["at"], int):
+        record = json.loads(line)
+        if record["clip"] == clip and isinstance(record["at"], int):
             return record
     except (ValueError, KeyError, TypeError, RecursionError):
         pass
@@ -187,7 +183,7 @@ def tidy(out: Path, without: Collection[str] = ()) -> Records:
     """The records of a folder that no other run works in, less some clips', in one list from now on."""
     records = read_records(out)
     kept = {clip: records.text(clip) for clip in records if clip not in without}
-    lists = set((out / WORK).glob(f"{LIST}*.jsonl"))
+    lists = set(lists_in(out))
     own = list((out / WORK / "clips").glob("*.json"))
     if own or len(kept) < len(records) or lists != {_list_file(out)}:
         write_text(_list_file(out), "".join(f"\n{text}" for text in kept.values()))

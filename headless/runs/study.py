@@ -37,6 +37,7 @@ from .records import Records, forget_read, gather, has_records, read_records, ti
 from .workers import Engine, clip_workers, run_tasks, spread_here
 
 TOO_ALIKE = "the clips show too few different motions"
+
 GATHER = 256
 """Clips whose records go into the list at once."""
 

@@ -25,7 +25,7 @@ from w2w.core.body.body import Body
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
 from w2w.core.motion.bone_maps import BoneMap
-from w2w.core.motion.library import BLENDER_SUFFIXES, Clip
+from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of, unreadable
 from w2w.core.ranking.f1 import Spread
@@ -61,7 +61,7 @@ def clip_workers(engine: Engine, clips: Sequence[Clip]) -> Iterator[Executor | N
         yield None
         return
     workers = min(engine.workers, len(clips))
-    blender = any(clip.path.suffix.lower() in BLENDER_SUFFIXES for clip in clips)
+    blender = any(clip.needs_blender for clip in clips)
     with local_executor(workers) as executor:
         with deaf_children():
             for _ in range(workers):

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from numbers import Integral, Real
+from operator import attrgetter
 from types import UnionType
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -39,10 +40,8 @@ class Parameter:
     default: Any = None
 
     def of(self, record: Any) -> Any:
-        """The parameter's value; None where a record on its path is None."""
-        for name in self.path:
-            record = None if record is None else getattr(record, name)
-        return record
+        """The parameter's value."""
+        return attrgetter(".".join(self.path))(record)
 
     def check(self, record: Any) -> None:
         """Raise ValueError, with what is allowed, for a value out of range."""

@@ -33,6 +33,9 @@ TEXT_SUFFIXES = (".csv", ".json")
 
 ARRAY_SUFFIXES = (".npy", ".c3d")
 
+JOINT_SUFFIXES = (*ARRAY_SUFFIXES, *TEXT_SUFFIXES)
+"""Kinds of files that hold joint positions, beside npz, which may hold anything."""
+
 HEAD_BYTES = 16384
 FEWEST_JOINTS = 8
 
@@ -65,6 +68,11 @@ class Clip:
     subject: str = ""  # who moves
     motion_key: str = ""  # clips with an equal key show the same recording
     source: str = ""  # the data set or system that it is from
+
+    @property
+    def needs_blender(self) -> bool:
+        """Whether Blender's importers read the file."""
+        return self.file.lower().endswith(BLENDER_SUFFIXES)
 
 
 @dataclass(frozen=True)
@@ -231,7 +239,7 @@ def is_joint_file(path: Path) -> bool:
     """Whether a file is to be read as joint positions rather than as another kind of motion."""
     suffix = path.suffix.lower()
     if suffix != ".npz":
-        return suffix in (*ARRAY_SUFFIXES, *TEXT_SUFFIXES)
+        return suffix in JOINT_SUFFIXES
     try:
         names = set(array_names(path)) if path.is_file() else set()
     except (OSError, ValueError):

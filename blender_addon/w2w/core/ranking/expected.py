@@ -72,8 +72,9 @@ def expect(
     reach = scipy.stats.t(freedom).ppf((1 + level) / 2) * np.sqrt(repeat.variance)
     as_good = _as_good(mean, repeat.noise_maps, level, seed)
     lead = float(mean.max() - mean.mean())
-    leads_by = lead / np.sqrt(repeat.of_lead) if repeat.of_lead > 0 else np.inf * lead
-    chance = float(scipy.stats.norm.cdf(leads_by))
+    chance = float(lead > 0)
+    if repeat.of_lead > 0:
+        chance = float(scipy.stats.norm.cdf(lead / np.sqrt(repeat.of_lead)))
     return Expected(
         expected_f1=np.clip(by_activity, 0, 1).T.astype(np.float32),
         expected_mean=np.clip(mean, 0, 1).astype(np.float32),

@@ -128,8 +128,8 @@ def rising(by_size: np.ndarray) -> np.ndarray:
     """
     if len(by_size) < 2:
         return by_size
-    rising = scipy.optimize.isotonic_regression(by_size[1:]).x
-    return np.concatenate([by_size[:1], np.maximum(rising, by_size[0])])
+    fitted = scipy.optimize.isotonic_regression(by_size[1:]).x
+    return np.concatenate([by_size[:1], np.maximum(fitted, by_size[0])])
 
 
 def _left(level: np.ndarray, level_there: np.ndarray, weights: np.ndarray) -> np.ndarray:
