@@ -114,6 +114,13 @@ def test_f1_of_one_everywhere_leaves_an_interval():
     assert (found.expected_high > found.expected_low).all()
 
 
+def test_patches_without_any_lead_beat_no_average():
+    work = planned(2)
+    found = expect(np.ones((1 + 2 * len(work.pairs), A, N)), work, Pooling.none(N), 0.95, 0)
+    assert found.beats_average == 0
+    assert not found.can_rank
+
+
 def test_clips_that_cannot_be_halved_rank_nothing():
     clip = np.repeat(np.arange(3 * A), 2)
     work = plan(clip % A, clip, clip // A, np.ones(len(clip), bool))
