@@ -30,8 +30,8 @@ from w2w.core.imu.virtual import record_motion  # noqa: E402
 from w2w.core.motion import skinning  # noqa: E402
 from w2w.core.motion.motion import Motion  # noqa: E402
 from w2w.core.patches.patches import sample_patches  # noqa: E402
-from w2w.core.ranking import features  # noqa: E402
-from w2w.core.ranking.windows import WindowSpec, cut_windows  # noqa: E402
+from w2w.core.windows import features  # noqa: E402
+from w2w.core.windows.windows import WindowSpec, cut_windows  # noqa: E402
 
 REPEATS = 5
 USERS = (synthesis, skinning, features)

@@ -19,11 +19,11 @@ import bpy
 import numpy as np
 
 from w2w.core.body.body import Body
-from w2w.core.motion.bvh import read_bvh
 from w2w.core.motion.motion import Motion
-from w2w.core.motion.repair import repaired
-from w2w.core.motion.retarget import retarget
 from w2w.core.motion.source import SourceMotion, UnusableMotion
+from w2w.core.readers.bvh import read_bvh
+from w2w.core.retargeting.repair import repaired
+from w2w.core.retargeting.retarget import retarget
 from w2w.scene.base.output import quiet_output
 from w2w.scene.motion.takes import read_clip
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import bpy
 
 import w2w as extension
-from w2w.core.motion.import_plan import plan_folder
+from w2w.core.library.import_plan import plan_folder
 from w2w.ui.jobs import jobs, preferences
 from w2w.ui.jobs.windows import BUDGET
 from w2w.ui.steps.motion_import import import_steps, wanted

@@ -19,14 +19,14 @@ import numpy as np
 from w2w.core.body.body import Body
 from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.recording import FURTHER
-from w2w.core.motion.library import read_library
+from w2w.core.library.library import read_library
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.body_parts import PLACEMENTS
-from w2w.core.ranking.features import further_features, window_features
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.ranking.windows import TooShortError, cut_windows
 from w2w.core.study import StudyConfig, record
+from w2w.core.windows.features import further_features, window_features
+from w2w.core.windows.windows import TooShortError, cut_windows
 from w2w.headless.options import sensor_settings
 from w2w.headless.runs.clip import load_clip
 from w2w.studies.comparisons.site_simulator import sensors_at

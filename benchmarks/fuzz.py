@@ -24,12 +24,12 @@ import numpy as np
 
 from w2w.core.files import write_npz
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.motion.bone_maps import BONE_MAPS, BoneMap
-from w2w.core.motion.bvh import read_bvh
-from w2w.core.motion.library import read_library
+from w2w.core.library.library import read_library
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.source import UnusableMotion
-from w2w.core.ranking.inputs import StoredArray
+from w2w.core.readers.bvh import read_bvh
+from w2w.core.retargeting.bone_maps import BONE_MAPS, BoneMap
+from w2w.core.windows.inputs import StoredArray
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 PROMISED = (UnusableMotion, ValueError, OSError)

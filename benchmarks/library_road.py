@@ -15,7 +15,7 @@ from typing import Any
 from unittest import mock
 
 from w2w.core.body.body import Body
-from w2w.core.motion.library import read_library
+from w2w.core.library.library import read_library
 from w2w.core.study import StudyConfig, place_patches
 from w2w.headless.runs import clip as clip_work, clip_task
 from w2w.headless.runs.clip import WORK, do_clip

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import bpy
 
 import w2w as extension
-from w2w.core.motion.import_plan import plan_folder
+from w2w.core.library.import_plan import plan_folder
 from w2w.ui.files.exports import map_steps
 from w2w.ui.files.open_results import open_steps
 from w2w.ui.files.save_results import save_steps

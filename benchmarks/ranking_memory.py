@@ -28,12 +28,12 @@ from w2w.core.clip_files import ClipWindows
 from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions, set_tests
 from w2w.core.files import write_npz
 from w2w.core.motion.duplicates import POSES
-from w2w.core.ranking.features import feature_names
-from w2w.core.ranking.inputs import FeatureFiles
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.selection.joint import GrownSet
 from w2w.core.study import StudyConfig
+from w2w.core.windows.features import feature_names
+from w2w.core.windows.inputs import FeatureFiles
 from w2w.headless.runs.cluster import spread_over
 from w2w.studies.paper.subsets import checked_terms
 

@@ -47,7 +47,6 @@ from w2w.core.clip_ranking import WindowLabels, set_tests
 from w2w.core.imu.virtual import at_patches
 from w2w.core.patches.strip_graph import SkinDistances
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.inputs import PatchBlocks, SomePatches, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, utility_map
 from w2w.core.results_folder import StudyResults
@@ -57,6 +56,7 @@ from w2w.core.selection.joint import ByHalves, GrownSet
 from w2w.core.selection.promise import Promises, random_sets
 from w2w.core.selection.set_tests import SetTests
 from w2w.core.study import StudyConfig
+from w2w.core.windows.inputs import PatchBlocks, SomePatches, SomeWindows
 from w2w.studies.paper.promised import greedy_by_half
 from w2w.studies.paper.subsets import checked_terms, greedy_order
 

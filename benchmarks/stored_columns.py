@@ -29,7 +29,7 @@ from pathlib import Path
 
 import numpy as np
 
-from w2w.core.ranking.inputs import FeatureFiles, spans
+from w2w.core.windows.inputs import FeatureFiles, spans
 
 WAYS = ("load", "stored", "unpacked")
 

@@ -36,11 +36,11 @@ import numpy as np
 from w2w.core.files import write_json
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.agreement import rank_agreement
-from w2w.core.ranking.features import window_features
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.ranking.windows import WindowSpec, cut_windows
 from w2w.core.results_folder import StudyResults
+from w2w.core.windows.features import window_features
+from w2w.core.windows.windows import WindowSpec, cut_windows
 from w2w.studies.classifiers.multi3net.classifier import Multi3Net
 from w2w.studies.classifiers.trees import extra_trees
 from w2w.studies.sweep.augmentation import remounted

@@ -12,11 +12,11 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 import typer
 from rich.console import Console
 
-from w2w.core.motion.bone_maps import BoneMap
 from w2w.core.parameters import Parameter, parameters_of
 from w2w.core.patches.own_placements import read_placements
 from w2w.core.ranking.utility import inputs_of, unavailable
 from w2w.core.ranking.weights import read_weights
+from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.selection.constraints import Constraints
 from w2w.core.study import FILES, StudyConfig
 

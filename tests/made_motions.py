@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from w2w.core.motion.bone_maps import BONE_MAPS
+from w2w.core.retargeting.bone_maps import BONE_MAPS
 from w2w.studies.rehab.skeleton import BONE_INDEX, BONE_PARENTS, BONES, Figure
 
 SECONDS = 3.0

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.body import Body
 from w2w.core.files import write_npz
-from w2w.core.motion.library import read_library
+from w2w.core.library.library import read_library
 from w2w.core.motion.motion import DEMO, DEMO_STEP, Motion
 from w2w.headless.runs.clip import load_clip
 

@@ -37,8 +37,8 @@ if TYPE_CHECKING:  # so that editors and type checkers see signatures
     from .core.ranking.agreement import rank_agreement as rank_agreement
     from .core.ranking.classifiers.estimator import EstimatorClassifier as EstimatorClassifier
     from .core.ranking.utility import UtilityMap as UtilityMap
-    from .core.ranking.windows import WindowSpec as WindowSpec
     from .core.selection.constraints import Constraints as Constraints
+    from .core.windows.windows import WindowSpec as WindowSpec
     from .loading import load as load, load_body as load_body
     from .ranking import Ranking as Ranking
 
@@ -65,8 +65,8 @@ _NAMES = {
     "core.ranking.agreement": ("rank_agreement",),
     "core.ranking.classifiers.estimator": ("EstimatorClassifier",),
     "core.ranking.utility": ("UtilityMap",),
-    "core.ranking.windows": ("WindowSpec",),
     "core.selection.constraints": ("Constraints",),
+    "core.windows.windows": ("WindowSpec",),
     "loading": ("load", "load_body"),
     "ranking": ("Ranking",),
 }

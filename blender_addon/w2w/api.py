@@ -24,13 +24,13 @@ from .core.motion.duplicates import motion_signature
 from .core.motion.motion import Motion
 from .core.patches.naming import resolve
 from .core.patches.patches import PatchSet
-from .core.ranking.features import window_features
 from .core.ranking.pooling import Pooling
 from .core.ranking.utility import UtilityMap, inputs_of, utility_map
 from .core.ranking.weights import check_counting
-from .core.ranking.windows import TooShortError, WindowSpec, cut_windows
 from .core.results_folder import StudyResults
 from .core.study import StudyConfig
+from .core.windows.features import window_features
+from .core.windows.windows import TooShortError, WindowSpec, cut_windows
 from .loading import Motions
 from .notebook import progress_bar, tracked
 from .ranking import Ranking

@@ -12,11 +12,11 @@ import numpy as np
 from .core.body.body import Body
 from .core.keypoints.facts import PoseFacts
 from .core.keypoints.pose_files import NO_FACTS
-from .core.motion.bone_maps import BoneMap
-from .core.motion.library import activity_of, is_joint_file, read_library
+from .core.library.library import activity_of, is_joint_file, read_library
 from .core.motion.motion import SMPL_SUFFIXES, Motion
 from .core.motion.skinning import on_the_ground
 from .core.motion.source import UnusableMotion
+from .core.retargeting.bone_maps import BoneMap
 from .notebook import tracked
 
 

@@ -22,7 +22,6 @@ from .core.files import write_text
 from .core.findings.notes import interval_caution
 from .core.patches.naming import resolve
 from .core.patches.patches import PatchSet
-from .core.ranking.inputs import PatchBlocks
 from .core.ranking.pooling import Pooling
 from .core.ranking.utility import UtilityMap
 from .core.results_folder import choose_to_wear
@@ -32,6 +31,7 @@ from .core.selection.headline import mean_title, short, spot_caution
 from .core.selection.joint import JointSet
 from .core.selection.set_tests import SetTests
 from .core.study import StudyConfig
+from .core.windows.inputs import PatchBlocks
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,7 +9,7 @@ from rich.console import Console
 from w2w.core.body.body import Body
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
-from w2w.core.motion.library import Library, read_library
+from w2w.core.library.library import Library, read_library
 from w2w.core.motion.motion import DEMO_CLIPS, demo_motions
 from w2w.core.study import StudyConfig
 

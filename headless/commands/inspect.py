@@ -15,13 +15,13 @@ from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.keypoints.facts import UNITS
 from w2w.core.keypoints.joint_sets import unseen
 from w2w.core.keypoints.pose_files import JointPositions
-from w2w.core.motion.bone_maps import BoneMap
-from w2w.core.motion.library import Clip, activity_of, read_library
+from w2w.core.library.library import Clip, activity_of, read_library
 from w2w.core.motion.motion import Motion
-from w2w.core.motion.retarget import BY_STRUCTURE
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion, UnusableMotion
-from w2w.core.ranking.windows import WindowSpec
+from w2w.core.retargeting.bone_maps import BoneMap
+from w2w.core.retargeting.retarget import BY_STRUCTURE
+from w2w.core.windows.windows import WindowSpec
 from w2w.core.wording import shown
 
 from ..console import NOTHING_TO_DO, USAGE, ending

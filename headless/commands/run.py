@@ -7,8 +7,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from w2w.core.motion.labels import same_label
-from w2w.core.motion.library import Library, read_library
+from w2w.core.library.labels import same_label
+from w2w.core.library.library import Library, read_library
 from w2w.core.ranking.weights import check_counting
 
 from ..options import argument, option, words

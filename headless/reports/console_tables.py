@@ -14,14 +14,14 @@ from w2w.core.findings.sources import shown_in, source_caution
 from w2w.core.findings.summary import best_regions, own_scores, study_counts, window_content
 from w2w.core.garments.cover import garment_content, garment_sentence
 from w2w.core.garments.on_cloth import caught_sentences
-from w2w.core.motion.library import Library
+from w2w.core.library.library import Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.ranking.windows import WindowSpec
 from w2w.core.results_folder import ClipResult, Study, StudyResults
 from w2w.core.selection import headline
 from w2w.core.selection.advice import Advice
 from w2w.core.selection.answer import PlaceScore
+from w2w.core.windows.windows import WindowSpec
 from w2w.core.wording import capital
 
 from ..console import show_left_out

@@ -17,13 +17,13 @@ from w2w.core.garments.cover import FITTED, Cover, load_covers
 from w2w.core.garments.on_cloth import ClothSensors, caught_content
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
-from w2w.core.motion.bone_maps import BoneMap
+from w2w.core.library.library import Clip
 from w2w.core.motion.duplicates import motion_signature
-from w2w.core.motion.library import Clip
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import SourceMotion, UnusableMotion, readable_size, reason_of, unreadable
 from w2w.core.patches.patches import PatchSet
 from w2w.core.results_folder import ClipResult
+from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.study import describe, measured, record
 from w2w.core.threads import unthreaded_products
 from w2w.scene.base.output import quiet_output

@@ -14,10 +14,10 @@ from w2w.core.clip_files import WORK, features_file, motion_file, signals_file
 from w2w.core.files import file_sha256
 from w2w.core.keypoints.facts import PoseFacts, side_car
 from w2w.core.keypoints.pose_files import NO_FACTS
-from w2w.core.motion.asf_amc import AMC_SUFFIX, skeleton_file
-from w2w.core.motion.bone_maps import BoneMap
-from w2w.core.motion.library import JOINT_SUFFIXES, Clip, is_joint_file
+from w2w.core.library.library import JOINT_SUFFIXES, Clip, is_joint_file
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.readers.asf_amc import AMC_SUFFIX, skeleton_file
+from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.study import StudyConfig
 
 from .guard import LIMIT_S, MEMORY

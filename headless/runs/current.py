@@ -21,7 +21,7 @@ from w2w.core.files import file_sha256, write_json
 from w2w.core.findings.summary import versions
 from w2w.core.garments.cover import FITTED
 from w2w.core.garments.cut import split_name
-from w2w.core.motion.library import Clip
+from w2w.core.library.library import Clip
 
 from .clip_task import read_beside, stamp
 from .folder import DIVIDED, code_sha256

@@ -20,7 +20,7 @@ from w2w.core.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide
 from w2w.core.clip_list import CLIP_LIST
 from w2w.core.files import UNFINISHED
 from w2w.core.findings.summary import PLACEMENTS
-from w2w.core.motion.library import Library, unique_names
+from w2w.core.library.library import Library, unique_names
 
 from .own_files import check, remove_own
 from .records import Records, given_names, read_records, tidy
@@ -188,7 +188,7 @@ NO_SIGNALS = (
     "core/selection", "core/findings", "core/exports", "core/ranking", "core/clip_ranking.py",
     "core/results_folder.py", "scene/files", "scene/heatmap.py", "drawing", "reports",
 )  # fmt: skip
-SIGNALS_AFTER_ALL = ("core/ranking/features.py", "core/ranking/windows.py")
+SIGNALS_AFTER_ALL = ("core/windows/features.py", "core/windows/windows.py")
 """Code that a clip's own files do not depend on, as it ranks, chooses and tells, and what of it they do."""
 
 

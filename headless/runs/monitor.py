@@ -26,7 +26,7 @@ from rich.progress import (
 
 from w2w.core.clip_files import WORK
 from w2w.core.files import write_json
-from w2w.core.motion.library import Library
+from w2w.core.library.library import Library
 from w2w.core.results_folder import ClipResult
 from w2w.core.wording import capital
 

@@ -17,7 +17,7 @@ from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import record_motion, sensor_at
 from w2w.core.keypoints.facts import PoseFacts
-from w2w.core.motion.library import Clip
+from w2w.core.library.library import Clip
 from w2w.core.motion.motion import smoothed_root
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.patches import sample_patches

@@ -21,7 +21,7 @@ from w2w.core.files import UNFINISHED, file_sha256, write_json
 from w2w.core.findings.notes import copies_sentence
 from w2w.core.findings.summary import config_content
 from w2w.core.garments.cover import FITTED
-from w2w.core.motion.library import Clip, Library
+from w2w.core.library.library import Clip, Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map

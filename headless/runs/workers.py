@@ -24,12 +24,12 @@ from loky.backend.context import ctx_loky
 from w2w.core.body.body import Body
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
-from w2w.core.motion.bone_maps import BoneMap
-from w2w.core.motion.library import Clip
+from w2w.core.library.library import Clip
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of, unreadable
 from w2w.core.ranking.f1 import Spread
 from w2w.core.results_folder import ClipResult
+from w2w.core.retargeting.bone_maps import BoneMap
 
 from ..blender import NoBlenderError, inside_blender
 from ..stopping import deaf_children, when_stopped

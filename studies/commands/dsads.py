@@ -9,9 +9,9 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from w2w.core.ranking.features import window_features
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, inputs_of, utility_map
+from w2w.core.windows.features import window_features
 from w2w.headless.console import USAGE
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import new_file

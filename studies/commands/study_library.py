@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from w2w.core.motion.library import Library, read_library
+from w2w.core.library.library import Library, read_library
 from w2w.core.results_folder import StudyResults
 from w2w.headless.commands.execute import ended, execute_bodies, ready_for, refused
 from w2w.headless.console import NOTHING_TO_DO

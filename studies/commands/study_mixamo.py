@@ -14,8 +14,8 @@ from rich.table import Table
 
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
-from w2w.core.motion.labels import same_label
-from w2w.core.motion.library import Library, read_library
+from w2w.core.library.labels import same_label
+from w2w.core.library.library import Library, read_library
 from w2w.core.ranking.weights import check_counting
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import place_patches

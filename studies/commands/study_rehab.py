@@ -14,7 +14,7 @@ import typer
 
 from w2w.core.body.body import Body
 from w2w.core.colours import patch_colours, score_range
-from w2w.core.motion.library import Library, read_library
+from w2w.core.library.library import Library, read_library
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.answer import best_single

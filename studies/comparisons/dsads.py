@@ -11,10 +11,10 @@ import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.motion.library import read_library
+from w2w.core.library.library import read_library
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.utility import inputs_of
-from w2w.core.ranking.windows import WindowSpec
+from w2w.core.windows.windows import WindowSpec
 from w2w.headless.runs.clip import load_clip
 
 from ..datasets.dsads import DSADS_RATE, DSADS_SITES, read_dsads

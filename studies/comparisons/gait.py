@@ -16,7 +16,7 @@ from w2w.core.filtering import butterworth
 from w2w.core.imu.calibration import Alike, held_out
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.motion.library import Clip
+from w2w.core.library.library import Clip
 from w2w.core.motion.motion import Motion, smoothed_root
 from w2w.core.ranking.agreement import Agreement, rank_agreement
 from w2w.headless.runs.clip import load_clip

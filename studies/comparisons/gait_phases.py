@@ -13,8 +13,8 @@ from w2w.core.imu.calibration import Pair, calibrate, turned
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import score_patches
-from w2w.core.ranking.features import window_features
 from w2w.core.ranking.folds import ALWAYS_TRAIN
+from w2w.core.windows.features import window_features
 
 from ..datasets.gait import GaitTrial
 from ..validation.site_windows import SiteWindows

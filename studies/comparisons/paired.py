@@ -13,7 +13,7 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.keypoints.fit import fit_keypoints, guess_up
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.ranking.utility import inputs_of
-from w2w.core.ranking.windows import WindowSpec
+from w2w.core.windows.windows import WindowSpec
 
 from ..datasets.mmfit import CAMERA_RATE, DEVICES, NON_ACTIVITY, RATE_HZ, Exercise, read_mmfit
 from ..datasets.vidimu import IMU_RATE, LOWER, SITES, UPPER, VIDEO_RATE, Trial, read_vidimu

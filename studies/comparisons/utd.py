@@ -18,7 +18,7 @@ from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.keypoints.fit import fit_keypoints
 from w2w.core.keypoints.joint_sets import JOINT_SETS
-from w2w.core.ranking.windows import WindowSpec
+from w2w.core.windows.windows import WindowSpec
 
 from ..datasets.utd_mhad import UTD_IMU_RATE, UtdTrial
 from ..validation.calibrated_transfer import calibrated_transfer

@@ -29,11 +29,11 @@ from w2w.core.files import write_json
 from w2w.core.filtering import butterworth
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import Synthesis, synthesize
-from w2w.core.motion.bvh import read_bvh
 from w2w.core.motion.motion import Motion, smoothed_root
-from w2w.core.motion.retarget import retarget
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.motion.source import SourceMotion
+from w2w.core.readers.bvh import read_bvh
+from w2w.core.retargeting.retarget import retarget
 
 from ..comparisons.site_simulator import sensors_at
 from ..datasets.gait import GaitTrial, read_gait

@@ -23,8 +23,8 @@ from w2w.core.body.body import Body
 from w2w.core.files import write_json
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import Synthesis, synthesize
-from w2w.core.motion.retarget import retarget
 from w2w.core.motion.source import SourceMotion, unscaled_rotations
+from w2w.core.retargeting.retarget import retarget
 
 from ..datasets.gait import GaitTrial, read_gait
 from ..datasets.gait_sites import SITES

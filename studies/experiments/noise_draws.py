@@ -22,11 +22,11 @@ import numpy as np
 from w2w.core.clip_ranking import WindowLabels
 from w2w.core.imu.virtual import at_patches
 from w2w.core.ranking.agreement import spearman_rows
-from w2w.core.ranking.inputs import ArrayBlocks, SomeWindows
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import StudyConfig, describe, record
+from w2w.core.windows.inputs import ArrayBlocks, SomeWindows
 from w2w.headless.options import sensor_settings
 
 

@@ -24,18 +24,18 @@ from scipy.stats import spearmanr
 from w2w.core.body.body import Body
 from w2w.core.imu.presets import preset
 from w2w.core.imu.virtual import record_motion
-from w2w.core.motion.library import read_library
+from w2w.core.library.library import read_library
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import ClipUnits, f1_scores
-from w2w.core.ranking.features import window_features
 from w2w.core.ranking.folds import ALWAYS_TRAIN
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.ranking.windows import WindowSpec, cut_windows
+from w2w.core.windows.features import window_features
+from w2w.core.windows.windows import WindowSpec, cut_windows
 from w2w.headless.options import parse_bodies
 from w2w.headless.runs.clip import load_clip
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
-from w2w.core.ranking.features import UNIT, feature_names
+from w2w.core.windows.features import UNIT, feature_names
 
 from ..comparisons.unpaired import Side
 from ..validation.site_windows import SiteWindows

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 from w2w.core.csv_tables import read_table
-from w2w.core.motion.library import Library, LibraryError
+from w2w.core.library.library import Library, LibraryError
 
 PAPER_GROUPS: tuple[str, ...] = (
     "locomotion_posture",

@@ -29,10 +29,10 @@ from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, inputs_of, utility_map
-from w2w.core.ranking.windows import TooShortError
 from w2w.core.results_folder import StudyResults
 from w2w.core.study import describe, place_patches, plain, record
 from w2w.core.threads import unthreaded_products
+from w2w.core.windows.windows import TooShortError
 from w2w.headless.blender import inside_blender
 from w2w.headless.runs.folder import code_sha256
 from w2w.headless.runs.workers import local_executor

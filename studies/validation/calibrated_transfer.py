@@ -14,7 +14,7 @@ from w2w.core.imu.calibration import Pair, calibrate, mounting, shift_between, s
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.folds import ALWAYS_TRAIN
-from w2w.core.ranking.windows import WindowSpec
+from w2w.core.windows.windows import WindowSpec
 
 from .transfer import REAL, Transfer, first_window, scored
 

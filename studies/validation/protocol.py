@@ -15,7 +15,7 @@ from w2w.core.body.landmarks import SensorSite
 from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.keypoints.joint_sets import JointSet
-from w2w.core.ranking.windows import WindowSpec
+from w2w.core.windows.windows import WindowSpec
 
 from .site_transfer import WayFound
 from .site_windows import Use

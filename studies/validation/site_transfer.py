@@ -14,9 +14,9 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import ClipUnits, f1_scores
-from w2w.core.ranking.features import window_features
 from w2w.core.ranking.folds import ALWAYS_TRAIN
-from w2w.core.ranking.windows import TooShortError, WindowSpec, cut_windows
+from w2w.core.windows.features import window_features
+from w2w.core.windows.windows import TooShortError, WindowSpec, cut_windows
 
 CANDIDATES = 4000
 """Rotations tried for how a sensor sat; the best of them is then refined."""

@@ -10,10 +10,10 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.ranking.features import window_features
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.ranking.windows import TooShortError, WindowSpec, cut_windows
+from w2w.core.windows.features import window_features
+from w2w.core.windows.windows import TooShortError, WindowSpec, cut_windows
 
 from .some_windows import some_windows
 

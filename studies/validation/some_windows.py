@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from w2w.core.ranking.inputs import PatchBlocks, SomeWindows
+from w2w.core.windows.inputs import PatchBlocks, SomeWindows
 
 Windows = TypeVar("Windows", bound=NamedTuple)
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from w2w.core.ranking.halves import Protocol
-from w2w.core.ranking.inputs import PatchBlocks, SomeWindows, as_blocks
 from w2w.core.ranking.utility import UtilityMap, utility_map
+from w2w.core.windows.inputs import PatchBlocks, SomeWindows, as_blocks
 
 from .site_windows import SiteWindows
 

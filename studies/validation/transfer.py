@@ -13,9 +13,9 @@ from w2w.core.imu.calibration import Pair, mounting, turned
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import score_patches
-from w2w.core.ranking.features import window_features
 from w2w.core.ranking.folds import ALWAYS_TRAIN
-from w2w.core.ranking.windows import WindowSpec, cut_windows
+from w2w.core.windows.features import window_features
+from w2w.core.windows.windows import WindowSpec, cut_windows
 
 REAL, SIMULATED = "real", "simulated"
 RESAMPLES = 1000

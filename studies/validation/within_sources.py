@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from w2w.core.ranking.halves import Protocol
-from w2w.core.ranking.inputs import PatchBlocks
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
+from w2w.core.windows.inputs import PatchBlocks
 
 from .some_windows import some_windows
 

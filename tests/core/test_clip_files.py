@@ -14,7 +14,7 @@ from w2w.core.clip_files import (
 )
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.same_motion import same_motion_groups
-from w2w.core.ranking.windows import WindowSpec, cut_windows
+from w2w.core.windows.windows import WindowSpec, cut_windows
 
 SPEC = WindowSpec(length_s=1.0, stride_s=0.5)
 WINDOWS = SimpleNamespace(inputs="windows", predict_folds=None)

@@ -8,8 +8,8 @@ import pytest
 
 from w2w.core.clip_files import ClipWindows, features_file, write_features
 from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions
+from w2w.core.library.library import Clip
 from w2w.core.motion.duplicates import POSES
-from w2w.core.motion.library import Clip
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study import StudyConfig
 

@@ -9,10 +9,10 @@ from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.presets import preset
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.parameters import parameters_of
-from w2w.core.ranking.windows import WindowSpec
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.constraints import Constraints
 from w2w.core.study import StudyConfig
+from w2w.core.windows.windows import WindowSpec
 
 
 def test_every_parameter_is_read_back_as_it_was():

@@ -6,7 +6,7 @@ import os
 import pytest
 
 from w2w.core.files import write_json, write_text
-from w2w.core.motion.library import read_library, unique_names
+from w2w.core.library.library import read_library, unique_names
 from w2w.core.wording import capital, free_name, name_bytes, plain_words, shown
 
 

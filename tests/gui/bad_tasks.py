@@ -23,7 +23,7 @@ import numpy as np  # noqa: E402
 
 from w2w.core.body.body import Body  # noqa: E402
 from w2w.core.clip_files import WORK  # noqa: E402
-from w2w.core.motion.library import read_library  # noqa: E402
+from w2w.core.library.library import read_library  # noqa: E402
 from w2w.core.study import StudyConfig, place_patches  # noqa: E402
 from w2w.headless.runs.clip_task import ClipTask, Engine  # noqa: E402
 from w2w.headless.runs.folder import make_folders  # noqa: E402

@@ -25,7 +25,7 @@ from w2w.core.body.body import Body
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.clip_ranking import LabelledClip
 from w2w.core.findings.summary import write_results
-from w2w.core.motion.library import Clip, Library
+from w2w.core.library.library import Clip, Library
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.halves import Protocol

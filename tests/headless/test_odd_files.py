@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from w2w.core.motion.library import Clip
+from w2w.core.library.library import Clip
 from w2w.core.study import StudyConfig
 from w2w.headless.app import APP
 from w2w.headless.runs.clip import do_clip, file_sha256, record_death, work_in_worker

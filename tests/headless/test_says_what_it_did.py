@@ -218,7 +218,7 @@ def test_messages_name_the_options(tmp_path, options, message):
 
 
 def test_the_stride_follows_the_window():
-    from w2w.core.ranking.windows import WindowSpec
+    from w2w.core.windows.windows import WindowSpec
     from w2w.headless.options import window_spec
 
     assert window_spec(0.5, None) == WindowSpec(0.5, 0.25)

@@ -9,7 +9,7 @@ import pytest
 from mathutils import Matrix
 
 from w2w.core.motion.motion import Motion
-from w2w.core.motion.retarget import retarget
+from w2w.core.retargeting.retarget import retarget
 from w2w.scene.bake import PatchBaker
 from w2w.scene.base import actions
 from w2w.scene.base.actions import bone_curves, frames_of, show_action, write_action

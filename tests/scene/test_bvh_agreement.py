@@ -5,9 +5,9 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.motion.bvh import as_it_stands, read_bvh
-from w2w.core.motion.bvh_text import read_bvh_text
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.readers.bvh import as_it_stands, read_bvh
+from w2w.core.readers.bvh_text import read_bvh_text
 from w2w.scene.base.output import quiet_output
 from w2w.scene.motion.takes import find_takes, imported, read_clip, read_take
 

@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip("bpy")
 
 from w2w.core.motion.motion import smoothed_root
-from w2w.core.motion.retarget import retarget
+from w2w.core.retargeting.retarget import retarget
 from w2w.studies.datasets.gait import read_gait
 from w2w.studies.experiments import gait
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from w2w.core.body.skeleton import JOINT_INDEX
-from w2w.core.motion.bone_maps import BoneMap
-from w2w.core.motion.retarget import BY_STRUCTURE, retarget
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
+from w2w.core.retargeting.bone_maps import BoneMap
+from w2w.core.retargeting.retarget import BY_STRUCTURE, retarget
 from w2w.scene.motion.load import read_motion
 from w2w.scene.motion.takes import find_takes, imported
 from w2w.studies.rehab.skeleton import BONE_INDEX

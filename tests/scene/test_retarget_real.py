@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from w2w.core.body.skeleton import JOINT_INDEX
-from w2w.core.motion.bone_maps import best_match
-from w2w.core.motion.retarget import retarget
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.retargeting.bone_maps import best_match
+from w2w.core.retargeting.retarget import retarget
 from w2w.scene.motion.takes import read_clip
 
 pytestmark = pytest.mark.slow

@@ -13,9 +13,9 @@ import pytest
 
 from w2w.core.body.skeleton import JOINT_NAMES
 from w2w.core.files import file_sha256
-from w2w.core.motion.bone_maps import BoneMap
-from w2w.core.motion.bvh import read_bvh
-from w2w.core.motion.retarget import matched_joints
+from w2w.core.readers.bvh import read_bvh
+from w2w.core.retargeting.bone_maps import BoneMap
+from w2w.core.retargeting.retarget import matched_joints
 from w2w.scene.base.actions import read_action
 from w2w.scene.base.body import armature_of
 from w2w.ui.jobs import jobs

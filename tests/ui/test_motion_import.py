@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.motion.import_plan import plan_folder
-from w2w.core.motion.library import MOTION_SUFFIXES
+from w2w.core.library.import_plan import plan_folder
+from w2w.core.library.library import MOTION_SUFFIXES
 from w2w.core.motion.motion import Motion
 from w2w.scene.base.actions import read_action
 from w2w.scene.base.body import armature_of

@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 import pytest
 
-from w2w.core.motion.import_plan import plan_folder
+from w2w.core.library.import_plan import plan_folder
 from w2w.ui.jobs import jobs
 from w2w.ui.jobs.jobs import EDITED, GONE
 from w2w.ui.steps.baking import bake_steps, rank_steps

@@ -14,10 +14,10 @@ from zipfile import ZipFile
 import numpy as np
 
 from .files import DAMAGED, load_arrays, write_npz
-from .motion.library import WORK_FOLDER, Clip
-from .ranking.inputs import FeatureFiles, PatchBlocks, WindowFiles
+from .library.library import WORK_FOLDER, Clip
 from .ranking.utility import inputs_of
-from .ranking.windows import WindowSpec
+from .windows.inputs import FeatureFiles, PatchBlocks, WindowFiles
+from .windows.windows import WindowSpec
 
 WORK = WORK_FOLDER
 """Folder inside the output folder for what a later run can take up again."""

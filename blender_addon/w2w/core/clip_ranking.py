@@ -8,15 +8,15 @@ from typing import Any, Self
 import numpy as np
 
 from .clip_files import ClipWindows
-from .motion.library import Clip
+from .library.library import Clip
 from .ranking.classifiers.ridge import Ridge
 from .ranking.halves import Protocol
-from .ranking.inputs import PatchBlocks
 from .ranking.pooling import Pooling
 from .ranking.utility import UtilityMap
 from .ranking.weights import counting
 from .selection.set_tests import SetTests
 from .study import StudyConfig, same_clips
+from .windows.inputs import PatchBlocks
 
 
 @dataclass(frozen=True)

@@ -16,22 +16,22 @@ from .clip_files import WORK, ClipWindows, FilesToRank, motion_file, ranking_inp
 from .clip_list import Entry, is_used, read_clip_list
 from .clip_ranking import LabelledClip, WindowLabels, copies_among, set_tests
 from .imu.recording import ImuRecording
-from .motion.library import Clip, Library
+from .library.library import Clip, Library
 from .motion.motion import Motion
 from .patches.card import DROP
 from .patches.patches import PatchSet
 from .ranking.classifiers.ridge import Ridge
-from .ranking.inputs import PatchBlocks
 from .ranking.pooling import Pooling
 from .ranking.turned import may_turn
 from .ranking.utility import UtilityMap, utility_map
 from .ranking.weights import counting, weights_of
-from .ranking.windows import cut_windows
 from .selection.advice import Advice, advise
 from .selection.answer import PlaceScore, Scored, compare
 from .selection.set_tests import SetTests
 from .study import StudyConfig, plain, record
 from .threads import unthreaded_products
+from .windows.inputs import PatchBlocks
+from .windows.windows import cut_windows
 
 UTILITY = "utility.npz"
 """The whole ranking, with its intervals, confusions and predictions."""

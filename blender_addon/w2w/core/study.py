@@ -21,11 +21,11 @@ from .motion.motion import Motion, low_passed, smoothed_root
 from .parameters import parameter, parameters_of, read_record
 from .patches.own_placements import with_placements
 from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
-from .ranking.features import further_features, window_features
 from .ranking.same_motion import same_motion_groups
 from .ranking.utility import inputs_of
-from .ranking.windows import WindowSpec, cut_windows
 from .selection.constraints import Constraints
+from .windows.features import further_features, window_features
+from .windows.windows import WindowSpec, cut_windows
 
 SIGNALS, RANKING, FILES = "Signals", "Ranking", "Bodies and files"
 WISHES = "Design constraints"

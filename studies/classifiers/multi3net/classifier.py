@@ -10,7 +10,7 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from w2w.core.ranking.inputs import BLOCK_BYTES, PatchBlocks, as_blocks, spans
+from w2w.core.windows.inputs import BLOCK_BYTES, PatchBlocks, as_blocks, spans
 
 HOW_TO_GET_TORCH = "the classifier multi3net needs PyTorch: get it with `pip install torch==2.13.0`"
 

@@ -6,9 +6,9 @@ import socket
 
 import pytest
 
-from w2w.core.motion.bvh import read_bvh
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.source import MAX_FILE_BYTES, UnusableMotion, readable_size, reason_of, size_and_head
+from w2w.core.readers.bvh import read_bvh
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no such files")
 

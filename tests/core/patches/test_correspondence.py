@@ -8,10 +8,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
-from w2w.core.motion.bone_maps import REQUIRED_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.core.patches.correspondence import Character, correspond
+from w2w.core.retargeting.bone_maps import REQUIRED_JOINTS
 
 NEEDED = [JOINT_INDEX[name] for name in REQUIRED_JOINTS]
 

@@ -12,8 +12,8 @@ from w2w.core.ranking.classifiers import ridge
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import try_patches, window_f1
 from w2w.core.ranking.halves import Named, Protocol, plan
-from w2w.core.ranking.inputs import ArrayBlocks
 from w2w.core.ranking.utility import utility_map
+from w2w.core.windows.inputs import ArrayBlocks
 
 A = 4
 

@@ -16,7 +16,7 @@ from w2w.core.imu.vendor_formats import read_xsens_txt
 from w2w.core.motion.motion import SMPL_PELVIS, Motion, at_rate, read_amass
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.windows import WindowSpec, cut_windows
+from w2w.core.windows.windows import WindowSpec, cut_windows
 from w2w.headless.app import APP
 
 from ...orientation_sto import read_orientation_sto

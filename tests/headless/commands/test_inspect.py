@@ -11,7 +11,7 @@ import bpy
 import pytest
 from typer.testing import CliRunner
 
-from w2w.core.motion.library import read_library
+from w2w.core.library.library import read_library
 from w2w.headless.app import APP
 from w2w.headless.commands.inspect import label_said
 

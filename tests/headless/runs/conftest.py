@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from w2w.core.body.body import Body
-from w2w.core.motion.library import read_library
+from w2w.core.library.library import read_library
 from w2w.core.study import StudyConfig, place_patches
 from w2w.headless.runs.clip import WORK
 from w2w.headless.runs.clip_task import ClipTask

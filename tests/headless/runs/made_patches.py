@@ -5,8 +5,8 @@ import numpy as np
 
 from w2w.core.files import write_npz
 from w2w.core.ranking.halves import Protocol
-from w2w.core.ranking.inputs import FeatureFiles
 from w2w.core.ranking.utility import utility_map
+from w2w.core.windows.inputs import FeatureFiles
 
 NAMES = ("bow", "jump", "walk")
 

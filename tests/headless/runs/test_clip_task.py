@@ -8,7 +8,7 @@ import pytest
 
 from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK
-from w2w.core.motion.library import Clip, read_library
+from w2w.core.library.library import Clip, read_library
 from w2w.core.study import StudyConfig, place_patches
 from w2w.headless.runs import clip, clip_task, records
 from w2w.headless.runs.clip import do_clip

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.halves import Protocol
-from w2w.core.ranking.inputs import FeatureFiles
 from w2w.core.ranking.utility import utility_map
+from w2w.core.windows.inputs import FeatureFiles
 from w2w.headless.runs.cluster import spread_over
 from w2w.headless.runs.workers import EngineError
 

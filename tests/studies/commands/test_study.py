@@ -15,7 +15,7 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from w2w.core.findings.sources import Shown, source_caution
-from w2w.core.motion.library import Clip, Library, read_library
+from w2w.core.library.library import Clip, Library, read_library
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
 from w2w.studies.commands.study_mixamo import show_placements

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from w2w.core.ranking.inputs import ArrayBlocks
+from w2w.core.windows.inputs import ArrayBlocks
 from w2w.studies.comparisons.library import LibraryFindings
 from w2w.studies.comparisons.library_report import verdict, write_library
 from w2w.studies.validation.library_repeats import MeansAgree, Repeats

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, strategies as st
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.ranking.features import feature_names
-from w2w.core.ranking.windows import WindowSpec
+from w2w.core.windows.features import feature_names
+from w2w.core.windows.windows import WindowSpec
 from w2w.studies.comparisons.unpaired import Side
 from w2w.studies.experiments import vigour_views, why_rows, why_vigour
 from w2w.studies.validation.site_windows import SiteWindows, site_windows

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.motion.library import Clip, Library
+from w2w.core.library.library import Clip, Library
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.placements.activity_groups import PAPER_GROUPS, choose_activities

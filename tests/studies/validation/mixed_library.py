@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from w2w.core.ranking.inputs import ArrayBlocks
+from w2w.core.windows.inputs import ArrayBlocks
 from w2w.studies.validation.within_sources import MixedWindows
 
 PATCHES, GOOD = 12, 4

@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.ranking.windows import WindowSpec
+from w2w.core.windows.windows import WindowSpec
 from w2w.studies.validation.site_transfer import (
     by_gravity,
     magnitudes,

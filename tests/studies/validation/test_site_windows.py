@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.ranking.windows import WindowSpec
+from w2w.core.windows.windows import WindowSpec
 from w2w.studies.validation.site_windows import site_windows
 
 RATE, SPEC = 25.0, WindowSpec(length_s=2.0, stride_s=1.0)

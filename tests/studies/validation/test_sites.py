@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.ranking.windows import WindowSpec
+from w2w.core.windows.windows import WindowSpec
 from w2w.studies.validation.site_windows import site_windows
 from w2w.studies.validation.sites import of_the_whole, validate_sites
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from w2w.core.ranking.inputs import ArrayBlocks, PatchBlocks, SomeWindows
+from w2w.core.windows.inputs import ArrayBlocks, PatchBlocks, SomeWindows
 from w2w.studies.validation.some_windows import some_windows
 
 

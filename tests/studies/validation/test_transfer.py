@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.imu.calibration import turned
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.ranking.windows import WindowSpec
+from w2w.core.windows.windows import WindowSpec
 from w2w.studies.validation.correlation import magnitude_correlation
 from w2w.studies.validation.transfer import transfer
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..body.body import TEMPLATES
 from ..files import atomic_write, write_json, write_text
 from ..imu.recording import READINGS
-from ..ranking.windows import TooShortError, cut_alike, cut_windows, window_starts
+from ..windows.windows import TooShortError, cut_alike, cut_windows, window_starts
 from .study_signals import StudySignals
 
 FILES = {"X": "x", "is_test": "is_test", "y": "activity", "clip": "clip", "subject": "subject"}

@@ -4,7 +4,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..motion.labels import LabelCheck
+from ..library.labels import LabelCheck
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.utility import UtilityMap
 

@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 
 from ..body.body import Body, vertex_normals
 from ..files import load_arrays, write_npz
-from ..motion.library import WORK_FOLDER
+from ..library.library import WORK_FOLDER
 from ..motion.skinning import triangle_frames
 from ..patches.carriers import carrier_triangles
 from ..patches.patches import PatchSet

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..body.body import Body
 from ..files import array_names, read_arrays, read_npy
-from ..motion.library import POSITION_KEYS
+from ..library.library import POSITION_KEYS
 from ..motion.source import (
     UnusableMotion,
     reading,

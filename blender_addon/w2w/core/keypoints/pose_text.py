@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..csv_tables import SEPARATORS, decoded
-from ..motion.library import joint_columns
+from ..library.library import joint_columns
 from ..motion.source import UnusableMotion
 from .facts import PoseFacts, facts_of
 from .naming import RawPose

@@ -20,7 +20,7 @@ from ..adopt.rest_pose import metres_per_unit
 from ..body.body import Body, vertex_normals
 from ..body.shapes import RANGES, shaped
 from ..body.skeleton import JOINT_INDEX, JOINT_NAMES, LEG, N_JOINTS, PARENTS, limb_length, trunk_line
-from ..motion.retarget import SEGMENT_END, rest_alignment
+from ..retargeting.retarget import SEGMENT_END, rest_alignment
 from ..rotations import unit
 
 SAME_PART = 0.06

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
+from ..windows.inputs import PatchBlocks, SomePatches
 from .halves import Named, Planned
-from .inputs import PatchBlocks, SomePatches
 from .weights import mean_over
 
 FEWEST_CLIPS = 5

@@ -8,9 +8,9 @@ from collections.abc import Iterable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..windows.features import window_features
 from .classifiers.ridge import Ridge
 from .f1 import window_f1
-from .features import window_features
 from .halves import Named, Protocol, Split
 from .weights import mean_over
 

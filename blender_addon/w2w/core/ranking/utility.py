@@ -13,13 +13,13 @@ import numpy as np
 
 from ..colours import LEAST_SPAN
 from ..files import load_arrays, write_npz
+from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks
 from .classifiers.estimator import own
 from .classifiers.ridge import Ridge
 from .expected import expect
 from .f1 import TASK_PATCHES, Spread, Tried, score_patches, try_patches
 from .folds import SUBJECT_OUT
 from .halves import HALVINGS, Planned, Protocol, maps_of
-from .inputs import PatchBlocks, SomeWindows, as_blocks
 from .pooling import Pooling
 from .weights import alike, counted_columns, mean_over
 

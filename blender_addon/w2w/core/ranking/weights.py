@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..csv_tables import read_table
-from ..motion.labels import by_label, same_label
+from ..library.labels import by_label, same_label
 from ..wording import shown
 
 BACKGROUND = 0.0

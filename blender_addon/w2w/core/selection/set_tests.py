@@ -12,11 +12,11 @@ import numpy as np
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.f1 import class_auc, window_f1
 from ..ranking.halves import Plan, Protocol, Trial
-from ..ranking.inputs import PatchBlocks, SomeWindows, as_blocks, spans
 from ..ranking.joint_scores import JointScores, Training
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import mean_over
+from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks, spans
 
 MOST_WINDOWS = 1000
 """Most windows that a choice rests on, evenly drawn: time grows with their square."""

@@ -8,10 +8,10 @@ import bpy
 import numpy as np
 
 from ...core.body.body import Body, vertex_normals
-from ...core.motion.retarget import matched_joints
 from ...core.motion.skinning import triangle_frames
 from ...core.motion.source import SourceMotion
 from ...core.patches.correspondence import Character, correspond
+from ...core.retargeting.retarget import matched_joints
 from ..base.body import matrix, moved, read_values, rest_vertices, triangles_of
 from ..base.patches import new_empty
 from ..heatmap import heatmap_names, paint_colours, remove_heatmaps

@@ -8,15 +8,15 @@ from typing import NamedTuple
 from ...core.body.body import Body
 from ...core.keypoints.facts import PoseFacts
 from ...core.keypoints.pose_files import NO_FACTS, JointPositions, read_joints
-from ...core.motion.asf_amc import AMC_SUFFIX, read_amc
-from ...core.motion.bone_maps import BoneMap
-from ...core.motion.bvh import BVH_SUFFIX, read_bvh
-from ...core.motion.library import is_joint_file
+from ...core.library.library import is_joint_file
 from ...core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
-from ...core.motion.mvnx import MVNX_SUFFIX, read_mvnx
-from ...core.motion.retarget import retarget
 from ...core.motion.skinning import on_the_ground
 from ...core.motion.source import SourceMotion
+from ...core.readers.asf_amc import AMC_SUFFIX, read_amc
+from ...core.readers.bvh import BVH_SUFFIX, read_bvh
+from ...core.readers.mvnx import MVNX_SUFFIX, read_mvnx
+from ...core.retargeting.bone_maps import BoneMap
+from ...core.retargeting.retarget import retarget
 
 
 class Carried(NamedTuple):

@@ -10,12 +10,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...core.motion.bone_maps import best_match, missing_joints
-from ...core.motion.bvh import BVH_SUFFIX
-from ...core.motion.bvh_text import read_bvh_text
-from ...core.motion.import_checks import USD_SUFFIXES
-from ...core.motion.library import GLTF_SUFFIXES, MOTION_SUFFIXES
-from ...core.motion.retarget import is_crumpled
+from ...core.library.library import GLTF_SUFFIXES, MOTION_SUFFIXES
 from ...core.motion.source import (
     NOT_FINITE,
     SourceMotion,
@@ -27,6 +22,11 @@ from ...core.motion.source import (
     refuse_rate,
     refuse_too_long,
 )
+from ...core.readers.bvh import BVH_SUFFIX
+from ...core.readers.bvh_text import read_bvh_text
+from ...core.readers.import_checks import USD_SUFFIXES
+from ...core.retargeting.bone_maps import best_match, missing_joints
+from ...core.retargeting.retarget import is_crumpled
 from ..base.actions import key_rate
 from ..base.body import same_selection
 from ..base.fcurves import (

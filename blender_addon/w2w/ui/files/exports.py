@@ -15,7 +15,7 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from ...core.files import atomic_write, write_text
 from ...core.findings.summary import patch_table
 from ...core.imu.formats import FORMATS, HELD, write_recording
-from ...core.motion.library import unique_names
+from ...core.library.library import unique_names
 from ...core.results_folder import stored_recording
 from ...core.selection.advice import redundancy_clusters
 from ...core.selection.headline import mean_title

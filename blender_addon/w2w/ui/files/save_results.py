@@ -9,7 +9,7 @@ import bpy
 
 from ...core.clip_files import signals_key
 from ...core.findings.new_folder import check_new, write_folder
-from ...core.motion.library import Clip, Library, unique_names
+from ...core.library.library import Clip, Library, unique_names
 from ...core.results_folder import ClipResult, Study
 from ...scene.base.actions import read_action
 from ...scene.base.body import armature_of

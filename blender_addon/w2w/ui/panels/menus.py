@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 from bl_operators.presets import AddPresetBase
 
-from ...core.motion.library import MOTION_SUFFIXES
+from ...core.library.library import MOTION_SUFFIXES
 from ..study.operators import OnDrop
 
 PRESETS = Path(__file__).parent / "presets"

@@ -9,9 +9,9 @@ from bpy.props import CollectionProperty, StringProperty
 
 from ...core.body.skeleton import JOINT_INDEX, JOINT_NAMES
 from ...core.files import file_sha256, write_json, write_text
-from ...core.motion.bone_maps import REQUIRED_JOINTS, BoneMap, best_match
-from ...core.motion.retarget import matched_joints
 from ...core.motion.source import SourceMotion, UnusableMotion
+from ...core.retargeting.bone_maps import REQUIRED_JOINTS, BoneMap, best_match
+from ...core.retargeting.retarget import matched_joints
 from ...core.wording import capital
 from ...scene.base.body import armature_of, body_of
 from ...scene.motion.load import carry, read_motion

@@ -11,8 +11,8 @@ import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
 
 from ...core.findings.notes import label_notes
-from ...core.motion import import_plan
-from ...core.motion.library import LibraryError
+from ...core.library import import_plan
+from ...core.library.library import LibraryError
 from ...scene.motion.scene_takes import LeftOut, SceneTake, scene_takes, stands_beside
 from ..jobs import jobs
 from ..jobs.text import styled

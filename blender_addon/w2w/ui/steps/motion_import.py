@@ -8,9 +8,9 @@ from typing import NamedTuple
 import bpy
 
 from ...core.files import file_sha256
-from ...core.motion.bone_maps import BoneMap
-from ...core.motion.import_plan import ImportPlan, same_files
+from ...core.library.import_plan import ImportPlan, same_files
 from ...core.motion.source import reason_of
+from ...core.retargeting.bone_maps import BoneMap
 from ...core.wording import free_name, shown
 from ...scene.base.actions import write_action
 from ...scene.base.body import armature_of, body_of

@@ -6,8 +6,8 @@ from pathlib import Path
 import bpy
 from bpy.props import CollectionProperty, EnumProperty, IntProperty, StringProperty
 
-from ...core.motion.import_plan import ImportPlan, plan_files, plan_folder
-from ...core.motion.library import MOTION_SUFFIXES, LibraryError
+from ...core.library.import_plan import ImportPlan, plan_files, plan_folder
+from ...core.library.library import MOTION_SUFFIXES, LibraryError
 from ...core.motion.source import UnusableMotion
 from ...scene.base.actions import FIRST_FRAME, keep_pace, key_rate, show_action
 from ...scene.base.body import armature_of, body_of

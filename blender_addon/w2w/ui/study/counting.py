@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import bpy
 import numpy as np
 
-from ...core.motion.labels import same_label
+from ...core.library.labels import same_label
 from ...core.ranking.utility import UtilityMap
 from ...core.ranking.weights import counting
 from ...core.study import StudyConfig

@@ -14,9 +14,9 @@ from ...core.body.shapes import RANGES
 from ...core.imu.sensor import SensorModel
 from ...core.patches.patches import PatchSet
 from ...core.ranking.utility import UtilityMap, unavailable
-from ...core.ranking.windows import WindowSpec
 from ...core.selection.constraints import Constraints
 from ...core.study import StudyConfig
+from ...core.windows.windows import WindowSpec
 from ...core.wording import capital
 from ...scene.base.patches import PATCH
 from ...scene.files.packing import unpack

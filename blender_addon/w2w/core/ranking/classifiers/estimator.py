@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ...threads import n_threads
-from ..inputs import BLOCK_BYTES, PatchBlocks, as_blocks, for_each_patch
+from ...windows.inputs import BLOCK_BYTES, PatchBlocks, as_blocks, for_each_patch
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ import numpy as np
 
 from ...blas import add_square, multiply
 from ...threads import unthreaded_products
+from ...windows.inputs import BLOCK_BYTES, PatchBlocks, as_blocks, for_each_patch
 from ..halves import Named, Split, plan
-from ..inputs import BLOCK_BYTES, PatchBlocks, as_blocks, for_each_patch
 from .discriminant import Discriminant, few, summing
 
 ALPHAS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)

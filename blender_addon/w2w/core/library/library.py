@@ -1,0 +1,247 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A folder of motion files: which clips it holds and what each shows."""
+
+import hashlib
+import os
+import posixpath
+import re
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import chain, count
+from pathlib import Path, PurePosixPath
+
+from ..files import array_names, reserved
+from ..readers.asf_amc import AMC_SUFFIX
+from ..readers.import_checks import USD_SUFFIXES, VRM_SUFFIXES
+from ..readers.mvnx import MVNX_SUFFIX
+from ..wording import name_bytes, shown
+from .labels import NO_LABELS, LabelCheck, LibraryError, label_rows
+
+POSITION_KEYS = (
+    "positions", "keypoints", "joints", "joints3d", "joints_3d", "keypoints3d", "keypoints_3d",
+    "positions_3d", "poses3d", "poses_3d", "kp3d", "xyz",
+)  # fmt: skip
+"""Names of the array of positions in npz and json files."""
+
+JSON_KEYS = ("positions", "keypoints", "keypoints_3d", "instance_info")
+"""Those of them by which a json file is known; the last is MMPose's."""
+
+TEXT_SUFFIXES = (".csv", ".json")
+"""Kinds of text that may hold joints, or anything else."""
+
+ARRAY_SUFFIXES = (".npy", ".c3d")
+
+JOINT_SUFFIXES = (*ARRAY_SUFFIXES, *TEXT_SUFFIXES)
+"""Kinds of files that hold joint positions, beside npz, which may hold anything."""
+
+HEAD_BYTES = 16384
+FEWEST_JOINTS = 8
+
+COLUMN = re.compile(r"(?P<joint>.*\S)[\s_.:\-]+(?P<axis>[xyz])", re.IGNORECASE | re.DOTALL)
+"""A column of a joint's coordinate: ``left_hip_x``, ``LeftHip.X``."""
+
+GLTF_SUFFIXES = (".glb", ".gltf", *VRM_SUFFIXES)
+
+BLENDER_SUFFIXES = (".fbx", *GLTF_SUFFIXES, *USD_SUFFIXES)
+"""Kinds of motion files that Blender's importers read."""
+
+MOTION_SUFFIXES = (
+    ".fbx", ".bvh", *GLTF_SUFFIXES, *USD_SUFFIXES, ".npz", ".smpl", AMC_SUFFIX, MVNX_SUFFIX, *ARRAY_SUFFIXES,
+)  # fmt: skip
+"""Kinds of motion files, in lower case with the dot; text may hold motion too (`may_hold_joints`)."""
+
+WORK_FOLDER = ".w2w"
+RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "export", "utility.npz")
+"""Files that a run writes into its output folder, which may lie in the library."""
+
+
+@dataclass(frozen=True)
+class Clip:
+    """One motion file and its labels; labels are empty where unknown."""
+
+    path: Path
+    file: str  # its path inside the library, with forward slashes, as text that can be shown
+    name: str  # for files made from it: safe on every file system and unique in the library
+    activity: str
+    subject: str = ""  # who moves
+    motion_key: str = ""  # clips with an equal key show the same recording
+    source: str = ""  # the data set or system that it is from
+
+    @property
+    def needs_blender(self) -> bool:
+        """Whether Blender's importers read the file."""
+        return self.file.lower().endswith(BLENDER_SUFFIXES)
+
+
+@dataclass(frozen=True)
+class Library:
+    """The clips of a folder and where their labels come from."""
+
+    folder: Path
+    clips: tuple[Clip, ...]  # in the order of their paths
+    labelled_by: str  # where the labels come from, in words
+    skipped: tuple[tuple[str, str], ...] = ()  # files left out, each with the reason
+    check: LabelCheck = NO_LABELS  # what stood out in the labels
+
+    @property
+    def activities(self) -> dict[str, int]:
+        """Number of clips by activity, in alphabetical order."""
+        return dict(sorted(Counter(clip.activity for clip in self.clips).items()))
+
+
+def read_library(folder: str | Path, labels: str | Path | None = None, exact_labels: bool = False) -> Library:
+    """Find the motion files of a folder and all folders below it, and label them.
+
+    A label comes from `labels` where given, else from the clip's folder inside the library, else from its
+    file name (``Walking (2).fbx``, ``X Bot@Waving.fbx``). `labels` is a csv with columns ``file`` and
+    ``activity``, and if wanted ``subject``, ``source`` and ``motion_key``; ``file`` is the path inside the
+    library, or an end of it, such as the bare name, that only one clip has. With columns ``caption`` and
+    ``activity`` it labels clips by words of their captions. `exact_labels` keeps
+    activities apart that differ only in case, spaces or underscores.
+
+    Raises LibraryError if the folder is missing or holds no motion files, or the csv cannot be understood.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise LibraryError(f"{folder} is not a folder: give the folder that holds your motion files")
+    inside = sorted(_motion_files(folder), key=name_bytes)
+    if not inside:
+        kinds = ", ".join(MOTION_SUFFIXES)
+        raise LibraryError(
+            f"{folder} holds no motion files ({kinds}, or csv or json of joint positions), nor do the "
+            "folders in it"
+        )
+    root = folder.absolute()  # not resolved: a link keeps its name, which says its kind
+    folders = {file.rpartition("/")[0] for file in inside}
+    above = {name: root / name for name in folders}  # a path is made faster from its folder's
+    files = [above[place] / name for place, _, name in (file.rpartition("/") for file in inside)]
+    names = unique_names(inside)
+    inside = [shown(file) for file in inside]
+    reasons: dict[str, str] = {}
+    if labels is None:
+        rows, check = {file: {"activity": activity_of(file)} for file in inside}, NO_LABELS
+        sources = {"folder names" if "/" in file else "file names" for file in inside}
+        labelled_by = " and ".join(sorted(sources, reverse=True))
+    else:
+        labels = Path(labels)
+        labelled_by = f"the file {shown(labels.name)}"
+        rows, reasons, check = label_rows(labels, folder, inside, exact_labels)
+    clips = [
+        Clip(path, file, name, **rows[file])
+        for path, file, name in zip(files, inside, names, strict=True)
+        if file in rows
+    ]
+    skipped = [(file, reasons[file]) for file in inside if file not in rows]
+    return Library(folder, tuple(clips), labelled_by, tuple(skipped), check)
+
+
+def activity_of(file: str) -> str:
+    """Label of a clip from its folder inside the library, else from its file name.
+
+    Examples
+    --------
+    >>> activity_of("walking/clip 7.fbx")
+    'walking'
+    >>> activity_of("X Bot@Waving (2).fbx")
+    'waving'
+    """
+    above, _, name = file.rpartition("/")
+    return as_label(above.rpartition("/")[2] or re.sub(r"^.*@", "", PurePosixPath(name).stem))
+
+
+@lru_cache
+def as_label(text: str) -> str:
+    """A label from the name of a folder, a file or an action.
+
+    Examples
+    --------
+    >>> as_label("Sit To-Stand (3)")
+    'sit_to_stand'
+    """
+    text = re.sub(r"\s*\(\d+\)\s*$", "", text)
+    return re.sub(r"[\s_\-]+", "_", text).strip("_").lower()
+
+
+def unique_names(files: Iterable[str]) -> list[str]:
+    """Names for files, given by their different paths inside a library, that are safe on every file system.
+
+    They differ even where case does not count.
+    """
+    files = list(files)
+    plain = [re.sub(r"[^0-9A-Za-z]+", "_", posixpath.splitext(file)[0]).strip("_")[:80] for file in files]
+    uses = Counter(name.lower() for name in plain)
+    as_they_are = [name and uses[name.lower()] == 1 and not reserved(name) for name in plain]
+    taken = {name.lower() for name, kept in zip(plain, as_they_are, strict=True) if kept}
+    names = []
+    for name, kept, file in zip(plain, as_they_are, files, strict=True):
+        names.append(name if kept else _hashed(name, file, taken))
+        taken.add(names[-1].lower())
+    return names
+
+
+def _hashed(stem: str, file: str, taken: set[str]) -> str:
+    """A name with a hash of the file's path, longer as long as another file is called so."""
+    digest = hashlib.sha256(name_bytes(file)).hexdigest()
+    ends = chain((digest[:length] for length in range(8, 65, 8)), (f"{digest}_{n}" for n in count(2)))
+    return next(name for end in ends if (name := f"{stem}_{end}".strip("_")).lower() not in taken)
+
+
+def _motion_files(folder: Path) -> Iterable[str]:
+    """Whatever a folder and its subfolders name as a motion file, by its path in the folder, less results.
+
+    Pipes and links that lead nowhere are among them: whoever reads one says why it is skipped.
+    """
+    for place, folders, files in os.walk(folder):
+        if WORK_FOLDER in folders:
+            folders[:] = [name for name in folders if name not in RESULTS]
+            files = [name for name in files if name not in RESULTS]
+        inside = Path(place).relative_to(folder).as_posix()
+        inside = "" if inside == "." else f"{inside}/"
+        for name in files:  # most are told by their suffix, without a path for each
+            if posixpath.splitext(name)[1].lower() in MOTION_SUFFIXES or is_motion(Path(place, name)):
+                yield f"{inside}{name}"
+
+
+def is_motion(path: Path) -> bool:
+    """Whether a file is named as a motion, or is a table of joint positions."""
+    suffix = path.suffix.lower()
+    return suffix in MOTION_SUFFIXES or (suffix in TEXT_SUFFIXES and may_hold_joints(path))
+
+
+def joint_columns(names: Iterable[str]) -> dict[str, tuple[int, ...]]:
+    """Joint -> places of its x, y and z among a table's columns, for joints that have all three."""
+    found: dict[str, dict[str, int]] = {}
+    for place, name in enumerate(names):
+        if column := COLUMN.fullmatch(name.strip().strip('"')):
+            found.setdefault(column["joint"], {})[column["axis"].lower()] = place
+    return {joint: tuple(axes[axis] for axis in "xyz") for joint, axes in found.items() if len(axes) == 3}
+
+
+def may_hold_joints(path: Path) -> bool:
+    """Whether a csv or json file, by its first bytes, holds joint positions; never waits for a pipe."""
+    try:
+        if not path.is_file():
+            return False
+        with path.open("rb") as stream:
+            head = stream.read(HEAD_BYTES)
+    except OSError:
+        return False
+    text = head.decode("utf-8", "replace").lstrip("\ufeff")
+    if path.suffix.lower() == ".json":
+        return any(f'"{key}"' in text for key in JSON_KEYS)
+    header = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    return len(joint_columns(re.split(r"[,;\t]", header))) >= FEWEST_JOINTS
+
+
+def is_joint_file(path: Path) -> bool:
+    """Whether a file is to be read as joint positions rather than as another kind of motion."""
+    suffix = path.suffix.lower()
+    if suffix != ".npz":
+        return suffix in JOINT_SUFFIXES
+    try:
+        names = set(array_names(path)) if path.is_file() else set()
+    except (OSError, ValueError):
+        return False
+    return not {"poses", "bodyPose", "pose_body", "body_pose"} & names and bool(set(POSITION_KEYS) & names)

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""BVH files as motions: the joints' channels as world matrices, z up."""
+
+from pathlib import Path
+
+import numpy as np
+
+from ..motion.source import TO_Z_UP, SourceMotion, people_in, refuse_pose
+from ..retargeting.repair import repaired
+from ..wording import shown
+from .bvh_text import BvhText, read_bvh_text
+
+BVH_SUFFIX = ".bvh"
+
+
+def read_bvh(path: str | Path) -> SourceMotion:
+    """Read a BVH file: z up, in its own unit of length, without a leading T-pose, at rest as a person can be.
+
+    Raises UnusableMotion, with the reason, if the file cannot be used.
+    """
+    path = Path(path)
+    motion = as_it_stands(read_bvh_text(path), shown(path.stem))
+    refuse_pose(motion)
+    return repaired(motion)
+
+
+def as_it_stands(text: BvhText, take: str) -> SourceMotion:
+    """The motion as the file has it: the offsets are the rest pose, the y axis is up, every frame counts."""
+    joints = text.joints
+    local_rest, local = np.tile(np.eye(4), (len(joints), 1, 1)), _local_matrices(text)
+    local_rest[:, :3, 3] = [joint.offset for joint in joints]
+    rest, matrices = np.empty_like(local_rest), np.empty_like(local)
+    for number, joint in enumerate(joints):
+        root = joint.parent < 0
+        rest[number] = (TO_Z_UP if root else rest[joint.parent]) @ local_rest[number]
+        np.matmul(TO_Z_UP if root else matrices[:, joint.parent], local[:, number], out=matrices[:, number])
+    parents = np.array([joint.parent for joint in joints])
+    names = tuple(joint.name for joint in joints)
+    return SourceMotion(names, parents, rest, matrices, text.rate, take, people_in(parents))
+
+
+def _local_matrices(text: BvhText) -> np.ndarray:
+    """Matrix of each joint against its parent, shape (T, B, 4, 4).
+
+    A joint's first rotation channel turns last, and positions replace its offset.
+    """
+    local = np.zeros((len(text.values), len(text.joints), 4, 4))
+    local[..., 3, 3] = 1
+    local[..., :3, :3] = np.eye(3)
+    turning: dict[str, list[tuple[int, list[int]]]] = {}
+    start = 0
+    for number, joint in enumerate(text.joints):
+        columns = {name: start + place for place, name in enumerate(joint.channels)}
+        start += len(columns)
+        shifts = {
+            "xyz".index(name[0]): column for name, column in columns.items() if name.endswith("position")
+        }
+        if not shifts:
+            local[:, number, :3, 3] = joint.offset
+        for axis, column in shifts.items():
+            local[:, number, axis, 3] = text.values[:, column]
+        turns = {name: column for name, column in columns.items() if name.endswith("rotation")}
+        if turns:
+            order = "".join(name[0] for name in turns)
+            turning.setdefault(order, []).append((number, list(turns.values())))
+    for order, those in turning.items():  # all joints of one order at once: there are few orders
+        numbers, columns = map(list, zip(*those, strict=True))
+        local[:, numbers, :3, :3] = _turns(order, text.values[:, columns])
+    return local
+
+
+def _turns(order: str, degrees: np.ndarray) -> np.ndarray:
+    """Rotation matrices (T, J, 3, 3) from angles (T, J, axes) about axes that turn along, such as ``zxy``."""
+    turns = np.zeros((*degrees.shape[:2], 3, 3))
+    turns[:] = np.eye(3)
+    angles = np.radians(degrees)[..., None]
+    cosines, sines = np.cos(angles), np.sin(angles)
+    for place, axis in enumerate(order):
+        one, other = ("xyz".index(axis) + 1) % 3, ("xyz".index(axis) + 2) % 3
+        cosine, sine = cosines[:, :, place], sines[:, :, place]
+        a, b = turns[..., one], turns[..., other]
+        turns[..., one], turns[..., other] = cosine * a + sine * b, cosine * b - sine * a
+    return turns

@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Check glTF, VRM and USD files before Blender imports them, and make plain glTF of VRM."""
+
+import json
+import math
+import re
+import struct
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from ..motion.source import UnusableMotion, reading, size_and_head
+
+MAGIC = b"glTF"
+JSON_CHUNK = 0x4E4F534A
+MAX_JSON_BYTES = 256 * 2**20
+
+
+def check_gltf(path: Path, skin: bool = True) -> None:
+    """Refuse a glTF file that is damaged, moves nothing, or reads other files; `skin` if it must have one.
+
+    Raises UnusableMotion, with the reason.
+    """
+    size, head = size_and_head(path)
+    try:
+        with reading():
+            content = json.loads(_json_of(path, size, head))
+        version = str(content["asset"].get("version", ""))
+    except (ValueError, RecursionError) as error:
+        raise UnusableMotion(f"it is damaged or no glTF file: {error}") from error
+    except (KeyError, TypeError, AttributeError) as error:
+        raise UnusableMotion("it is damaged or no glTF file: it names no asset") from error
+    if not version.startswith("2"):
+        raise UnusableMotion(f"it is glTF of version {version[:20] or 'unknown'}; Blender reads version 2")
+    for kind in ("buffers", "images"):
+        if not all(str(item.get("uri", "data:")).startswith("data:") for item in _items(content, kind)):
+            raise UnusableMotion(f"its {kind} lie in other files: save it as one file, .glb")
+    if not _items(content, "animations"):
+        raise UnusableMotion("it holds no animation")
+    if skin and not _items(content, "skins"):
+        raise UnusableMotion("it holds no skeleton (skin)")
+
+
+def _items(content: dict[str, Any], kind: str) -> list[dict[str, Any]]:
+    found = content.get(kind, [])
+    if not (isinstance(found, list) and all(isinstance(item, dict) for item in found)):
+        raise UnusableMotion(f"it is damaged: its {kind} are no list")
+    return found
+
+
+def _json_of(path: Path, size: int, head: bytes) -> bytes:
+    """The JSON of a .gltf, or of the first chunk of a .glb."""
+    if not head.startswith(MAGIC):
+        if path.suffix.lower() != ".gltf":
+            raise ValueError("it does not begin as one")
+        if size > MAX_JSON_BYTES:
+            raise ValueError("it is too large")
+        return path.read_bytes()
+    if len(head) < 20:
+        raise ValueError("it ends in its header")
+    version, length, chunk, kind = struct.unpack_from("<IIII", head, 4)
+    if version != 2:
+        raise UnusableMotion(f"it is glTF of version {version}; Blender reads version 2")
+    if length > size or kind != JSON_CHUNK or chunk > min(size - 20, MAX_JSON_BYTES):
+        raise ValueError(f"it is cut short: it has {size} bytes of {length}")
+    with path.open("rb") as stream:
+        stream.seek(20)
+        return stream.read(chunk)
+
+
+VRM_SUFFIXES = (".vrm", ".vrma")
+
+EXTENSIONS = ("VRMC_vrm", "VRMC_vrm_animation", "VRM")
+"""VRM 1.0, its animations, VRM 0."""
+
+
+def as_plain_glb(path: Path) -> bytes:
+    """A VRM file that `check_gltf` lets pass as a binary glTF that any importer reads.
+
+    Raises UnusableMotion if it does not say which node is which bone.
+    """
+    data = path.read_bytes()
+    if not data.startswith(MAGIC):
+        raise UnusableMotion("it is damaged or no VRM file: it does not begin as binary glTF")
+    length = struct.unpack_from("<I", data, 12)[0]
+    content, rest = json.loads(data[20 : 20 + length]), data[20 + length :]
+    bones = _bones(content)
+    taken = set(bones.values())
+    for number, node in enumerate(content["nodes"]):
+        if number in bones:
+            node["name"] = bones[number]
+        elif isinstance(node, dict) and node.get("name") in taken:
+            node["name"] = f"{node['name']} node {number}"
+    if not content.get("skins"):
+        content["skins"] = [{"joints": _joints(content["nodes"], bones)}]
+    text = json.dumps(content).encode()
+    text += b" " * (-len(text) % 4)
+    total = 20 + len(text) + len(rest)
+    return MAGIC + struct.pack("<IIII", 2, total, len(text), JSON_CHUNK) + text + rest
+
+
+def _bones(content: dict[str, Any]) -> dict[int, str]:
+    """Node -> name of the bone that it is."""
+    for name in EXTENSIONS:
+        with suppress(KeyError, TypeError, IndexError, AttributeError):
+            nodes, humans = content["nodes"], content["extensions"][name]["humanoid"]["humanBones"]
+            pairs = [(each["bone"], each) for each in humans] if isinstance(humans, list) else humans.items()
+            found = {each["node"]: str(bone) for bone, each in pairs if isinstance(nodes[each["node"]], dict)}
+            if found:
+                return found
+    raise UnusableMotion("it does not say which of its nodes are a body's bones: it is damaged, or no VRM")
+
+
+def _joints(nodes: list[dict[str, Any]], bones: dict[int, str]) -> list[int]:
+    """The bones, and the nodes between them."""
+    parent = {child: number for number, node in enumerate(nodes) for child in node.get("children", [])}
+    joints = set(bones)
+    for bone in bones:
+        between, node = list[int](), parent.get(bone)
+        while node is not None and node not in bones and len(between) < len(nodes):
+            between.append(node)
+            node = parent.get(node)
+        if node is not None:
+            joints.update(between)
+    return sorted(joints)
+
+
+USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+TEXT, CRATE, ARCHIVE = b"#usda 1.", b"PXR-USDC", b"PK\x03\x04"
+
+FALLBACK_RATE = 24.0
+"""Time codes a second where the file does not say, by USD's own rule."""
+
+MAX_TEXT_BYTES = 512 * 2**20
+
+HEADER = re.compile(rb"#usda 1\.\d\s*\((?P<header>.*?)^\)", re.DOTALL | re.MULTILINE)
+COMPOSED = re.compile(rb"\b(?:subLayers|references|payload)\s*=[^@\n]*(?:\n[^@\n]*)?@(?P<asset>[^@\n]+)@")
+
+
+def check_usd(path: Path) -> float:
+    """Time codes a second of a USD file; one that is damaged or put together from other files is refused.
+
+    Raises UnusableMotion, with the reason.
+    """
+    size, head = size_and_head(path)
+    if head.startswith(TEXT):
+        if size > MAX_TEXT_BYTES:
+            raise UnusableMotion("it is too large for a USD file in text form: save it as .usdc")
+        return _of_text(path.read_bytes())
+    if not head.startswith((CRATE, ARCHIVE)):
+        raise UnusableMotion("it is damaged or no USD file: it does not begin as one")
+    return _by_usd(path)
+
+
+def _of_text(text: bytes) -> float:
+    if found := COMPOSED.search(text):
+        _refuse_parts(found["asset"].decode("utf-8", "replace"))
+    header = HEADER.match(text)
+    if not text.rstrip().endswith(b"}" if header else (b"}", b")")):
+        raise UnusableMotion("it is cut short")
+    for name in (rb"timeCodesPerSecond", rb"framesPerSecond"):
+        line = rb"^\s*" + name + rb"\s*=\s*(\S+)"
+        if header and (found := re.search(line, header["header"], re.MULTILINE)):
+            return _rate(found[1].decode("ascii", "replace"))
+    return FALLBACK_RATE
+
+
+def _by_usd(path: Path) -> float:
+    """Binary forms, read by USD's own library, which Blender brings."""
+    try:
+        from pxr import Sdf, Tf
+    except ImportError:
+        raise UnusableMotion(
+            "it is USD in binary form, whose frames a second cannot be read here: use Blender 4.4 or later, "
+            "or save it as text, .usda"
+        ) from None
+    try:
+        layer = Sdf.Layer.OpenAsAnonymous(str(path))
+    except Tf.ErrorException as error:
+        raise UnusableMotion("it is damaged: USD cannot read it") from error
+    if layer is None:
+        raise UnusableMotion("it is damaged: USD cannot read it")
+    if parts := [part for part in layer.GetCompositionAssetDependencies() if part]:
+        _refuse_parts(parts[0])
+    if layer.HasTimeCodesPerSecond():
+        return _rate(layer.timeCodesPerSecond)
+    return _rate(layer.framesPerSecond) if layer.HasFramesPerSecond() else FALLBACK_RATE
+
+
+def _refuse_parts(part: str) -> None:
+    raise UnusableMotion(f"parts of it lie in other files ({part[:60]}): save it as one file, flattened")
+
+
+def _rate(value: str | float) -> float:
+    try:
+        rate = float(value)
+    except ValueError:
+        rate = math.nan
+    if not (math.isfinite(rate) and rate > 0):
+        raise UnusableMotion(f"it is damaged: it has {str(value)[:20]} time codes a second")
+    return rate

@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Correct BVH files: drop a leading T-pose, find the axis that is up and a rest pose that people can take.
+
+A BVH file has no rest pose: its offsets are one only where the exporter's bones were not turned. Many
+start with a T-pose that is no part of the motion, and some are z-up though the format is y-up.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..body.skeleton import JOINT_INDEX, midpoint, trunk_line
+from ..motion.source import SourceMotion, unscaled_rotations
+from ..rotations import smallest_rotation, unit
+from .bone_maps import best_match, missing_joints
+from .structure_match import match_by_structure
+
+JUMP = 4.0
+"""A first step this many times as far as any other in the clip leads from a pose that is not of it."""
+
+SMALLEST_JUMP = 0.02
+"""Steps below this, in skeleton sizes, are no jumps."""
+
+MIN_FRAMES = 3
+"""Frames that must remain after one is dropped."""
+
+STANDING = np.cos(np.radians(50))
+"""In a rest pose of a person legs point this nearly away from the trunk, and shoulders lie along hips."""
+
+LEANING = np.cos(np.radians(20))
+"""A rest pose whose trunk leans by less stands on its feet."""
+
+UPRIGHT = 0.8
+"""Mean cosine between the body and an axis that is up."""
+
+HIP_HEIGHT = (0.6, 1.3)
+"""Height of the hips above the origin of a standing body, in leg lengths."""
+
+FLAT = np.cos(np.radians(8))
+"""Feet tilted by less than this are flat."""
+
+LOW_PERCENTILE = 25
+SHANK_UPRIGHT = np.cos(np.radians(30))
+"""A foot is stood on in frames where its ankle is as low as this and its shank as upright."""
+
+SAMPLES = 400
+"""Frames looked at for a rest pose."""
+
+ONTO_FEET = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
+"""Turns a z-up file, read as if y were up, onto its feet."""
+
+
+def repaired(source: SourceMotion) -> SourceMotion:
+    """A BVH file's motion without leading T-pose, z up, with a rest pose that people can take.
+
+    `source` has the file's y axis up. It comes back as it is where nothing is wrong, or where the skeleton is
+    not understood.
+    """
+    matched = best_match(source.bones)[1]
+    if missing_joints(matched):
+        matched = match_by_structure(source)
+    if missing_joints(matched):
+        return source
+    whole = _turned_up(source, matched)
+    clean = _without_leading_pose(whole, matched)
+    if not _standing(_places(clean.rest, matched)):
+        led_by_pose = clean.n_frames < whole.n_frames and _standing(_places(whole.matrices[0], matched))
+        clean = replace(clean, rest=whole.matrices[0] if led_by_pose else _straightest(clean, matched))
+    clean = replace(clean, rest=_upright(clean.rest, matched))
+    return replace(clean, rest=_flat_footed(clean, matched))
+
+
+def _without_leading_pose(source: SourceMotion, matched: dict[int, int]) -> SourceMotion:
+    """Drop a first frame that does not lead into the motion."""
+    if source.n_frames < MIN_FRAMES + 1:
+        return source
+    heads = source.matrices[:, list(matched.values())][..., :3, 3]
+    size = np.ptp(heads[-1], axis=0).max()
+    steps = np.linalg.norm(np.diff(heads, axis=0), axis=-1).max(axis=1) / size
+    if steps[0] > max(JUMP * steps[1:].max(), SMALLEST_JUMP):
+        return replace(source, matrices=source.matrices[1:])
+    return source
+
+
+def _turned_up(source: SourceMotion, matched: dict[int, int]) -> SourceMotion:
+    """Stand a body up that lies because its file is z-up.
+
+    A body may well lie; but not with its hips as high above the file's own ground as legs are long.
+    """
+    frames = np.linspace(0, source.n_frames - 1, min(SAMPLES, source.n_frames)).astype(int)
+    places = {joint: source.matrices[frames, bone, :3, 3] for joint, bone in matched.items()}
+    along = midpoint(places, "hip") - midpoint(places, "ankle") + trunk_line(places)
+    up = (along / np.linalg.norm(along, axis=-1, keepdims=True)).mean(axis=0)
+    hips = np.median(midpoint(places, "hip"), axis=0)
+    legs = [
+        np.linalg.norm(places[JOINT_INDEX[f"left_{a}"]] - places[JOINT_INDEX[f"left_{b}"]], axis=-1)
+        for a, b in (("hip", "knee"), ("knee", "ankle"))
+    ]
+    heights = hips / np.median(sum(legs))
+    lies, stands = (HIP_HEIGHT[0] < height < HIP_HEIGHT[1] for height in (heights[2], -heights[1]))
+    if -up[1] < UPRIGHT or lies or not stands:
+        return source
+    return replace(source, matrices=ONTO_FEET @ source.matrices)
+
+
+def _straightest(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:
+    """Rest matrices (B, 4, 4) from the frame most like standing straight, set upright with legs below."""
+    frames = np.linspace(0, source.n_frames - 1, min(SAMPLES, source.n_frames)).astype(int)
+    places = {joint: source.matrices[frames, bone, :3, 3] for joint, bone in matched.items()}
+    bend = np.zeros(len(frames))
+    trunk = unit(trunk_line(places))
+    for side in ("left", "right"):
+        for start, middle, end in (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist")):
+            a, b, c = (places[JOINT_INDEX[f"{side}_{part}"]] for part in (start, middle, end))
+            bend += 1 - np.sum(unit(b - a) * unit(c - b), axis=-1)
+        hip, ankle = (places[JOINT_INDEX[f"{side}_{part}"]] for part in ("hip", "ankle"))
+        bend += 1 + np.sum(unit(ankle - hip) * trunk, axis=-1)
+    best = int(bend.argmin())
+    rest = _turned(source.matrices[frames[best]], trunk[best])
+    for side in ("left", "right"):
+        for start, end in (("hip", "knee"), ("knee", "ankle")):
+            bone, tip = (matched[JOINT_INDEX[f"{side}_{part}"]] for part in (start, end))
+            _hang(rest, source.parents, bone, tip)
+    return rest
+
+
+def _upright(rest: np.ndarray, matched: dict[int, int]) -> np.ndarray:
+    """Rest matrices on their feet: some offsets are z-up and the root's rotation makes up for it."""
+    trunk = unit(trunk_line(_places(rest, matched)))
+    if trunk[2] > LEANING:
+        return rest
+    longest = np.abs(trunk).argmax()
+    axis = np.sign(trunk) * (np.arange(3) == longest)
+    return _turned(rest, axis if abs(trunk[longest]) > LEANING else trunk)
+
+
+def _turned(matrices: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """All bones turned together until a direction points up."""
+    turn = np.eye(4)
+    turn[:3, :3] = smallest_rotation(up, np.array([0.0, 0.0, 1.0]))
+    return turn @ matrices
+
+
+def _hang(rest: np.ndarray, parents: np.ndarray, bone: int, tip: int) -> None:
+    """Turn a bone and all that hang on it until its tip is straight below it, in place."""
+    moved = np.arange(len(parents)) == bone
+    for other in range(bone + 1, len(parents)):
+        moved[other] = moved[other] or moved[parents[other]]
+    pivot = rest[bone, :3, 3].copy()
+    turn = smallest_rotation(rest[tip, :3, 3] - pivot, np.array([0.0, 0.0, -1.0]))
+    rest[moved, :3, :3] = turn @ rest[moved, :3, :3]
+    rest[moved, :3, 3] = pivot + (rest[moved, :3, 3] - pivot) @ turn.T
+
+
+def _flat_footed(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:
+    """Rest matrices whose feet are as they are when the body stands on them.
+
+    Retargeting takes the feet of a rest pose for flat. Offsets alone do not make them so (CMU's legs
+    are splayed and the feet with them), nor does a frame that was chosen for its limbs.
+    """
+    rest = source.rest.copy()
+    for side in ("left", "right"):
+        knee, ankle, toe = (matched.get(JOINT_INDEX[f"{side}_{part}"]) for part in ("knee", "ankle", "foot"))
+        frame = None if toe is None else _on_its_foot(source.matrices[:, [knee, ankle, toe]][..., :3, 3])
+        if frame is None:
+            continue
+        stance, resting = (unscaled_rotations(m[[ankle, toe]]) for m in (source.matrices[frame], source.rest))
+        if (stance[0] @ resting[0].T)[2, 2] > FLAT:
+            continue
+        step = source.matrices[frame, toe, :3, 3] - source.matrices[frame, ankle, :3, 3]
+        was = source.rest[toe, :3, 3] - source.rest[ankle, :3, 3]
+        turn = np.arctan2(was[1], was[0]) - np.arctan2(step[1], step[0])
+        yaw = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1.0]])
+        rest[[ankle, toe], :3, :3] = yaw @ stance
+        rest[toe, :3, 3] = rest[ankle, :3, 3] + yaw @ step
+    return rest
+
+
+def _on_its_foot(heads: np.ndarray) -> int | None:
+    """The frame in which a foot stands stillest, of heads (T, 3, 3) of knee, ankle and toe."""
+    low = heads[:, 1, 2] <= np.percentile(heads[:, 1, 2], LOW_PERCENTILE)
+    under = unit(heads[:, 0] - heads[:, 1])[:, 2] > SHANK_UPRIGHT
+    speed = np.linalg.norm(np.gradient(heads[:, 1:], axis=0), axis=-1).max(axis=1)
+    standing = np.flatnonzero(low & under)
+    return int(standing[speed[standing].argmin()]) if len(standing) else None
+
+
+def _standing(places: dict[int, np.ndarray]) -> bool:
+    """Whether a pose is one that a person can rest in: legs below the trunk, shoulders along hips."""
+    trunk = unit(trunk_line(places))
+    legs = [
+        unit(places[JOINT_INDEX[f"{side}_{end}"]] - places[JOINT_INDEX[f"{side}_{start}"]])
+        for side in ("left", "right")
+        for start, end in (("hip", "knee"), ("knee", "ankle"))
+    ]
+    across = [
+        unit(places[JOINT_INDEX[f"left_{part}"]] - places[JOINT_INDEX[f"right_{part}"]])
+        for part in ("hip", "shoulder")
+    ]
+    return bool(min(-leg @ trunk for leg in legs) > STANDING and across[0] @ across[1] > STANDING)
+
+
+def _places(matrices: np.ndarray, matched: dict[int, int]) -> dict[int, np.ndarray]:
+    return {joint: matrices[bone, :3, 3] for joint, bone in matched.items()}

@@ -1,0 +1,139 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which clips a folder holds, and what labels them."""
+
+import pytest
+from hypothesis import given, strategies as st
+
+from w2w.core.library.library import LibraryError, activity_of, read_library, unique_names
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for file in (
+        "walking/a.fbx",
+        "walking/b.FBX",
+        "Sit To Stand/clip (3).bvh",
+        "X Bot@Waving (2).fbx",
+        "notes.txt",
+    ):
+        path = tmp_path / "library" / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(b"")
+    return tmp_path / "library"
+
+
+@pytest.mark.parametrize(
+    ("file", "activity"),
+    [
+        ("Walking (2).fbx", "walking"),
+        ("X Bot@Waving.fbx", "waving"),
+        ("Sit To Stand.fbx", "sit_to_stand"),
+        ("running/clip 7.fbx", "running"),
+        ("subject 1/Jumping Jacks/01.bvh", "jumping_jacks"),
+        ("aj@Pull Heavy Object (12).fbx", "pull_heavy_object"),
+        ("跑步.fbx", "跑步"),
+    ],
+)
+def test_labels_from_folders_and_file_names(file, activity):
+    assert activity_of(file) == activity
+
+
+def test_folders_label_before_file_names(folder):
+    library = read_library(folder)
+    assert library.activities == {"sit_to_stand": 1, "walking": 2, "waving": 1}
+    assert library.labelled_by == "folder names and file names"
+
+
+def test_a_csv_labels_what_it_lists_and_the_rest_is_said(folder, tmp_path):
+    labels = tmp_path / "labels.csv"
+    labels.write_text(
+        'File,Activity,Subject\nwalking/a.fbx,"stroll, slow",Ünal\nb.FBX,run,\n', encoding="utf-8-sig"
+    )
+    library = read_library(folder, labels)
+    assert [(clip.file, clip.activity, clip.subject) for clip in library.clips] == [
+        ("walking/a.fbx", "stroll, slow", "Ünal"),
+        ("walking/b.FBX", "run", ""),
+    ]
+    assert {reason for _, reason in library.skipped} == {"labels.csv does not list it"}
+
+
+def test_paths_may_carry_folders_above_the_library(folder, tmp_path):
+    labels = tmp_path / "labels.csv"
+    labels.write_text("file,activity\nsomewhere/library/walking/a.fbx,stroll\n")
+    assert [clip.file for clip in read_library(folder, labels).clips] == ["walking/a.fbx"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("name,label\na,b\n", "needs the columns"),
+        ("", "needs the columns"),
+        ("file,activity\nother.fbx,run\n", "lists none"),
+        ("file,activity\nwalking/a.fbx,run\nwalking/a.fbx,walk\n", "listed twice"),
+    ],
+)
+def test_a_csv_that_cannot_be_understood_is_refused(folder, tmp_path, text, message):
+    labels = tmp_path / "labels.csv"
+    labels.write_text(text)
+    with pytest.raises(LibraryError, match=message):
+        read_library(folder, labels)
+
+
+def test_an_ambiguous_file_name_is_refused(folder, tmp_path):
+    (folder / "other").mkdir()
+    (folder / "other/a.fbx").write_bytes(b"")
+    labels = tmp_path / "labels.csv"
+    labels.write_text("file,activity\na.fbx,run\n")
+    with pytest.raises(LibraryError, match="could be any of"):
+        read_library(folder, labels)
+
+
+def test_missing_and_empty_folders_are_refused(tmp_path):
+    with pytest.raises(LibraryError, match="not a folder"):
+        read_library(tmp_path / "nowhere")
+    with pytest.raises(LibraryError, match="no motion files"):
+        read_library(tmp_path)
+
+
+@given(st.sets(st.text(min_size=1, max_size=30).filter(lambda text: text not in (".", "..")), max_size=20))
+def test_names_are_safe_and_distinct_even_without_case(stems):
+    files = [f"{stem.replace('/', '_')}.fbx" for stem in stems]
+    files = list(dict.fromkeys(files))
+    names = unique_names(files)
+    assert len({name.lower() for name in names}) == len(files)
+    assert all(
+        name and set(name) <= set("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_")
+        for name in names
+    )
+
+
+def test_no_file_is_called_what_another_is_hashed_to(tmp_path):
+    files = ["walk/a b.bvh", "walk/a_b.bvh"]
+    for _ in range(4):  # each round a file more, which bears a name of those before it
+        files += [f"{name}.bvh" for name in unique_names(files) if f"{name}.bvh" not in files]
+        names = unique_names(files)
+        assert len({name.lower() for name in names}) == len(files)
+    for file in files[:6]:
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).touch()
+    clips = read_library(tmp_path).clips
+    assert len({clip.name for clip in clips}) == len(clips) == 6
+
+
+@pytest.mark.parametrize("name", ["CON", "nul", "aux", "Prn", "COM1", "lpt9"])
+def test_no_name_is_one_that_windows_keeps_for_devices(name):
+    (safe,) = unique_names([f"{name}.fbx"])
+    assert safe.lower() != name.lower()
+    assert safe.startswith(f"{name}_")
+
+
+def test_path_tricks_stay_inside():
+    assert unique_names(["../../etc/passwd.fbx", "a/../b.fbx"]) == ["etc_passwd", "a_b"]
+
+
+def test_what_a_run_left_in_the_library_is_no_clip(tmp_path):
+    for file in ("a.fbx", "own/b.npz", "out/.w2w/c.npz", "out/motions/d.npz", "out/utility.npz", "out/e.bvh"):
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).touch()
+    assert [clip.file for clip in read_library(tmp_path).clips] == ["a.fbx", "out/e.bvh", "own/b.npz"]
+    assert [clip.file for clip in read_library(tmp_path / "out" / "motions").clips] == ["d.npz"]
