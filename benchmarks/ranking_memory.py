@@ -3,28 +3,29 @@
 
     python -m benchmarks.ranking_memory [--clips 589 5000] [--patches 64] [--windows 5] [--sets] [--dask 0]
 
-Each size is ranked in a process of its own from feature files as `w2w run` leaves them (random features with
-a trace of the activity; hard links to as many files as fit in 100 MB). Printed are the features' size, the
-process's peak resident memory and its processor time. More patches mean more blocks, not larger ones.
+Each size is ranked in a process of its own with workers of its own, as by `w2w run`, from feature files as
+it leaves them: random features with a trace of the activity, hard links to as many files as fit in 100 MB.
+Printed are the features' size, the peak resident memory and processor time of the process, and those of its
+workers (the largest peak). More patches mean more blocks, not larger ones.
 With `--sets` two sensors to wear together are chosen as well. With `--dask N` the patches are tried by N
-workers of a Dask scheduler on this machine, as `w2w run --scheduler` has them tried; their largest peak
-and their processor time are printed, too.
+workers of a Dask scheduler on this machine, as `w2w run --scheduler` has them tried.
 """
 
 from __future__ import annotations
 
 import argparse
+import multiprocessing
 import resource
 import subprocess
 import sys
 import tempfile
-from contextlib import nullcontext
+from contextlib import closing, nullcontext
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from w2w.core.clip_files import ClipWindows
+from w2w.core.clip_files import NO_SIGNATURE, ClipWindows, Signatures
 from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions, set_tests
 from w2w.core.files import write_npz
 from w2w.core.motion.duplicates import POSES
@@ -35,6 +36,7 @@ from w2w.core.study import StudyConfig
 from w2w.core.windows.features import feature_names
 from w2w.core.windows.inputs import FeatureFiles
 from w2w.headless.runs.cluster import spread_over
+from w2w.headless.runs.workers import spread_here
 from w2w.studies.paper.subsets import checked_terms
 
 ACTIVITIES = 24
@@ -55,16 +57,17 @@ def main() -> None:
     if choice.rank is not None:
         _rank(choice)
         return
-    print("  clips   features MB   peak MB   processor s" + ("   workers' peak MB, s" if choice.dask else ""))
+    print("  clips   features MB   peak MB   processor s   workers' peak MB   processor s")
     for n_clips in choice.clips:
         with tempfile.TemporaryDirectory() as place:
             size = _write_features(Path(place), n_clips, choice.windows, choice.patches)
             with _cluster(choice.dask) as cluster:
                 said = _in_its_own_process(Path(place), n_clips, choice, cluster)
                 theirs = cluster.get_client().run(_used).values() if cluster else []
+        peak = max((one for one, _ in theirs), default=said[2])
+        seconds = sum(one for _, one in theirs) or said[3]
         print(f"{n_clips:7d}   {size / 1e6:11.0f}   {said[0]:7.0f}   {said[1]:11.1f}", end="")
-        peak, seconds = max((one for one, _ in theirs), default=0), sum(one for _, one in theirs)
-        print(f"   {peak:.0f}, {seconds:.0f}" if choice.dask else "", flush=True)
+        print(f"   {peak:16.0f}   {seconds:11.1f}", flush=True)
 
 
 def _cluster(workers: int) -> Any:
@@ -87,9 +90,9 @@ def _in_its_own_process(place: Path, n_clips: int, choice: argparse.Namespace, c
     return [float(one) for one in said.split()]
 
 
-def _used() -> tuple[float, float]:
-    """This process's peak memory (MB) and processor time (s)."""
-    used = resource.getrusage(resource.RUSAGE_SELF)
+def _used(whose: int = resource.RUSAGE_SELF) -> tuple[float, float]:
+    """Peak memory (MB) and processor time (s), this process's or its ended workers'."""
+    used = resource.getrusage(whose)
     return used.ru_maxrss / 1000, used.ru_utime + used.ru_stime
 
 
@@ -113,18 +116,20 @@ def _rank(choice: argparse.Namespace) -> None:
     """Rank, choose a pair where sets are wanted, and print peak memory (MB) and processor time (s)."""
     place, n_clips, windows = choice.rank, choice.clips[0], choice.windows
     rng = np.random.default_rng(1)
-    is_test = np.arange(windows) % 2 == 0
+    found = [ClipWindows(np.arange(windows) % 2 == 0, NO_SIGNATURE)] * n_clips
     clips = [LabelledClip(str(number), f"activity {number % ACTIVITIES}", "") for number in range(n_clips)]
-    signatures = rng.normal(size=(n_clips, len(POSES))).astype(np.float32)
-    found = [ClipWindows(is_test, signature) for signature in signatures]
     files = FeatureFiles([place / f"{number}.npz" for number in range(n_clips)])
     config = StudyConfig()
-    labels = WindowLabels.of(same_motions(clips, found), found)
-    utility = utility_map(files, labels.protocol(config), spread=spread_over(choice.scheduler))
+    with closing(Signatures(place)) as signatures:
+        for _ in clips:
+            signatures.append(rng.normal(size=len(POSES)))
+        labels = WindowLabels.of(same_motions(clips, found, signatures), found)
+    spread = spread_over(choice.scheduler) or spread_here(multiprocessing.cpu_count(), n_clips * windows)
+    utility = utility_map(files, labels.protocol(config), spread=spread)
     if choice.sets:
         tests = set_tests(files, labels, config, Pooling.none(files.shape[1]))
         GrownSet(tests.whole, checked_terms(len(utility.mean), 2), utility.expected_mean).up_to(2)
-    print(*_used())
+    print(*_used(), *_used(resource.RUSAGE_CHILDREN))
 
 
 if __name__ == "__main__":

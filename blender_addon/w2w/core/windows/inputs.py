@@ -50,17 +50,20 @@ class StoredArray:
             raise ValueError(f"{path}: '{name}' is not an array that W2W wrote")
         return cls(path, offset, shape)
 
-    def columns(self, first: int, last: int, rows: np.ndarray | None = None) -> np.ndarray:
-        """A copy of the part from `first` to before `last` of the second axis, of all rows or of some."""
-        wanted = range(self.shape[0]) if rows is None else rows.tolist()
-        part = np.empty((len(wanted), last - first, self.shape[2]), np.float32)
+    def columns(self, first: int, last: int) -> np.ndarray:
+        """A copy of the part from `first` to before `last` of the second axis."""
+        part = np.empty((self.shape[0], last - first, self.shape[2]), np.float32)
+        self.read_columns(first, np.arange(len(part)), part)
+        return part
+
+    def read_columns(self, first: int, rows: np.ndarray, part: np.ndarray) -> None:
+        """Fill `part` (V, P, D), contiguous, with some rows of the P columns from `first` on."""
         value_bytes = self.shape[2] * ITEM_BYTES
-        with self.path.open("rb", buffering=0) as stream:
-            for row, values in zip(wanted, part, strict=True):
+        with open(self.path, "rb", buffering=0) as stream:  # noqa: PTH123 - Path.open takes 9 microseconds more
+            for row, values in zip(rows.tolist(), part, strict=True):
                 stream.seek(self.offset + (row * self.shape[1] + first) * value_bytes)
                 if stream.readinto(values) != values.nbytes:
                     raise ValueError(f"{self.path} was cut short")
-        return part
 
 
 BLOCK_BYTES = 256 * 2**20
@@ -197,7 +200,7 @@ class FeatureFiles:
         ends = np.searchsorted(wanted, self._starts)
         for part, start, begin, end in zip(self._parts, self._starts, ends, ends[1:], strict=False):
             if begin < end:
-                block[begin:end] = part.columns(first, last, wanted[begin:end] - start)
+                part.read_columns(first, wanted[begin:end] - start, block[begin:end])
         return block
 
 
