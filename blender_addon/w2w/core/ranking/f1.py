@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scores of predictions: F1 with its uncertainty (a bootstrap over clips), ROC areas, and sums of trials."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import scipy
@@ -18,6 +18,9 @@ FEWEST_CLIPS = 5
 COUNT_BYTES = 12 * 2**20
 """Memory for the counts of the patches looked at at a time: of 5,000 clips and 30 activities 20 patches'.
 Of more at a time the samples outgrow the processor's cache."""
+
+SAMPLE_BYTES = 12 * 2**20
+"""Memory for the sums of resamples: of 1,000 resamples and 24 activities those of 65 patches."""
 
 CLIPS_AT_ONCE = 8192
 """Clips whose counts are weighted at once, in single precision: it takes four times what the draws do."""
@@ -75,6 +78,12 @@ class ClipUnits:
         self.n_activities = n_activities
         self.size = np.bincount(self.of_window, minlength=len(units)).astype(np.float32)
 
+    def some(self, first: int, last: int) -> tuple[Self, np.ndarray]:
+        """Clips from the number `first` to before `last` by themselves, and their windows by number."""
+        windows = np.flatnonzero((self.of_window >= first) & (self.of_window < last))
+        clips = self.of_window[windows]
+        return type(self)(self.activity[clips], clips, self.n_activities), windows
+
     def count(self, predictions: np.ndarray) -> ClipCounts:
         """Count hits and names clip by clip, of the activities that N sensors name, (W, N)."""
         n_sensors = predictions.shape[1]
@@ -117,20 +126,19 @@ def score_patches(
     folds. All patches see the same resamples.
 
     `truth` (W,), `predictions` (W, N) and `clip` (W,) are as for `ClipUnits`; `activity_weights` (A,) say
-    what each activity counts in the macro F1, all alike by default. `COUNT_BYTES` decide how many patches are
-    looked at at a time; counts are whole numbers, so it changes no bit.
+    what each activity counts in the macro F1, all alike by default. Counts are whole numbers: how many clips
+    and patches are looked at at a time changes no bit.
     """
     units = ClipUnits(truth, clip, n_activities)
     weights = clip_resamples(units.activity, n_resamples, np.random.default_rng(seed))
-    block = max(1, COUNT_BYTES // (len(units.size) * n_activities * np.dtype(np.float32).itemsize))
+    block = max(1, SAMPLE_BYTES // (2 * n_activities * n_resamples * np.dtype(np.float32).itemsize))
     share = np.ones(n_activities) if activity_weights is None else activity_weights
     tail = [(1 - level) / 2, (1 + level) / 2]
-    f1, confusion, means, bounds = [], [], [], []
+    confusion, means, bounds = [], [], []
     for first in range(0, predictions.shape[1], block):
-        counts = units.count(predictions[:, first : first + block])
-        f1.append(f1_scores(counts, np.ones((1, len(counts.size))))[0])
-        confusion.append(counts.confusion())
-        scores = f1_scores(counts, weights)
+        drawn = _resampled(units, weights, predictions[:, first : first + block])
+        confusion.append(drawn.confusion)
+        scores = np.moveaxis(f1_of(drawn.hit, drawn.named, drawn.true), 2, 0)
         means.append(mean_over(scores, share))
         bounds.append(np.quantile(scores, tail, axis=0, overwrite_input=True).astype(np.float32))
     samples = np.concatenate(means, axis=1)
@@ -139,29 +147,60 @@ def score_patches(
     mean_low, mean_high = np.quantile(samples, tail, axis=0).astype(np.float32)
     rank_low, rank_high = np.quantile(ranks, tail, axis=0, method="nearest").astype(np.int32)
     bootstrap = Bootstrap(f1_low, f1_high, mean_low, mean_high, rank_low, rank_high, samples)
-    return np.concatenate(f1), np.concatenate(confusion), bootstrap
+    whole = np.concatenate(confusion)
+    counted = whole.astype(np.float32)
+    f1 = f1_of(np.einsum("naa->na", counted), counted.sum(axis=1), counted.sum(axis=2))
+    return f1, whole, bootstrap
+
+
+class _Resampled(NamedTuple):
+    """Windows of N sensors, A activities and B resamples."""
+
+    confusion: np.ndarray  # (N, A, A), int32: of all clips, each once
+    hit: np.ndarray  # (N, A, B), float32: named rightly
+    named: np.ndarray  # (N, A, B), float32: named so
+    true: np.ndarray  # (A, B), float32
+
+
+def _resampled(units: ClipUnits, weights: np.ndarray, predictions: np.ndarray) -> _Resampled:
+    """Sums of `predictions` (W, N) with each clip as often as `weights` (B, C) say, some clips at a time."""
+    (n_resamples, n_clips), n_patches, n_activities = weights.shape, predictions.shape[1], units.n_activities
+    confusion = np.zeros((n_patches, n_activities, n_activities), dtype=np.int32)
+    hit, named = np.zeros((2, n_patches, n_activities, n_resamples), dtype=np.float32)
+    true = np.zeros((n_activities, n_resamples), dtype=np.float32)
+    clip_bytes = n_activities * np.dtype(np.float32).itemsize
+    block = max(1, COUNT_BYTES // (min(n_clips, CLIPS_AT_ONCE) * clip_bytes))
+    for start in range(0, n_clips, CLIPS_AT_ONCE):
+        some, windows = units.some(start, start + CLIPS_AT_ONCE)
+        drawn = weights[:, start : start + CLIPS_AT_ONCE].T.astype(np.float32)
+        names = predictions[windows]
+        for first in range(0, n_patches, block):
+            these = slice(first, first + block)
+            counts = some.count(names[:, these])
+            confusion[these] += counts.confusion()
+            right, said, truly = drawn_counts(counts, drawn)
+            hit[these] += right
+            named[these] += said
+        true += truly
+    return _Resampled(confusion, hit, named, true)
+
+
+def drawn_counts(counts: ClipCounts, drawn: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Windows named rightly, named so (N, A, B) and truly so (A, B), each clip as often as `drawn` (C, B)."""
+    n_clips, n_sensors, n_activities = counts.named.shape
+    # samples of one score lie side by side, an activity at a time: half the time
+    named = (counts.named.reshape(n_clips, -1).T @ drawn).reshape(n_sensors, n_activities, -1)
+    hit, true = np.zeros_like(named), np.zeros(named.shape[1:], dtype=named.dtype)
+    for activity in np.unique(counts.activity):
+        of = np.flatnonzero(counts.activity == activity)
+        hit[:, activity] = counts.hit[of].T @ drawn[of]
+        true[activity] = counts.size[of] @ drawn[of]
+    return hit, named, true
 
 
 def f1_scores(counts: ClipCounts, weights: np.ndarray) -> np.ndarray:
     """F1 by sensor and activity, shape (B, N, A), float32, each clip counting as `weights` (B, C) say."""
-    n_clips, n_sensors, n_activities = counts.named.shape
-    named = counts.named.reshape(n_clips, -1)
-    # samples of one score lie side by side, an activity at a time: half the time
-    scores = sum(named[some].T @ drawn for some, drawn in _some_clips(weights, np.arange(n_clips)))
-    scores = scores.reshape(n_sensors, n_activities, -1)
-    for activity in range(n_activities):
-        hit = true = np.zeros(1, dtype=np.float32)
-        for some, drawn in _some_clips(weights, np.flatnonzero(counts.activity == activity)):
-            hit, true = hit + counts.hit[some].T @ drawn, true + counts.size[some] @ drawn
-        scores[:, activity] = f1_of(hit, scores[:, activity], true)
-    return np.moveaxis(scores, 2, 0)
-
-
-def _some_clips(weights: np.ndarray, clips: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Clips by their numbers, `CLIPS_AT_ONCE` at a time, and their weights (C, B) in single precision."""
-    for start in range(0, max(1, len(clips)), CLIPS_AT_ONCE):
-        some = clips[start : start + CLIPS_AT_ONCE]
-        yield some, weights[:, some].T.astype(np.float32)
+    return np.moveaxis(f1_of(*drawn_counts(counts, weights.T.astype(np.float32))), 2, 0)
 
 
 def clip_resamples(activity: np.ndarray, n_resamples: int, rng: np.random.Generator) -> np.ndarray:

@@ -155,9 +155,10 @@ def _pairs_on_axes(a: np.ndarray, b: np.ndarray, reach: float) -> Iterator[tuple
     half_a, half_b = ((part**2).sum(axis=1) / 2 for part in (a, b))
     far = reach * (1 + 1e-6) + 1e-9  # of projections, which are no longer than what they are of
     step = max(1, PRODUCTS // len(b))
+    ends_a, ends_b = np.column_stack([a, -np.ones(len(a))]), np.column_stack([b, half_b])
     for start in range(0, len(a), step):
         block = slice(start, start + step)
         low, high = np.searchsorted(b[:, 0], [a[block][0, 0] - far, a[block][-1, 0] + far])
-        near = a[block] @ b[low:high].T - half_b[low:high] >= half_a[block, None] - far**2 / 2
-        i, j = np.nonzero(near)
+        near = ends_a[block] @ ends_b[low:high].T >= half_a[block, None] - far**2 / 2
+        i, j = np.divmod(np.flatnonzero(near), near.shape[1])  # half the time of np.nonzero
         yield start + i, low + j
