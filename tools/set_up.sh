@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Make the virtual environment that everything else runs in; does nothing when it is up to date.
-# Usage: tools/set_up.sh [FOLDER] [BPY_VERSION]
+# Usage: tools/set_up.sh [FOLDER BPY_VERSION]: with a folder, an environment with another bpy over .venv's libraries.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 venv=${1:-.venv}
@@ -43,6 +43,14 @@ fi
 echo "Setting up $venv with bpy $bpy (once; Blender's module is about 370 MB)"
 [ -x "$venv/bin/python" ] || "$python" -m venv "$venv"
 export PIP_CONSTRAINT="$PWD/constraints.txt" PIP_DISABLE_PIP_VERSION_CHECK=1
-"$venv/bin/python" -m pip install --quiet "bpy==$bpy" --editable ".[test,docs]"
+# Python compiles what it imports; compiling all of it would take as long as the rest.
+if [ "$venv" = .venv ]; then
+  "$venv/bin/python" -m pip install --quiet --no-compile "bpy==$bpy" --editable ".[test,docs]"
+else
+  tools/set_up.sh
+  "$venv/bin/python" -m pip install --quiet --no-compile --no-deps "bpy==$bpy"
+  echo "import site; site.addsitedir('$PWD/.venv/lib/python3.11/site-packages')" \
+    >"$venv/lib/python3.11/site-packages/libraries_of_venv.pth"
+fi
 rm -f "$venv"/.ready-*
 touch "$stamp"
