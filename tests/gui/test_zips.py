@@ -32,16 +32,13 @@ pytestmark = pytest.mark.slow
 
 def bare_folder(python: Path, folder: Path) -> Path:
     """A folder to import from with links to `bpy` and numpy alone, as Blender has them."""
-    where = subprocess.run(
-        [python, "-c", "import importlib.util as i; print(i.find_spec('bpy').submodule_search_locations[0])"],
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout.strip()
+    show = [python, "-c", "import sys; print(*sys.path[1:], sep='\\n')"]
+    places = subprocess.run(show, capture_output=True, text=True, check=True).stdout.splitlines()
     folder.mkdir()
     for name in ("bpy", *BLENDERS_OWN):
-        if (Path(where).parent / name).exists():
-            (folder / name).symlink_to(Path(where).parent / name)
+        found = [place for place in places if Path(place, name).exists()]
+        if found:
+            (folder / name).symlink_to(Path(found[0], name))
     return folder
 
 
