@@ -52,7 +52,7 @@ make_machine() {
     rm -rf --one-file-system "$machine"
     cp -a "$pristine" "$machine"
     chroot "$machine" useradd --create-home --shell /bin/bash wearer
-    mkdir -p "$machine$home" "$machine/var/cache/w2w-wheels" "$cache/apt/partial" "$cache/wheels"
+    mkdir -p "$machine$home" "$machine/root/.cache/pip" "$cache/apt/partial" "$cache/pip"
     (cd "$project" && git -c safe.directory='*' ls-files -z --cached --others --exclude-standard |
         while IFS= read -r -d '' file; do [ ! -e "$file" ] || printf '%s\0' "$file"; done |
         tar --create --null --files-from - | tar --extract --no-same-owner --directory "$machine$home")
@@ -92,7 +92,7 @@ inside() {
         mount --make-rprivate /
         mount -t proc proc "$machine/proc"
         mount --rbind /dev "$machine/dev"
-        mount --bind "$cache/wheels" "$machine/var/cache/w2w-wheels"
+        mount --bind "$cache/pip" "$machine/root/.cache/pip"
         mount --bind "$cache/apt" "$machine/var/cache/apt/archives"
         while read -r path; do
             if [ -d "$path" ]; then mkdir -p "$machine$path"; else mkdir -p "$machine$(dirname "$path")"; fi
@@ -103,22 +103,6 @@ inside() {
         exec chroot --userspec="$user:$user" "$machine" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 \
             HOME="$(chroot "$machine" getent passwd "$user" | cut -d: -f6)" "${proxies[@]}" \
             bash -c "cd $home && $command" </dev/null' bash "$machine" "$cache" "$home" "${proxies:-no_proxy=}" "$1" "$2"
-}
-
-# What pip installs, kept: where it is complete, pip asks no index.
-keep_wheels() {
-    local wanted
-    wanted=$(cd "$project" && cat pyproject.toml constraints.txt tools/set_up.sh | sha256sum | cut -c1-16)
-    if [ ! -e "$cache/wheels/.complete-$wanted" ]; then
-        find "$cache/wheels" -mindepth 1 -delete
-        # shellcheck disable=SC2016
-        inside root 'bpy=$(sed -n "s/^bpy=.*:-\(.*\)}/\1/p" tools/set_up.sh) && python3 -m venv /tmp/venv &&
-            /tmp/venv/bin/pip wheel --quiet --wheel-dir /var/cache/w2w-wheels --constraint constraints.txt \
-                "bpy==$bpy" ".[test,docs]" "setuptools>=77" &&
-            rm -rf /tmp/venv build ./*.egg-info /var/cache/w2w-wheels/where_to_wear-*'
-        touch "$cache/wheels/.complete-$wanted"
-    fi
-    printf '[global]\nno-index = true\nfind-links = /var/cache/w2w-wheels\n' >"$machine/etc/pip.conf"
 }
 
 step() {
@@ -155,8 +139,6 @@ trap 'rm -rf --one-file-system "$machine"' EXIT
 make_machine
 step "a user without rights, on a machine without the system's libraries: make demo"
 told_what_is_missing
-step "fetching what pip installs, where it is not kept from an earlier time"
-keep_wheels
 step "root: make demo"
 chroot "$machine" chown -R root: "$home"
 inside root "make demo"
