@@ -86,6 +86,7 @@ def test_blocks_of_sensors_change_nothing(monkeypatch):
     truth, predictions, clip = simulate(np.random.default_rng(5), n_sensors=7)
     whole = score_patches(truth, predictions, clip, 3, 50, 0.9, 0)
     monkeypatch.setattr(f1, "COUNT_BYTES", 3 * 3 * 4 * len(np.unique(clip)))
+    monkeypatch.setattr(f1, "SAMPLE_BYTES", 5 * 2 * 3 * 50 * 4)  # of five sensors, counted three at a time
     parts = score_patches(truth, predictions, clip, 3, 50, 0.9, 0)
     for a, b in zip((*whole[:2], *whole[2]), (*parts[:2], *parts[2]), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-6)

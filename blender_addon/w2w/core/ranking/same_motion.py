@@ -160,5 +160,5 @@ def _pairs_on_axes(a: np.ndarray, b: np.ndarray, reach: float) -> Iterator[tuple
         block = slice(start, start + step)
         low, high = np.searchsorted(b[:, 0], [a[block][0, 0] - far, a[block][-1, 0] + far])
         near = ends_a[block] @ ends_b[low:high].T >= half_a[block, None] - far**2 / 2
-        i, j = np.divmod(np.flatnonzero(near), near.shape[1])  # half the time of np.nonzero
+        i, j = np.divmod(np.flatnonzero(near), near.shape[1])  # hardly any are: quicker than np.nonzero
         yield start + i, low + j
