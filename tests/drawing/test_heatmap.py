@@ -10,6 +10,8 @@ from w2w.core.colours import colour_table
 from w2w.drawing.heatmap import SPARE, VIEW_PIXELS, VIEW_SIZE, Scale, heatmap_figure, subset_figure
 from w2w.drawing.page import BADGE, DPI, MARGIN, apart
 
+pytestmark = pytest.mark.later
+
 SIZE = 300
 SCALE = Scale(0.2, 0.9)
 TOP, BOTTOM, LEFT, RIGHT = 20, 280, 60, 240

@@ -13,6 +13,8 @@ from w2w.core.body.body import Body
 from w2w.core.body.shapes import MORPHOLOGIES, RANGES, ShapeTargets, bundled_targets, mass, shaped
 from w2w.core.body.skeleton import JOINT_INDEX, MIRRORED_JOINTS
 
+pytestmark = pytest.mark.later
+
 BODY = Body.bundled()
 
 

@@ -2,10 +2,13 @@
 """A calibration's worth is told on what it was not fitted to."""
 
 import numpy as np
+import pytest
 
 from w2w.core.imu.calibration import held_out
 
 from .made_pairs import pair
+
+pytestmark = pytest.mark.later
 
 
 def test_people_are_left_out_where_they_are_known():

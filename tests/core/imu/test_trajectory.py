@@ -17,6 +17,8 @@ from w2w.core.imu.trajectory import (
     spline_windows,
 )
 
+pytestmark = pytest.mark.later
+
 
 def test_windows_agree_with_one_spline_through_the_whole_clip():
     rng = np.random.default_rng(1)

@@ -15,6 +15,8 @@ from w2w.core.body.shapes import shaped
 from w2w.core.patches.patches import PATCH_ORDER, PatchSet, interpolation_weights, sample_patches
 from w2w.core.patches.strip_graph import StripGraph
 
+pytestmark = pytest.mark.later
+
 FIRST = [5860, 1404, 4806, 637, 1163, 5521, 6067, 3372]
 
 

@@ -6,6 +6,8 @@ import pytest
 
 from w2w.core.ranking.joint_scores import JointScores, Training
 
+pytestmark = pytest.mark.later
+
 N, W, D, A = 6, 60, 5, 3
 RIDGE = 0.1
 

@@ -9,6 +9,8 @@ from w2w.core.ranking.halves import Protocol, plan
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 
+pytestmark = pytest.mark.later
+
 N, A = 200, 3
 
 

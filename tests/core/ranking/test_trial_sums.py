@@ -15,6 +15,8 @@ from w2w.core.ranking.halves import Named, Protocol, plan
 from w2w.core.ranking.utility import utility_map
 from w2w.core.windows.inputs import ArrayBlocks
 
+pytestmark = pytest.mark.later
+
 A = 4
 
 

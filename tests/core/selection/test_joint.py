@@ -12,6 +12,8 @@ from w2w.core.selection.promise import Promises
 
 from .made_sets import NAMES, N, alone, library, prepare, terms
 
+pytestmark = pytest.mark.later
+
 
 def grown(found, under, **how):
     return GrownSet(found, under, found.single, **how)

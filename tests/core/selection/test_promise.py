@@ -12,6 +12,8 @@ from w2w.core.selection.promise import Promises, rising
 
 from .made_sets import library, prepare, terms
 
+pytestmark = pytest.mark.later
+
 PATCHES, K = 60, 3
 FREE = Terms(np.ones(PATCHES, bool), [], np.ones(PATCHES), K)
 SPREAD = 0.05
