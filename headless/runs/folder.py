@@ -186,10 +186,10 @@ HEADLESS = Path(__file__).resolve().parents[1]
 
 NO_SIGNALS = (
     "core/selection", "core/findings", "core/exports", "core/ranking", "core/clip_ranking.py",
-    "core/results_folder.py", "scene/files", "scene/heatmap.py", "drawing", "reports",
+    "core/results_folder.py", "core/windows/inputs.py", "scene/files", "scene/heatmap.py", "drawing",
+    "reports",
 )  # fmt: skip
-SIGNALS_AFTER_ALL = ("core/windows/features.py", "core/windows/windows.py")
-"""Code that a clip's own files do not depend on, as it ranks, chooses and tells, and what of it they do."""
+"""Code that a clip's own files do not depend on, as it ranks, chooses and tells."""
 
 
 def _code() -> list[tuple[str, Path]]:
@@ -205,9 +205,7 @@ def _code() -> list[tuple[str, Path]]:
 
 def code_of_signals() -> list[tuple[str, Path]]:
     """What of it signals and features depend on."""
-    return [
-        (name, path) for name, path in _code() if not name.startswith(NO_SIGNALS) or name in SIGNALS_AFTER_ALL
-    ]
+    return [(name, path) for name, path in _code() if not name.startswith(NO_SIGNALS)]
 
 
 @cache

@@ -178,14 +178,14 @@ def _resampled(units: ClipUnits, weights: np.ndarray, predictions: np.ndarray) -
             these = slice(first, first + block)
             counts = some.count(names[:, these])
             confusion[these] += counts.confusion()
-            right, said, truly = drawn_counts(counts, drawn)
+            right, said, truly = _drawn_counts(counts, drawn)
             hit[these] += right
             named[these] += said
         true += truly
     return _Resampled(confusion, hit, named, true)
 
 
-def drawn_counts(counts: ClipCounts, drawn: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _drawn_counts(counts: ClipCounts, drawn: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Windows named rightly, named so (N, A, B) and truly so (A, B), each clip as often as `drawn` (C, B)."""
     n_clips, n_sensors, n_activities = counts.named.shape
     # samples of one score lie side by side, an activity at a time: half the time
@@ -200,7 +200,7 @@ def drawn_counts(counts: ClipCounts, drawn: np.ndarray) -> tuple[np.ndarray, np.
 
 def f1_scores(counts: ClipCounts, weights: np.ndarray) -> np.ndarray:
     """F1 by sensor and activity, shape (B, N, A), float32, each clip counting as `weights` (B, C) say."""
-    return np.moveaxis(f1_of(*drawn_counts(counts, weights.T.astype(np.float32))), 2, 0)
+    return np.moveaxis(f1_of(*_drawn_counts(counts, weights.T.astype(np.float32))), 2, 0)
 
 
 def clip_resamples(activity: np.ndarray, n_resamples: int, rng: np.random.Generator) -> np.ndarray:
