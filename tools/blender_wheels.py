@@ -42,6 +42,9 @@ PLATFORMS = {
 }
 """Blender's name of a platform, and the tags of the wheels that run there."""
 
+PURE_TOO = ("fonttools",)
+"""Libraries with compiled wheels and a pure one, which is smaller: that is taken."""
+
 PURE = ("--platform=any", "--implementation=py", "--abi=none")
 
 ASK = "import sys; print('w2w-python', *sys.version_info[:2])"
@@ -66,9 +69,15 @@ def dependencies() -> list[str]:
 def fetch_wheels(platform: str, python: str) -> list[Path]:
     """Download the wheels that one platform and Python need, unless they are there, and list them."""
     cache = PROJECT / ".cache" / "wheels" / platform
-    platforms = [f"--platform={tag}" for tag in PLATFORMS[platform]]
     versions = versions_for(python, platform.startswith("windows"))
-    return sorted(_fetch(cache, name, version, python, platforms) for name, version in versions.items())
+    missing = {name for name, version in versions.items() if _cached(cache, name, version, python) is None}
+    of_platform = tuple(f"--platform={tag}" for tag in PLATFORMS[platform])
+    for names, tags in ((missing - {*PURE_TOO}, of_platform), (missing & {*PURE_TOO}, PURE)):
+        if names:
+            pip = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--only-binary=:all:"]
+            pip += [f"--python-version={python}", f"--dest={cache}", *tags]
+            subprocess.run([*pip, *sorted(f"{name}=={versions[name]}" for name in names)], check=True)
+    return sorted(_cached(cache, name, version, python) for name, version in versions.items())
 
 
 def ask_blender(blender: str) -> str:
@@ -91,20 +100,9 @@ def ask_blender(blender: str) -> str:
     return f"{answer[1]}.{answer[2]}"
 
 
-def _fetch(cache: Path, name: str, version: str, python: str, platforms: list[str]) -> Path:
-    """One wheel, from the cache folder or downloaded to it: a pure one where the library has one."""
-    tag = rf"(py\S*-none-any|cp{python.replace('.', '')}-\S+)"
-    if (wheel := _cached(cache, name, version, tag)) is None:
-        pip = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps", "--only-binary=:all:"]
-        pip += [f"--python-version={python}", f"{name}=={version}", f"--dest={cache}"]
-        if subprocess.run([*pip, *PURE], capture_output=True, check=False).returncode:
-            subprocess.run([*pip, *platforms], check=True)
-        wheel = _cached(cache, name, version, tag)
-    return wheel
-
-
-def _cached(cache: Path, name: str, version: str, tag: str) -> Path | None:
+def _cached(cache: Path, name: str, version: str, python: str) -> Path | None:
     """The wheel if the cache folder has it; projects differ in how they spell their name there."""
+    tag = rf"(py\S*-none-any|cp{python.replace('.', '')}-\S+)"
     wanted = re.compile(rf"{re.sub('[-_.]', '[-_.]', name)}-{re.escape(version)}-{tag}\.whl", re.IGNORECASE)
     return next((path for path in sorted(cache.glob("*.whl")) if wanted.fullmatch(path.name)), None)
 
