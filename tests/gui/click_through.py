@@ -17,7 +17,7 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driver import FIELD, LAST, Driver, Script
+from driver import FIELD, LAST, MIDDLE, Driver, Script
 from panel import OUT, curves, empty, idle, install, longest_freeze, module, open_tab, play, report, study
 
 DATA = Path(os.environ["W2W_DATA"])
@@ -65,7 +65,7 @@ def step_motions(driver: Driver) -> Script:
     """Import a folder of real clips, cancel another import, take unusable files, preview."""
     library = make_library()
     objects = len(bpy.data.objects)
-    yield from driver.press("w2w.import_folder")
+    yield from driver.press("w2w.import_folder", MIDDLE)
     yield from driver.choose_folder(library)
     yield from driver.turns(30)
     yield from driver.look("2_labels")
@@ -88,21 +88,21 @@ def step_motions(driver: Driver) -> Script:
     yield from driver.look("2_motions_problem")
     yield from drop_a_clip(driver)
     bpy.ops.w2w.tick_clips(which="PROBLEM")
-    yield from driver.press("w2w.remove_clips")
+    yield from driver.press("w2w.remove_clips", LAST)
     report["clips_after_removing_problems"] = len(study().clips)
     study().clip_index = [clip.activity for clip in study().clips].index("walking")
     yield from driver.press("w2w.preview_clip")
     playing = bpy.context.scene.w2w.body.parent.animation_data.action
     report["previewed"] = playing.name
     bpy.context.scene.frame_set(12)
-    yield from driver.press("w2w.show_source")
+    yield from driver.press("w2w.show_source", FIELD)
     yield from driver.turns(10)
     bpy.context.scene.frame_set(12)
     yield from driver.key("HOME")
     yield from driver.turns(30)
     yield from driver.look("2_source_beside")
     report["source_shown"] = sum("w2w source" in item for item in bpy.data.collections)
-    yield from driver.press("w2w.show_source")
+    yield from driver.press("w2w.show_source", FIELD)
     yield from driver.key("HOME")
     yield from driver.turns(30)
     report["source_left"] = sum("w2w source" in item for item in bpy.data.collections)
@@ -170,8 +170,7 @@ def record_further(driver: Driver) -> Script:
     """Tick two further sensors, one to recognise by; look at a part of one's own; take it all back."""
     yield from driver.open_panel_above("window_s")
     for name in ("recorded[0]", "recorded[1]", "recognised_by[1]"):
-        x, y = yield from driver.reach(name, FIELD)
-        yield from driver.click(x, y)
+        yield from driver.press(name, FIELD)
     yield from driver.look("4_further")
     further = module("study.state").config_of(study()).further
     report["further"] = [further.record, further.features]
@@ -179,8 +178,7 @@ def record_further(driver: Driver) -> Script:
         bpy.ops.w2w.start_sensor(like="bmi270")
     yield from driver.look("4_own_part")
     for name in ("recorded[0]", "recorded[1]"):
-        x, y = yield from driver.reach(name, FIELD)
-        yield from driver.click(x, y)
+        yield from driver.press(name, FIELD)
     report["further_left"] = sorted(study().record)
     study().property_unset("sensor")
     study().property_unset("recognise_by")
@@ -231,8 +229,7 @@ def step_utility(driver: Driver) -> Script:
     yield from driver.drag(x, y, -60)
     report["target_after_drag"] = round(study().target, 3)
     yield from undo_and_redo(driver, "target", lambda: round(study().target, 3))
-    x, y = yield from driver.reach("w2w.select_patch")
-    yield from driver.click(x, y)
+    yield from driver.press("w2w.select_patch")
     report["picked_in_table"] = study().picked
     yield from driver.look("5_table_pick")
     study().view = "A3"

@@ -20,14 +20,14 @@ import bpy
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
-ROW = 12
+ROW = 18
 """Pixels between two tries when a panel is searched for a button: less than the lowest row has."""
 
 HEADER, CLOSED = 32, 26
 """Pixels from a panel's outermost button to the next header, and from a closed panel's header to the next."""
 
-BUTTON, FIELD, LAST = 0.3, 0.7, 0.835
-"""Where across the sidebar buttons stand, fields behind their names, and what comes last in a row."""
+BUTTON, MIDDLE, FIELD, LAST = 0.3, 0.5, 0.7, 0.835
+"""Where across the sidebar buttons stand, the second of three, fields behind their names, a row's last."""
 
 TRIES = 8
 """How often the sidebar is scrolled in search of a button."""
@@ -47,6 +47,7 @@ class Driver:
     def __init__(self, pictures: Path) -> None:
         self.pictures = pictures
         self.pictures.mkdir(parents=True, exist_ok=True)
+        self.seen: dict[str, float] = {}  # heights in the panel where buttons stood when last passed
 
     @property
     def window(self) -> bpy.types.Window:
@@ -177,7 +178,7 @@ class Driver:
         yield from self.turns(10)
 
     def find(
-        self, wanted: str, below: float = float("inf"), across: tuple[float, ...] = (BUTTON, FIELD, LAST, 0.5)
+        self, wanted: str, across: tuple[float, ...], below: float = float("inf")
     ) -> Generator[None, None, tuple[int, int]]:
         """Where the sidebar's button is whose operator or property path holds this text.
 
@@ -186,21 +187,24 @@ class Driver:
         Parameters
         ----------
         wanted : str
-        below : float
-            Height in the panel from which downwards to look: what stands higher was searched before.
         across : tuple of float
             Where across the sidebar to look, one after the other.
+        below : float
+            Height in the panel from which downwards to look: what stands higher was searched before.
         """
         region = self.region("UI")
         rows = [y for y in range(region.y + region.height - 10, region.y, -ROW) if self.in_panel(y) <= below]
         seen = []
+        if stood := [height for under, height in self.seen.items() if wanted in under]:
+            rows.sort(key=lambda y: self.in_panel(y) > stood[0] + 3 * ROW)
         for share in across:
             x = region.x + int(share * region.width)
             for y in rows:
                 yield from self.move(x, y)
                 under = self.under_mouse(region)
-                if under and under not in seen:
+                if under:
                     seen.append(under)
+                    self.seen[under] = self.in_panel(y)
                 if wanted in under:
                     # the highlight follows the mouse a redraw later: make sure where the button is
                     for near in (y + ROW, y + ROW // 2, y, y - ROW // 2):
@@ -209,7 +213,7 @@ class Driver:
                         yield from self.turns(2)
                         if wanted in self.under_mouse(region):
                             return x, near
-        raise LookupError(f"the sidebar has no button for {wanted!r}, only {seen}")
+        raise LookupError(f"the sidebar has no button for {wanted!r}, only {list(dict.fromkeys(seen))}")
 
     def in_panel(self, y: int) -> float:
         """Height of a row of pixels in the sidebar's content, however far that is scrolled."""
@@ -221,18 +225,18 @@ class Driver:
         searched = float("inf")
         for _ in range(TRIES):
             try:
-                return (yield from self.find(wanted, searched, (across,)))
+                return (yield from self.find(wanted, (across,), searched))
             except LookupError:
                 lowest = self.in_panel(self.region("UI").y)
                 if lowest + 2 * ROW >= searched:
                     raise
                 searched = lowest + 2 * ROW
                 yield from self.scroll_sidebar(8)
-        return (yield from self.find(wanted, searched, (across,)))
+        return (yield from self.find(wanted, (across,), searched))
 
-    def press(self, wanted: str) -> Script:
-        """Find a button of the sidebar and click it."""
-        x, y = yield from self.find(wanted)
+    def press(self, wanted: str, across: float = BUTTON) -> Script:
+        """Scroll the sidebar down until a button is in view, and click it."""
+        x, y = yield from self.reach(wanted, across)
         yield from self.click(x, y)
 
     def choose_folder(self, folder: Path) -> Script:

@@ -66,7 +66,7 @@ def add_repository(driver: Driver) -> Script:
 def press(wanted: str) -> Script:
     """Find a button of the preferences and click it."""
     window = Preferences(Path(os.environ["W2W_OUT"], "pictures"))
-    x, y = yield from window.find(wanted, across=ACROSS)
+    x, y = yield from window.find(wanted, ACROSS)
     yield from window.click(x, y)
 
 

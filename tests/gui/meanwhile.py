@@ -14,7 +14,7 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driver import Driver, Script
+from driver import MIDDLE, Driver, Script
 from panel import OUT, add_body_and_clips, idle, module, play, report, study
 
 N_PATCHES = 128
@@ -178,7 +178,7 @@ def labels(driver: Driver) -> Script:
         bpy.ops.w2w.tick_clips(which="ALL")
         bpy.ops.w2w.remove_clips()
         yield from driver.scroll_sidebar_to_top()
-        yield from driver.press("w2w.import_folder")
+        yield from driver.press("w2w.import_folder", MIDDLE)
         yield from driver.choose_folder(folder)
         yield from driver.turns(30)
         yield from driver.look(f"6_labels_{number}")

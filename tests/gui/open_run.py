@@ -95,9 +95,9 @@ def cancel_a_choice(driver: Driver) -> Script:
     study().target = 0.99
     with driver.in_view():
         bpy.ops.w2w.choose_sensors("INVOKE_DEFAULT")
-    yield from driver.turns(10)
+    yield from driver.turns(1)
     report["choosing"] = jobs.running is not None
-    yield from driver.look("4_choosing")
+    driver.photograph("4_choosing")
     yield from driver.key("ESC")
     yield from driver.turns(5)
     report["message_after_esc"] = jobs.message.text
@@ -106,8 +106,7 @@ def cancel_a_choice(driver: Driver) -> Script:
 def two_maps(driver: Driver) -> Script:
     """Press Side by Side, let an activity be background, press again."""
     yield from driver.scroll_sidebar_to_top()
-    x, y = yield from driver.reach("w2w.side_by_side")
-    yield from driver.click(x, y)
+    yield from driver.press("w2w.side_by_side")
     yield from driver.until(lambda: study().beside is not None, 30)
     study().view, study().beside_view = "A1", "A2"
     yield from driver.look_from_the_front()

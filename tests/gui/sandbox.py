@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path
@@ -70,7 +71,10 @@ def run_in_window(
     out.mkdir(parents=True, exist_ok=True)
     for left in (out / "report.json", out / "pictures" / "failed.png"):
         left.unlink(missing_ok=True)
+    resources = out / "resources"  # new: Blender keeps a wheel of the same name that it once installed
+    shutil.rmtree(resources, ignore_errors=True)
     given = {"W2W_ZIP": inside(newest_zip()), "W2W_OUT": inside(out), **(variables or {})}
+    given["BLENDER_USER_RESOURCES"] = inside(resources)
     blender = [
         "blender", "--factory-startup", "--enable-event-simulate",
         "--window-geometry", "0", "0", *WINDOW, "--python", f"/project/tests/gui/{script}",

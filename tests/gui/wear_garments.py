@@ -35,8 +35,7 @@ def prepare(driver: Driver) -> Script:
 
 def put_on_and_take_off(driver: Driver) -> Script:
     """Click both garments on, one off, and take that back."""
-    x, y = yield from driver.reach("tshirt")
-    yield from driver.click(x, y)
+    yield from driver.press("tshirt")
     yield from driver.press("trousers")
     yield from driver.turns(10)
     report["both"] = worn()
@@ -76,11 +75,9 @@ def wear_own(driver: Driver) -> Script:
 def bake(driver: Driver) -> Script:
     """Place patches and bake them, those under the T-shirt on the cloth."""
     yield from driver.scroll_sidebar_to_top()
-    x, y = yield from driver.reach("w2w.place_patches")
-    yield from driver.click(x, y)
+    yield from driver.press("w2w.place_patches")
     yield from idle(driver)
-    x, y = yield from driver.reach("w2w.bake_signals")
-    yield from driver.click(x, y)
+    yield from driver.press("w2w.bake_signals")
     yield from driver.turns(60)
     yield from driver.look("4_baking")
     report["longest_freeze_seconds"] = yield from longest_freeze(idle(driver))
