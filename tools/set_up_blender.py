@@ -28,18 +28,9 @@ def main(blender: str) -> None:
     for old in (part, folder):
         if old.exists():
             shutil.rmtree(old)
-    pip = [
-        sys.executable,
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-        "--no-deps",
-        "--no-compile",
-    ]
-    pip += ["--only-binary=:all:", f"--python-version={python}", "--implementation=cp", f"--target={part}"]
-    if subprocess.run([*pip, *wanted], check=False).returncode:
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"]
+    pip += ["--no-compile", "--only-binary=:all:", f"--python-version={python}", "--implementation=cp"]
+    if subprocess.run([*pip, f"--target={part}", *wanted], check=False).returncode:
         raise SystemExit(f"pip could not get the libraries for Python {python}; its messages are above")
     (part / stamp.name).touch()
     part.rename(folder)
