@@ -123,18 +123,14 @@ def double_inverse(q: np.ndarray) -> np.ndarray:
     return 2 / dot(q, q)
 
 
-def cyclic(v: np.ndarray) -> np.ndarray:
-    """Vectors (3, ...) as x, y, z, x, y: a vector product is then two of whole arrays."""
-    out = np.empty((5, *v.shape[1:]), dtype=v.dtype)
-    out[:3], out[3:] = v, v[:2]
+def cross(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
+    """Vector product of vectors (3, ...), one component after the other: nothing is copied."""
+    out = np.empty_like(b) if out is None else out
+    for axis in range(3):
+        second, third = (axis + 1) % 3, (axis + 2) % 3
+        np.multiply(a[second], b[third], out=out[axis])
+        out[axis] -= a[third] * b[second]
     return out
-
-
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Vector product of two `cyclic` arrays, (3, ...)."""
-    product = a[1:4] * b[2:5]
-    product -= a[2:5] * b[1:4]
-    return product
 
 
 def into_frame(q: np.ndarray, scale: np.ndarray, v: np.ndarray, out: np.ndarray) -> None:
@@ -142,9 +138,8 @@ def into_frame(q: np.ndarray, scale: np.ndarray, v: np.ndarray, out: np.ndarray)
 
     The quaternions (4, ...), frame to world, may have any length but zero; `scale` is their `double_inverse`.
     """
-    axis = cyclic(q[1:])
-    turned = cross(axis, cyclic(v))
-    twice = cross(axis, cyclic(turned))
+    turned = cross(q[1:], v)
+    twice = cross(q[1:], turned)
     turned *= q[0]
     twice -= turned
     twice *= scale
@@ -157,7 +152,7 @@ def rate_in_frame(q: np.ndarray, scale: np.ndarray, q_dot: np.ndarray, out: np.n
     Exact for the normalised quaternion however long q (4, ...) is, since a change of length is q's own
     direction and falls into the scalar part. `scale` is the `double_inverse` of q.
     """
-    rate = cross(cyclic(q_dot[1:]), cyclic(q[1:]))
+    rate = cross(q_dot[1:], q[1:])
     rate += q[0] * q_dot[1:]
     rate -= q_dot[0] * q[1:]
     np.multiply(rate, scale, out=out)

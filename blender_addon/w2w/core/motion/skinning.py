@@ -8,7 +8,7 @@ import numpy as np
 from ..blas import multiply
 from ..body.body import Body
 from ..body.skeleton import N_JOINTS, PARENTS
-from ..rotations import cross, cyclic, dot
+from ..rotations import cross, dot
 from .motion import Motion
 
 GROUND_SAMPLE = 15
@@ -108,9 +108,9 @@ def _write_frames(entries: np.ndarray, origin: np.ndarray, edge_x: np.ndarray, e
     """Fill matrices (4, 4, ...) from vectors (3, ...): whole components are quick to work on."""
     x, y, z, place = (entries[:3, column] for column in range(4))
     np.divide(edge_x, np.sqrt(dot(edge_x, edge_x)), out=x)
-    z[...] = cross(cyclic(edge_x), cyclic(edge_b))
+    cross(edge_x, edge_b, out=z)
     z /= np.sqrt(dot(z, z))
-    y[...] = cross(cyclic(z), cyclic(x))
+    cross(z, x, out=y)
     place[...] = origin
     entries[3, :3], entries[3, 3] = 0.0, 1.0
 
