@@ -111,19 +111,20 @@ def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
     if not curves:
         raise ValueError(f"the action '{action.name}' moves no bone of '{armature.name}'")
     frames, rate = frames_of(action, curves)
-    rotations = np.empty((len(frames), len(JOINT_NAMES), 3, 3))
-    for joint, name in enumerate(JOINT_NAMES):
-        basis = basis_matrices([armature.pose.bones[name]], [curves.get(name, {})], frames)[:, 0]
-        named = f"the bone '{name}'"
-        if np.abs(np.linalg.norm(basis[:, :3, :3], axis=1) - 1).max() > STRAY:
-            raise InexpressibleActionError(f"the action '{action.name}' scales {named}")
-        if joint > 0 and np.abs(basis[:, :3, 3]).max() > STRAY:
-            raise InexpressibleActionError(f"the action '{action.name}' moves {named} off its joint")
-        rest = matrix(armature.data.bones[name].matrix_local)[:3, :3]
-        rotations[:, joint] = rest @ basis[:, :3, :3] @ np.linalg.inv(rest)
-        if joint == 0:
-            head = matrix(armature.data.bones[name].head_local)
-            pelvis = (head + basis[:, :3, 3] @ rest.T) @ body_space(armature)[:3, :3].T
+    bones = [armature.pose.bones[name] for name in JOINT_NAMES]
+    basis = basis_matrices(bones, [curves.get(name, {}) for name in JOINT_NAMES], frames)
+    turns, places = basis[..., :3, :3], basis[..., :3, 3]
+    scaled = np.abs(np.linalg.norm(turns, axis=-2) - 1).max(axis=(0, 2)) > STRAY
+    moved = np.abs(places).max(axis=(0, 2)) > STRAY
+    moved[0] = False
+    for joint in np.flatnonzero(scaled | moved)[:1]:
+        named = f"the bone '{JOINT_NAMES[joint]}'"
+        what = f"scales {named}" if scaled[joint] else f"moves {named} off its joint"
+        raise InexpressibleActionError(f"the action '{action.name}' {what}")
+    rests = np.array([matrix(bone.bone.matrix_local)[:3, :3] for bone in bones])
+    rotations = rests @ turns @ np.linalg.inv(rests)
+    head = matrix(bones[0].bone.head_local)
+    pelvis = (head + places[:, 0] @ rests[0].T) @ body_space(armature)[:3, :3].T
     labels = {label: str(action.get(label, "")) for label in LABELS}
     return Motion(rotations, pelvis, rate, **labels)
 

@@ -42,7 +42,8 @@ def action_curves(action: bpy.types.Action, slot: object | None = None) -> Itera
         for strip in layer.strips:
             for bag in strip.channelbags:
                 if slot is None or bag.slot == slot:
-                    yield list(bag.fcurves)
+                    # looked up, not gone through: each key of a curve would carry the whole way to it along
+                    yield list(strip.channelbag(bag.slot).fcurves)
 
 
 def slot_named_for(item: bpy.types.Object, action: bpy.types.Action) -> object | None:
