@@ -46,3 +46,14 @@ def test_a_foreign_npz_is_refused(tmp_path):
 def test_arrays_cannot_be_changed_by_accident(bundled_body):
     with pytest.raises(ValueError, match="read-only"):
         bundled_body.vertices[0] = 0
+
+
+def test_bodies_with_the_same_arrays_are_equal(bundled_body):
+    like = replace(bundled_body, vertices=bundled_body.vertices.copy())
+    assert like == bundled_body
+    assert hash(like) == hash(bundled_body)
+    shifted = bundled_body.weights.copy()
+    shifted[0] = np.roll(shifted[0], 1)
+    assert replace(bundled_body, weights=shifted) != bundled_body
+    assert replace(bundled_body, mirror=None) != bundled_body
+    assert bundled_body != "body"

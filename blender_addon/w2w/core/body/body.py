@@ -77,6 +77,18 @@ class Body:
             object.__setattr__(self, name, values)
         _check(self)
 
+    def __eq__(self, other: object) -> bool:
+        """Whether all arrays and the name are equal: what is known of a body holds for its like."""
+        if not isinstance(other, Body):
+            return NotImplemented
+        return self.name == other.name and all(
+            np.array_equal(getattr(self, name), getattr(other, name))
+            for name in ("vertices", "faces", "joints", "weights", "mirror")
+        )
+
+    def __hash__(self) -> int:
+        return hash(self.vertices.tobytes())
+
     @property
     def parents(self) -> tuple[int, ...]:
         """Parent of each joint, -1 for the root."""

@@ -23,7 +23,7 @@ from ...extension import NAME as EXTENSION
 from ...scene.heatmap import MEAN, ON_THESE_CLIPS
 from ..jobs import jobs
 from ..jobs.jobs import Step, Steps, in_thread, on_body, part
-from ..steps.baking import body_as_run, ranked_clips
+from ..steps.baking import ranked_clips
 from ..study import counting, operators, scores, signal_cache, state
 from ..viewport.legend import legend
 from ..viewport.overlay import picks
@@ -49,7 +49,7 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     label = MEAN if study.scores == scores.EXPECTED else ON_THESE_CLIPS
     one_scale = study.fix_range or scores.beside_of(study) is not None
     ends = scores.colour_range(study, utility) if one_scale else (None, None)
-    body, colours = body_as_run(mesh), (study.colour_map, utility.colour_span)
+    body, colours = state.body_as_run(mesh), (study.colour_map, utility.colour_span)
     if scores.minus_index(study) >= 0:
         shown = legend(study, utility)
         title, label, ends, colours = shown.name, shown.title, (shown.low, shown.high), (shown.colour_map,)

@@ -9,6 +9,7 @@ import bpy
 from bpy.props import StringProperty
 
 from ...core.body.body import Body
+from ...core.body.regions import regions_of
 from ...core.clip_files import STORED
 from ...core.results_folder import StudyResults
 from ...scene.base.actions import show_action, write_action
@@ -98,9 +99,11 @@ def open_steps(folder: Path) -> Steps:
 
     def read(_told: object) -> tuple[StudyResults, Body, dict[str, str]]:
         run = StudyResults.load(folder)
-        pack(run.patches)  # here it stops no window
+        body = run.body()
+        pack(run.patches)  # kept, as the regions are: here they stop no window
         pack(run.utility)
-        return run, run.body(), keys_of(run)
+        regions_of(body)
+        return run, body, keys_of(run)
 
     run, body, signals = yield from in_thread(read, "reading the results", 0.0, 0.2)
     yield Step(0.2, "building the body")

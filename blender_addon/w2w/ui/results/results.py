@@ -12,7 +12,6 @@ from ...core.selection import headline
 from ...core.selection.answer import Scored, answer
 from ...core.wording import capital
 from ...scene import heatmap
-from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
 from ..jobs import jobs
@@ -165,7 +164,7 @@ def choose(body: bpy.types.Object) -> None:
         return
     mean = scores.expected_mean(study, utility)
     if counting.is_as_ranked(study, utility):
-        found = answer(Scored(utility, patches, body_of(body), terms.allowed))
+        found = answer(Scored(utility, patches, state.body_as_run(body), terms.allowed))
         lists.keep_answer(study, answer_content(found, patches))
         patch = found.patch
     else:

@@ -5,14 +5,13 @@ import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from operator import attrgetter
-from pathlib import Path
 
 import bpy
 import numpy as np
 from bpy.props import EnumProperty
 
-from ...core.body.body import Body
-from ...core.clip_files import WORK, ClipWindows, ranking_inputs
+from ...core.body.regions import regions_of
+from ...core.clip_files import ClipWindows, ranking_inputs
 from ...core.clip_ranking import LabelledClip, WindowLabels, copies_among, same_motions
 from ...core.findings.notes import copies_sentence
 from ...core.garments.on_cloth import HAS_CAUGHT
@@ -25,7 +24,7 @@ from ...core.ranking.utility import UtilityMap, utility_map
 from ...core.study import describe, record_baked
 from ...core.wording import capital
 from ...scene.bake import PatchBaker
-from ...scene.base.body import body_of
+from ...scene.files.packing import pack
 from ...scene.garments.bake import GarmentBaker
 from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body, part
 from ..jobs.preferences import cache_folder
@@ -36,9 +35,6 @@ SHOWN_REASONS = 2
 
 UNBAKED = "cannot be baked"
 """How the bake path of a clip begins that could not be."""
-
-AS_SHOWN = 1e-5
-"""How far single precision may be from a position, metres, or a weight."""
 
 
 @on_body
@@ -131,7 +127,7 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     ranked_as, config = state.rank_settings(study), state.config_of(study)
     used = [as_labelled(clip) for clip in ranked_clips(study)]
     places = signal_cache.places_of(ranked_clips(study))
-    body, patches = body_as_run(mesh), state.patches_of(mesh)
+    body, patches = state.body_as_run(mesh), state.patches_of(mesh)
 
     def rank(told: Callable[[float], None]) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
         windows = [ClipWindows.read(*place) for place in places]
@@ -139,7 +135,10 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
         pooling = Pooling.on(body, patches)
         ranked = same_motions(used, windows)
         protocol = WindowLabels.of(ranked, windows).protocol(config)
-        return utility_map(inputs, protocol, config.classifier, progress=told, pooling=pooling), ranked
+        utility = utility_map(inputs, protocol, config.classifier, progress=told, pooling=pooling)
+        pack(utility)  # kept, as the regions are: here they stop no window
+        regions_of(body)
+        return utility, ranked
 
     low = 0.4 if lost else 0.0
     utility, ranked = yield from in_thread(rank, "training at every patch", low, 0.95)
@@ -160,20 +159,6 @@ def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup
 def as_labelled(clip: bpy.types.PropertyGroup) -> LabelledClip:
     """A clip by its labels, as core takes it."""
     return LabelledClip(clip.name, clip.activity, clip.subject, clip.motion_key)
-
-
-def body_as_run(mesh: bpy.types.Object) -> Body:
-    """A study's body as the run that it was opened from had it: a mesh keeps single precision only."""
-    shown = body_of(mesh)
-    if not mesh.w2w.results_folder:
-        return shown
-    try:
-        run = Body.load(Path(mesh.w2w.results_folder) / WORK / "body.npz")
-    except (OSError, ValueError):
-        return shown
-    pairs = [(getattr(run, name), getattr(shown, name)) for name in ("vertices", "joints", "weights")]
-    same = all(a.shape == b.shape and np.allclose(a, b, rtol=0, atol=AS_SHOWN) for a, b in pairs)
-    return run if same else shown
 
 
 def to_bake(study: bpy.types.PropertyGroup) -> list[int]:

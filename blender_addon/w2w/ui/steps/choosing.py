@@ -24,7 +24,7 @@ from ...core.wording import capital
 from ..jobs.jobs import Step, Steps, in_thread, on_body
 from ..results import results
 from ..study import counting, lists, operators, signal_cache, state
-from .baking import as_labelled, body_as_run, ranked_clips
+from .baking import as_labelled, ranked_clips
 
 _poolings: dict[str, Pooling] = {}
 
@@ -103,7 +103,7 @@ def advised_steps(
     where activities count otherwise than in the ranking.
     """
     study, utility = mesh.w2w, state.utility_of(mesh.w2w)
-    patches, body = state.patches_of(mesh), body_as_run(mesh)
+    patches, body = state.patches_of(mesh), state.body_as_run(mesh)
     left_out, reweighed = counting.left_out(study), counting.is_reweighed(study, utility)
     clips = counted_clips(study)
     places, labelled = signal_cache.places_of(clips), [as_labelled(clip) for clip in clips]

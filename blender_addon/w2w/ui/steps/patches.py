@@ -17,7 +17,6 @@ from ..results import own_placements, results
 from ..study import operators, state
 from ..viewport.framing import fold_soon
 from ..viewport.legend import owner_of
-from .baking import body_as_run
 from .body import select_only
 
 CLICK = {"type": "LEFTMOUSE", "value": "PRESS"}
@@ -26,7 +25,7 @@ CLICK = {"type": "LEFTMOUSE", "value": "PRESS"}
 @jobs.on_body
 def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     """Sample in a thread, then replace the empties."""
-    body, study = body_as_run(mesh), mesh.w2w
+    body, study = state.body_as_run(mesh), mesh.w2w
     before, key = state.patches_of(mesh), study.patches_key
     own, count = list(own_placements.listed(study).items()), study.patch_count
     config = replace(state.config_of(study), seed=study.patch_seed, placements=tuple(own))

@@ -7,10 +7,14 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 
 import bpy
+import numpy as np
 
+from ...core.body.body import Body
 from ...core.body.shapes import RANGES
+from ...core.clip_files import WORK
 from ...core.imu.sensor import SensorModel
 from ...core.patches.patches import PatchSet
 from ...core.ranking.utility import UtilityMap, unavailable
@@ -18,6 +22,7 @@ from ...core.selection.constraints import Constraints
 from ...core.study import StudyConfig
 from ...core.windows.windows import WindowSpec
 from ...core.wording import capital
+from ...scene.base.body import body_of
 from ...scene.base.patches import PATCH
 from ...scene.files.packing import unpack
 from .counting import LEFT_OUT, counted_in, is_reweighed
@@ -26,6 +31,9 @@ from .garments import wardrobe_text, worn_by
 from .sensors import OWN, further_of, further_text, own_sensor
 
 Group = bpy.types.PropertyGroup
+
+AS_SHOWN = 1e-5
+"""How far single precision may be from a position, metres, or a weight."""
 
 _depth = 0
 
@@ -155,6 +163,20 @@ def patches_of(body: bpy.types.Object) -> PatchSet | None:
     first = next(iter(collection.objects), None)
     is_own = first is not None and first.parent is body
     return unpack(study.patches_key, lambda: study.patches_text, PatchSet.load) if is_own else None
+
+
+def body_as_run(mesh: bpy.types.Object) -> Body:
+    """A study's body as the run that it was opened from had it: a mesh keeps single precision only."""
+    shown = body_of(mesh)
+    if not mesh.w2w.results_folder:
+        return shown
+    try:
+        run = Body.load(Path(mesh.w2w.results_folder) / WORK / "body.npz")
+    except (OSError, ValueError):
+        return shown
+    pairs = [(getattr(run, name), getattr(shown, name)) for name in ("vertices", "joints", "weights")]
+    same = all(a.shape == b.shape and np.allclose(a, b, rtol=0, atol=AS_SHOWN) for a, b in pairs)
+    return run if same else shown
 
 
 def utility_of(study: Group) -> UtilityMap | None:
