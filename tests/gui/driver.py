@@ -207,7 +207,7 @@ class Driver:
                     self.seen[under] = self.in_panel(y)
                 if wanted in under:
                     # the highlight follows the mouse a redraw later: make sure where the button is
-                    for near in (y + ROW, y + ROW // 2, y, y - ROW // 2):
+                    for near in range(y + ROW, y - ROW, -ROW // 3):
                         yield from self.move(x, near - 1)
                         yield from self.move(x, near)
                         yield from self.turns(2)

@@ -14,7 +14,7 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driver import Driver, Script
+from driver import FIELD, LAST, Driver, Script
 from panel import add_body_and_clips, idle, longest_freeze, play, report, study
 
 N_PATCHES = 64
@@ -36,21 +36,21 @@ def prepare(driver: Driver) -> Script:
 def put_on_and_take_off(driver: Driver) -> Script:
     """Click both garments on, one off, and take that back."""
     yield from driver.press("tshirt")
-    yield from driver.press("trousers")
+    yield from driver.press("trousers", FIELD)
     yield from driver.turns(10)
     report["both"] = worn()
     shirt = study().garments[0].item
     report["modifiers"] = [modifier.type for modifier in shirt.modifiers]
     report["lies_on_body"] = bpy.context.scene.w2w.body.collision is not None
     yield from driver.look("2_both")
-    yield from driver.press("w2w.take_off")
+    yield from driver.press("w2w.take_off", LAST)
     counts = [worn()]
     for keys in ({"ctrl": True}, {"ctrl": True, "shift": True}, {"ctrl": True}):
         yield from driver.key("Z", **keys)
         yield from driver.turns(20)
         counts.append(worn())
     report["off_undo_redo_undo"] = counts
-    yield from driver.press("index=1")
+    yield from driver.press("index=1", LAST)
     report["after_taking_off"] = worn()
     report["in_the_scene"] = sorted(item.name for item in bpy.data.objects if item.type == "MESH")
 
@@ -67,7 +67,7 @@ def wear_own(driver: Driver) -> Script:
     yield from driver.press("w2w.wear_garment")
     report["with_bag"] = worn()
     yield from driver.look("3_bag")
-    yield from driver.press("index=1")
+    yield from driver.press("index=1", LAST)
     report["without_bag"] = [worn(), "Bag" in bpy.data.objects]
     bpy.data.objects.remove(bpy.data.objects["Bag"])
 
