@@ -42,7 +42,7 @@ def action_curves(action: bpy.types.Action, slot: object | None = None) -> Itera
         for strip in layer.strips:
             for bag in strip.channelbags:
                 if slot is None or bag.slot == slot:
-                    # looked up, not gone through: each key of a curve would carry the whole way to it along
+                    # looked up by its slot: through the collection, curves take three times as long to read
                     yield list(strip.channelbag(bag.slot).fcurves)
 
 
