@@ -16,7 +16,7 @@ from ...core.clip_list import CLIP_LIST, is_used
 from ...core.results_folder import StudyResults
 from ...core.study import StudyConfig
 from ...core.wording import shown
-from ...scene.base.body import body_of
+from ...scene.base.body import armature_of, in_body_space
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
 from ...scene.files.study_file import read_record, remove_record
@@ -106,7 +106,7 @@ def clips_of(
 def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]]) -> None:
     """Give a body that has its patches everything else that a run found; `clips` as `clips_of` gives them."""
     study, config = mesh.w2w, run.config()
-    body, own = body_of(mesh).vertices, Body.bundled().vertices
+    body, own = in_body_space(mesh, armature_of(mesh)), Body.bundled().vertices
     study.is_body = True
     study.has_shape = body.shape == own.shape and np.allclose(body, own, atol=1e-6)  # as the sliders start
     study.parameters = json.dumps(run.parameters)
