@@ -97,6 +97,7 @@ def close_windows(driver: Driver) -> Script:
     yield from driver.turns(3)
     report["goes_on"] = jobs.running is not None
     yield from idle(driver)
+    report["baked_beside"] = sum(bool(clip.signals) for clip in study().clips)
     with bpy.context.temp_override(window=driver.window):
         bpy.ops.wm.window_new_main()
     yield from driver.turns(30)
@@ -146,6 +147,7 @@ def disable(driver: Driver) -> Script:
     yield from driver.look("4_enabled")
     yield from start(driver, driver.window)
     yield from idle(driver)
+    report["baked_again"] = sum(bool(clip.signals) for clip in study().clips)
 
 
 def unlink(driver: Driver) -> Script:

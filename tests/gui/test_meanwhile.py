@@ -62,12 +62,14 @@ def test_a_job_ends_with_its_window_alone_and_by_esc_in_any(report: dict[str, An
     stopped = re.compile(rf"Run All stopped: \d of {N_CLIPS} clips are baked, and Run All goes on from there")
     assert stopped.fullmatch(escaped)
     assert beside.startswith("Done: ")
+    assert report["baked_beside"] == N_CLIPS
     assert stopped.fullmatch(closed)
 
 
 def test_w2w_disabled_during_a_job_works_when_it_is_enabled_again(report: dict[str, Any]) -> None:
     assert not report["stuck"]
     assert report["messages"][8].startswith("Done: ")
+    assert report["baked_again"] == N_CLIPS
 
 
 def test_the_collection_of_a_body_can_be_unlinked_and_linked_again(report: dict[str, Any]) -> None:
