@@ -37,6 +37,14 @@ def shared_data() -> Path:
 
 
 @pytest.fixture(scope="session")
+def shared_cases() -> Path:
+    """Folder of small inputs that once went wrong; tests that need it skip without it."""
+    if not (cases := SHARED_DATA.parent / "cases").is_dir():
+        pytest.skip("the folder of odd inputs ../shared/cases is not here")
+    return cases
+
+
+@pytest.fixture(scope="session")
 def made_once(tmp_path_factory) -> Callable[[str, Callable[[Path], object]], Path]:
     """Makes a folder once for all workers of pytest-xdist, by its name; tests only read it."""
     base = tmp_path_factory.getbasetemp()
