@@ -27,7 +27,7 @@ def seen_as(joint_set, body, motion):
             name = "shoulders"
         if name in ("shoulders", "hips"):
             return (at(f"left_{name[:-1]}") + at(f"right_{name[:-1]}")) / 2
-        if name == "face":
+        if name in ("face", "jaw") or (part == "eye" and "jaw" in joint_set.joints):
             return beside("head", 0, -0.1, 0)
         if part.startswith(("ear", "eye")) or side == "mouth":
             return beside("head", 0.07 * sign, 0, 0)
@@ -36,7 +36,7 @@ def seen_as(joint_set, body, motion):
         if "index" in part or "pinky" in part:
             return beside(f"{side}_wrist", 0.1 * sign, -0.03 if "index" in part else 0.03, 0)
         known = {"pelvis": "pelvis", "heel": f"{side}_ankle", "clavicle": f"{side}_collar"}
-        if part in ("hand", "hand_tip", "middle_tip", "thumb_tip", "thumb"):
+        if part.startswith(("hand", "middle", "ring", "thumb")):
             return at(f"{side}_hand")
         return at(known.get(part, name))
 

@@ -170,6 +170,46 @@ def test_seventeen_joints_that_make_no_body_must_be_named(tmp_path):
     assert found.joint_set == JOINT_SETS["mm-fit-17"]
 
 
+def pictured(positions, width, scores):
+    """The first two of three coordinates in a picture `width` wide, and a score of each joint as third."""
+    seen = positions[..., [0, 2]] / np.ptp(positions[..., [0, 2]], axis=(0, 1)).max()
+    return np.concatenate([width * (seen - seen.min(axis=(0, 1))), scores[..., None]], axis=2)
+
+
+@pytest.mark.parametrize("width", [1920, 1], ids=["pixels", "parts of the picture"])
+@pytest.mark.parametrize("score", ["of the joint", "of the frame", "visibility", "none"])
+@pytest.mark.parametrize("kind", ["csv", "npy", "npz", "json"])
+def test_a_score_is_no_third_dimension(tmp_path, bundled_body, walk, kind, width, score):
+    rng, shape = np.random.default_rng(0), (walk.n_frames, 17)
+    scores = {
+        "of the joint": np.clip(rng.beta(8, 1.5, 17) + 0.02 * rng.normal(size=shape), 0, 1),
+        "of the frame": rng.beta(8, 1.5, shape),
+        "visibility": rng.integers(1, 2 if width == 1 else 3, shape),
+        "none": np.zeros(shape),
+    }[score]
+    flat = pictured(seen_as(JOINT_SETS["coco-17"], bundled_body, walk), width, scores)
+    path = written(tmp_path, kind, "coco-17", flat / 1000, walk.rate)
+    for known in (PoseFacts(rate=30.0), PoseFacts(rate=30.0, joint_set="coco-17")):
+        with pytest.raises(UnusableMotion, match=r"in the picture \(2D\) with a score or nothing as third"):
+            read_joints(path, known)
+
+
+@pytest.mark.parametrize("axes", [(0, 1, 2), (0, 2, 1), (1, 2, 0)], ids=str)
+def test_a_body_that_stays_between_nought_and_one_is_one(tmp_path, bundled_body, walk, axes):
+    positions = seen_as(JOINT_SETS["coco-17"], bundled_body, walk)[..., axes]
+    positions = (positions - positions.min(axis=(0, 1))) / np.ptp(positions, axis=(0, 1)).max()
+    np.save(tmp_path / "a.npy", positions + 0.002 * np.random.default_rng(0).random(positions.shape))
+    assert read_joints(tmp_path / "a.npy", PoseFacts(rate=30.0)).joint_set == JOINT_SETS["coco-17"]
+
+
+def test_key_points_of_a_picture_and_joints_of_smpl_as_people_have_them(shared_cases):
+    with pytest.raises(UnusableMotion, match=r"in the picture \(2D\)"):
+        read_joints(shared_cases / "coco2d.npz")
+    for name, joint_set in (("smpl24.npy", "smpl-24"), ("smplh52.npy", "smplh-52")):
+        found = read_joints(shared_cases / name, PoseFacts(rate=30.0))
+        assert found.joint_set == JOINT_SETS[joint_set]
+
+
 RANDOM = np.random.default_rng(0).normal(size=(20, 20, 3))
 
 

@@ -2,6 +2,7 @@
 """Find the joint set of an array: by the joints' names, by their number, by the body they make."""
 
 import re
+import warnings
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,16 @@ CLEARLY = 0.6
 """A set is chosen by its body where the bones vary in length at most this much of the next best's."""
 
 LOWEST_STEADINESS = 1e-9
+
+FLAT = 0.02
+"""Joints whose third numbers spread at most this much of the others lie in a plane: no body does. Along its
+thinnest axis, a person with both arms stretched out spreads five times as much."""
+
+IN_PARTS = 1.5
+"""Parts of a picture, counted from its corner or its middle, reach little beyond 1."""
+
+ALIKE = 0.08
+"""Limbs of people differ less between the sides, as part of their mean length; in UTD-MHAD by .075."""
 
 
 class RawPose(NamedTuple):
@@ -47,12 +58,12 @@ def told_by(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
         joint_set = JOINT_SETS[wanted]
         if len(joint_set.joints) != n_joints:
             raise UnusableMotion(f"it holds {n_joints} joints, and {wanted} has {len(joint_set.joints)}")
-        return joint_set, positions
+        return joint_set, _deep(positions, [wanted])
     fitting = [name for name in CANDIDATES if len(JOINT_SETS[name].joints) == n_joints]
     if not fitting:
         known = ", ".join(f"{name} ({len(item.joints)})" for name, item in JOINT_SETS.items())
         raise UnusableMotion(f"it holds {n_joints} joints, and no joint set has so many; there are {known}")
-    return JOINT_SETS[_by_steadiness(fitting, positions)], positions
+    return JOINT_SETS[_by_steadiness(fitting, _deep(positions, fitting))], positions
 
 
 def _three_axes(array: np.ndarray, wanted: str | None) -> np.ndarray:
@@ -64,21 +75,52 @@ def _three_axes(array: np.ndarray, wanted: str | None) -> np.ndarray:
     if array.ndim == 4:
         raise UnusableMotion(f"it has shape {array.shape}, as of several people: keep one of them")
     if array.ndim == 3 and array.shape[2] == 2:
-        raise UnusableMotion(
-            "it holds positions in the picture (2D); a sensor's signal needs the third dimension: lift them "
-            "to 3D first"
-        )
+        raise UnusableMotion(IN_THE_PICTURE.format(""))
     if array.ndim != 3 or array.shape[2] not in (3, 4):
         of = f" of {wanted}" if wanted else ""
         raise UnusableMotion(f"it has shape {array.shape}; joint positions{of} have (frames, joints, 3)")
     return array[:, :, :3]
 
 
+IN_THE_PICTURE = (
+    "it holds positions in the picture (2D){}; a sensor's signal needs the third dimension: lift them to 3D "
+    "first"
+)
+
+
+def _deep(positions: np.ndarray, fitting: list[str]) -> np.ndarray:
+    """Positions (T, J, 3), refused where their third numbers are scores, or all the same.
+
+    Next to pixels scores are flat. Next to parts of a picture they do not make the bones of any fitting set
+    steadier, as depth does.
+    """
+    seen = np.where(np.isfinite(positions).all(axis=2) & (positions != 0).any(axis=2), 1.0, np.nan)
+    values = positions * seen[..., None]
+    with warnings.catch_warnings(action="ignore"):  # frames in which nobody is seen
+        spread = np.nanmedian(np.nanstd(values, axis=1), axis=0)
+        lowest, highest = (find(values, axis=(0, 1), initial=0) for find in (np.nanmin, np.nanmax))
+    flat = spread[2] <= FLAT * spread[:2].max()
+    if not flat and lowest[2] == 0 and highest[2] <= 1 and max(*highest, *-lowest) <= IN_PARTS:
+        sets = [JOINT_SETS[name] for name in fitting]
+        flat = not any(_steadier(item, positions, positions * [1, 1, 0]) for item in sets)
+    if flat:
+        raise UnusableMotion(IN_THE_PICTURE.format(" with a score or nothing as third number"))
+    return positions
+
+
+def _steadier(joint_set: JointSet, positions: np.ndarray, others: np.ndarray) -> bool:
+    """Whether the bones of some positions keep their length clearly better than those of others."""
+    (changes, apart), (other_changes, other_apart) = (
+        _unsteadiness(joint_set, those) for those in (positions, others)
+    )
+    return changes <= CLEARLY * other_changes and apart <= max(ALIKE, other_apart)
+
+
 def _by_steadiness(fitting: list[str], positions: np.ndarray) -> str:
     """Of sets with as many joints the one whose bones keep their length and are alike on both sides."""
     if len(fitting) == 1:
         return fitting[0]
-    unsteady = {name: _unsteadiness(JOINT_SETS[name], positions) for name in fitting}
+    unsteady = {name: sum(_unsteadiness(JOINT_SETS[name], positions), LOWEST_STEADINESS) for name in fitting}
     best, second = sorted(unsteady, key=lambda name: unsteady[name])[:2]
     if not unsteady[best] <= CLEARLY * unsteady[second]:
         raise UnusableMotion(
@@ -88,8 +130,8 @@ def _by_steadiness(fitting: list[str], positions: np.ndarray) -> str:
     return best
 
 
-def _unsteadiness(joint_set: JointSet, positions: np.ndarray) -> float:
-    """How much the limbs' bones change in length and differ between the sides, as part of their length."""
+def _unsteadiness(joint_set: JointSet, positions: np.ndarray) -> tuple[float, float]:
+    """How much the limbs' bones change in length, and differ between the sides, as part of their length."""
     middles, changes = [], []
     for start, end in BONES:
         ends = [positions[:, list(joint_set.members(name))].mean(axis=1) for name in (start, end)]
@@ -97,12 +139,12 @@ def _unsteadiness(joint_set: JointSet, positions: np.ndarray) -> float:
             found = np.linalg.norm(ends[1].astype(np.float64) - ends[0], axis=1)
         found = found[np.isfinite(found) & (found > 0)]
         if not len(found):
-            return np.inf
+            return np.inf, np.inf
         middles.append(float(np.median(found)))
         changes.append(float(np.median(np.abs(found - middles[-1]))) / middles[-1])
     left, right = np.split(np.array(middles), 2)
     apart = np.abs(left - right) / (left + right)
-    return float(np.mean(changes) + np.mean(apart) + LOWEST_STEADINESS)
+    return float(np.mean(changes)), float(np.mean(apart))
 
 
 def plain_joint(name: str) -> str:
@@ -131,5 +173,6 @@ def _by_names(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
         )
     nowhere = np.full((len(raw.positions), 3), np.nan)
     numbers = [place.get(plain_joint(joint)) for joint in best.joints]
-    columns = [nowhere if number is None else raw.positions[:, number] for number in numbers]
-    return best, np.stack(columns, axis=1)
+    columns = [nowhere if number is None else raw.positions[:, number, :3] for number in numbers]
+    name = next(name for name, item in JOINT_SETS.items() if item is best)
+    return best, _deep(np.stack(columns, axis=1), [name])
