@@ -100,6 +100,12 @@ def test_the_packages_of_pip_are_those_of_the_tree():
     assert listed == found | {"w2w.templates"}
 
 
+def test_signals_without_a_band_limit_are_warned_of(signals, few):
+    settings = w2w.Synthesis(cutoff_hz=None)
+    with pytest.warns(UserWarning, match="motion above half the sensor rate is folded back"):
+        w2w.synthesize(signals.motions[:1], few, settings=settings)
+
+
 def test_labels_come_from_the_csv(signals):
     assert [recording.activity for recording in signals][::4] == ["kicking", "stirring", "waving"]
     assert {recording.subject for recording in signals} == {"person 0", "person 1"}

@@ -112,6 +112,8 @@ def synthesize(
         )
     model = sensor if isinstance(sensor, SensorModel) else StudyConfig(sensor=sensor).sensor_model()
     settings = settings or Synthesis(rate_hz=rate)
+    if settings.caution:
+        warnings.warn(settings.caution, stacklevel=2)
     recordings = tuple(
         record_motion(motions.body, patches, one, settings, model, seed)
         for one in tracked(motions, "Synthesizing signals")

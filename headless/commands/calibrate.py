@@ -8,6 +8,7 @@ from rich.console import Console
 
 from w2w.core.imu.calibration import Alike, Calibration, calibrate, held_out
 from w2w.core.imu.presets import write_sensor
+from w2w.core.imu.synthesis import FOLDED_BACK
 from w2w.core.wording import shown
 
 from ..console import NOTHING_TO_DO, USAGE, ending
@@ -66,6 +67,8 @@ def calibrate_sensor(
             found = calibrate(pairs, shift)
             what, gains = held_out(pairs, shift)
         write_sensor(out, found.sensor(base, out.stem))
+    if not band:
+        console.print(f"Caution: {FOLDED_BACK}.", style="yellow", markup=False)
     for line in [*found_lines(found, simulate.patch), *gain_lines(what, gains)]:
         console.print(line, markup=False)
     console.print(f"Written: {shown(out)}. Give it to --sensor.", markup=False)

@@ -70,6 +70,8 @@ def synth(
     worn_at = patches.names[0]
     signal = f"{recording.n_samples} samples at {recording.rate:g} Hz of {config.sensor} at the {worn_at}"
     console.print(f"{signal}: {escape(shown(out))}")
+    if caution := config.synthesis.caution:
+        console.print(f"Caution: {caution}.", style="yellow", markup=False)
     if plot is not None:
         from ..reports.signal_figure import signal_figure  # matplotlib is slow to import
 

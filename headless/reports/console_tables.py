@@ -78,6 +78,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     show_left_out(utility.left_out, console)
     _say(notes.copies_sentence(study.copies), console)
     show_window_warning(study.clips, study.config.windows, console)
+    _say(study.config.synthesis.caution, console)
     if caution := source_caution(shown_in(study)):
         console.print(f"Caution: {caution}.", style="bold yellow", markup=False)
     content = garment_content(out, study.config.garments, patches)

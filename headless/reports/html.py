@@ -148,7 +148,7 @@ def _notes(summary: dict[str, Any], clips: Sequence[Entry], n_patches: int) -> l
     worn = garment_sentence(summary.get("garments", {}), n_patches)
     caught = caught_sentences([(entry["clip"], entry) for entry in clips if is_used(entry)])
     copies = [(entry["file"], entry["same_motion_as"]) for entry in clips if "same_motion_as" in entry]
-    sentences = (notes.copies_sentence(copies), windows, worn, *caught)
+    sentences = (notes.copies_sentence(copies), windows, summary.get("band_caution"), worn, *caught)
     return labels + [f"{sentence}." for sentence in sentences if sentence]
 
 

@@ -85,6 +85,7 @@ def test_bands_and_convention_are_used_and_kept(library, tmp_path):
     assert narrow.acc.std(axis=0).mean() < 0.8 * usual.acc.std(axis=0).mean()
     config, printed = run(library, tmp_path / "out", *options, "--convention", "paper", "--band", 0)
     assert (config["synthesis"]["convention"], config["synthesis"]["cutoff_hz"]) == ("paper", None)
+    assert "folded back" in json.loads((tmp_path / "out" / "summary.json").read_text())["band_caution"]
     assert np.median(np.abs(printed.acc - usual.acc)) > 1
 
 

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis
+from w2w.core.parameters import parameters_of
 
 from .test_synthesis import METHODS
 
@@ -36,6 +37,12 @@ def test_gravity_is_the_standard_one_and_points_up_in_a_sensor_at_rest():
 def test_a_slow_sensor_lowers_the_band(rate_hz, cutoff_hz, band):
     assert Synthesis(rate_hz=rate_hz, cutoff_hz=cutoff_hz).band_hz == pytest.approx(band)
     assert Synthesis(rate_hz=rate_hz, cutoff_hz=None).band_hz is None
+
+
+def test_no_band_limit_is_cautioned_of_wherever_the_band_is_set():
+    assert Synthesis().caution == ""
+    assert "motion above half the sensor rate is folded back" in Synthesis(cutoff_hz=None).caution
+    assert "motion above half the sensor rate is then folded back" in parameters_of(Synthesis)["band"].help
 
 
 @pytest.mark.parametrize("method", METHODS)

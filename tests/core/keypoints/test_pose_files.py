@@ -363,3 +363,20 @@ def test_c3d_files_that_are_none_or_cannot_be_read(tmp_path):
     (tmp_path / "a.c3d").write_bytes(b"x" * 600)
     with pytest.raises(UnusableMotion, match=r"it cannot be read as C3D|C3D files are read by ezc3d"):
         read_joints(tmp_path / "a.c3d")
+
+
+@pytest.mark.parametrize(("first", "last", "bridged"), [(30, 45, True), (30, 46, False), (74, 90, False)])
+def test_a_gap_without_hips_and_shoulders_is_bridged_up_to_half_a_second(
+    tmp_path, walk, bundled_body, first, last, bridged
+):
+    positions = seen_as(JOINT_SETS["coco-17"], bundled_body, walk)
+    positions[first:last] = np.nan
+    path = written(tmp_path, "npz", "coco-17", positions, 30.0)
+    if bridged:
+        assert read_joints(path).n_frames == 90
+        return
+    said = (
+        f"not seen from {first / 30:.2f} s to {last / 30:.2f} s; gaps are bridged up to 0.5 s: cut it there"
+    )
+    with pytest.raises(UnusableMotion, match=said):
+        read_joints(path)

@@ -67,6 +67,13 @@ def test_too_few_clips_give_no_interval(patches, bundled_body):
     assert "F1 .94 (from at most 3 clips per activity: too few for an interval)" in sentence
 
 
+def test_one_activity_of_few_clips_leaves_no_interval_either(patches, bundled_body):
+    clips = {"truth": np.repeat([0, 1], [9, 4]), "clip": np.array([f"clip {number}" for number in range(13)])}
+    few = ranked(np.full(len(patches), 0.94), np.ones(len(patches), bool), **clips)
+    sentence = answer(Scored(few, patches, bundled_body)).sentence()
+    assert "F1 .94 (from only 4 clips of walk: too few for an interval)" in sentence
+
+
 def test_a_loose_product_scores_the_mean_of_where_it_moves(patches, bundled_body):
     pocket = np.array([region == "left front pocket" for region in patches.regions])
     expected = np.full(len(patches), 0.5)

@@ -4,10 +4,13 @@
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
+from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.imu.formats import read_csv, read_recording
 from w2w.core.imu.presets import PRESETS
+from w2w.core.motion.motion import Motion
 from w2w.headless.app import APP
 
 pytestmark = pytest.mark.usefixtures("one_worker")
@@ -76,6 +79,20 @@ def test_what_else_a_part_has_is_recorded_on_request(shared_data, tmp_path, kind
     if pictures:
         with Image.open(tmp_path / "x.png") as picture:
             assert picture.size[1] > 1500
+
+
+def test_no_band_limit_is_cautioned_of(tmp_path):
+    time = np.arange(90) / 30
+    turns = np.tile(np.eye(3), (len(time), N_JOINTS, 1, 1))
+    turns[:, 16] = Rotation.from_euler("x", np.sin(6 * time)[:, None]).as_matrix()
+    Motion(turns, np.zeros((len(time), 3)), 30.0).save(tmp_path / "wave.npz")
+    for band, cautioned in ((0, True), (10, False)):
+        code, output = call(
+            "synth", tmp_path / "wave.npz", "--patch", "left wrist", "--band", band,
+            "--out", tmp_path / f"{band}.csv",
+        )  # fmt: skip
+        assert code == 0, output
+        assert ("motion above half the sensor rate is folded back" in output) == cautioned
 
 
 @pytest.mark.slow

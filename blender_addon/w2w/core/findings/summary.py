@@ -127,6 +127,7 @@ def summary(study: Study) -> dict[str, Any]:
         "protocol": utility.protocol,
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
+        "band_caution": study.config.synthesis.caution,
         **({"garments": garments} if garments else {}),
         **advice_content(study.advice, utility, patches),
         **map_content(utility, patches, study.config.placements),

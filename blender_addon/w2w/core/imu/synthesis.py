@@ -28,6 +28,9 @@ STANDARD_GRAVITY = 9.80665
 LARGEST_BAND = 0.4
 """Highest band limit over the sample rate: what lies above would fold back into the signal."""
 
+FOLDED_BACK = "without a band limit (band 0), motion above half the sensor rate is folded back (aliasing)"
+"""What is said wherever signals are made without a band limit."""
+
 CHUNK_SENSORS = 128
 CHUNK_BYTES = 192 * 2**20
 BYTES_PER_POSE = 400
@@ -50,7 +53,8 @@ class Synthesis:
         comparison only.
     cutoff_hz : float or None
         Band limit of the trajectories, -3 dB. It keeps the jitter of motion capture out and is lowered to
-        0.4 `rate_hz` where it would exceed that. None sets no limit: the splines pass through every frame.
+        0.4 `rate_hz` where it would exceed that. None sets no limit: the splines pass through every frame,
+        and motion above half of `rate_hz` is folded back (aliasing).
     gravity : tuple of 3 floats
         Acceleration of free fall in the world, m/s2.
     max_gap_s : float
@@ -76,7 +80,8 @@ class Synthesis:
     )  # fmt: skip
     cutoff_hz: float | None = parameter(
         10.0,
-        "Band limit of the paths, Hz; 0 for none. Raise it for clean motion capture.",
+        "Band limit of the paths, Hz; raise it for clean motion capture. 0 for none: motion above half the "
+        "sensor rate is then folded back (aliasing).",
         "band",
         title="Band", unit="Hz", least=0, most=1000, usual=(None, 40), group="Signals",
     )  # fmt: skip
@@ -101,6 +106,11 @@ class Synthesis:
     def band_hz(self) -> float | None:
         """The band limit in force, Hz."""
         return None if self.cutoff_hz is None else min(self.cutoff_hz, LARGEST_BAND * self.rate_hz)
+
+    @property
+    def caution(self) -> str:
+        """What signals without a band limit suffer from; "" where there is a limit."""
+        return "" if self.cutoff_hz else FOLDED_BACK
 
 
 class Poses(Protocol):

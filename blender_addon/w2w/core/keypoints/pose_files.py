@@ -90,6 +90,10 @@ MAX_DISTANCE = 1e9
 SHORTEST_M, TALLEST_M = 0.4, 2.6
 """People, from infants on; whoever is smaller or taller is in another unit."""
 
+LONGEST_UNSEEN_S = 0.5
+"""Longest time without hips and shoulders that is bridged: a step takes as long, and beyond it a motion would
+be invented."""
+
 NO_FACTS = PoseFacts()
 
 FACT_KEYS = (*(item.name for item in fields(PoseFacts)), *SPELLINGS)
@@ -155,6 +159,7 @@ def read_joints(path: str | Path, given: PoseFacts = NO_FACTS) -> JointPositions
     joint_set, positions = told_by(raw, facts.joint_set)
     positions = _seen(positions)
     refuse_few_frames(len(positions))
+    _refuse_unseen(positions, joint_set, facts.rate)
     with reading(ValueError):
         up = facts.up or guess_up(positions, joint_set)
     return JointPositions(positions, facts.rate, joint_set, facts.unit or "", up, facts.up is None)
@@ -169,6 +174,20 @@ def _seen(positions: np.ndarray) -> np.ndarray:
     nought = (positions == 0).all(axis=2)
     positions[nought & ~nought.all(axis=0)] = np.nan  # a joint at 0 throughout is the origin
     return positions
+
+
+def _refuse_unseen(positions: np.ndarray, joint_set: JointSet, rate: float) -> None:
+    """Refuse positions (T, J, 3) in which neither hips nor shoulders are seen for longer than is bridged."""
+    trunk = [joint for part in REQUIRED for joint in joint_set.members(part)]
+    seen = np.flatnonzero(np.isfinite(positions[:, trunk]).any(axis=(1, 2)))
+    edges = np.array([-1, *seen, len(positions)])
+    longest = int(np.diff(edges).argmax())
+    start, stop = (edges[longest] + 1) / rate, edges[longest + 1] / rate
+    if len(seen) and stop - start > LONGEST_UNSEEN_S:
+        raise UnusableMotion(
+            f"its hips and shoulders are not seen from {start:.2f} s to {stop:.2f} s; gaps are bridged up to "
+            f"{LONGEST_UNSEEN_S:g} s: cut it there"
+        )
 
 
 def _read_npz(path: Path) -> RawPose:

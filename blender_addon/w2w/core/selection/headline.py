@@ -105,9 +105,15 @@ def more_clips(utility: UtilityMap) -> int | None:
 
 
 def mean_caution(utility: UtilityMap) -> str:
-    """A caution in place of the mean's interval, where no activity has clips enough for one; else empty."""
-    most = max(utility.tested_clips())
-    return f"from at most {most} clips per activity: too few for an interval" if most < FEWEST_CLIPS else ""
+    """A caution in place of the mean's interval, where an activity has too few clips for one; else ""."""
+    counts = utility.tested_clips()
+    fewest = min(counts)
+    if fewest >= FEWEST_CLIPS:
+        return ""
+    if max(counts) < FEWEST_CLIPS:
+        return f"from at most {max(counts)} clips per activity: too few for an interval"
+    name = utility.activities[counts.index(fewest)]
+    return f"from only {fewest} clip{'' if fewest == 1 else 's'} of {name}: too few for an interval"
 
 
 def short(value: float) -> str:

@@ -9,11 +9,13 @@ from bpy_extras.io_utils import ExportHelper
 
 from ...core.imu.presets import PRESETS, preset, read_sensor, write_sensor
 from ...core.imu.recording import FURTHER
+from ...core.imu.synthesis import FOLDED_BACK
 from ...core.ranking.utility import inputs_of
+from ...core.wording import capital
 from ..jobs import jobs
 from ..jobs.text import draw_text, styled
 from ..study import garments, operators, sensors, state
-from .base import PartPanel, form
+from .base import PartPanel, draw_warning, form
 
 Layout = bpy.types.UILayout
 
@@ -74,6 +76,8 @@ class W2W_PT_sensor(PartPanel, bpy.types.Panel):
         layout = styled(form(self.layout), enabled=jobs.running is None)
         for name in ("band", "root_band"):
             layout.prop(study, name)
+        if not study.band:
+            draw_warning(layout, context, f"{capital(FOLDED_BACK)}.")
         draw_further(study, context, layout)
         if study.sensor == sensors.OWN:
             layout.prop(study, "own_sensor_name")
