@@ -156,6 +156,7 @@ def _remove_blenders() -> None:
 def main(arguments: list[str] | None = None, program: str = "w2w") -> None:
     """Run the command line; ends the process with its exit code."""
     os.environ["PYTHONUTF8"] = "1"  # workers read text as Blender's own Python does, whatever the locale
+    os.environ["PYTHONSAFEPATH"] = "1"  # no child imports what lies in the current directory
     gc.set_threshold(200_000, 20, 100)  # a large library is many objects, hardly any of them garbage
     stop_on_signals()
     use_own_temporary_folder()

@@ -3,15 +3,12 @@
 
 from pathlib import Path
 
-from matplotlib import rcParams
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from w2w.core.files import atomic_write
 from w2w.core.imu.recording import ImuRecording
-from w2w.drawing.page import FAINT, HAIRLINE, INK
-
-rcParams["text.parse_math"] = False  # names are a user's words: one with two dollar signs is no formula
+from w2w.drawing.page import FAINT, HAIRLINE, INK, OWN_STYLE
 
 COLOURS = {"w": "#7a8391", "x": "#d1495b", "y": "#2e8b57", "z": "#30638e"}
 """Told apart by lightness too, for colour-blind eyes."""
@@ -19,6 +16,7 @@ COLOURS = {"w": "#7a8391", "x": "#d1495b", "y": "#2e8b57", "z": "#30638e"}
 UNITS = {"m/s2": "m/s²", "uT": "µT"}
 
 
+@OWN_STYLE
 def signal_figure(path: str | Path, recording: ImuRecording, title: str, subtitle: str) -> None:
     """Draw the first sensor of a recording to a PNG file."""
     readings = recording.readings

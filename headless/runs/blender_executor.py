@@ -134,6 +134,7 @@ class _Worker:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
+            cwd=WORKER.parent,  # as it starts, Blender runs libraries from the current directory's `plugins`
             start_new_session=True,  # Ctrl-C is for the parent, which ends its workers itself
         )
 
@@ -143,7 +144,7 @@ class _Worker:
             if not line:
                 raise BrokenProcessPool("a worker could not start")
         self._session_folder = read_frame(self.process.stdout).decode()
-        write_frame(self.process.stdin, pickle.dumps(sys.path))
+        write_frame(self.process.stdin, pickle.dumps((Path.cwd(), sys.path)))
 
     def ask(self, call: bytes) -> tuple[bool, Any]:
         """Whether a call succeeded, and what it returned or raised."""

@@ -44,7 +44,8 @@ def main(mark: str) -> None:
     write_frame(results, _session_folder().encode())
     calls: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(calls,), daemon=True).start()
-    sys.path[:] = pickle.loads(calls.get())  # noqa: S301 - from the process that started this one
+    folder, sys.path[:] = pickle.loads(calls.get())  # noqa: S301 - from the process that started this one
+    os.chdir(folder)
     while True:
         write_frame(results, _answer(calls.get()))
 

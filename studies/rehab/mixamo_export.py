@@ -11,11 +11,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from unittest import mock
 
-import bpy
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from w2w.scene.base.actions import set_scene_rate
+from w2w.scene.base.module import bpy
 
 from .clips import RehabClip
 from .skeleton import BONE_PARENTS, BONES, PREFIX

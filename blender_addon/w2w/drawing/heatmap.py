@@ -45,6 +45,7 @@ class Scale:
     colour_map: str = COLOUR_MAP
 
 
+@page.OWN_STYLE
 def heatmap_figure(
     path: str | Path | None, views: Sequence[np.ndarray], title: str, scale: Scale, subtitle: str = ""
 ) -> Figure:
@@ -59,6 +60,7 @@ def heatmap_figure(
     return figure
 
 
+@page.OWN_STYLE
 def subset_figure(
     path: str | Path,
     views: Sequence[np.ndarray],

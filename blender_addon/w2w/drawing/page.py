@@ -13,10 +13,15 @@ from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
 from matplotlib.patches import Rectangle
+from matplotlib.style import context
 from matplotlib.text import Text
 from PIL import Image
 
 from ..core.files import atomic_write
+
+OWN_STYLE = context(["default", {"text.parse_math": False}])
+"""Decorates what draws: no `matplotlibrc`, not even of the current directory, changes a figure, and a name
+with two dollar signs is no formula."""
 
 DPI = 200
 PACKED = {"compress_level": 1, "compress_type": zlib.Z_RLE, "dpi": (DPI, DPI)}
@@ -81,10 +86,9 @@ class _Laid(Artist):
 
 
 def write(figure: Figure, x: float, y: float, text: str, size: float, color: str = INK, **style: str) -> Text:
-    """Text on the page, placed in inches; a name with two dollar signs is no formula."""
+    """Text on the page, placed in inches."""
     width, height = figure.get_size_inches()
-    style |= {"fontfamily": FONT, "parse_math": False}
-    return figure.text(x / width, y / height, text, fontsize=size, color=color, **style)
+    return figure.text(x / width, y / height, text, fontsize=size, color=color, fontfamily=FONT, **style)
 
 
 def fit(figure: Figure, text: Text, width: float) -> None:
@@ -170,10 +174,9 @@ def draw_list(
     row = min(CARD_ROW if cards else ROW, room)
     axes = axes_at(figure, left, bottom, width, height)
     axes.set(xlim=(0, width), ylim=(0, height))
-    plain = {"fontfamily": FONT, "parse_math": False}
     start, stop, top = 0.34, width - 0.45, height - 0.3
-    axes.text(start, height - 0.12, f"{label} reached", fontsize=9.5, color=FAINT, **plain)
-    style = plain | {"color": INK, "fontsize": 10 if row > 0.4 else 9}
+    axes.text(start, height - 0.12, f"{label} reached", fontsize=9.5, color=FAINT, fontfamily=FONT)
+    style = {"fontfamily": FONT, "color": INK, "fontsize": 10 if row > 0.4 else 9}
     for number, (name, score) in enumerate(zip(names, scores, strict=True)):
         bar = top - number * row - 0.5 * min(row, ROW) - 0.13
         _draw_badge(axes, (0.1, bar + 0.1), number + 1)
@@ -187,7 +190,7 @@ def draw_list(
         if cards:
             below = bar - (0.26 if target is not None and number == len(names) - 1 else 0.1)
             lines = fill(cards[number], CARD_LETTERS)
-            axes.text(start, below, lines, fontsize=8, color=INK, va="top", linespacing=1.25, **plain)
+            axes.text(start, below, lines, fontsize=8, color=INK, va="top", linespacing=1.25, fontfamily=FONT)
     if target is not None:
         axes.text(
             start + (stop - start) * target, bar - 0.17, f"target {target:.2f}", fontsize=8.5, color=FAINT,

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
-import bpy
 import numpy as np
 
 from ..core.body.body import Body
@@ -18,6 +17,7 @@ from ..core.motion.skinning import patch_matrices, triangle_frames
 from ..core.patches.patches import PatchSet
 from .base import actions
 from .base.body import armature_of, body_of, body_space, matrix, with_parents
+from .base.module import bpy
 from .base.patches import check_patches
 from .base.playback import EvaluatedVertices, active_action, at_rate, each_frame, playing, without_empties
 

@@ -3,12 +3,12 @@
 
 from collections.abc import Sequence
 
-import bpy
 import numpy as np
 
 from ..core.colours import COLOUR_MAP, DIFFERENCE_MAP, LEAST_SPAN, difference_range, patch_colours
 from ..core.patches.patches import PatchSet
 from .base.body import matrix, moved, rest_vertices
+from .base.module import bpy
 from .base.patches import check_patches
 
 MEAN = "Expected F1"

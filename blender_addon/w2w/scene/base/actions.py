@@ -3,7 +3,6 @@
 
 from collections.abc import Iterable
 
-import bpy
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -13,6 +12,7 @@ from ...core.motion.motion import Motion
 from ...core.rotations import continuous_quaternions, in_axes
 from .body import armature_of, body_space, editing, matrix, read_values
 from .fcurves import BONE_PATH, LINEAR, Curves, action_curves, basis_matrices, curves_by_owner, rescale
+from .module import bpy
 
 FIRST_FRAME = 1.0
 LABELS = ("activity", "subject", "clip")

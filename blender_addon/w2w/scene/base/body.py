@@ -5,11 +5,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
-import bpy
 import numpy as np
 
 from ...core.body.body import Body
 from ...core.body.skeleton import JOINT_INDEX, JOINT_NAMES, PARENTS
+from .module import bpy
 
 MIRROR_ATTRIBUTE = "mirror vertex"
 """Integer attribute with each vertex's mirror image, on meshes that know it."""

@@ -3,11 +3,11 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
-import bpy
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from .body import read_values
+from .module import bpy
 
 OwnCurves = dict[tuple[str, int], bpy.types.FCurve]
 """F-curves of one object or bone by property and index."""

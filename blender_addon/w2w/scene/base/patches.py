@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Patches in the scene: empties that ride on the triangles of a body's mesh."""
 
-import bpy
 import numpy as np
 
 from ...core.patches.patches import PatchSet
+from .module import bpy
 
 PATCH = "patch"
 """Custom property of an empty: number of its patch."""

@@ -4,12 +4,12 @@
 from collections.abc import Generator, Iterator
 from contextlib import AbstractContextManager, contextmanager
 
-import bpy
 import numpy as np
 from scipy.sparse import csr_matrix
 
 from . import actions
 from .body import matrix
+from .module import bpy
 from .patches import PATCH
 
 TAG = "W2W vertex tag"

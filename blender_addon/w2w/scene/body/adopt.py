@@ -3,7 +3,6 @@
 
 from pathlib import Path
 
-import bpy
 import numpy as np
 
 from ...core.adopt.smpl import MOST_CORNERS, BodyError, body_from_mesh, body_from_rig, load_body, padded
@@ -12,6 +11,7 @@ from ...core.body.skeleton import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS
 from ...core.motion.source import UnusableMotion
 from ...core.retargeting.bone_maps import BONE_MAPS, BoneMap
 from ..base.body import group_weights, matrix, moved, read_values, rest_vertices, triangles_of
+from ..base.module import bpy
 from ..motion.takes import imported
 
 WRISTS = {BODY_HANDS[0]: JOINT_INDEX["left_wrist"], BODY_HANDS[1]: JOINT_INDEX["right_wrist"]}

@@ -4,7 +4,6 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import bpy
 import numpy as np
 
 from ...core.body.body import Body, vertex_normals
@@ -13,6 +12,7 @@ from ...core.motion.source import SourceMotion
 from ...core.patches.correspondence import Character, correspond
 from ...core.retargeting.retarget import matched_joints
 from ..base.body import matrix, moved, read_values, rest_vertices, triangles_of
+from ..base.module import bpy
 from ..base.patches import new_empty
 from ..heatmap import heatmap_names, paint_colours, remove_heatmaps
 from ..motion.takes import skeleton_of

@@ -14,8 +14,6 @@ from pathlib import Path
 from typing import NamedTuple
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
-import bpy
-
 from ...core.clip_files import WORK, signals_key
 from ...core.clip_list import CLIP_LIST
 from ...core.files import DAMAGED, folder_beside
@@ -24,6 +22,7 @@ from ...core.results_folder import UTILITY, StudyResults
 from .. import heatmap
 from ..base.actions import set_scene_rate, show_action, write_action
 from ..base.body import add_body
+from ..base.module import bpy
 from ..base.patches import patch_empties, place_patches
 from .packing import MOST_PACKED
 

@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-import bpy
 import numpy as np
 
 from ...core.body.body import Body
@@ -18,6 +17,7 @@ from ...core.motion.motion import Motion
 from ...core.patches.patches import PatchSet
 from ..bake import Bake, PatchBaker, moved_besides_bones
 from ..base.body import BodyObjects, add_body, armature_of, body_of, in_body_space, triangles_of
+from ..base.module import bpy
 from ..base.playback import active_action
 from ..base.steps import scaled, without_pauses
 from ..motion.takes import existing_data, new_data

@@ -11,12 +11,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-import bpy
 import numpy as np
 
 from ...core.body.body import Body
 from ...core.garments.cut import Garment, cut
 from ..base.body import add_skinned, armature_of, body_of, body_space, reskin, rest_vertices
+from ..base.module import bpy
 
 KIND = "w2w garment"
 """Custom property of a garment of ours: which one it is."""

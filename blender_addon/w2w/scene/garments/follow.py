@@ -6,7 +6,6 @@ from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from typing import NamedTuple
 
-import bpy
 import numpy as np
 
 from ...core.garments.cover import Cover
@@ -18,6 +17,7 @@ from ...core.patches.patches import PatchSet
 from ..bake import placed
 from ..base.actions import FIRST_FRAME, bone_curves, frames_of, key_rate, scene_rate, write_action
 from ..base.body import armature_of, body_of, matrix, read_values, rest_vertices
+from ..base.module import bpy
 from ..base.playback import EvaluatedVertices, at_rate, each_frame, kept, playing, without_empties
 from .clear import clear_reach, with_clear_arms
 from .cloth import KIND, coarse_collider, real_time_speed

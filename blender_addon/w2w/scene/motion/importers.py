@@ -7,11 +7,10 @@ import sys
 import tempfile
 from pathlib import Path
 
-import bpy
-
 from ...core.motion.source import UnusableMotion, size_and_head
 from ...core.readers.import_checks import VRM_SUFFIXES, as_plain_glb, check_gltf, check_usd
 from ..base.actions import set_scene_rate
+from ..base.module import bpy
 
 FBX_MAGIC = b"Kaydara FBX Binary  \x00\x1a\x00"
 FBX_HEADER_SIZE = 27

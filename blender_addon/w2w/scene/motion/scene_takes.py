@@ -6,13 +6,13 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import bpy
 import numpy as np
 
 from ...core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_pose, refuse_too_long
 from ..base.actions import OBJECT_CHANNELS, RATE, bone_curves, scene_rate, slot_curves
 from ..base.body import matrix, with_parents
 from ..base.fcurves import BONE_PATH, NotFiniteError, slot_named_for
+from ..base.module import bpy
 from ..base.playback import each_frame, kept
 from .source_beside import SOURCE
 from .takes import Take, read_take, skeleton_of

@@ -3,11 +3,10 @@
 
 from pathlib import Path
 
-import bpy
-
 from ...core.motion.source import motion_amount
 from ..base.actions import FIRST_FRAME, KEYED_AT, key_rate, scene_rate
 from ..base.body import armature_of, matrix, same_selection
+from ..base.module import bpy
 from ..base.playback import same_timing
 from .takes import find_takes, import_file, read_take
 

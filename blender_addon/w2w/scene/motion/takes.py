@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
-import bpy
 import numpy as np
 
 from ...core.library.library import GLTF_SUFFIXES, MOTION_SUFFIXES
@@ -37,6 +36,7 @@ from ..base.fcurves import (
     curves_by_owner,
     slot_named_for,
 )
+from ..base.module import bpy
 from ..base.playback import same_timing
 from .importers import check_fbx, import_fault, import_gltf, import_usd
 
