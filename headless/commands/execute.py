@@ -2,7 +2,6 @@
 """A study from its library to its results, with its progress on the console and its exit code."""
 
 import json
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -28,7 +27,7 @@ from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, sentence_of
 from ..options import parse_bodies
 from ..reports import console_tables, draw, html
 from ..runs import folder
-from ..runs.current import is_current, is_untouched, note_current
+from ..runs.current import garment_stamps, is_current, is_untouched, note_current
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError, check, claimed, remove_written
 from ..runs.study import RunPlan, StudyError, make_signals, rank_study, write_config
@@ -125,11 +124,11 @@ def _execute(
     plan: RunPlan, body: Body, out: Path, monitor: RunMonitor
 ) -> tuple[Study | None, dict[str, str]]:
     """The study, None where its results are all there, and what could not be drawn, with the reason."""
-    began = time.time_ns()
+    garments = garment_stamps(plan)
     try:
         made = make_signals(plan, body, out, monitor)
         if not plan.again and is_current(plan, made, out):
-            note_current(plan, made, out, began)
+            note_current(plan, made, out, garments)
             monitor.announce("finished")
             return None, {}
         with claimed(out, _written_by(plan)):
@@ -154,7 +153,7 @@ def _execute(
             console_tables.show_window_warning(clips, plan.config.windows, monitor.console)
         raise
     if not failed:
-        note_current(plan, made, out, began)
+        note_current(plan, made, out, garments)
     monitor.announce("finished", "; ".join(f"no {name}: {why}" for name, why in failed.items()))
     return study, failed
 

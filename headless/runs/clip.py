@@ -29,9 +29,9 @@ from w2w.core.threads import unthreaded_products
 from w2w.scene.base.output import quiet_output
 
 from ..blender import NoBlenderError, forget_scripts_path, needs_blender
-from .clip_task import ClipTask, mark_source, marked_source, stamp
+from .clip_task import ClipTask, Looks, mark_read, marked_read
 from .guard import allowed_memory, crashed, guarded, timed_out, untimed
-from .records import distrust, finished, last_record, unfinished, untouched, write_record
+from .records import finished, last_record, refresh, unfinished, untouched, write_record
 
 SAMPLE_BYTES = 24
 """Bytes of one sample of one sensor: six values in single precision."""
@@ -41,6 +41,9 @@ CRASHES = 2
 
 TRIES = 6
 """Workers of its own that a clip gets before it is left to the next run."""
+
+READS = 3
+"""Times that a clip is read before it is skipped where its file changes while it is read."""
 
 SIGNALS_SHARE = 4
 """Part of a worker's memory that signals may take: windows and features take as much again."""
@@ -72,10 +75,10 @@ def work_in_worker(task: ClipTask) -> ClipResult:
 
 def record_death(task: ClipTask) -> ClipResult:
     """The result of a clip that killed its worker, kept so that no later run tries it again."""
-    source, late = marked_source(task), timed_out(task.marker)
+    (source, looks), late = marked_read(task), timed_out(task.marker)
     task.marker.unlink(missing_ok=True)
     if not late and allowed_memory() < task.engine.memory:
-        return _out_of_memory(task, source)
+        return _out_of_memory(task, source, looks)
     if late:
         reason = f"it took longer than the limit of {task.engine.limit_s:g} s (see --clip-limit)"
     else:
@@ -85,7 +88,7 @@ def record_death(task: ClipTask) -> ClipResult:
         )
     if not source:  # it died while reading the file's bytes: nothing to know it by
         return ClipResult(task.clip, reason, {}, "")
-    return _conclude(task, ClipResult(task.clip, reason, {}, source))
+    return _conclude(task, ClipResult(task.clip, reason, {}, source), looks)
 
 
 def try_alone(task: ClipTask, once: Callable[[ClipTask], ClipResult | None]) -> ClipResult:
@@ -115,17 +118,21 @@ def do_clip(task: ClipTask) -> ClipResult:
     """
     if not task.engine.verify and (done := untouched(task, last_record(task))) is not None:
         return done
-    before = stamp(task.clip.path)
-    try:
-        return _do_clip(task)
-    finally:
-        for path in (task.motion_file, task.signals_file):
-            unfinished(path).unlink(missing_ok=True)
-        if stamp(task.clip.path) != before:
-            distrust(task)
+    for _ in range(READS):
+        looks = task.look()
+        try:
+            result = _do_clip(task, looks)
+        finally:
+            for path in (task.motion_file, task.signals_file):
+                unfinished(path).unlink(missing_ok=True)
+        if task.look() == looks:
+            return result
+    return ClipResult(
+        task.clip, "it changes while it is being read: run again once nothing writes it", {}, ""
+    )
 
 
-def _do_clip(task: ClipTask) -> ClipResult:
+def _do_clip(task: ClipTask, looks: Looks) -> ClipResult:
     try:
         readable_size(task.clip.path)  # pipes and devices never end
         source = file_sha256(task.clip.path)
@@ -133,17 +140,18 @@ def _do_clip(task: ClipTask) -> ClipResult:
         return ClipResult(task.clip, reason_of(error), {}, "")
     except OSError as error:
         return ClipResult(task.clip, unreadable(error), {}, "")
-    mark_source(task, source)
+    mark_read(task, source, looks)
     key = task.key(source)
     with untimed():
         done = finished(task, key)
-    if done is not None:
-        return ClipResult(task.clip, done["reason"], done["details"], source)
+        if done is not None:
+            refresh(task, done, looks)
+            return ClipResult(task.clip, done["reason"], done["details"], source)
     try:
         with unthreaded_products():  # the same bytes everywhere
             details, files = _make(task)
     except MemoryError:
-        return _out_of_memory(task, source)
+        return _out_of_memory(task, source, looks)
     except OSError:
         if task.clip.path.exists():
             raise  # the output folder's fault: the disk is full or gone
@@ -152,19 +160,19 @@ def _do_clip(task: ClipTask) -> ClipResult:
         raise  # no fault of the clip's, so no record of it
     except Exception as error:  # even a fault of ours costs this clip, not the night
         if isinstance(error, ImportError) and allowed_memory() < task.engine.memory:  # no room for a library
-            return _out_of_memory(task, source)
-        return _conclude(task, ClipResult(task.clip, reason_of(error), {}, source))
-    return _conclude(task, ClipResult(task.clip, "", details, source), files)
+            return _out_of_memory(task, source, looks)
+        return _conclude(task, ClipResult(task.clip, reason_of(error), {}, source), looks)
+    return _conclude(task, ClipResult(task.clip, "", details, source), looks, files)
 
 
-def _out_of_memory(task: ClipTask, source: str) -> ClipResult:
+def _out_of_memory(task: ClipTask, source: str, looks: Looks) -> ClipResult:
     """The result of a clip that needs too much memory, kept unless it was not W2W that allowed so little."""
     allowed = allowed_memory()
     if allowed < task.engine.memory:
         reason = f"it takes more than the {allowed / 2**30:.1f} GiB of memory that W2W may use here (ulimit)"
         return ClipResult(task.clip, reason, {}, source)
     reason = f"it needs more than {task.engine.memory / 2**30:g} GiB of memory (see --clip-memory)"
-    return _conclude(task, ClipResult(task.clip, reason, {}, source))
+    return _conclude(task, ClipResult(task.clip, reason, {}, source), looks)
 
 
 def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
@@ -242,10 +250,10 @@ def _refuse_too_long(motion: Motion, task: ClipTask) -> None:
         )
 
 
-def _conclude(task: ClipTask, result: ClipResult, files: tuple[Path, ...] = ()) -> ClipResult:
+def _conclude(task: ClipTask, result: ClipResult, looks: Looks, files: tuple[Path, ...] = ()) -> ClipResult:
     """Write down what became of a clip: only now does it count as done."""
     with untimed():
-        write_record(task, result, files)
+        write_record(task, result, looks, files)
     return result
 
 

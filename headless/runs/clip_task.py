@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from stat import S_ISLNK
 
 from w2w.core.clip_files import WORK, features_file, motion_file, signals_file
 from w2w.core.files import file_sha256
@@ -21,6 +22,9 @@ from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.study import StudyConfig
 
 from .guard import LIMIT_S, MEMORY
+
+Looks = list[str | list[int]]
+"""What `look` gives."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,7 @@ class ClipTask:
     """All that a worker needs to know about one clip.
 
     `inputs` is a hash of the body, the patches, the config and the code that the result depends on, `before`
-    the clip's record by an earlier run, as it is in the list.
+    the clip's record by an earlier run, as it is in the list, and `library` the real path of its folder.
     """
 
     clip: Clip
@@ -56,6 +60,7 @@ class ClipTask:
     inputs: str
     engine: Engine = Engine()
     before: str = ""
+    library: str = ""
 
     @property
     def motion_file(self) -> Path:
@@ -85,6 +90,15 @@ class ClipTask:
         parts += [file_sha256(path) for path in read_beside(self.clip.path)]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
+    def look(self) -> Looks:
+        """The library's real path and the `stamp` of each file that is read for the clip."""
+        return look(self.library, self.clip.path)
+
+
+def look(library: str, path: Path) -> Looks:
+    """A library's real path and the `stamp` of each file that is read for a clip, given by its path."""
+    return [library, *map(stamp, (path, *read_beside(path)))]
+
 
 def read_beside(path: Path) -> list[Path]:
     """Files that say what the clip's own does not: its skeleton, or its rate and joints."""
@@ -100,28 +114,27 @@ def read_beside(path: Path) -> list[Path]:
     return [beside] if beside is not None and is_joint_file(path) else []
 
 
-def mark_source(task: ClipTask, source: str) -> None:
-    """Note the hash for `record_death`, which must not read a file that killed a worker."""
+def mark_read(task: ClipTask, source: str, looks: Looks) -> None:
+    """Note what is read for `record_death`, which must not read a file that killed a worker."""
     if task.marker.exists():
         with task.marker.open("a", encoding="ascii") as stream:
-            stream.write(f"{source}\n")
+            stream.write(f"{source}\n{json.dumps(looks)}\n")
 
 
-def marked_source(task: ClipTask) -> str:
-    """The hash of the clip's file; empty where the worker died before it was known."""
+def marked_read(task: ClipTask) -> tuple[str, Looks]:
+    """The hash of the clip's file, and the `look` before it was read; empty where the worker died earlier."""
+    source, looks = "", []
+    with suppress(OSError, ValueError, RecursionError):
+        first, second, *_ = [*task.marker.read_text(errors="replace").splitlines(), "", ""]
+        source = first if re.fullmatch("[0-9a-f]{64}", first) else ""
+        looks = json.loads(second)
+    return source, looks
+
+
+def stamp(path: Path) -> list[int]:
+    """Size, times (ns), inode and device of a file, where links lead: another file has another stamp."""
     try:
-        first = task.marker.read_text(errors="replace").partition("\n")[0]
+        found = os.stat(path)  # noqa: PTH116 - a path's own call costs more
     except OSError:
-        return ""
-    return first if re.fullmatch("[0-9a-f]{64}", first) else ""
-
-
-def stamp(path: Path) -> tuple[int, ...]:
-    """What changes with a clip's file or the link to it: its size, and times that nobody can set back."""
-    name = os.fspath(path)
-    try:  # a path's own calls cost more than the system's
-        link = os.lstat(name)
-        found = os.stat(name) if S_ISLNK(link.st_mode) else link  # noqa: PTH116
-    except OSError:
-        return ()
-    return found.st_size, found.st_mtime_ns, found.st_ctime_ns, link.st_mtime_ns, link.st_ctime_ns
+        return []
+    return [found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino, found.st_dev]

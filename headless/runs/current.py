@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from operator import attrgetter
 from pathlib import Path
@@ -23,10 +23,10 @@ from w2w.core.garments.cover import FITTED
 from w2w.core.garments.cut import split_name
 from w2w.core.library.library import Clip
 
-from .clip_task import read_beside, stamp
+from .clip_task import Looks, look, stamp
 from .folder import DIVIDED, code_sha256
 from .own_files import LIST, is_whole
-from .records import lists_in
+from .records import forget_read, lists_in, read_records
 from .study import Made, RunPlan
 
 CURRENT = f"{WORK}/current.json"
@@ -36,21 +36,30 @@ CURRENT = f"{WORK}/current.json"
 PLACED = ("body.npz", "patches.npz")
 
 
-def note_current(plan: RunPlan, made: Made, out: Path, began: int) -> None:
+def note_current(plan: RunPlan, made: Made, out: Path, garments: list[list[int]]) -> None:
     """Note what the results in a folder, which are all there now, were made of.
 
-    `began` is when the run did, in nanoseconds since the epoch: of a clip's file that changed later nobody
-    knows which state it read.
+    `garments` are `garment_stamps` before the run read them; how clips looked then is in their records.
     """
-    looks, newest = _looks(plan, made.body, out)
-    write_json(out / CURRENT, _content(plan, made, out) | {"looks": looks if newest < began else ""})
+    clips = _looks_as_read(plan, made, out)
+    looks = "" if clips is None else _looks(plan, made.body, out, clips, garments)
+    write_json(out / CURRENT, _content(plan, made, out) | {"looks": looks})
+
+
+def garment_stamps(plan: RunPlan) -> list[list[int]]:
+    """The `stamp` of each garment's file."""
+    return [stamp(Path(file)) for garment in plan.config.garments if (file := split_name(garment)[0])]
 
 
 def is_untouched(plan: RunPlan, body: Body, out: Path) -> bool:
-    """Whether the results are all there and, by the sizes and times of all files, would come out the same."""
-    looks = _noted(out).get("looks")
+    """Whether the results are all there and, by the looks of all files, would come out the same."""
+    noted = _noted(out).get("looks")
+    if not noted:
+        return False
+    library = os.path.realpath(plan.library.folder)
+    clips = [look(library, clip.path) for clip in plan.library.clips]
     with suppress(OSError):  # a folder is gone
-        return bool(looks) and looks == _looks(plan, body, out)[0] and is_whole(out)
+        return noted == _looks(plan, body, out, clips, garment_stamps(plan)) and is_whole(out)
     return False
 
 
@@ -75,21 +84,33 @@ def _content(plan: RunPlan, made: Made, out: Path) -> dict[str, str]:
     return {"made_of": _digest([_study(plan), body, *clips]), "written": file_sha256(out / LIST)}
 
 
-def _looks(plan: RunPlan, body: Body, out: Path) -> tuple[str, int]:
-    """A digest of labels, sizes and times, and the latest time of a clip's file."""
+def _looks_as_read(plan: RunPlan, made: Made, out: Path) -> list[Looks] | None:
+    """How each clip looked before the run read it; None where that is not known of all."""
+    records, library = read_records(out), os.path.realpath(plan.library.folder)
+    forget_read()
+    found = []
+    for result in made.clips:
+        try:
+            source = records[result.clip.name]["source"]
+            looks = source["looks"] if source["sha256"] == result.source_sha256 else []
+        except (KeyError, TypeError):
+            looks = []
+        if not looks and stamp(result.clip.path):  # it was not read, and perhaps could be now
+            return None
+        found.append(looks or look(library, result.clip.path))
+    return found
+
+
+def _looks(plan: RunPlan, body: Body, out: Path, clips: Sequence[Looks], garments: list[list[int]]) -> str:
+    """A digest of labels, the looks of clips and garments, and sizes and times of the folder's files."""
     arrays = (body.vertices, body.faces, body.joints, body.weights)
     parts = [_study(plan), plan.engine.bone_maps, plan.engine.pose, plan.engine.signals, body.name]
     parts += [hashlib.sha256(array).hexdigest() for array in arrays]
-    newest = 0
-    for clip in plan.library.clips:
-        found = [stamp(path) for path in (clip.path, *read_beside(clip.path))]
-        newest = max([newest, *(time for one in found for time in one[1:])])
-        parts.append((*_labels(clip), found))
+    parts += [(*_labels(clip), looks) for clip, looks in zip(plan.library.clips, clips, strict=True)]
     for folder in DIVIDED:
         parts += _files_below(out, folder)
-    garments = filter(None, (split_name(garment)[0] for garment in plan.config.garments))
     shared = (out / LIST, out / FITTED, *(out / WORK / name for name in PLACED), *lists_in(out))
-    return _digest([*parts, *(stamp(path) for path in (*map(Path, garments), *shared))]), newest
+    return _digest([*parts, *garments, *map(stamp, shared)])
 
 
 def _study(plan: RunPlan) -> tuple[Any, ...]:

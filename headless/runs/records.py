@@ -11,7 +11,6 @@ import json
 import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,7 @@ from w2w.core.clip_files import WORK, motion_file, signals_file
 from w2w.core.files import UNFINISHED, file_sha256, write_json, write_text
 from w2w.core.results_folder import ClipResult
 
-from .clip_task import ClipTask, stamp
+from .clip_task import ClipTask, Looks
 from .own_files import remove_own
 
 Record = dict[str, Any]
@@ -64,11 +63,12 @@ def unfinished(path: Path) -> Path:
     return path.with_name(f".{path.name}{UNFINISHED}")
 
 
-def write_record(task: ClipTask, result: ClipResult, files: tuple[Path, ...]) -> None:
-    """Record what became of a clip and the hash of each of its files.
+def write_record(task: ClipTask, result: ClipResult, looks: Looks, files: tuple[Path, ...]) -> None:
+    """Record what became of a clip, the hash of each of its files, and how it looked before it was read.
 
-    The record goes first and the files get their names after it, so that a kill at any moment
-    leaves no file of ours that no record names; `finished` names them where it did not come to it.
+    Where it looks otherwise now, nobody knows what was read: such a record fits no file. The record goes
+    first and the files get their names after it, so that a kill at any moment leaves no file of ours that no
+    record names; `finished` names them where it did not come to it.
     """
     names = {}
     for path in files:
@@ -77,24 +77,36 @@ def write_record(task: ClipTask, result: ClipResult, files: tuple[Path, ...]) ->
     if before := last_record(task):
         others = given_names(task.out, task.clip.name, before).items()
         remove_own(task.out, {name: value for name, value in others if name not in names})
-    path = task.clip.path
+    key = task.key(result.source_sha256)
+    changed = bool(looks) and task.look() != looks
     content = {
-        "key": task.key(result.source_sha256),
+        "key": "" if changed else key,
         "reason": result.reason,
         "details": result.details,
         "files": {name: file_sha256(path) for name, path in names.items()},
-        "source": {"sha256": result.source_sha256, "bytes": path.stat().st_size if path.exists() else None},
-        "bytes": {name: path.stat().st_size for name, path in names.items()},
+        "source": {"sha256": result.source_sha256, "looks": [] if changed else looks},
+        "made": {name: _size_and_time(path) for name, path in names.items()},
     }
     write_json(task.record_file, content)
     for name, path in names.items():
         path.replace(task.out / name)
 
 
-def distrust(task: ClipTask) -> None:
-    """Let no later run believe the clip's record by times alone: its file changed while it was read."""
-    with suppress(OSError):
-        os.utime(task.record_file, (0, 0))
+def refresh(task: ClipTask, record: Record, looks: Looks) -> None:
+    """Record how a clip and its files look that are as they were by their hashes."""
+    new = {
+        "source": record["source"] | {"looks": looks},
+        "made": {name: _size_and_time(task.out / name) for name in record["files"]},
+    }
+    if task.look() == looks and not new.items() <= record.items():
+        whose = {"clip", "at"}
+        write_json(task.record_file, {name: record[name] for name in record if name not in whose} | new)
+
+
+def _size_and_time(path: Path | str) -> list[int]:
+    """Bytes of a file of ours and when it was written (ns), which its name and a move leave alone."""
+    found = os.stat(path)  # noqa: PTH116 - a path's own call costs more
+    return [found.st_size, found.st_mtime_ns]
 
 
 def last_record(task: ClipTask) -> Record | None:
@@ -139,11 +151,12 @@ def _listed(lists: tuple[tuple[Path, int, int], ...]) -> dict[str, str]:
     """The newest line of each clip in lists of such sizes and times."""
     found: dict[str, str] = {}
     for path, *_ in lists:
+        lines = {}
         with path.open(encoding="utf-8", errors="replace") as stream:
             for line in stream:
-                # a kill may have cut it short before the clip's name
-                if (name := CLIP.match(line)) and not _older(line, found.get(name[1]), name[1]):
-                    found[name[1]] = line.rstrip("\n")
+                if name := CLIP.match(line):  # a kill may have cut it short before the clip's name
+                    lines[name[1]] = line.rstrip("\n")  # the last is the newest, whatever the clock said
+        found |= {clip: line for clip, line in lines.items() if not _older(line, found.get(clip), clip)}
     return found
 
 
@@ -206,20 +219,16 @@ def given_names(out: Path, clip: str, record: Record) -> dict[str, str]:
 
 
 def untouched(task: ClipTask, record: Record | None) -> ClipResult | None:
-    """The result in a record of an earlier run, if sizes and times say that all is as it was.
+    """The result in a record of an earlier run, if the clip and what was made of it look exactly as recorded.
 
-    Neither the clip's file nor what was made of it is read: nothing was written after the record, as `make`
-    tells, and sizes are the record's.
+    Neither is read.
     """
     try:
-        source, sizes, at = record["source"], record["bytes"], record["at"]
-        size, *times = stamp(task.clip.path)
-        if size != source["bytes"] or max(times) > at or record["key"] != task.key(source["sha256"]):
+        source, made = record["source"], record["made"]
+        if source["looks"] != task.look() or record["key"] != task.key(source["sha256"]):
             return None
-        for name in record["files"]:
-            made = os.stat(f"{task.out}/{name}")  # noqa: PTH116 - a path costs more than the call
-            if made.st_size != sizes[name] or made.st_mtime_ns > at:
-                return None
+        if any(made[name] != _size_and_time(f"{task.out}/{name}") for name in record["files"]):
+            return None
         if isinstance(record["reason"], str) and isinstance(record["details"], dict):
             return ClipResult(task.clip, record["reason"], record["details"], source["sha256"])
     except (OSError, ValueError, KeyError, TypeError, AttributeError):

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import Executor
@@ -180,6 +181,7 @@ def _bake(
     ).hexdigest()
     out = out.resolve()
     records = read_records(out) if shard else tidy(out)
+    library = os.path.realpath(plan.library.folder)
     clips = {clip.name: clip for clip in plan.library.clips}
     results: dict[str, ClipResult] = {}
     due, own_files = [], []
@@ -198,7 +200,7 @@ def _bake(
                 own_files.clear()
 
         for clip in plan.library.clips:
-            task = ClipTask(clip, out, config, inputs, engine, records.text(clip.name))
+            task = ClipTask(clip, out, config, inputs, engine, records.text(clip.name), library)
             as_it_was = None if engine.verify else untouched(task, records.get(clip.name))
             if as_it_was is None:
                 due.append(task)

@@ -162,7 +162,7 @@ def test_the_worker_notes_what_it_read_before_it_begins(tmp_path, monkeypatch):
 
     monkeypatch.setattr("w2w.headless.runs.clip._make", killing)
     work_in_worker(task(tmp_path, path))
-    assert found == [[file_sha256(path)]]
+    assert found == [[file_sha256(path), json.dumps(task(tmp_path, path).look())]]
 
 
 def test_an_error_without_words_is_a_reason_all_the_same(tmp_path, monkeypatch):

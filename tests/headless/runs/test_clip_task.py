@@ -2,18 +2,24 @@
 """A clip is worked on again when anything its result depends on has changed."""
 
 import os
+import shutil
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK
+from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.library.library import Clip, read_library
+from w2w.core.motion.motion import Motion
 from w2w.core.study import StudyConfig, place_patches
 from w2w.headless.runs import clip, clip_task, records
 from w2w.headless.runs.clip import do_clip
 from w2w.headless.runs.clip_task import ClipTask, Engine
 from w2w.headless.runs.folder import make_folders
+
+from ...seen_joints import seen_as
 
 
 @pytest.mark.parametrize("changed", [{"activity": "run"}, {"subject": "bo"}, {"name": "b"}])
@@ -60,23 +66,26 @@ def test_damage_that_keeps_size_and_time_is_found_by_verify(task):
     do_clip(task)
     assert task.signals_file.read_bytes() == damaged
     do_clip(replace(task, engine=Engine(verify=True)))
-    assert files(task) == before
+    after = files(task)
+    assert {**after, task.record_file: before[task.record_file]} == before
 
 
+@pytest.mark.parametrize("age", ["older", "as old", "younger"])
 @pytest.mark.parametrize("way", ["rewritten", "replaced", "linked anew"])
-def test_another_file_of_the_same_size_and_an_older_time_is_another_clip(task, way):
+def test_another_file_of_the_same_size_is_another_clip_whatever_its_time(task, way, age):
     path = task.clip.path
     do_clip(task)
     before, times = task.signals_file.read_bytes(), path.stat()
     other = bytearray((path.parent / "fast_1.npz").read_bytes())
     assert len(other) == times.st_size
+    time = times.st_mtime_ns + {"older": -(10**15), "as old": 0, "younger": 10**15}[age]
     if way == "rewritten":
         path.write_bytes(other)
-        os.utime(path, ns=(0, 0))
+        os.utime(path, ns=(time, time))
     else:
         old = path.with_name("old.bin")
         old.write_bytes(other)
-        os.utime(old, ns=(0, 0))
+        os.utime(old, ns=(time, time))
         if way == "replaced":
             old.replace(path)
         else:
@@ -86,15 +95,55 @@ def test_another_file_of_the_same_size_and_an_older_time_is_another_clip(task, w
     assert task.signals_file.read_bytes() != before
 
 
-def test_a_file_that_changes_while_it_is_read_is_read_again(task, monkeypatch):
-    make = clip._make
+@pytest.mark.parametrize("times", [1, clip.READS])
+def test_a_file_that_changes_while_it_is_read_is_read_again(task, monkeypatch, times):
+    make, path = clip._make, task.clip.path
+    versions = [path.read_bytes(), (path.parent / "fast_1.npz").read_bytes()]
+    read = []
 
     def slowly(work):
-        os.utime(work.clip.path)
-        return make(work)
+        read.append(1)
+        if len(read) <= times:
+            path.write_bytes(versions[len(read) % 2])  # after its hash, before its content
+        made = make(work)
+        if len(read) <= times:
+            path.write_bytes(versions[0])  # which no hash taken later could tell
+        return made
 
     monkeypatch.setattr(clip, "_make", slowly)
-    do_clip(task)
-    assert records.untouched(task, records.last_record(task)) is None
+    result = do_clip(task)
+    assert len(read) == min(times + 1, clip.READS)
+    assert result.used == (times < clip.READS)
+    assert result.used or "changes while it is being read" in result.reason
     monkeypatch.undo()
     assert do_clip(task).used
+    signals = task.signals_file.read_bytes()
+    task.record_file.unlink()
+    assert do_clip(task).used
+    assert task.signals_file.read_bytes() == signals  # of the file as it is
+
+
+def test_a_file_that_only_looks_otherwise_is_hashed_once_and_not_made_again(task, monkeypatch):
+    result, path = do_clip(task), task.clip.path
+    path.chmod(0o600)
+    path.rename(path.with_suffix(".moved"))
+    shutil.copy2(path.with_suffix(".moved"), path)
+    monkeypatch.setattr(clip, "_make", None)
+    assert records.untouched(task, records.last_record(task)) is None
+    assert do_clip(task) == result == records.untouched(task, records.last_record(task))
+    elsewhere = replace(task, library="/elsewhere")
+    assert records.untouched(elsewhere, records.last_record(task)) is None
+    assert do_clip(elsewhere) == result == records.untouched(elsewhere, records.last_record(task))
+
+
+def test_a_side_car_that_keeps_its_size_and_time_is_read_again(task, bundled_body, tmp_path):
+    path = tmp_path / "seen.npy"
+    np.save(path, seen_as(JOINT_SETS["coco-17"], bundled_body, Motion.load(task.clip.path)))
+    facts = path.with_suffix(".json")
+    facts.write_text('{"rate": 30, "up": "z"}')
+    seen = replace(task, clip=Clip(path, "seen.npy", "seen", "walk"))
+    at = facts.stat().st_mtime_ns
+    assert do_clip(seen).details["frame_rate"] == 30
+    facts.write_text('{"rate": 60, "up": "z"}')
+    os.utime(facts, ns=(at, at))
+    assert do_clip(seen).details["frame_rate"] == 60

@@ -3,8 +3,8 @@
 
 import hashlib
 import json
+import os
 import shutil
-import time
 
 import pytest
 from typer.testing import CliRunner
@@ -12,10 +12,12 @@ from typer.testing import CliRunner
 from benchmarks.resume import UNLIKE
 from w2w.headless.app import APP
 from w2w.headless.commands import execute
-from w2w.headless.runs import current
-from w2w.headless.runs.clip_task import stamp
+
+from ..conftest import write_motions
 
 OPTIONS = ["--patches", "8", "--workers", "1", "--no-pictures", "--window", "1"]
+
+QUICK = ["--folds", "2", "--no-report"]
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -62,14 +64,103 @@ def test_sizes_and_times_tell_that_nothing_has_changed(ranked, monkeypatch):
     assert not looked_into()
     (out / ".w2w" / "patches.npz").unlink()
     assert looked_into()
-    monkeypatch.setattr(current, "stamp", lambda path: (*stamp(path), time.time_ns()))
-    clip.touch()  # as if a clip's file changed again after the run had read it
-    assert looked_into()
-    monkeypatch.undo()
-    monkeypatch.setattr(execute, "make_signals", lambda *given: (read.append(1), make(*given))[1])
+    clip.touch()
+    with monkeypatch.context() as patch:
+        patch.setattr(
+            execute, "make_signals", lambda *given: (make(*given), read.append(1), clip.touch())[0]
+        )  # its file changes again after the run has read it
+        assert looked_into()
     assert looked_into()
     assert not looked_into()
     assert not times
+
+
+def swap(one, other):
+    beside = one.with_name("swapped")
+    one.rename(beside)
+    other.rename(one)
+    beside.rename(other)
+
+
+def replace_each(first, second):
+    """Give each file the other version's content, but leave it its size and times."""
+    for path in sorted(first.rglob("*.npz")):
+        times = path.stat()
+        path.write_bytes((second / path.relative_to(first)).read_bytes())
+        assert path.stat().st_size == times.st_size
+        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+
+
+def set_clock(folder, seconds):
+    """Let records in a results folder be written by a clock that was so much ahead."""
+    for path in (folder / ".w2w").glob("records*.jsonl"):
+        records = [json.loads(line) for line in path.read_text().splitlines() if line]
+        shifted = [record | {"at": record["at"] + seconds * 10**9} for record in records]
+        path.write_text("".join(f"\n{json.dumps(record)}" for record in shifted))
+
+
+WAYS = (
+    "a link leads elsewhere", "a folder is moved into place", "two folders are swapped",
+    "each file keeps its size and time", "another folder is given",
+)  # fmt: skip
+
+
+def change(way, link, first, second):
+    """Let a library, given by a link to its first version, be the second; where that is given."""
+    if way == WAYS[0]:
+        link.unlink()
+        link.symlink_to(second)
+    elif way == WAYS[1]:
+        first.rename(first.with_name("old"))
+        second.rename(first)
+    elif way == WAYS[2]:
+        swap(first, second)
+    elif way == WAYS[3]:
+        replace_each(first, second)
+    return second if way == WAYS[4] else link
+
+
+@pytest.fixture(scope="module")
+def versions(tmp_path_factory):
+    """Two versions of a library with the same names and sizes."""
+    folder = tmp_path_factory.mktemp("versions")
+    write_motions(folder / "v1", {"slow": 0.5, "fast": 2.0}, 4)
+    write_motions(folder / "v2", {"slow": 0.7, "fast": 1.6}, 4)
+    return folder
+
+
+def switched(way, v1, v2, place, ahead=0):
+    """Whether results of a library's first version become those of its second, and stay."""
+    for name, version in (("v1", v1), ("v2", v2)):
+        shutil.copytree(version, place / name)
+    link, out = place / "DATA", place / "out"
+    link.symlink_to(place / "v1")
+    run(place / "v2", place / "fresh", *QUICK)
+    run(link, out, *QUICK)
+    set_clock(out, ahead)
+    library = change(way, link, place / "v1", place / "v2")
+    return [
+        "Nothing has changed" not in run(library, out, *QUICK),
+        hashes(out) == hashes(place / "fresh"),
+        "Nothing has changed" in run(library, out, *QUICK),
+    ]
+
+
+AHEAD = 10**7
+"""Seconds that a clock is ahead."""
+
+
+@pytest.mark.parametrize(
+    ("way", "ahead"), [*((way, 0) for way in WAYS), *((way, AHEAD) for way in WAYS[2:4])]
+)
+def test_the_answer_is_of_the_library_that_lies_there_now(versions, tmp_path, way, ahead):
+    assert switched(way, versions / "v1", versions / "v2", tmp_path, ahead) == [True] * 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", WAYS)
+def test_the_answer_is_of_the_real_library_that_lies_there_now(shared_cases, tmp_path, way):
+    assert switched(way, shared_cases / "v1", shared_cases / "v2", tmp_path) == [True] * 3
 
 
 def hashes(out):
