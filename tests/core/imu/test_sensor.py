@@ -232,6 +232,19 @@ def test_the_filter_has_its_bandwidth_and_its_delay(zero_phase, order):
     assert bool(np.argmax(shifted) == 0) is zero_phase
 
 
+@pytest.mark.parametrize("cutoff", [0.3, 0.4, 0.49])
+def test_a_low_pass_near_half_the_rate_still_has_its_gain(cutoff):
+    """In parts of the rate; by the bilinear transform a Butterworth filter's gain goes by tangents."""
+    frequency = 0.45
+    wave = np.zeros((4000, 1, 3), np.float32)
+    wave[..., 0] = np.sin(2 * np.pi * frequency * np.arange(4000))[:, None]
+    model = SensorModel(accelerometer=Triad(lowpass_of_rate=cutoff))
+    read = model.apply(ImuRecording(acc=wave, gyr=0 * wave, rate=100.0), 0).acc
+    ratio = np.tan(np.pi * frequency) / np.tan(np.pi * cutoff)
+    gain = read[500:, 0, 0].std() / wave[500:, 0, 0].std()
+    assert gain == pytest.approx(1 / np.sqrt(1 + ratio**4), abs=0.01)
+
+
 def test_filters_start_at_rest_where_the_signal_does():
     model = SensorModel(accelerometer=Triad(lowpass_hz=5.0), soft_tissue_hz=8.0)
     np.testing.assert_allclose(model.apply(at_rest(100), 0).acc[:, 0, 2], G, rtol=1e-5)

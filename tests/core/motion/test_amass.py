@@ -143,6 +143,21 @@ def test_an_array_of_another_kind_is_told_without_raw_bytes(tmp_path):
         read_amass(stored)
 
 
+def test_the_pelvis_of_a_real_clip_lies_among_the_markers_around_it(shared_data):
+    """Below those of the waist, above those on the hips, and inside them: what was measured in the world."""
+    path = shared_data / "smpl_poses/nghorbani__amass/amass_sample.npz"
+    pelvis = read_amass(path).pelvis
+    with np.load(path) as data:
+        names = [name.decode() for name in data["marker_labels"].tolist()]
+        markers = dict(zip(names, data["marker_data"].swapaxes(0, 1), strict=True))
+    waist = np.stack([markers[name] for name in ("LFWT", "RFWT", "LBWT", "RBWT")])
+    hips = np.stack([markers[name] for name in ("LHIP", "RHIP")])
+    assert (pelvis[:, 2] < waist[..., 2].mean(axis=0)).all()
+    assert (pelvis[:, 2] > hips[..., 2].mean(axis=0)).all()
+    assert (pelvis[:, :2] > waist[..., :2].min(axis=0)).all()
+    assert (pelvis[:, :2] < waist[..., :2].max(axis=0)).all()
+
+
 REASONS = {
     "apose_to_handsFront_smplx.npz": "does not say its frame rate",
     "pose_avatar.smpl": "a pose, not a motion: 1 frame",

@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from w2w.core.ranking.expected import expect
 from w2w.core.ranking.halves import plan
@@ -60,6 +61,32 @@ def test_a_real_lead_is_found_and_promised_as_it_is():
         lead.append(truth[0, best] - 0.5)
     assert np.mean(lead) > 0.15
     assert np.mean(promised) == pytest.approx(np.mean(given), abs=0.03)
+
+
+@pytest.mark.later
+def test_where_clips_are_said_to_rank_the_best_patch_beats_the_average_nine_times_in_ten():
+    """Its chance on other clips is known: that its true lead is more than their noise."""
+    noise, chances = 0.1, []
+    for seed in range(30):
+        for spread in (0.02, 0.03, 0.04):
+            lead = spread * np.random.default_rng(seed).normal(size=(1, N))
+            found, _ = world(np.repeat(0.5 + lead, A, axis=0), 0.01, noise, seed)
+            if found.can_rank:
+                over = lead[0, found.expected_mean.argmax()] - lead.mean()
+                chances.append(norm.cdf(over / (noise / np.sqrt(A))))
+    assert len(chances) > 10
+    assert np.mean(chances) > 0.87
+
+
+def test_a_peak_that_pooling_has_flattened_is_not_made_steeper_again():
+    place = np.arange(N)
+    kernel = np.exp(-0.5 * np.abs(place[:, None] - place) ** 2)
+    pooling = Pooling(kernel / kernel.sum(axis=1, keepdims=True), np.eye(N))
+    truth = np.full((A, N), 0.5)
+    truth[:, N // 2] = 0.9
+    work = planned(0)
+    found = expect(np.tile(truth, (1 + 2 * len(work.pairs), 1, 1)), work, pooling, 0.95, 0)
+    np.testing.assert_allclose(found.expected_mean, pooling.apply(truth)[0], atol=1e-6)
 
 
 def test_the_naive_promise_would_be_too_high():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from w2w.core.ranking.folds import grouped_folds, subject_folds, untestable
+from w2w.core.ranking.folds import deal, grouped_folds, subject_folds, untestable
 
 
 @st.composite
@@ -43,6 +43,37 @@ def test_folds_are_even_and_seeded():
         assert np.bincount(fold[activity == name], minlength=5).tolist() == [10] * 5
     np.testing.assert_array_equal(fold, grouped_folds(activity, clip, 5, seed=1))
     assert (fold != grouped_folds(activity, clip, 5, seed=2)).any()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_long_clip_counts_as_much_as_the_short_ones_that_have_as_many_windows(seed):
+    clip = np.repeat(np.arange(5), [8, 2, 2, 2, 2])
+    fold = grouped_folds(np.full(len(clip), "walk"), clip, 2, seed)
+    assert np.bincount(fold).tolist() == [8, 8]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_long_clips_of_several_activities_are_spread(seed):
+    """Each activity has a long clip and a short one, in different folds: the longest meets two short ones."""
+    windows = [20, 1, 10, 1, 10, 1]
+    clip = np.repeat(np.arange(6), windows)
+    fold = grouped_folds(np.array(["a", "b", "c"])[clip // 2], clip, 2, seed)
+    assert sorted(np.bincount(fold)) == [1 + 10 + 10, 20 + 1 + 1]
+
+
+def test_the_protocol_names_as_many_folds_as_there_are():
+    activity, clip = np.repeat(["sit", "walk"], 8), np.repeat(np.arange(4), 4)
+    fold, tested, left_out, protocol = deal(activity, clip, None, ["sit", "walk"], 5, 0)
+    assert protocol == f"{len(np.unique(fold))}-fold cross-validation grouped by clip"
+    assert (tested, left_out) == (("sit", "walk"), {})
+
+
+def test_an_activity_of_one_subject_is_not_tested_where_that_subject_is_left_out():
+    activity = np.array(["bow", "bow", "sit", "sit", "walk", "walk"])
+    subject = np.array(["ann", "ann", "ann", "bob", "ann", "bob"])
+    _, tested, left_out, _ = deal(activity, np.arange(6), subject, ["bow", "sit", "walk"], 5, 0)
+    assert tested == ("sit", "walk")
+    assert left_out.keys() == {"bow"}
 
 
 def test_subjects_are_folds():

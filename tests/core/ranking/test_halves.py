@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.halves import plan
+from w2w.core.ranking.halves import deal_halves, plan
 
 
 def library(n_clips=24, subjects=0):
@@ -87,6 +87,14 @@ def test_two_or_three_subjects_are_compared_one_with_another():
     for first, second in work.pairs:
         assert len(np.unique(fold[first.windows])) == 1
         assert not np.isin(fold[first.windows], fold[second.windows]).any()
+
+
+def test_an_odd_clip_falls_on_either_side():
+    """Of 200 activities of three clips half have two on a side: 300 of 600, with a deviation of 7."""
+    labels = np.repeat(np.arange(200), 3)
+    for side in deal_halves(labels, np.arange(600), seed=0, halvings=4):
+        assert set(np.bincount(labels, side)) == {1, 2}
+        assert 260 < side.sum() < 340
 
 
 def test_three_clips_an_activity_cannot_be_halved():

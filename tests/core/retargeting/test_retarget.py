@@ -78,6 +78,13 @@ def test_the_path_is_kept_up_to_one_lift(bundled_body, waving):
     np.testing.assert_allclose(lift[0, :2], 0, atol=1e-9)
 
 
+def test_a_leg_that_is_torn_off_in_some_frames_does_not_change_the_size(bundled_body, waving):
+    source = as_source(bundled_body, waving, arms_at(30), 0.01)
+    torn = [MIXAMO_NAMES.index(f"{side}{part}") for side in ("Left", "Right") for part in ("Leg", "Foot")]
+    source.matrices[7:12, torn, :3, 3] += [0, 0, 0.05]  # five metres
+    assert retarget(source, bundled_body).scale == pytest.approx(100)
+
+
 def test_a_body_of_other_proportions_keeps_the_directions_of_its_limbs(bundled_body, waving):
     joints = bundled_body.joints * [1.2, 1.0, 0.9]
     joints[:, 1] += 0.02 * np.arange(N_JOINTS) / N_JOINTS

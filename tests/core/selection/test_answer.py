@@ -82,6 +82,16 @@ def test_a_loose_product_scores_the_mean_of_where_it_moves(patches, bundled_body
     assert found.expected == pytest.approx(expected[pocket].mean())
 
 
+def test_a_loose_product_is_as_good_only_if_it_is_wherever_it_moves(patches, bundled_body):
+    pocket = np.array([region == "left front pocket" for region in patches.regions])
+    most = pocket.copy()
+    most[np.flatnonzero(pocket)[-1]] = False
+    for group, named in ((pocket, ["trouser pocket"]), (most, [])):
+        said = answer(Scored(ranked(np.where(group, 0.9, 0.6), group), patches, bundled_body))
+        assert [score.name for score in said.named] == named
+    assert said.where.startswith("left front pocket (")
+
+
 def test_what_ties_is_said_once_both_sides_together(patches, bundled_body):
     thighs = where(patches, "left thigh", "right thigh", "sternum")
     said = answer(Scored(ranked(np.where(thighs, 0.9, 0.6), thighs), patches, bundled_body))
