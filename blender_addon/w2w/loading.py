@@ -92,7 +92,8 @@ def load(
         W2W's own by default.
     labels : str or Path, optional
         A csv with the columns ``file,activity[,subject[,motion_key]]``. By default the labels come from
-        the names of the subfolders, else from the file names, as with `w2w run`. One npz that
+        ``labels.csv`` in the folder, else from the names of the subfolders, else from the file names, as with
+        `w2w run`. One npz that
         `Motion.save` wrote keeps the labels that it holds.
     bone_maps : sequence of BoneMap
         Your own, tried before the bundled ones.

@@ -9,7 +9,7 @@ from rich.console import Console
 from w2w.core.body.body import Body
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
-from w2w.core.library.library import Library, read_library
+from w2w.core.library.library import LABELS, Library, read_library
 from w2w.core.motion.motion import DEMO_CLIPS, demo_motions
 from w2w.core.study import StudyConfig
 
@@ -20,8 +20,6 @@ from ..runs.own_files import claimed
 from ..runs.study import RunPlan
 from ..runs.workers import Engine
 from .execute import check_folder, execute, refused
-
-LABELS = "labels.csv"
 
 TARGET = 0.99
 """The exercises are easy to tell apart: one sensor reaches the usual 0.90, which would show no set."""

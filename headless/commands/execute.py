@@ -181,7 +181,12 @@ def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, 
     tested, a foreign file is in the way, or Blender's module is missing.
     """
     clips = plan.library.clips
-    check_testable([clip.activity for clip in clips], [clip.motion_key or clip.name for clip in clips])
+    subjects = [clip.subject for clip in clips] if plan.config.by_subject else None
+    try:
+        keys = [clip.motion_key or clip.name for clip in clips]
+        check_testable([clip.activity for clip in clips], keys, subjects)
+    except ValueError as error:
+        raise ValueError(f"--by-subject: {error} (--labels)" if subjects else str(error)) from error
     if any(clip.needs_blender for clip in clips):
         check_installed()
     bodies = parse_bodies(asked.bodies)

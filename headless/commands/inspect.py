@@ -15,7 +15,7 @@ from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.keypoints.facts import UNITS
 from w2w.core.keypoints.joint_sets import unseen
 from w2w.core.keypoints.pose_files import JointPositions
-from w2w.core.library.library import Clip, activity_of, read_library
+from w2w.core.library.library import LABELS, Clip, activity_of, read_library
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion, UnusableMotion
@@ -73,7 +73,7 @@ def _skipped(file: Path, reason: str, console: Console) -> typer.Exit:
 def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
     """How a run labels the file, in a sentence; a ValueError where it is not in the library."""
     file = Path(os.path.abspath(file))  # noqa: PTH100 - a link keeps its own name
-    if library is None and labels is None:
+    if library is None and labels is None and not (file.parent / LABELS).is_file():
         inside, above = (activity_of(shown(name)) for name in (file.name, f"{file.parent.name}/{file.name}"))
         if not file.parent.name:
             return f"A run labels it '{inside}' after its file name."
@@ -91,8 +91,8 @@ def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
         reason = dict(found.skipped).get(inside, "it is not one of the library's motion files")
         return f"But a run on this library would skip it: {reason}."
     source = "its folder" if "/" in clip.file else "its file name"
-    if labels is not None:
-        source = f"its line in {shown(labels)}"
+    if (table := labels or library / LABELS).is_file():
+        source = f"its line in {shown(table)}"
     return f"A run labels it '{clip.activity}' after {source}."
 
 

@@ -30,7 +30,8 @@ def run(
     out: option(Path, "Folder for the results; made if missing.", "--out", "-o"),
     labels: option(
         Path | None,
-        "csv with columns file, activity[, subject, source].  [default: labels from folder or file names]",
+        "csv with columns file, activity[, subject, source].  [default: labels.csv in LIBRARY, else names of "
+        "folders or files]",
         show_default=False,
     ) = None,
     leave_out: option(str, "Activities to leave out, comma-separated, e.g. 'other,unknown'.") = "",

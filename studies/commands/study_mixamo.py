@@ -95,7 +95,7 @@ def mixamo(
         keep_apart(library, out)
         if side not in ("left", "right"):
             raise ValueError(f"--side is left or right, not {side}")
-        found = read_library(library, labels, asked.exact_labels)
+        found = read_library(library, labels, asked.exact_labels, own_labels=False)
         every = len(found.clips)
         if labels is None:
             found, group_of = named_by_paper(found)

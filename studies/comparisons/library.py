@@ -47,7 +47,7 @@ def labelled_by_name(libraries: Sequence[Path]) -> Library:
     titles = _titles(libraries)
     clips, files, skipped = [], [], []
     for folder, title in zip(libraries, titles, strict=True):
-        found = read_library(folder)
+        found = read_library(folder, own_labels=False)
         for clip in found.clips:
             file = f"{title}/{clip.file}" if title else clip.file
             rule, who = first_rule(RULES, file)

@@ -203,7 +203,7 @@ def _readers(library: Path) -> list[Callable[[Protocol, Path, Body], Loaded]]:
     if not any(library.rglob("a*_s*_t*_skeleton.mat")):
         return [_files]
     try:
-        read_library(library)
+        read_library(library, own_labels=False)
     except LibraryError:
         return [_kinect]
     return [_kinect, _files]
@@ -211,7 +211,7 @@ def _readers(library: Path) -> list[Callable[[Protocol, Path, Body], Loaded]]:
 
 def _files(protocol: Protocol, library: Path, body: Body) -> Loaded:
     try:
-        clips = read_library(library).clips
+        clips = read_library(library, own_labels=False).clips
     except LibraryError as error:
         raise ValueError(f"{error} ({KINECT_FILES})") from error
     for clip in clips:

@@ -137,3 +137,20 @@ def test_what_a_run_left_in_the_library_is_no_clip(tmp_path):
         (tmp_path / file).touch()
     assert [clip.file for clip in read_library(tmp_path).clips] == ["a.fbx", "out/e.bvh", "own/b.npz"]
     assert [clip.file for clip in read_library(tmp_path / "out" / "motions").clips] == ["d.npz"]
+
+
+def test_labels_that_lie_in_the_library_label_it(tmp_path):
+    for file in ("walk/a.bvh", "walk/b.bvh"):
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).touch()
+    (tmp_path / "labels.csv").write_text("file,activity,subject\na.bvh,stroll,Anna\n")
+    library = read_library(tmp_path)
+    assert library.labelled_by == "the file labels.csv in the library"
+    assert [(clip.file, clip.activity, clip.subject) for clip in library.clips] == [
+        ("walk/a.bvh", "stroll", "Anna")
+    ]
+    assert library.skipped == (("walk/b.bvh", "labels.csv does not list it"),)
+    assert read_library(tmp_path, own_labels=False).activities == {"walk": 2}
+    other = tmp_path / "other.csv"
+    other.write_text("file,activity\na.bvh,amble\nb.bvh,amble\n")
+    assert read_library(tmp_path, other).activities == {"amble": 2}

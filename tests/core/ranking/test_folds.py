@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from w2w.core.ranking.folds import deal, grouped_folds, subject_folds, untestable
+from w2w.core.ranking.folds import check_testable, deal, grouped_folds, subject_folds, untestable
 
 
 @st.composite
@@ -81,9 +81,9 @@ def test_subjects_are_folds():
     np.testing.assert_array_equal(subject_folds(subject, np.arange(4)), [1, 0, 1, 2])
     with pytest.raises(ValueError, match="clip 'x' belongs to more than one subject"):
         subject_folds(subject, np.array(["x", "y", "z", "x"]))
-    with pytest.raises(ValueError, match="some have none"):
+    with pytest.raises(ValueError, match="1 of 3 have none"):
         subject_folds(np.array(["a", "", "b"]), np.arange(3))
-    with pytest.raises(ValueError, match="at least two subjects"):
+    with pytest.raises(ValueError, match="needs two subjects, and all clips are of a"):
         subject_folds(np.array(["a", "a"]), np.arange(2))
 
 
@@ -95,3 +95,17 @@ def test_left_out_activities_have_a_true_sentence():
     assert "bow has only one clip" in reasons["bow"]
     assert "fly has no clip" in reasons["fly"]
     assert "jump fell into one fold" in reasons["jump"]
+
+
+def test_clips_that_no_subject_can_be_left_out_of_are_refused_before_work():
+    activities, clips = ["walk", "walk", "run", "run"], list("abcd")
+    check_testable(activities, clips, ["x", "y", "x", "y"])
+    for subjects, reason in (
+        (["", "", "", ""], "4 of 4 have none"),
+        (["x", "y", "", "y"], "1 of 4 have none"),
+        (["x", "x", "x", "x"], "all clips are of x"),
+        (["x", "y", "x", "x"], "only walk|there is none"),
+    ):
+        with pytest.raises(ValueError, match=reason):
+            check_testable(activities, clips, subjects)
+    check_testable(activities, clips)  # none is needed where no subject is left out

@@ -244,6 +244,22 @@ def test_wrong_use_is_explained(arguments, code, message, tmp_path, monkeypatch)
     assert message in " ".join(result.output.split())
 
 
+def test_subjects_that_are_not_there_are_missed_before_any_work(motions, tmp_path):
+    ended = run("run", motions, "--out", tmp_path / "out", "--by-subject")
+    code, said = ended.exit_code, " ".join(ended.output.split())
+    assert code == 2
+    assert "--by-subject: leave-one-subject-out needs a subject for every clip, and 8 of 8 have none" in said
+    assert "--labels" in said
+    assert not (tmp_path / "out").exists()
+    files = sorted(path.relative_to(motions).as_posix() for path in motions.rglob("*.npz"))
+    (motions / "labels.csv").write_text(
+        "file,activity,subject\n" + "".join(f"{file},{file.split('/')[0]},Anna\n" for file in files)
+    )
+    ended = run("run", motions, "--out", tmp_path / "out", "--by-subject")
+    assert ended.exit_code == 2
+    assert "needs two subjects, and all clips are of Anna" in " ".join(ended.output.split())
+
+
 @pytest.mark.slow
 def test_the_file_alone_is_the_command_too():
     command = [sys.executable, "headless/run.py", "--help"]

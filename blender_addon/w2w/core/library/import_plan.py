@@ -10,6 +10,7 @@ from pathlib import Path
 from ..wording import shown
 from .labels import NO_LABELS, LabelCheck, read_labels
 from .library import (
+    LABELS,
     MOTION_SUFFIXES,
     Clip,
     LibraryError,
@@ -22,8 +23,6 @@ from .library import (
 
 AUTOMATIC, BY_FOLDER, BY_FILE, BY_CSV = "AUTOMATIC", "FOLDER", "FILE", "CSV"
 """Sources of labels; automatic is the folder's labels.csv, else folders in it, else file names."""
-
-LABELS = "labels.csv"
 
 SAYS_NOTHING = re.compile(
     r"mixamo\.com|(base)? ?layer ?\d*|take ?\d*|scene|animation|anim|action|default|armature", re.IGNORECASE
@@ -57,10 +56,8 @@ def plan_folder(folder: Path, by: str = AUTOMATIC, csv: Path | None = None) -> I
 
     Raises LibraryError if there are no files, or the csv is missing or cannot be understood.
     """
-    labels = None
-    if by == BY_CSV or (by == AUTOMATIC and (folder / LABELS).is_file()):
-        labels = csv or folder / LABELS
-    library = read_library(folder, labels)
+    labels = csv or folder / LABELS if by == BY_CSV else None
+    library = read_library(folder, labels, own_labels=by == AUTOMATIC)
     clips: Sequence[Clip] = library.clips
     if by in (BY_FOLDER, BY_FILE):
         clips = [replace(clip, activity=_label(clip.path, by)) for clip in clips]

@@ -52,6 +52,9 @@ MOTION_SUFFIXES = (
 )  # fmt: skip
 """Kinds of motion files, in lower case with the dot; text may hold motion too (`may_hold_joints`)."""
 
+LABELS = "labels.csv"
+"""The file in a library that labels it, where there is one."""
+
 WORK_FOLDER = ".w2w"
 RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "export", "utility.npz")
 """Files that a run writes into its output folder, which may lie in the library."""
@@ -91,15 +94,21 @@ class Library:
         return dict(sorted(Counter(clip.activity for clip in self.clips).items()))
 
 
-def read_library(folder: str | Path, labels: str | Path | None = None, exact_labels: bool = False) -> Library:
+def read_library(
+    folder: str | Path,
+    labels: str | Path | None = None,
+    exact_labels: bool = False,
+    own_labels: bool = True,
+) -> Library:
     """Find the motion files of a folder and all folders below it, and label them.
 
-    A label comes from `labels` where given, else from the clip's folder inside the library, else from its
-    file name (``Walking (2).fbx``, ``X Bot@Waving.fbx``). `labels` is a csv with columns ``file`` and
-    ``activity``, and if wanted ``subject``, ``source`` and ``motion_key``; ``file`` is the path inside the
-    library, or an end of it, such as the bare name, that only one clip has. With columns ``caption`` and
-    ``activity`` it labels clips by words of their captions. `exact_labels` keeps
-    activities apart that differ only in case, spaces or underscores.
+    A label comes from `labels` where given, else from `LABELS` in the folder (unless `own_labels` is False),
+    else from the clip's folder inside the library, else from its file name (``Walking (2).fbx``,
+    ``X Bot@Waving.fbx``). `labels` is a csv with columns ``file`` and ``activity``, and if wanted
+    ``subject``, ``source`` and ``motion_key``; ``file`` is the path inside the library, or an end of it, such
+    as the bare name, that only one clip has. With columns ``caption`` and ``activity`` it labels clips by
+    words of their captions. `exact_labels` keeps activities apart that differ only in case, spaces or
+    underscores.
 
     Raises LibraryError if the folder is missing or holds no motion files, or the csv cannot be understood.
     """
@@ -120,13 +129,16 @@ def read_library(folder: str | Path, labels: str | Path | None = None, exact_lab
     names = unique_names(inside)
     inside = [shown(file) for file in inside]
     reasons: dict[str, str] = {}
+    where = ""
+    if labels is None and own_labels and (folder / LABELS).is_file():
+        labels, where = folder / LABELS, " in the library"
     if labels is None:
         rows, check = {file: {"activity": activity_of(file)} for file in inside}, NO_LABELS
         sources = {"folder names" if "/" in file else "file names" for file in inside}
         labelled_by = " and ".join(sorted(sources, reverse=True))
     else:
         labels = Path(labels)
-        labelled_by = f"the file {shown(labels.name)}"
+        labelled_by = f"the file {shown(labels.name)}{where}"
         rows, reasons, check = label_rows(labels, folder, inside, exact_labels)
     clips = [
         Clip(path, file, name, **rows[file])

@@ -54,9 +54,13 @@ def subject_folds(subject: np.ndarray, clip: np.ndarray) -> np.ndarray:
             "give clips names of their own, or cross-validate by clip"
         )
     if "" in names.tolist():
-        raise ValueError("leave-one-subject-out needs a subject for every clip, and some have none")
+        without = len(np.unique(clip_index[np.asarray(subject) == ""]))
+        raise ValueError(
+            f"leave-one-subject-out needs a subject for every clip, and {without} of {len(clips)} have none: "
+            "give labels with a column 'subject'"
+        )
     if len(names) < 2:
-        raise ValueError("leave-one-subject-out needs at least two subjects")
+        raise ValueError(f"leave-one-subject-out needs two subjects, and all clips are of {names[0]}")
     return fold
 
 
@@ -81,13 +85,19 @@ def untestable(
     return reasons
 
 
-def check_testable(activity: Sequence[str], group: Sequence[str]) -> None:
+def check_testable(
+    activity: Sequence[str], group: Sequence[str], subject: Sequence[str] | None = None
+) -> None:
     """Refuse clips, with a ValueError, of which no two activities can be tested: before work is done on them.
 
-    `activity` and `group` are each clip's label and name, or that of the clips that are one motion.
+    `activity` and `group` are each clip's label and name, or that of the clips that are one motion; `subject`
+    is who moves, where subjects are left out.
     """
-    names = sorted(set(activity))
-    _check_two(names, untestable(np.asarray(activity), np.asarray(group), names))
+    names, labels, groups = sorted(set(activity)), np.asarray(activity), np.asarray(group)
+    if subject is None:
+        _check_two(names, untestable(labels, groups, names))
+    else:
+        deal(labels, groups, np.asarray(subject), names, 0, 0)
 
 
 def _check_two(activities: Sequence[str], left_out: dict[str, str]) -> tuple[str, ...]:
