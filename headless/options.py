@@ -51,7 +51,7 @@ def argument(kind: Any, name: str, about: str) -> Any:
 
 PoseRate = option(
     float | None,
-    "Frames per second, where the files do not say them (of amc files 120 otherwise).",
+    "Frames per second of all files, whatever they say (of amc files 120 otherwise).",
     min=1,
     max=2000,
     rich_help_panel=PANEL,

@@ -98,7 +98,8 @@ def load(
     bone_maps : sequence of BoneMap
         Your own, tried before the bundled ones.
     pose : PoseFacts
-        Rate, unit, up axis and joint set of joint positions, where the files do not say them.
+        Unit, up axis and joint set of joint positions, where the files do not say them, and the frame rate
+        of all files, whatever they say.
 
     Returns
     -------
@@ -142,7 +143,7 @@ def load(
 def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts) -> Motion:
     """One file on the body; a ValueError where it cannot be used, or needs a module that is missing."""
     if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
-        return on_the_ground(body, Motion.load(path))  # keeps W2W's labels
+        return on_the_ground(body, Motion.load(path, pose.rate))  # keeps W2W's labels
     from .scene.base.output import quiet_output
     from .scene.motion.load import carry, read_motion
 

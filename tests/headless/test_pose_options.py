@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Joint positions from video go the whole road: inspected, run, loaded from Python."""
 
+import gzip
 import json
 import os
 
@@ -91,6 +92,49 @@ def test_inspect_names_the_joints_and_what_cannot_be_seen(kinect):
     assert (code, "the pose's unit must be one of m, cm" in output) == (2, True)
     code, output = call("inspect", kinect / "wave" / "0.npy", "--pose-rate", 30, "--pose-unit", "mm")
     assert (code, "m tall: correct its unit" in output) == (1, True)
+
+
+@pytest.mark.parametrize(
+    "kind", ["fbx", "bvh", "bvh without a rate", "mvnx", "smpl", "amass", "no rate", "glb", "joints"]
+)
+def test_a_rate_that_is_given_holds_whatever_the_file_says(
+    shared_data, shared_cases, bundled_body, tmp_path, kind
+):
+    fbx = shared_data / "mixamo/kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx"
+    bvh = shared_cases / "tpose_at_end.bvh"
+    frames = {}
+    if kind == "bvh without a rate":
+        text = bvh.read_text().replace("Frame Time: ", "Frame Time: -")
+        bvh = tmp_path / "a.bvh"
+        bvh.write_text(text)
+    elif kind == "mvnx":
+        packed = (shared_data / "mvnx/kicking-003.mvnx.gz").read_bytes()
+        (tmp_path / "a.mvnx").write_bytes(gzip.decompress(packed))
+    elif kind == "glb":
+        bpy = pytest.importorskip("bpy")
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        bpy.ops.import_scene.fbx(filepath=str(fbx))
+        bpy.ops.export_scene.gltf(filepath=str(tmp_path / "a.glb"))
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        frames = {"n_frames": w2w.load(fbx)[0].n_frames}
+    elif kind == "joints":
+        motion = read_amass(shared_cases / "trans_in_cm.npz")
+        positions = seen_as(JOINT_SETS["coco-17"], bundled_body, motion)
+        np.savez(tmp_path / "a.npz", joints=positions, fps=120.0, up="z")
+    path = {
+        "fbx": fbx,
+        "bvh": bvh,
+        "bvh without a rate": bvh,
+        "smpl": shared_cases / "lying_yup.smpl",
+        "amass": shared_cases / "lying_zup.npz",
+        "no rate": shared_cases / "gvhmr_no_rate.npz",
+        "joints": tmp_path / "a.npz",
+    }.get(kind, tmp_path / f"a.{kind}")
+    code, output = call("inspect", path, "--pose-rate", 37)
+    assert (code, "at 37 frames/s" in output) == (0, True), output
+    motion = w2w.load(path, pose=w2w.PoseFacts(rate=37.0))[0]
+    assert motion.rate == 37
+    assert motion.n_frames == frames.get("n_frames", motion.n_frames)
 
 
 def test_a_pipe_named_like_text_is_never_waited_for(tmp_path):

@@ -138,3 +138,9 @@ def test_a_long_preview_ends_with_how_many_more() -> None:
     assert "and 18 more activities" in layout.texts
     assert "and 18 more: the list says why" in layout.texts
     assert max(map(len, layout.texts)) <= LONGEST
+
+
+def test_a_frame_rate_given_at_import_goes_before_the_files_own(folder: Path) -> None:
+    body = make_study(folder, "")
+    bpy.ops.w2w.import_labelled(directory=str(folder), frame_rate=25.0)
+    assert {(clip.rate, clip.given_rate) for clip in body.w2w.clips if not clip.problem} == {(25.0, 25.0)}

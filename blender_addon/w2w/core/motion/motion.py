@@ -101,8 +101,10 @@ class Motion:
         write_npz(path, moved | facts | {name: np.array(getattr(self, name)) for name in LABELS})
 
     @classmethod
-    def load(cls, path: str | Path) -> Motion:
+    def load(cls, path: str | Path, rate: float | None = None) -> Motion:
         """Read a motion of the 24 joints: what `save` wrote, labels included, or an AMASS or SMPL npz.
+
+        `rate` goes before the file's own frames per second.
 
         Raises
         ------
@@ -113,7 +115,7 @@ class Motion:
             arrays = _read_arrays(Path(path), LABELS)
             labels = [str(arrays[name]) for name in LABELS if name in arrays]
             ours = len(labels) == len(LABELS)
-            motion = _motion_of(arrays, z_up=ours)
+            motion = _motion_of(arrays, ours, rate)
         except (UnusableMotion, ValueError) as error:
             raise ValueError(f"{path} cannot be read as a motion: {error}") from error
         return motion.labelled(*labels) if ours else motion
@@ -145,12 +147,12 @@ MAX_TURN = 1e4
 """Radians of one rotation vector: over a thousand whole turns."""
 
 
-def read_amass(path: str | Path) -> Motion:
+def read_amass(path: str | Path, rate: float | None = None) -> Motion:
     """Read an AMASS-style npz or a `.smpl` file, without labels.
 
     AMASS files (Mahmood et al. 2019) hold ``poses`` (T, 72, 156 or 165) as axis-angle, or ``root_orient`` and
     ``pose_body``, ``trans`` (T, 3) in metres and ``mocap_framerate``. Their world is z up; files whose bodies
-    stand along y instead, as `.smpl` files have it, are turned.
+    stand along y instead, as `.smpl` files have it, are turned. `rate` goes before the file's own.
 
     Raises UnusableMotion if it is no such file, or holds a pose instead of a motion.
     """
@@ -158,15 +160,15 @@ def read_amass(path: str | Path) -> Motion:
     size_and_head(path)
     with reading(ValueError):
         arrays = _read_arrays(path)
-    return _motion_of(arrays)
+    return _motion_of(arrays, rate=rate)
 
 
-def _motion_of(arrays: dict[str, np.ndarray], z_up: bool = False) -> Motion:
+def _motion_of(arrays: dict[str, np.ndarray], z_up: bool = False, rate: float | None = None) -> Motion:
     """The motion, turned if its body stands along y and its world is not known to be z up."""
     poses = _poses(arrays)
     refuse_too_long(len(poses), poses.shape[1] // 3)
     refuse_few_frames(len(poses))
-    trans, rate = _trans(arrays), _rate(arrays)
+    trans, rate = _trans(arrays), _rate(arrays) if rate is None else rate
     if len(poses) != len(trans):
         raise UnusableMotion(f"its 'poses' have {len(poses)} frames but its 'trans' has {len(trans)}")
     _refuse_beyond(poses, "poses", MAX_TURN, "rad", "in radians")
@@ -229,7 +231,7 @@ def _rate(arrays: dict[str, np.ndarray]) -> float:
                 return rate
     raise UnusableMotion(
         f"it does not say its frame rate: none of {', '.join(RATE_KEYS)} holds one; "
-        f"save it again with '{RATE_KEYS[0]}'"
+        f"give --pose-rate, or save it again with '{RATE_KEYS[0]}'"
     )
 
 

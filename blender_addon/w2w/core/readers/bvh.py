@@ -13,13 +13,14 @@ from .bvh_text import BvhText, read_bvh_text
 BVH_SUFFIX = ".bvh"
 
 
-def read_bvh(path: str | Path) -> SourceMotion:
+def read_bvh(path: str | Path, rate: float | None = None) -> SourceMotion:
     """Read a BVH file: z up, in its own unit of length, without a leading T-pose, at rest as a person can be.
 
-    Raises UnusableMotion, with the reason, if the file cannot be used.
+    `rate` goes before the file's own frames per second. Raises UnusableMotion, with the reason, if the file
+    cannot be used.
     """
     path = Path(path)
-    motion = as_it_stands(read_bvh_text(path), shown(path.stem))
+    motion = as_it_stands(read_bvh_text(path, rate), shown(path.stem))
     refuse_pose(motion)
     return repaired(motion)
 

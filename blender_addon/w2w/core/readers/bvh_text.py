@@ -69,7 +69,7 @@ class BvhText:
     values: np.ndarray  # (T, C), a row a frame, the joints' channels one after another; angles in degrees
 
 
-def read_bvh_text(path: Path) -> BvhText:
+def read_bvh_text(path: Path, rate: float | None = None) -> BvhText:
     """Read a BVH file, line by line.
 
     Raises UnusableMotion if the file cannot be read, is no BVH, cut short or damaged, if its header and its
@@ -82,7 +82,7 @@ def read_bvh_text(path: Path) -> BvhText:
         with reading(), path.open(encoding="utf-8-sig") as stream:
             lines = enumerate(stream, start=1)
             joints = _joints(lines, size)
-            n_frames, rate = _header(lines)
+            n_frames, rate = _header(lines, rate)
             return BvhText(joints, rate, _frames(lines, n_frames, joints))
     except UnicodeDecodeError as error:
         raise UnusableMotion(
@@ -174,15 +174,17 @@ def _add_channels(joint: BvhJoint, words: list[str], number: int) -> None:
         joint.channels += (channel,)
 
 
-def _header(lines: Lines) -> tuple[int, float]:
-    """The number of frames that the header promises, and frames per second."""
+def _header(lines: Lines, rate: float | None) -> tuple[int, float]:
+    """The number of frames that the header promises, and frames per second: `rate` where it is known."""
     full = (words for words in (line[:HEADER_LINE].split() for _, line in lines) if words)
     frames, time = next(full, []), next(full, [])
     if len(frames) != 2 or frames[0].upper() != "FRAMES:" or not frames[1].isdecimal():
         raise UnusableMotion(f"it does not say how many frames it has: {_instead('Frames: 120', frames)}")
     if len(time) != 3 or [word.upper() for word in time[:2]] != ["FRAME", "TIME:"]:
         raise UnusableMotion(f"it does not say its frame rate: {_instead('Frame Time: 0.0333', time)}")
-    return int(frames[1][:18]), _rate(time[2])  # more digits are no count, and Python refuses thousands
+    return int(frames[1][:18]), rate or _rate(
+        time[2]
+    )  # more digits are no count, and Python refuses thousands
 
 
 def _rate(word: str) -> float:

@@ -84,10 +84,11 @@ class _Content(ElementTree.TreeBuilder):
             self.poses.setdefault(kind, frame)
 
 
-def read_mvnx(path: str | Path) -> SourceMotion:
+def read_mvnx(path: str | Path, rate: float | None = None) -> SourceMotion:
     """Read the first person's motion: metres, z up, at rest in MVN's T-pose.
 
-    Raises UnusableMotion, with the reason, if the file cannot be used.
+    `rate` goes before the file's own frames per second. Raises UnusableMotion, with the reason, if the
+    file cannot be used.
     """
     path = Path(path)
     size_and_head(path)
@@ -97,7 +98,7 @@ def read_mvnx(path: str | Path) -> SourceMotion:
             ElementTree.parse(path, ElementTree.XMLParser(target=content))
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise UnusableMotion(f"it cannot be read as MVNX: {error}") from error
-    return _source(content)
+    return _source(content, rate)
 
 
 def _plain(tag: str) -> str:
@@ -112,12 +113,13 @@ def _number(word: str) -> float:
         raise UnusableMotion(f"it holds '{word[:40]}' where a number should be") from None
 
 
-def _source(content: _Content) -> SourceMotion:
+def _source(content: _Content, rate: float | None) -> SourceMotion:
     names = tuple(content.segments)
     if "Pelvis" not in names or names[0] != "Pelvis":
         raise UnusableMotion("it names no segments of MVN's, the pelvis first: it is no MVNX file of a body")
     refuse_few_frames(len(content.frames))
-    refuse_rate(content.rate)
+    rate = content.rate if rate is None else rate
+    refuse_rate(rate)
     rest = next((content.poses[name] for name in REST_FRAMES if name in content.poses), None)
     if rest is None:
         raise UnusableMotion("it holds no calibration pose (tpose, identity or npose) to start from")
@@ -127,7 +129,7 @@ def _source(content: _Content) -> SourceMotion:
         raise UnusableMotion("its segments are not in MVN's order, from the pelvis outwards")
     stood, *matrices = (_matrices(frame, len(names)) for frame in (rest, *content.frames))
     moved, people = np.stack(matrices), max(1, content.subjects)
-    return SourceMotion(names, np.array(parents), stood, moved, content.rate, people=people)
+    return SourceMotion(names, np.array(parents), stood, moved, rate, people=people)
 
 
 def _matrices(frame: dict[str, list[float]], n_segments: int) -> np.ndarray:

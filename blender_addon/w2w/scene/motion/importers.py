@@ -21,6 +21,9 @@ OLDEST = 3000
 OLDEST_FOR_PYTHON = 7100
 """FBX 2011: the oldest version, and binary only, that the Python importer before it reads."""
 
+GLTF_RATE = 60.0
+"""Frames per second at which glTF files are read: they have times, no rate."""
+
 SAVE_ANEW = "save it as FBX 7.4 (FBX 2014), binary, where it comes from or with Blender 4.5 or later"
 
 FAULTS = {
@@ -108,15 +111,14 @@ def _check_binary_fbx(path: Path, size: int, head: bytes) -> None:
             position = end
 
 
-def import_gltf(path: Path) -> None:
-    """Import a glTF or VRM file into the open scene, finely enough for its key times.
+def import_gltf(path: Path, keys_as_frames: bool = False) -> None:
+    """Import a glTF or VRM file into the open scene, finely enough for its key times, or a key a frame.
 
     Refused are files that are damaged, of another version, in several parts, or no VRM though named as one.
     """
     is_vrm = path.suffix.lower() in VRM_SUFFIXES
-    check_gltf(path, skin=not is_vrm)
-    render = bpy.context.scene.render
-    render.fps, render.fps_base = 60, 1.0  # a glTF file has times, no rate
+    keys_a_second = check_gltf(path, skin=not is_vrm)
+    set_scene_rate(keys_a_second if keys_as_frames else GLTF_RATE)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "vrm.glb") if is_vrm else path
         if is_vrm:

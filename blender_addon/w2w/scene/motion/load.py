@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Any motion file to a motion on the body, whatever wrote it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -35,26 +35,29 @@ class Carried(NamedTuple):
 Source = SourceMotion | Motion | JointPositions
 """What a motion file may hold."""
 
-READERS = {BVH_SUFFIX: read_bvh, MVNX_SUFFIX: read_mvnx, **dict.fromkeys(SMPL_SUFFIXES, read_amass)}
-"""Readers by the suffix of the file, for files that need nothing but their path."""
+READERS: dict[str, Callable[[Path, float | None], Source]] = {
+    AMC_SUFFIX: read_amc,
+    BVH_SUFFIX: read_bvh,
+    MVNX_SUFFIX: read_mvnx,
+    **dict.fromkeys(SMPL_SUFFIXES, read_amass),
+}
+"""Readers by the suffix of the file; a frame rate that is given goes before the file's own."""
 
 
 def read_motion(path: Path, pose: PoseFacts = NO_FACTS) -> Source:
     """Read a motion file: FBX, glTF and USD through Blender, all else directly.
 
-    `pose` says what is known of joint positions, where the file holds those. Raises `UnusableMotion` if it
-    cannot be used.
+    `pose` says what is known of joint positions, where the file holds those, and the frame rate of any file,
+    whatever it says itself. Raises `UnusableMotion` if it cannot be used.
     """
     if is_joint_file(path):
         return read_joints(path, pose)
     kind = path.suffix.lower()
-    if kind == AMC_SUFFIX:
-        return read_amc(path, pose.rate)
     if kind in READERS:
-        return READERS[kind](path)
+        return READERS[kind](path, pose.rate)
     from .takes import read_clip
 
-    return read_clip(path)
+    return read_clip(path, pose.rate)
 
 
 def carry(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:

@@ -30,15 +30,16 @@ def remove_source(name: str = "") -> None:
         bpy.data.batch_remove([*collection.objects, *data, *actions, collection])
 
 
-def show_source(mesh: bpy.types.Object, name: str, path: Path, scale: float) -> None:
+def show_source(mesh: bpy.types.Object, name: str, path: Path, scale: float, given: float = 0.0) -> None:
     """Import a clip's FBX or BVH file beside the body; selection, frame rate and range stay as they are.
 
-    `scale` is that of the body to the file. A file that Blender cannot import raises an `UnusableMotion`.
+    `scale` is that of the body to the file, `given` a frame rate that goes before the file's,
+    or 0. A file that Blender cannot import raises an `UnusableMotion`.
     """
     objects, actions = set(bpy.data.objects), set(bpy.data.actions)
     with same_selection(), same_timing():
-        import_file(path)
-        rate = scene_rate()
+        import_file(path, keys_as_frames=given > 0)
+        rate = given or scene_rate()
     new = [item for item in bpy.data.objects if item not in objects]
     brought = set(bpy.data.actions) - actions
     for action in brought:

@@ -57,37 +57,40 @@ class Take:
         return round(min(own[0].co[0] for own in keys)), round(max(own[-1].co[0] for own in keys))
 
 
-def read_clip(path: str | Path) -> SourceMotion:
+def read_clip(path: str | Path, rate: float | None = None) -> SourceMotion:
     """Import an FBX, glTF, VRM or USD file, read the take that moves, and remove all that came.
 
-    Raises `UnusableMotion` if the file holds no motion that can be used.
+    `rate` goes before the file's own frames per second; a glTF file's frames are its keys
+    then. Raises `UnusableMotion` if the file holds no motion that can be used.
     """
     path = Path(path)
     before = {action.session_uid for action in bpy.data.actions}
-    with imported(path) as objects:
+    with imported(path, keys_as_frames=rate is not None) as objects:
         # actions that were there before may fit the file's armature too: other clips of the same rig
         source = best_take(objects, [item for item in bpy.data.actions if item.session_uid not in before])
+    source = source if rate is None else replace(source, rate=rate)
     refuse_rate(source.rate)
     return source
 
 
 @contextmanager
-def imported(path: Path) -> Iterator[list[bpy.types.Object]]:
+def imported(path: Path, keys_as_frames: bool = False) -> Iterator[list[bpy.types.Object]]:
     """The objects that a motion file brings, removed again at the end; what was selected is so again."""
     before = existing_data()
     with same_selection():
         try:
             with same_timing():
-                import_file(path)
+                import_file(path, keys_as_frames)
                 yield [item for item in new_data(before) if isinstance(item, bpy.types.Object)]
         finally:
             bpy.data.batch_remove(new_data(before))
 
 
-def import_file(path: Path) -> None:
+def import_file(path: Path, keys_as_frames: bool = False) -> None:
     """Import an FBX, BVH, glTF, VRM or USD file with Blender's importer into the open scene.
 
-    Raises `UnusableMotion` if the file is of another kind, damaged, or Blender refuses it.
+    `keys_as_frames` puts the keys of a glTF file on whole frames. Raises `UnusableMotion` if the file
+    is of another kind, damaged, or Blender refuses it.
     """
     kind = path.suffix.lower()
     if kind not in IMPORTERS:
@@ -95,7 +98,10 @@ def import_file(path: Path) -> None:
             f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)})"
         )
     try:
-        IMPORTERS[kind](path)
+        if kind in GLTF_SUFFIXES:
+            import_gltf(path, keys_as_frames)
+        else:
+            IMPORTERS[kind](path)
     except UnusableMotion:
         raise
     except Exception as error:  # Blender's importers raise anything: KeyError, struct.error, RuntimeError

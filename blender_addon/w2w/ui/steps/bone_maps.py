@@ -9,6 +9,7 @@ from bpy.props import CollectionProperty, StringProperty
 
 from ...core.body.skeleton import JOINT_INDEX, JOINT_NAMES
 from ...core.files import file_sha256, write_json, write_text
+from ...core.keypoints.facts import PoseFacts
 from ...core.motion.source import SourceMotion, UnusableMotion
 from ...core.retargeting.bone_maps import REQUIRED_JOINTS, BoneMap, best_match
 from ...core.retargeting.retarget import matched_joints
@@ -48,9 +49,10 @@ class W2W_OT_map_bones(operators.OnClips, bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         study = state.current_body(context).w2w
-        path = Path(study.clips[study.clip_index].file)
+        clip = study.clips[study.clip_index]
+        path = Path(clip.file)
         try:
-            source, maps = _with_bones(path), saved_maps()
+            source, maps = _with_bones(clip), saved_maps()
         except jobs.EXPECTED as error:
             return jobs.show_error(self, f"{path.name}: {error}")
         found, matched = best_match(source.bones, maps)
@@ -85,7 +87,7 @@ class W2W_OT_map_bones(operators.OnClips, bpy.types.Operator):
         clip = mesh.w2w.clips[mesh.w2w.clip_index]
         file = Path(clip.file)
         try:
-            carried = carry(_with_bones(file), body_of(mesh), [BoneMap.load(path)])
+            carried = carry(_with_bones(clip), body_of(mesh), [BoneMap.load(path)])
             clip.source_sha256 = file_sha256(file)
         except jobs.EXPECTED as error:
             raise ValueError(f"{clip.name}: {error}") from error
@@ -110,9 +112,9 @@ def _path_of(rig: str) -> Path:
     return map_folder() / f"{bpy.path.clean_name(rig)}.json"
 
 
-def _with_bones(path: Path) -> SourceMotion:
-    """The motion of a file that names its bones."""
-    source = read_motion(path)
+def _with_bones(clip: bpy.types.PropertyGroup) -> SourceMotion:
+    """The motion of a clip's file, which names its bones."""
+    source = read_motion(Path(clip.file), PoseFacts(clip.given_rate or None))
     if not isinstance(source, SourceMotion):
         raise UnusableMotion("it names no bones that could be mapped")
     return source

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, StringProperty
 
 from ...core.findings.notes import label_notes
 from ...core.library import import_plan
 from ...core.library.library import LibraryError
+from ...core.motion.source import HIGHEST_RATE
 from ...scene.motion.scene_takes import LeftOut, SceneTake, scene_takes, stands_beside
 from ..jobs import jobs
 from ..jobs.text import styled
@@ -116,6 +117,14 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
         subtype="FILE_PATH",
         options={"SKIP_SAVE"},
     )
+    frame_rate: FloatProperty(
+        name="Frame Rate",
+        description="Frames per second of these files, whatever they say themselves; 0 leaves each its own",
+        min=0.0,
+        max=HIGHEST_RATE,
+        precision=2,
+        options={"SKIP_SAVE"},
+    )
     planned: tuple[object, Found] | None = None
     """The settings looked at last and what was found; a dialog opened again reads the folder anew."""
 
@@ -123,12 +132,13 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
         layout.row().prop(self, "labelled_by", expand=True)
         if self.labelled_by == import_plan.BY_CSV:
             layout.prop(self, "csv")
+        layout.prop(self, "frame_rate")
 
     def found(self, context: bpy.types.Context) -> Found:
         """The files to import as it is set; looked at anew only when that changes, for it is drawn often."""
         names = tuple(file.name for file in self.files if file.name)
         listed = tuple(listed_files(state.current_body(context)))
-        settings = (self.directory, names, self.labelled_by, self.csv, self.again, listed)
+        settings = (self.directory, names, self.labelled_by, self.csv, self.frame_rate, self.again, listed)
         if self.planned is None or self.planned[0] != settings:
             self.planned = settings, self.look(names, listed)
         return self.planned[1]
@@ -146,7 +156,9 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
             return Found(error=str(error))
         if not self.again:
             plan = import_plan.without_known(plan, listed)
-        return Found(wanted(plan), plan.activities, plan.known, plan.left_out, label_notes(plan.check))
+        return Found(
+            wanted(plan, self.frame_rate), plan.activities, plan.known, plan.left_out, label_notes(plan.check)
+        )
 
 
 def source_armatures(scene: bpy.types.Scene) -> list[bpy.types.Object]:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import bpy
 
 from ...core.files import file_sha256
+from ...core.keypoints.facts import PoseFacts
 from ...core.library.import_plan import ImportPlan, same_files
 from ...core.motion.source import reason_of
 from ...core.retargeting.bone_maps import BoneMap
@@ -30,6 +31,7 @@ class Wanted(NamedTuple):
     subject: str = ""
     motion_key: str = ""
     take: SceneTake | None = None
+    rate: float = 0.0  # frames per second of the file, whatever it says; 0 where its own is right
 
     @property
     def shown(self) -> str:
@@ -42,9 +44,12 @@ class Wanted(NamedTuple):
         return "" if self.take is None else f"{self.take.take.armature.name}|{self.take.name}"
 
 
-def wanted(plan: ImportPlan) -> list[Wanted]:
-    """Files that a plan would import, with their labels."""
-    return [Wanted(clip.path, clip.name, clip.activity, clip.subject, clip.motion_key) for clip in plan.clips]
+def wanted(plan: ImportPlan, rate: float = 0.0) -> list[Wanted]:
+    """Files that a plan would import, with their labels, at a frame rate that is not 0."""
+    return [
+        Wanted(clip.path, clip.name, clip.activity, clip.subject, clip.motion_key, rate=rate)
+        for clip in plan.clips
+    ]
 
 
 def listed_files(mesh: bpy.types.Object) -> list[Path]:
@@ -80,7 +85,7 @@ def import_steps(
             yield Step(number / len(wanted), item.shown)
             try:
                 if item.take is None:
-                    source = read_motion(item.path)
+                    source = read_motion(item.path, PoseFacts(item.rate or None))
                 else:  # Blender must play it to read it: the window gets its turn after each frame
                     frames, count = read_scene_take(item.take), len(wanted)
                     source = yield from as_steps(frames, item.shown, number / count, (number + 1) / count)
@@ -88,7 +93,7 @@ def import_steps(
                 unlabelled += not item.activity
             except Exception as error:  # even a fault of ours costs this clip alone
                 failed += 1
-                _add_failed(mesh, item.path, item.shown, reason_of(error))
+                _add_failed(mesh, item.path, item.shown, reason_of(error), item.rate)
         for name, reason in left_out:
             _add_failed(mesh, Path(), name, reason)
     except BaseException:
@@ -136,6 +141,7 @@ def add_clip(mesh: bpy.types.Object, armature: bpy.types.Object, carried: Carrie
     with state.without_updates():  # activities are listed when all clips are in
         clip.activity = item.activity
     clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
+    clip.given_rate = item.rate
     set_motion(armature, clip, carried)
 
 
@@ -164,10 +170,11 @@ def remove_clips(mesh: bpy.types.Object, indices: Iterable[int]) -> None:
     study.clip_index = min(max(study.clip_index, 0), max(len(study.clips) - 1, 0))
 
 
-def _add_failed(mesh: bpy.types.Object, file: Path, name: str, reason: str) -> None:
+def _add_failed(mesh: bpy.types.Object, file: Path, name: str, reason: str, rate: float = 0.0) -> None:
     name = _free_name(mesh, name)
     clip = mesh.w2w.clips.add()
     clip.name, clip.file, clip.problem = name, str(file) if file.name else "", reason
+    clip.given_rate = rate
 
 
 def _free_name(mesh: bpy.types.Object, name: str) -> str:

@@ -144,7 +144,7 @@ class W2W_OT_show_source(operators.OnBody, bpy.types.Operator):
             return
         source_beside.remove_source()
         try:
-            source_beside.show_source(mesh, clip.name, Path(clip.file), clip.scale)
+            source_beside.show_source(mesh, clip.name, Path(clip.file), clip.scale, clip.given_rate)
         except UnusableMotion as error:
             raise ValueError(f"{clip.name}: {error}") from error
         bpy.ops.w2w.preview_clip(index=mesh.w2w.clip_index)
