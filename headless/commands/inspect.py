@@ -103,7 +103,8 @@ def _about_source(
     if isinstance(source, JointPositions):
         return [*_about_joints(source, details, body), ("frames", rate)]
     if not isinstance(source, SourceMotion):
-        return [("skeleton", "SMPL joints"), ("frames", rate)]
+        still = "" if np.ptp(source.pelvis, axis=0).any() else ", in place: the file has no path of the body"
+        return [("skeleton", f"SMPL joints{still}"), ("frames", rate)]
     matched = f"matched by their names ({details['skeleton']})"
     if details["skeleton"] == BY_STRUCTURE:
         matched = "matched by structure, as no bone map knows their names"

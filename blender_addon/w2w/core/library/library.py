@@ -256,4 +256,5 @@ def is_joint_file(path: Path) -> bool:
         names = set(array_names(path)) if path.is_file() else set()
     except (OSError, ValueError):
         return False
-    return not {"poses", "bodyPose", "pose_body", "body_pose"} & names and bool(set(POSITION_KEYS) & names)
+    rotations = {"poses", "bodyPose", "pose_body", "body_pose", "smpl_poses", "pose_world", "pred_rotmat"}
+    return not rotations & names and bool(set(POSITION_KEYS) & names)

@@ -16,6 +16,7 @@ from ..body.skeleton import BODY_HANDS, N_JOINTS, Y_UP_TO_Z_UP
 from ..files import array_names, read_arrays, write_npz
 from ..filtering import butterworth, count_resampled
 from ..rotations import in_axes
+from .smpl_layouts import RESULT_KEYS, in_smplx_form
 from .source import (
     UnusableMotion,
     reading,
@@ -187,7 +188,8 @@ def _motion_of(arrays: dict[str, np.ndarray], z_up: bool = False, rate: float | 
 def _read_arrays(path: Path, further: Sequence[str] = ()) -> dict[str, np.ndarray]:
     """The small arrays of an npz; object arrays and unreasonable sizes are refused."""
     poses = [name for names in POSE_KEYS for name in names]
-    arrays = read_arrays(path, (*poses, *TRANS_KEYS, *RATE_KEYS, *further), MAX_BYTES)
+    names = (*poses, *TRANS_KEYS, *RESULT_KEYS, *RATE_KEYS, *further)
+    arrays = in_smplx_form(read_arrays(path, names, MAX_BYTES))
     if not any(arrays.keys() >= set(names) for names in POSE_KEYS):
         held = ", ".join(sorted(array_names(path))[:8])
         raise UnusableMotion(f"it is not an AMASS-style motion: it holds {held} and no 'poses'")
