@@ -6,6 +6,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 from w2w.headless.reports.draw import draw_side_by_side, write_blend
@@ -38,7 +39,8 @@ def make_run(data: Path, folder: Path, patches: int = N_PATCHES) -> Path:
     )
     if done.returncode:
         raise RuntimeError(done.stdout + done.stderr)
-    why = draw_side_by_side([write_blend], folder / "results")[0]
+    out = folder / "results"
+    why = draw_side_by_side([partial(write_blend, to=out)], out)[0]
     if why:
         raise RuntimeError(why)
-    return folder / "results"
+    return out

@@ -64,6 +64,7 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study 
     None where everything was there already, unless the plan has it made `again`.
     """
     with _in_folder(out, monitor):
+        check(out, ())
         # a program that reads events is told of every clip
         done = not (plan.again or monitor.log.stream) and is_untouched(plan, body, out)
         if not done:

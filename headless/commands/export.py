@@ -10,6 +10,7 @@ from rich.markup import escape
 
 from w2w.core.exports import arrays, bids, biomechanics, parquet, pose_packs
 from w2w.core.exports.study_signals import ALL, StudySignals, WornSignals, placed
+from w2w.core.inside import inside
 from w2w.core.results_folder import StudyResults
 from w2w.core.wording import capital, shown
 
@@ -54,7 +55,7 @@ def export(
         if tool not in WRITERS:
             raise ValueError(f"--for must be one of {', '.join(WRITERS)}, not {tool}")
         study = StudyResults.load(results)
-        target = out or results / "export" / tool
+        target = out or inside(results, f"export/{tool}")
         say = lambda text: console.print(f"{capital(text)}.", markup=False)  # noqa: E731
         signals = _signals(study, tool, places, sensor, say)
         check_whole(target)

@@ -28,7 +28,7 @@ from ..reports import draw, html
 from ..reports.console_tables import show_answer, show_places, show_worn
 from ..runs.folder import HEATMAPS, FolderBusyError, only_run, picture_files
 from ..runs.monitor import RunMonitor
-from ..runs.own_files import check, claimed, new_file, note
+from ..runs.own_files import check, listed, new_file
 from ..study_options import declared
 
 LEFT_BEHIND = ("lock", "holder", "running")
@@ -108,7 +108,7 @@ def place(
     if redrawn:
         _redraw(results, study, config, advice, console)
     if folder is not None:
-        with copied(results, folder) as copy:
+        with ending(USAGE, console), copied(results, folder) as copy:
             _redraw(copy, study, config, advice, console)
     elif out is not None:
         write_json(out, advice_content(advice, study.utility, study.patches))
@@ -122,7 +122,8 @@ def copied(results: Path, folder: Path) -> Iterator[Path]:
     folder.parent.mkdir(parents=True, exist_ok=True)
     with folder_beside(folder) as temporary:
         copy = Path(temporary) / folder.name
-        shutil.copytree(results, copy, ignore=shutil.ignore_patterns(*LEFT_BEHIND, f".*{UNFINISHED}"))
+        left = shutil.ignore_patterns(*LEFT_BEHIND, f".*{UNFINISHED}")
+        shutil.copytree(results, copy, symlinks=True, ignore=left)
         yield copy
         if folder.exists():
             folder.rmdir()
@@ -145,21 +146,20 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
             study = StudyResults.load(out)
             utility, patches = ranked.utility, study.patches
             check_redraw(study)
-            tables = ["config.json", "summary.json", PLACEMENTS]
+            reweighed = not np.array_equal(utility.weights, study.utility.weights)
+            tables = ["config.json", "summary.json", PLACEMENTS, *((UTILITY, "utility.csv") * reweighed)]
             content = advice_content(advice, utility, ranked.patches)
             content |= map_content(utility, patches, study.config().placements)
-            with claimed(out, [draw.BLEND]):
-                if not np.array_equal(utility.weights, study.utility.weights):
+            with listed(out, tables):
+                if reweighed:
                     write_map(out, utility, patches, advice.clusters)
-                    tables += [UTILITY, "utility.csv"]
                 write_placements(out, content["cards"], patches)
                 changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
                 for name, change in changes.items():
                     before = json.loads((out / name).read_text(encoding="utf-8"))
                     write_json(out / name, {**before, **change})
-                html.write_report(out)
-                failed = draw.draw_folder(out, study.utility.activities, RunMonitor(console))
-            note(out, tables)
+            html.write_report(out)
+            failed = draw.draw_folder(out, study.utility.activities, RunMonitor(console))
     except FolderBusyError as error:
         console.print(str(error), style="red", markup=False)
         raise typer.Exit(BUSY) from error

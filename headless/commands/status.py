@@ -10,6 +10,7 @@ from filelock import FileLock, Timeout
 from rich.console import Console
 
 from w2w.core.clip_files import WORK
+from w2w.core.inside import ForeignFileError, inside
 
 from ..console import USAGE
 from ..options import argument
@@ -23,8 +24,12 @@ def status(out: argument(Path, "OUT", "The results folder of a run.")) -> None:
     """
     console = Console(highlight=False)
     try:
+        inside(out, f"{WORK}/lock")
         state = read_state(out)
-    except (OSError, ValueError, TypeError) as error:
+    except ForeignFileError as error:
+        console.print(str(error), style="red", markup=False)
+        raise typer.Exit(USAGE) from error
+    except (OSError, ValueError, TypeError, RecursionError) as error:
         console.print(f"[red]No run was started in {out}.[/red]")
         raise typer.Exit(USAGE) from error
     console.print(describe(state, is_running(out)))

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from w2w.core.clip_ranking import LabelledClip
 from w2w.core.colours import patch_colours, score_range, span_note
+from w2w.core.files import folder_beside
 from w2w.core.results_folder import StudyResults
 from w2w.core.selection.answer import best_single
 from w2w.core.selection.headline import mean_title
@@ -24,7 +25,7 @@ from w2w.scene.base.output import output_to
 from ..blender import NoBlenderError, forget_scripts_path, needs_blender
 from ..runs.folder import HEATMAPS, MEAN, SUBSET, picture_files, picture_names
 from ..runs.monitor import RunMonitor
-from ..runs.own_files import claimed, remove_written
+from ..runs.own_files import move_in, remove_written
 from ..runs.workers import run_side_by_side
 from ..system_libraries import missing_library
 
@@ -51,21 +52,19 @@ MAX_SAID = 300
 
 def draw_folder(out: Path, activities: Sequence[str], monitor: RunMonitor) -> dict[str, str]:
     """Draw `heatmaps/*.png` and save `study.blend` in a folder of results; what failed, and why."""
-    folder = out / HEATMAPS
-    folder.mkdir(exist_ok=True)
-    remove_written(out, lambda name: name.startswith(f"{HEATMAPS}/"))
     files = picture_files(activities)
-    pictures = [folder / file for file in files]
-    works = {HEATMAPS: write_pictures, BLEND: write_blend}
     title = f"Drawing heatmaps, saving {BLEND}"
-    with (
-        claimed(out, [f"{HEATMAPS}/{file}" for file in files]),
-        monitor.bar("drawing", len(files), title) as advance,
-        _counted(pictures, advance),
-    ):
-        failed = dict(zip(works, draw_side_by_side(list(works.values()), out), strict=True))
-    if failed[BLEND]:
-        (out / BLEND).unlink(missing_ok=True)  # one of an earlier run shows other results
+    with folder_beside(out / HEATMAPS) as temporary:
+        (new := Path(temporary, HEATMAPS)).mkdir()
+        works = {
+            HEATMAPS: partial(write_pictures, to=new.parent), BLEND: partial(write_blend, to=new.parent),
+        }  # fmt: skip
+        pictures = [new / file for file in files]
+        with monitor.bar("drawing", len(files), title) as advance, _counted(pictures, advance):
+            failed = dict(zip(works, draw_side_by_side(list(works.values()), out), strict=True))
+        drawn = {*move_in(out, new.parent)}
+    # those of an earlier run show other results
+    remove_written(out, lambda name: name not in drawn and name.startswith((f"{HEATMAPS}/", BLEND)))
     return {name: why for name, why in failed.items() if why}
 
 
@@ -119,8 +118,8 @@ def _counted(files: Sequence[Path], advance: Callable[[int], None]) -> Iterator[
         counter.join()
 
 
-def write_pictures(out: Path) -> None:
-    """Draw `heatmaps/*.png` of a finished study: one for each activity, the mean and the set."""
+def write_pictures(out: Path, to: Path) -> None:
+    """Draw `heatmaps/*.png` of a finished study, one for each activity, the mean and the set, in a folder."""
     from w2w.drawing.body import BodyPictures, size_for
     from w2w.drawing.heatmap import VIEW_PIXELS, Scale, heatmap_figure  # matplotlib is slow to import
 
@@ -141,21 +140,21 @@ def write_pictures(out: Path) -> None:
             views = shaded.coloured(patch_colours(study.patches, scores, low, high))
             subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
             subtitle += f"Best spot: {study.patches.names[spot]} ({scores[spot]:.2f} on other clips)"
-            path = out / HEATMAPS / f"{name}.png"
+            path = to / HEATMAPS / f"{name}.png"
             drawn.append(pages.submit(heatmap_figure, path, views, title, scale, subtitle))
         for one in drawn:
             one.result()
-    _draw_worn(study, shaded, views, scale)  # on the last map, the mean
+    _draw_worn(study, to, shaded, views, scale)  # on the last map, the mean
 
 
-def write_blend(out: Path) -> None:
-    """Save a finished study's `study.blend`: body, actions, empties, heatmaps and what the panel shows."""
+def write_blend(out: Path, to: Path) -> None:
+    """Save a finished study's `study.blend`, body, actions, empties, heatmaps, what the panel shows."""
     with needs_blender():
         from w2w.scene.files.study_file import write_study
 
     study = StudyResults.load(out)
     motions = (study.motion(clip.name) for clip in clips_in_blend(study.clips))
-    write_study(out / BLEND, study, motions, marked(study).order)
+    write_study(to / BLEND, study, motions, marked(study).order)
 
 
 def clips_in_blend(clips: Sequence[LabelledClip]) -> list[LabelledClip]:
@@ -191,7 +190,9 @@ def marked(study: StudyResults) -> Marked:
     return Marked(order, scores, worn["target"], capital(worn["sentence"]))
 
 
-def _draw_worn(study: StudyResults, shaded: BodyPictures, views: list[np.ndarray], scale: Scale) -> None:
+def _draw_worn(
+    study: StudyResults, to: Path, shaded: BodyPictures, views: list[np.ndarray], scale: Scale
+) -> None:
     from w2w.drawing.heatmap import subset_figure  # matplotlib is slow to import
 
     shown, body = marked(study), shaded.body
@@ -205,7 +206,7 @@ def _draw_worn(study: StudyResults, shaded: BodyPictures, views: list[np.ndarray
     if len(order) < len(shown.order):
         subtitle += f" (the first {len(order)} of {len(shown.order)} patches shown)"
     subset_figure(
-        study.out / HEATMAPS / f"{SUBSET}.png",
+        to / HEATMAPS / f"{SUBSET}.png",
         views,
         f"Where to wear {count}",
         scale,

@@ -21,6 +21,7 @@ from w2w.core.files import file_sha256, write_json
 from w2w.core.findings.summary import versions
 from w2w.core.garments.cover import FITTED
 from w2w.core.garments.cut import split_name
+from w2w.core.inside import inside
 from w2w.core.library.library import Clip
 
 from .clip_task import Looks, look, stamp
@@ -125,7 +126,7 @@ def _labels(clip: Clip) -> tuple[str, ...]:
 
 def _files_below(out: Path, folder: str) -> Iterator[tuple[str, int, int]]:
     """Path, size and time of each file below a folder, which is given by its path in `out`."""
-    with os.scandir(f"{out}/{folder}") as entries:
+    with os.scandir(inside(out, folder)) as entries:
         for entry in sorted(entries, key=attrgetter("name")):
             if entry.is_dir(follow_symlinks=False):
                 yield from _files_below(out, f"{folder}/{entry.name}")

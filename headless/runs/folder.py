@@ -161,7 +161,7 @@ def remove_leftovers(out: Path, library: set[str], used: set[str], records: Reco
     stale = {clip: records[clip] for clip in records if clip not in library}
     found = {clip: files for clip, record in stale.items() if (files := given_names(out, clip, record))}
     for files in found.values():
-        remove_own(out, files)
+        remove_own(out, {name: {value} for name, value in files.items()})
     if found:
         tidy(out, found)  # a record of no use stays, or its clip would be tried again
     for file in _below(out, f"{WORK}/features"):
@@ -174,8 +174,8 @@ def remove_unfinished(out: Path) -> None:
     """Remove files that a run was writing when it was killed."""
     inside = (*FOLDERS, *_subfolders(), HEATMAPS, WORK)
     for folder in (out, *(out / name for name in inside)):
-        for path in folder.glob(f".*{UNFINISHED}"):
-            if path.is_dir():
+        for path in () if folder.is_symlink() else folder.glob(f".*{UNFINISHED}"):
+            if path.is_dir() and not path.is_symlink():
                 shutil.rmtree(path)
             else:
                 path.unlink(missing_ok=True)

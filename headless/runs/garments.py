@@ -9,6 +9,7 @@ from w2w.core.body.body import Body
 from w2w.core.files import file_sha256
 from w2w.core.garments.cover import FITTED, Cover, cover, save_covers, without_overlap
 from w2w.core.garments.cut import KINDS, cut, split_name
+from w2w.core.inside import inside
 from w2w.core.patches.patches import PatchSet
 from w2w.core.study import StudyConfig
 from w2w.scene.base.output import quiet_output
@@ -44,7 +45,7 @@ def fit_garments(config: StudyConfig, body: Body, patches: PatchSet, out: Path) 
 
     A ValueError says which garment cannot be worn, or covers nothing that an outer one leaves.
     """
-    path = out / FITTED
+    path = inside(out, FITTED)
     if not config.garments:
         path.unlink(missing_ok=True)
         return

@@ -26,6 +26,7 @@ from rich.progress import (
 
 from w2w.core.clip_files import WORK
 from w2w.core.files import write_json
+from w2w.core.inside import inside
 from w2w.core.library.library import Library
 from w2w.core.results_folder import ClipResult
 from w2w.core.wording import capital
@@ -151,7 +152,7 @@ class RunMonitor:
 
 def state_file(out: Path) -> Path:
     """The file with the state of the run in a folder."""
-    return out / WORK / "state.json"
+    return inside(out, f"{WORK}/state.json")
 
 
 def read_state(out: Path) -> RunState:

@@ -2,33 +2,35 @@
 """The rule for everything that W2W writes: it replaces and removes its own files, and nobody else's.
 
 A file is W2W's where it is listed with its hash: files of a clip in the clip's record, all others in
-`written.sha256`, as `sha256sum` writes it. A name is claimed there before anything is written under it, so
-that a run that was killed in between can go on. Everything is checked before anything is made.
+`written.sha256`, as `sha256sum` writes it. The hash is listed before the file gets its name, beside that of
+the file before it, so that a run that was killed in between can go on, and a list that somebody else made
+gives away no file whose content he does not know. Everything is checked before anything is made.
 """
 
 from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from tempfile import mkdtemp
 
 from w2w.core.clip_files import WORK
-from w2w.core.files import UNFINISHED, file_sha256, write_text
+from w2w.core.files import UNFINISHED, file_sha256, told_of_writes, write_text
+from w2w.core.inside import ForeignFileError, checked, inside
 from w2w.core.wording import shown
 
 LIST = f"{WORK}/written.sha256"
-CLAIMED = "0" * 64
-"""In the list, in place of the hash of a file that may not be written yet."""
+
+Hashes = dict[str, set[str]]
+"""Hashes that a file of W2W's may have, by its path in the folder."""
+
+UNLINKED = (WORK, f"{WORK}/clips", f"{WORK}/running")
+"""Folders in which files are written in place, not renamed: no link may lie there."""
 
 MAX_NAMED = 3
 """Names of foreign files that a sentence gives."""
-
-
-class ForeignFileError(ValueError):
-    """A file that W2W did not write is where W2W must write; the message names it."""
 
 
 def keep_apart(library: Path, out: Path) -> None:
@@ -70,28 +72,48 @@ def check(folder: Path, names: Iterable[str]) -> None:
     there = next(place for place in (folder, *folder.absolute().parents) if os.path.lexists(place))
     if not there.is_dir():
         raise ForeignFileError(f"{shown(there)} is not a folder: give another one")
-    written = _read(folder)
-    found = (_in_the_way(folder, name, written) for name in (LIST, *names))
-    _refuse(folder, [name for name in dict.fromkeys(found) if name])
+    links = [name for place in UNLINKED for name in _links_in(folder, place)]
+    if not links:
+        written = _read(folder)
+        links = [_in_the_way(folder, name, written) for name in (LIST, *names)]
+    _refuse(folder, [name for name in dict.fromkeys(links) if name])
 
 
 @contextmanager
 def claimed(folder: Path, names: Iterable[str]) -> Iterator[None]:
-    """`check` names, claim them for the files that the block writes, and list these with their hashes."""
+    """`check` names, and list the files that the block writes under them."""
     check(folder, names := list(names))
-    (folder / WORK).mkdir(parents=True, exist_ok=True)
-    _write(folder, _read(folder) | dict.fromkeys(names, CLAIMED))
-    try:
+    with listed(folder, names):
         yield
+
+
+@contextmanager
+def listed(folder: Path, names: Collection[str]) -> Iterator[None]:
+    """List the files that the block writes under these names, with their hashes."""
+    (folder / WORK).mkdir(parents=True, exist_ok=True)
+    places = {folder / name: name for name in names}
+
+    def tell(temporary: Path, path: Path) -> None:
+        if path in places:
+            _write(folder, _either(_read(folder), {places[path]: {file_sha256(temporary)}}))
+
+    try:
+        with told_of_writes(tell):
+            yield
     finally:
-        with suppress(OSError):  # a full disk: what is claimed stays ours
-            note(folder, names)
+        with suppress(OSError):  # a full disk: what was listed stays ours
+            _note(folder, names)
 
 
-def note(folder: Path, names: Iterable[str]) -> None:
+def _either(before: Hashes, after: Hashes) -> Hashes:
+    """The hashes of both lists: while a file is replaced, either may be the one that is there."""
+    return {name: before.get(name, set()) | after.get(name, set()) for name in before | after}
+
+
+def _note(folder: Path, names: Collection[str]) -> None:
     """List files that were just written, with their hashes, and none under whose name nothing was written."""
-    made = {name: file_sha256(folder / name) for name in names if (folder / name).is_file()}
-    others = {name: value for name, value in _read(folder).items() if name not in names}
+    made = {name: {file_sha256(folder / name)} for name in names if (folder / name).is_file()}
+    others = {name: hashes for name, hashes in _read(folder).items() if name not in names}
     _write(folder, others | made)
 
 
@@ -106,14 +128,23 @@ def published(folder: Path, inputs: Iterable[Path | None] = ()) -> Iterator[Path
     temporary = Path(mkdtemp(dir=beside, prefix=f".{folder.name[:40]}.", suffix=UNFINISHED))
     try:
         yield temporary
-        names = _files_in(temporary)
-        with claimed(folder, names):
-            for name in names:
-                (folder / name).parent.mkdir(parents=True, exist_ok=True)
-                (temporary / name).replace(folder / name)
+        names = move_in(folder, temporary)
         remove_written(folder, lambda name: name not in names)
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+
+
+def move_in(folder: Path, temporary: Path) -> list[str]:
+    """Give all files of a temporary folder their names in a folder, after `check`; returns the names."""
+    check(folder, names := _files_in(temporary))
+    (folder / WORK).mkdir(parents=True, exist_ok=True)
+    before, made = _read(folder), {name: {file_sha256(temporary / name)} for name in names}
+    _write(folder, _either(before, made))
+    for name in names:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (temporary / name).replace(folder / name)
+    _write(folder, before | made)
+    return names
 
 
 def check_whole(folder: Path, inputs: Iterable[Path | None] = ()) -> None:
@@ -133,17 +164,18 @@ def remove_written(folder: Path, which: Callable[[str], bool]) -> None:
     _write(folder, {name: value for name, value in written.items() if name not in stale})
 
 
-def remove_own(folder: Path, hashes: Mapping[str, str]) -> None:
-    """Remove files, given by their paths in a folder, that still have their hash; others stay."""
+def remove_own(folder: Path, hashes: Hashes) -> None:
+    """Remove files, given by their paths in a folder, that still have one of their hashes; others stay."""
     for name in hashes:
-        if (folder / name).is_file() and _is_ours(folder, name, hashes):
-            (folder / name).unlink()
+        path = inside(folder, name)
+        if path.is_file() and _is_ours(folder, name, hashes):
+            path.unlink()
 
 
 def is_whole(folder: Path) -> bool:
     """Whether all files on a folder's list are there as they were written."""
-    files = ((folder / name, value) for name, value in _read(folder).items())
-    return all(path.is_file() and file_sha256(path) == value for path, value in files)
+    files = ((inside(folder, name), hashes) for name, hashes in _read(folder).items())
+    return all(path.is_file() and {file_sha256(path)} == hashes for path, hashes in files)
 
 
 def _refuse(folder: Path, foreign: list[str]) -> None:
@@ -157,7 +189,17 @@ def _refuse(folder: Path, foreign: list[str]) -> None:
     )
 
 
-def _in_the_way(folder: Path, name: str, written: Mapping[str, str]) -> str:
+def _links_in(folder: Path, place: str) -> list[str]:
+    """Links in a folder, or the folder itself where it is one, by their paths."""
+    if (folder / place).is_symlink():
+        return [place]
+    if not (folder / place).is_dir():
+        return []
+    with os.scandir(folder / place) as entries:
+        return sorted(f"{place}/{entry.name}" for entry in entries if entry.is_symlink())
+
+
+def _in_the_way(folder: Path, name: str, written: Hashes) -> str:
     """Name of the foreign file, or of the link or file where a folder must be, that is in a file's way."""
     for parent in reversed(PurePosixPath(name).parents[:-1]):
         place = folder / parent
@@ -166,14 +208,14 @@ def _in_the_way(folder: Path, name: str, written: Mapping[str, str]) -> str:
     return "" if name == LIST or _is_ours(folder, name, written) else name
 
 
-def _is_ours(folder: Path, name: str, written: Mapping[str, str]) -> bool:
-    """Whether there is nothing, the very file that W2W wrote, or one that it claimed and may have written."""
+def _is_ours(folder: Path, name: str, written: Hashes) -> bool:
+    """Whether there is nothing, or the very file that W2W wrote."""
     path = folder / name
     if not os.path.lexists(path):
         return True
     if name not in written or path.is_symlink() or not path.is_file():
         return False
-    return written[name] in (CLAIMED, file_sha256(path))
+    return file_sha256(path) in written[name]
 
 
 def _files_in(folder: Path) -> list[str]:
@@ -188,15 +230,20 @@ def _files_in(folder: Path) -> list[str]:
     return sorted(found)
 
 
-def _read(folder: Path) -> dict[str, str]:
-    """The listed hash of every file that is ours."""
+def _read(folder: Path) -> Hashes:
+    """The listed hashes of every file that is ours; a ForeignFileError where a name leads elsewhere."""
+    path, found = inside(folder, LIST), Hashes()
     try:
-        lines = (folder / LIST).read_text(encoding="utf-8").splitlines()
+        lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, ValueError):
-        return {}
-    return {name: sha256 for sha256, _, name in (line.partition("  ") for line in lines) if name}
+        return found
+    for number, line in enumerate(lines, start=1):
+        sha256, gap, name = line.partition("  ")
+        if gap:
+            found.setdefault(checked(name, f"{path}, line {number},"), set()).add(sha256)
+    return found
 
 
-def _write(folder: Path, written: Mapping[str, str]) -> None:
-    lines = [f"{sha256}  {name}\n" for name, sha256 in sorted(written.items())]
+def _write(folder: Path, written: Hashes) -> None:
+    lines = [f"{sha256}  {name}\n" for name, hashes in sorted(written.items()) for sha256 in sorted(hashes)]
     write_text(folder / LIST, "".join(lines))

@@ -17,6 +17,7 @@ from typing import Any
 
 from w2w.core.clip_files import WORK, motion_file, signals_file
 from w2w.core.files import UNFINISHED, file_sha256, write_json, write_text
+from w2w.core.inside import ForeignFileError, checked, inside, is_plain
 from w2w.core.results_folder import ClipResult
 
 from .clip_task import ClipTask, Looks
@@ -76,7 +77,7 @@ def write_record(task: ClipTask, result: ClipResult, looks: Looks, files: tuple[
         names[path.relative_to(task.out).as_posix()] = nameless if nameless.exists() else path
     if before := last_record(task):
         others = given_names(task.out, task.clip.name, before).items()
-        remove_own(task.out, {name: value for name, value in others if name not in names})
+        remove_own(task.out, {name: {value} for name, value in others if name not in names})
     key = task.key(result.source_sha256)
     changed = bool(looks) and task.look() != looks
     content = {
@@ -105,7 +106,7 @@ def refresh(task: ClipTask, record: Record, looks: Looks) -> None:
 
 def _size_and_time(path: Path | str) -> list[int]:
     """Bytes of a file of ours and when it was written (ns), which its name and a move leave alone."""
-    found = os.stat(path)  # noqa: PTH116 - a path's own call costs more
+    found = os.lstat(path)  # no file of ours is a link
     return [found.st_size, found.st_mtime_ns]
 
 
@@ -133,14 +134,15 @@ def has_records(out: Path) -> bool:
 
 def lists_in(out: Path) -> list[Path]:
     """The list of the folder's records, and those of its shards."""
-    return sorted((out / WORK).glob(f"{LIST}*.jsonl"))
+    return [inside(out, f"{WORK}/{path.name}") for path in sorted((out / WORK).glob(f"{LIST}*.jsonl"))]
 
 
 def read_records(out: Path) -> Records:
     """The newest record of each clip; of one that is damaged no more than whose it is."""
     lists = ((path, path.stat()) for path in lists_in(out))
     found = dict(_listed(tuple((path, of.st_size, of.st_mtime_ns) for path, of in lists)))
-    for path in (out / WORK / "clips").glob("*.json"):
+    for own in (out / WORK / "clips").glob("*.json"):
+        path = inside(out, f"{WORK}/clips/{own.name}")
         if record := _own_record(path):
             found[path.stem] = json.dumps(record)
     return Records(found, out)
@@ -153,9 +155,10 @@ def _listed(lists: tuple[tuple[Path, int, int], ...]) -> dict[str, str]:
     for path, *_ in lists:
         lines = {}
         with path.open(encoding="utf-8", errors="replace") as stream:
-            for line in stream:
+            for number, line in enumerate(stream, start=1):
                 if name := CLIP.match(line):  # a kill may have cut it short before the clip's name
-                    lines[name[1]] = line.rstrip("\n")  # the last is the newest, whatever the clock said
+                    clip = checked(name[1], f"{path}, line {number},")
+                    lines[clip] = line.rstrip("\n")  # the last is the newest, whatever the clock said
         found |= {clip: line for clip, line in lines.items() if not _older(line, found.get(clip), clip)}
     return found
 
@@ -213,6 +216,8 @@ def given_names(out: Path, clip: str, record: Record) -> dict[str, str]:
     """Hashes of the motion and signals that a record names, which is believed about no other file."""
     paths, files = (motion_file(out, clip), signals_file(out, clip)), record.get("files")
     names = [path.relative_to(out).as_posix() for path in paths]
+    if isinstance(files, Mapping):
+        _check_names(out, clip, record)
     if not isinstance(files, Mapping):
         return dict.fromkeys(names, "")  # the record is damaged, but ours
     return {name: str(files[name]) for name in names if name in files}
@@ -224,16 +229,38 @@ def untouched(task: ClipTask, record: Record | None) -> ClipResult | None:
     Neither is read.
     """
     try:
+        files = _check_names(task.out, task.clip.name, record)
         source, made = record["source"], record["made"]
         if source["looks"] != task.look() or record["key"] != task.key(source["sha256"]):
             return None
-        if any(made[name] != _size_and_time(f"{task.out}/{name}") for name in record["files"]):
+        if any(made[name] != _size_and_time(f"{task.out}/{name}") for name in files):
             return None
         if isinstance(record["reason"], str) and isinstance(record["details"], dict):
             return ClipResult(task.clip, record["reason"], record["details"], source["sha256"])
+    except ForeignFileError:
+        raise
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         pass
     return None
+
+
+def _check_names(out: Path, clip: str, record: Record) -> Collection[str]:
+    """The names of the files in a clip's record; a ForeignFileError where one leads out of the folder."""
+    for name in record["files"]:
+        if not is_plain(name):
+            checked(name, _place_of(out, clip))
+    return record["files"]
+
+
+def _place_of(out: Path, clip: str) -> str:
+    """Where a clip's record stands, in words."""
+    found = str(out / WORK / "clips" / f"{clip}.json")
+    for path in lists_in(out):
+        with path.open(encoding="utf-8", errors="replace") as stream:
+            for number, line in enumerate(stream, start=1):
+                if (begun := CLIP.match(line)) and begun[1] == clip:
+                    found = f"{path}, line {number},"
+    return found
 
 
 def finished(task: ClipTask, key: str) -> Record | None:
@@ -242,7 +269,8 @@ def finished(task: ClipTask, key: str) -> Record | None:
     try:
         if done["key"] != key or not isinstance(done["reason"], str) or not isinstance(done["details"], dict):
             return None
-        whole = all(_is_whole(task.out / name, value) for name, value in done["files"].items())
+        _check_names(task.out, task.clip.name, done)
+        whole = all(_is_whole(inside(task.out, name), value) for name, value in done["files"].items())
     except (OSError, KeyError, TypeError, AttributeError):
         return None
     return done if whole else None

@@ -14,6 +14,7 @@ from zipfile import ZipFile
 import numpy as np
 
 from .files import DAMAGED, load_arrays, write_npz
+from .inside import inside
 from .library.library import WORK_FOLDER, Clip
 from .ranking.utility import inputs_of
 from .windows.inputs import FeatureFiles, PatchBlocks, WindowFiles
@@ -38,25 +39,25 @@ def divide(folder: Path) -> None:
                 (folder / name).mkdir(exist_ok=True)
 
 
-def _file_of(folder: Path, clip: str, ending: str = ".npz") -> Path:
+def _file_of(out: Path, folder: str, clip: str) -> Path:
     """A clip's file, in the sub-folder that a hash of the clip's name says, where the folder is divided."""
-    part = folder / hashlib.sha256(clip.encode()).hexdigest()[:2]
-    return (part if part.is_dir() else folder) / f"{clip}{ending}"
+    part = f"{folder}/{hashlib.sha256(clip.encode('utf-8', 'replace')).hexdigest()[:2]}"
+    return inside(out, f"{part if (out / part).is_dir() else folder}/{clip}.npz")
 
 
 def motion_file(out: Path, clip: str) -> Path:
     """The motion of a clip on the study's body."""
-    return _file_of(out / "motions", clip)
+    return _file_of(out, "motions", clip)
 
 
 def signals_file(out: Path, clip: str) -> Path:
     """The recording of all patches of a clip."""
-    return _file_of(out / "signals", clip)
+    return _file_of(out, "signals", clip)
 
 
 def features_file(out: Path, clip: str) -> Path:
     """Windows of a clip as features."""
-    return _file_of(out / WORK / "features", clip)
+    return _file_of(out, f"{WORK}/features", clip)
 
 
 def write_features(path: Path, features: np.ndarray, is_test: np.ndarray, signature: np.ndarray) -> None:
@@ -143,8 +144,9 @@ def signals_key(out: Path, clip: str) -> str:
 
     It is made of the checksums that an npz file keeps of its arrays, which are not read themselves.
     """
-    digest, signals = hashlib.sha256(), signals_file(out, clip)
+    digest = hashlib.sha256()
     try:
+        signals = signals_file(out, clip)
         for path in (*([signals] if signals.exists() else ()), features_file(out, clip)):
             with ZipFile(path) as archive:
                 for member in archive.infolist():

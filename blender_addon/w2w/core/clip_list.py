@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .files import atomic_write
+from .inside import checked, inside
 
 CLIP_LIST = "clips.jsonl"
 
@@ -22,12 +23,15 @@ def write_clip_list(out: Path, entries: Iterable[Entry]) -> None:
 
 
 def read_clip_list(out: Path) -> Iterator[Entry]:
-    """Each clip of a results folder; a ValueError where the list is damaged."""
-    with (out / CLIP_LIST).open(encoding="utf-8") as stream:
-        for line in stream:
+    """Each clip of a results folder; a ValueError where the list is damaged or names a file elsewhere."""
+    path = inside(out, CLIP_LIST)
+    with path.open(encoding="utf-8") as stream:
+        for number, line in enumerate(stream, start=1):
             entry = json.loads(line)
-            if not isinstance(entry, dict) or "file" not in entry:
-                raise ValueError(f"{CLIP_LIST} is damaged: a line names no file")
+            if not isinstance(entry, dict) or not isinstance(entry.get("file"), str):
+                raise ValueError(f"{CLIP_LIST} is damaged: line {number} names no file")
+            if "clip" in entry:
+                checked(entry["clip"], f"{path}, line {number},")
             yield entry
 
 

@@ -9,8 +9,9 @@ import os
 import struct
 import tempfile
 import zlib
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from errno import ENOENT
 from pathlib import Path
 from tokenize import TokenError
@@ -36,6 +37,19 @@ DIGITS = 6
 """Decimals of scores on file."""
 
 
+_told: ContextVar[tuple[Callable[[Path, Path], None], ...]] = ContextVar("told", default=())
+
+
+@contextmanager
+def told_of_writes(tell: Callable[[Path, Path], None]) -> Iterator[None]:
+    """Call `tell` with the temporary file and the path of whatever `atomic_write` is about to rename."""
+    before = _told.set((*_told.get(), tell))
+    try:
+        yield
+    finally:
+        _told.reset(before)
+
+
 @contextmanager
 def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
     """Open a temporary file beside `path`, in binary mode, and rename it to `path` when all went well."""
@@ -49,6 +63,8 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
         Path(temporary).chmod(0o666 & ~mask)
         with os.fdopen(handle, "wb") as stream:
             yield stream
+        for tell in _told.get():
+            tell(Path(temporary), path)
         Path(temporary).replace(path)
     except BaseException:
         Path(temporary).unlink(missing_ok=True)

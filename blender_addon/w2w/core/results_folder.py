@@ -16,6 +16,7 @@ from .clip_files import WORK, ClipWindows, FilesToRank, motion_file, ranking_inp
 from .clip_list import Entry, is_used, read_clip_list
 from .clip_ranking import LabelledClip, WindowLabels, copies_among, set_tests
 from .imu.recording import ImuRecording
+from .inside import ForeignFileError, inside
 from .library.library import Clip, Library
 from .motion.motion import Motion
 from .patches.card import DROP
@@ -53,16 +54,19 @@ class StudyResults:
     def load(cls, out: Path) -> Self:
         """Read a results folder; ValueError if `out` is not that of a finished run."""
         try:
-            json.loads((out / "summary.json").read_text(encoding="utf-8"))["clips"]  # a summary has them
-            config = json.loads((out / "config.json").read_text(encoding="utf-8"))
-            utility = UtilityMap.load(out / UTILITY)
-            patches = PatchSet.load(out / WORK / "patches.npz")
+            summary = json.loads(inside(out, "summary.json").read_text(encoding="utf-8"))
+            config = json.loads(inside(out, "config.json").read_text(encoding="utf-8"))
+            summary["clips"], config["parameters"].keys()
+            utility = UtilityMap.load(inside(out, UTILITY))
+            patches = PatchSet.load(inside(out, f"{WORK}/patches.npz"))
             clips = _clips(filter(is_used, read_clip_list(out)))
         except FileNotFoundError as error:
             raise ValueError(
                 f"{out} is not the results folder of a finished run: {Path(error.filename).name} is missing"
             ) from error
-        except (OSError, KeyError, ValueError) as error:
+        except ForeignFileError:
+            raise
+        except (OSError, KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
             raise ValueError(f"{out} cannot be read as a results folder: {error}") from error
         if len(patches) != len(utility.mean):
             raise ValueError(f"{out} holds a ranking of other patches than its own: run the study again")
@@ -78,7 +82,7 @@ class StudyResults:
     def body(self) -> Body:
         """The body of the study; ValueError if it is not there or no body."""
         try:
-            return Body.load(self.out / WORK / "body.npz")
+            return Body.load(inside(self.out, f"{WORK}/body.npz"))
         except OSError as error:
             raise ValueError(
                 f"{self.out} is not the whole results folder of a run: {WORK}/body.npz cannot be read"
@@ -108,7 +112,7 @@ class StudyResults:
     @cached_property
     def summary(self) -> dict[str, Any]:
         """What `summary.json` says."""
-        return json.loads((self.out / "summary.json").read_text(encoding="utf-8"))
+        return json.loads(inside(self.out, "summary.json").read_text(encoding="utf-8"))
 
     @cached_property
     def listed(self) -> tuple[Entry, ...]:

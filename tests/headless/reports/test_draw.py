@@ -60,7 +60,7 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
     monkeypatch.setattr("w2w.drawing.body.BodyPictures", Pictures)
     monkeypatch.setattr("w2w.drawing.heatmap.heatmap_figure", figure)
     monkeypatch.setattr("w2w.drawing.heatmap.subset_figure", subset)
-    write_pictures(drawn_results)
+    write_pictures(drawn_results, drawn_results)
     utility, best = (
         study.utility,
         json.loads((drawn_results / "summary.json").read_text())["best_single_patch"],
@@ -88,7 +88,8 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
 
 @pytest.mark.usefixtures("one_worker")
 def test_what_cannot_be_drawn_says_why(tmp_path):
-    assert "is not the results folder of a finished run" in draw_side_by_side([write_pictures], tmp_path)[0]
+    said = draw_side_by_side([partial(write_pictures, to=tmp_path)], tmp_path)[0]
+    assert "is not the results folder of a finished run" in said
 
 
 def test_pictures_and_file_mark_the_set_worn_together(drawn_results, tmp_path):

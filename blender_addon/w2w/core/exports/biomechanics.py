@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from ..body.skeleton import JOINT_NAMES, Y_UP_TO_Z_UP
 from ..files import write_text
 from ..imu.vendor_formats import write_orientation_sto, write_xsens_txt
+from ..inside import file_name
 from ..motion.skinning import joint_transforms
 from .study_signals import Worn, WornSignals
 
@@ -30,7 +31,7 @@ def write_xsens(folder: Path, signals: WornSignals) -> int:
         place = folder / clip.recording.clip
         place.mkdir()
         quaternions = _quaternions(clip)
-        for sensor, name in enumerate(_columns(signals.names)):
+        for sensor, name in enumerate(map(file_name, signals.names)):
             write_xsens_txt(place / f"{name}.txt", clip.recording, sensor, quaternions[:, sensor])
     return len(signals.study.clips)
 

@@ -13,6 +13,7 @@ from scipy.spatial import KDTree
 
 from ..body.body import Body, vertex_normals
 from ..files import load_arrays, write_npz
+from ..inside import inside
 from ..library.library import WORK_FOLDER
 from ..motion.skinning import triangle_frames
 from ..patches.carriers import carrier_triangles
@@ -147,7 +148,7 @@ def without_overlap(covers: Sequence[Cover]) -> list[Cover]:
 
 def garment_content(out: Path, garments: Sequence[str], patches: PatchSet) -> dict[str, Any]:
     """The patches on each garment of a study, and the regions that these lie in."""
-    covers = load_covers(out / FITTED) if garments else {}
+    covers = load_covers(inside(out, FITTED)) if garments else {}
     return {
         name: {
             "patches": covers[name].patches.tolist(),

@@ -15,6 +15,7 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from ...core.files import atomic_write, write_text
 from ...core.findings.summary import patch_table
 from ...core.imu.formats import FORMATS, HELD, write_recording
+from ...core.inside import file_name
 from ...core.library.library import unique_names
 from ...core.results_folder import stored_recording
 from ...core.selection.advice import redundancy_clusters
@@ -84,7 +85,7 @@ def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None,
     names = unique_names([f"{clip.name}.npz" for clip in clips])
     ends = {None: ".npz"}
     if chosen is not None:
-        ends = {patch: f"_{patches.names[patch].replace(' ', '_')}{SUFFIXES[kind]}" for patch in chosen}
+        ends = {patch: f"_{file_name(patches.names[patch])}{SUFFIXES[kind]}" for patch in chosen}
     files = [
         (folder / f"{name}{end}", patch, place, (clip.activity, clip.subject, name))
         for clip, name, place in zip(clips, names, signal_cache.places_of(clips), strict=True)

@@ -4,7 +4,7 @@
 import json
 import os
 from collections.abc import Mapping
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 
 import bpy
@@ -12,7 +12,7 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.clip_files import STORED
-from ...core.clip_list import CLIP_LIST, is_used
+from ...core.clip_list import CLIP_LIST, Entry, is_used
 from ...core.results_folder import StudyResults
 from ...core.study import StudyConfig
 from ...core.wording import shown
@@ -82,7 +82,7 @@ def clips_of(
             {
                 "action": actions.get(clip.name),  # before its activity, which is noted on it
                 **vars(clip),
-                "file": entry["file"],
+                "file": _shown_file(entry),
                 "n_frames": int(entry["frames"]),
                 "rate": float(entry["frame_rate"]),
                 "skeleton": str(entry.get("skeleton", "")),
@@ -99,8 +99,14 @@ def clips_of(
         raise ValueError(reason) from error
     except (TypeError, ValueError) as error:
         raise ValueError(f"{run.out}: what {CLIP_LIST} says of clips is damaged: {error}") from error
-    skipped = [(entry["file"], entry["skipped"]) for entry in run.listed if not is_used(entry)]
+    skipped = [(_shown_file(entry), entry["skipped"]) for entry in run.listed if not is_used(entry)]
     return used + [{"name": shown(Path(file).name), "file": file, "problem": why} for file, why in skipped]
+
+
+def _shown_file(entry: Entry) -> str:
+    """The file of a clip, which is shown and never opened: it is in a library that the run does not name."""
+    file = PurePath(entry["file"])
+    return file.name if file.is_absolute() else entry["file"]
 
 
 def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]]) -> None:

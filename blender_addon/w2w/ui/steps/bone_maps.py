@@ -44,7 +44,8 @@ class W2W_OT_map_bones(operators.OnClips, bpy.types.Operator):
     @staticmethod
     def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         clips = body.w2w.clips
-        has_file = len(clips) > 0 and Path(clips[body.w2w.clip_index].file).is_file()
+        file = Path(clips[body.w2w.clip_index].file if clips else "")
+        has_file = file.is_absolute() and file.is_file()  # of a run's clips only the name is known
         return "" if has_file else "The file of the active clip is not there"
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:

@@ -12,6 +12,7 @@ import bpy
 
 from ...core.garments.cover import FITTED, Cover, cover, load_covers
 from ...core.garments.cut import cut
+from ...core.inside import inside
 from ...core.patches.patches import PatchSet
 from ...scene.bake import PatchBaker
 from ...scene.base.body import body_of
@@ -75,4 +76,4 @@ def covers_steps(mesh: bpy.types.Object, patches: PatchSet) -> Generator[Step, N
         baker = yield from baker_steps(mesh, patches)
         return {item.name: own for item, own in zip(baker.garments, baker.covers, strict=True)}
     run = json.loads(study.parameters).get("garments") if study.parameters else None
-    return load_covers(Path(study.results_folder) / FITTED) if run else {}
+    return load_covers(inside(Path(study.results_folder), FITTED)) if run else {}

@@ -7,7 +7,7 @@ undo and files saved under another name find theirs.
 
 from collections import OrderedDict
 from collections.abc import Sequence
-from pathlib import Path, PurePath
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from ...core.clip_files import STORED, features_file, signals_file, signals_key, write_features
 from ...core.files import load_arrays
 from ...core.imu.recording import ImuRecording
+from ...core.inside import ForeignFileError
 from ...core.results_folder import stored_recording
 from ..jobs.preferences import SIGNALS_SUFFIX, cache_folder
 
@@ -31,10 +32,10 @@ _recordings: OrderedDict[str, ImuRecording] = OrderedDict()
 
 
 def place_of(clip: bpy.types.PropertyGroup) -> Place:
-    """Folder of a clip's files and their name there; a name from a .blend file leads out of no folder."""
-    folder, name = clip.id_data.w2w.results_folder, clip.stored_as
-    if folder and clip.signals.startswith(STORED) and PurePath(name).name == name:
-        return Path(folder), name
+    """Folder of a clip's files and their name there."""
+    folder = clip.id_data.w2w.results_folder
+    if folder and clip.signals.startswith(STORED):
+        return Path(folder), clip.stored_as
     return cache_folder(), clip.signals + SIGNALS_SUFFIX
 
 
@@ -57,7 +58,10 @@ def has(clip: bpy.types.PropertyGroup) -> bool:
     place = place_of(clip)
     if clip.signals.startswith(STORED):
         return signals_key(*place) == clip.signals
-    return bool(clip.signals) and all(file(*place).is_file() for file in (signals_file, features_file))
+    try:
+        return bool(clip.signals) and all(file(*place).is_file() for file in (signals_file, features_file))
+    except ForeignFileError:  # a .blend file may say anything
+        return False
 
 
 def save(key: str, recording: ImuRecording, windows: Windows, signature: np.ndarray, folder: Path) -> None:

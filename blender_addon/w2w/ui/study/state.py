@@ -16,6 +16,7 @@ from ...core.body.body import Body
 from ...core.body.shapes import RANGES
 from ...core.clip_files import WORK
 from ...core.imu.sensor import SensorModel
+from ...core.inside import inside
 from ...core.patches.patches import PatchSet
 from ...core.ranking.utility import UtilityMap, unavailable
 from ...core.selection.constraints import Constraints
@@ -171,7 +172,7 @@ def body_as_run(mesh: bpy.types.Object) -> Body:
     if not mesh.w2w.results_folder:
         return shown
     try:
-        run = Body.load(Path(mesh.w2w.results_folder) / WORK / "body.npz")
+        run = Body.load(inside(Path(mesh.w2w.results_folder), f"{WORK}/body.npz"))
     except (OSError, ValueError):
         return shown
     pairs = [(getattr(run, name), getattr(shown, name)) for name in ("vertices", "joints", "weights")]
