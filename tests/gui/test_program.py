@@ -22,6 +22,10 @@ import numpy as np
 import psutil
 import pytest
 
+from w2w.core.imu.presets import DEFAULT_SENSOR, preset
+from w2w.core.imu.recording import ImuRecording
+
+from ..sensor_steps import assert_same_to_one_step
 from .sandbox import PROJECT, RESULTS, inside, newest_zip
 
 PLACE = RESULTS / f"program{os.environ.get('PYTEST_XDIST_WORKER', '')}"
@@ -36,9 +40,6 @@ CLIPS = {
 STUDY = ("--patches", "32", "--workers", "2")
 RADIANS_OR_METRES = 1e-5
 """How far motions may differ between two Blenders, whose importers and numpy differ."""
-
-STEPS_OF_THE_SENSOR = 1.01
-"""Signals may differ by one step of the sensor's resolution, where rounding falls to the other side."""
 
 TIMEOUT_S = 1800
 """A busy machine is slow; the longest takes a minute on an idle one."""
@@ -116,12 +117,8 @@ def test_it_agrees_with_the_blender_module(study, library: Path) -> None:
         for name in ("poses", "trans"):
             np.testing.assert_allclose(ours[name], other[name], rtol=0, atol=RADIANS_OR_METRES)
     for path in sorted(out.glob("signals/*.npz")):
-        ours, other = np.load(path), np.load(theirs / "signals" / path.name)
-        for name in ("acc", "gyr"):
-            step = np.diff(np.unique(ours[name])).min()
-            values = np.unique(np.round(ours[name] / step))
-            assert len(values) > 100
-            np.testing.assert_allclose(ours[name], other[name], rtol=0, atol=step * STEPS_OF_THE_SENSOR)
+        ours, other = (ImuRecording.load(folder / "signals" / path.name) for folder in (out, theirs))
+        assert_same_to_one_step(ours, other, preset(DEFAULT_SENSOR), seldom=1.0)
     tables = [list(csv.reader((folder / "utility.csv").open())) for folder in (out, theirs)]
     assert [row[:3] for row in tables[0]] == [row[:3] for row in tables[1]]
 

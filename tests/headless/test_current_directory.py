@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANG_S
 from .conftest import write_motions
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -49,7 +50,9 @@ def w2w(tmp_path):
 
     def run(folder, *arguments):
         command = [sys.executable, str(door), *map(str, arguments)]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+        done = subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, timeout=HANG_S, check=False
+        )
         assert not marker.exists(), marker.read_text()
         assert (done.returncode, done.stderr) == (0, ""), done.stdout + done.stderr
 

@@ -19,6 +19,7 @@ from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import make_folders
 
 from ..clip_lists import skipped_clips, used_clips
+from ..patience import HANG_S
 
 pytestmark = [
     pytest.mark.skipif(os.name == "nt", reason="Windows has no such files and names"),
@@ -116,7 +117,7 @@ def test_under_a_locale_that_knows_no_accents(library, shared_data, tmp_path):
     environment.pop("PYTHONIOENCODING", None)
     command = [sys.executable, "-m", "headless"]
     run = [*command, "run", str(library), "--out", str(tmp_path / "aus é"), *FAST]
-    result = subprocess.run(run, cwd=ROOT, env=environment, capture_output=True, timeout=600, check=False)
+    result = subprocess.run(run, cwd=ROOT, env=environment, capture_output=True, timeout=HANG_S, check=False)
     assert b"Traceback" not in result.stderr, result.stderr.decode(errors="replace")
     assert result.returncode == 0, result.stdout.decode(errors="replace")
     assert rb"l\xe4uft" in result.stdout
@@ -125,7 +126,9 @@ def test_under_a_locale_that_knows_no_accents(library, shared_data, tmp_path):
     assert used["walking/gehen%E4%FF.fbx"] == "walking"
     assert "Läuft" in (tmp_path / "aus é" / "report.html").read_text(encoding="utf-8")
     inspect = [*command, "inspect", str(library / "läuft" / "é.bvh")]
-    result = subprocess.run(inspect, cwd=ROOT, env=environment, capture_output=True, timeout=300, check=False)
+    result = subprocess.run(
+        inspect, cwd=ROOT, env=environment, capture_output=True, timeout=HANG_S, check=False
+    )
     assert result.returncode == 0, result.stderr.decode(errors="replace")
     assert rb"\xe9.bvh would be used" in result.stdout
 

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANG_S
+
 if not sys.platform.startswith("linux"):
     pytest.skip("it needs /dev/full and /proc", allow_module_level=True)
 
@@ -26,7 +28,7 @@ def w2w(*arguments, stderr=subprocess.PIPE, **options):
 
 
 def ended(process):
-    errors = process.communicate(timeout=120)[1]
+    errors = process.communicate(timeout=HANG_S)[1]
     return process.returncode, errors.strip()
 
 
@@ -73,7 +75,7 @@ def test_streams_that_are_closed_are_left_alone(closed, motions):
 @pytest.mark.slow
 def test_a_usage_error_keeps_its_code_where_it_cannot_be_said():
     with Path("/dev/full").open("w") as full:
-        assert w2w("run", stderr=full).wait(timeout=120) == 2
+        assert w2w("run", stderr=full).wait(timeout=HANG_S) == 2
 
 
 @pytest.mark.slow
@@ -84,13 +86,13 @@ def test_a_signal_ends_a_command_whose_reader_has_stopped_reading():
     process = w2w("sensors", stdout=writer)
     wait_until_blocked(process.pid)
     process.send_signal(signal.SIGTERM)
-    assert process.wait(timeout=30) == 143
+    assert process.wait(timeout=HANG_S) == 143
     os.close(reader)
     os.close(writer)
     process.communicate()
 
 
-def wait_until_blocked(process, seconds=60):
+def wait_until_blocked(process, seconds=HANG_S):
     """Wait until a process hears SIGTERM and does nothing for a second."""
     end, before = time.monotonic() + seconds, None
     while (now := (hears(process, signal.SIGTERM), spent(process))) != before or not now[0]:

@@ -15,6 +15,8 @@ import pytest
 from w2w.headless.runs.folder import FolderBusyError, only_run
 from w2w.headless.runs.monitor import read_state
 
+from ..patience import HANG_S
+
 if not sys.platform.startswith("linux"):
     pytest.skip("it looks into /proc", allow_module_level=True)
 
@@ -88,7 +90,7 @@ def members(session):
     return found
 
 
-def until(reached, process, seconds=240):
+def until(reached, process, seconds=HANG_S):
     """Wait until something is so while a process lives."""
     end = time.monotonic() + seconds
     while not reached():
@@ -123,7 +125,7 @@ def step(out):
 def stopped(process, number, out, to_all=False):
     """Send a signal and see that all ends as it shall; what was said."""
     (os.killpg if to_all else os.kill)(process.pid, number)
-    said, errors = process.communicate(timeout=60)
+    said, errors = process.communicate(timeout=HANG_S)
     assert process.returncode == CODES[number], (said, errors)
     assert "Traceback" not in said + errors
     assert not errors, errors
@@ -221,7 +223,7 @@ def test_a_run_that_is_told_to_survive_the_terminal_does(motions, tmp_path):
     )  # fmt: skip
     until(lambda: hears(process, signal.SIGTERM), process)
     process.send_signal(signal.SIGHUP)
-    assert "8 of 8 clips ranked" in " ".join(process.communicate(timeout=240)[0].split())
+    assert "8 of 8 clips ranked" in " ".join(process.communicate(timeout=HANG_S)[0].split())
     assert process.returncode == 0
 
 
@@ -233,7 +235,7 @@ def test_workers_end_with_a_run_that_is_killed_and_the_next_one_cleans_up(start,
     assert list(temporary.glob("w2w-run-*"))
     process.kill()
     process.wait()
-    end = time.monotonic() + 20
+    end = time.monotonic() + HANG_S
     while members(process.pid) and time.monotonic() < end:
         time.sleep(0.05)
     assert not [arguments(member) for member in members(process.pid)]

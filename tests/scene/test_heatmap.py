@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Heatmaps as colour attributes, and the file they are saved in."""
 
-import time
 from types import SimpleNamespace
 
 import bpy
@@ -85,18 +84,16 @@ def test_patches_without_a_score_are_grey_and_spoil_no_other(patches):
     )
 
 
-def test_switching_takes_less_than_a_frame(body_in_scene, patches, scores):
+def test_switching_shows_another_attribute_and_paints_nothing(body_in_scene, patches, scores):
     mesh = body_in_scene.mesh
     names = add_heatmaps(mesh, patches, scores, ACTIVITIES, scores.mean(axis=1))
-    seconds = []
-    for name in names * 4:
-        start = time.perf_counter()
+    painted = {layer.name: layer.as_pointer() for layer in mesh.data.color_attributes}
+    for name in names:
         show_heatmap(mesh, name)
         bpy.context.view_layer.update()
-        seconds.append(time.perf_counter() - start)
         assert mesh.data.color_attributes.active_color.name == name
         assert mesh.data.color_attributes[mesh.data.color_attributes.render_color_index].name == name
-    assert np.median(seconds) < 0.016
+    assert {layer.name: layer.as_pointer() for layer in mesh.data.color_attributes} == painted
 
 
 def test_painting_again_leaves_nothing_stale(body_in_scene, patches, scores):

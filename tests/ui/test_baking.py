@@ -20,6 +20,7 @@ from w2w.ui.steps.baking import bake_steps
 from w2w.ui.study import signal_cache
 from w2w.ui.study.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of, utility_of
 
+from ..sensor_steps import assert_same_to_one_step
 from .made_study import make_study
 
 pytestmark = pytest.mark.usefixtures("blender")
@@ -30,9 +31,7 @@ def test_baked_signals_are_those_of_core(library: Path) -> None:
     clip = body.w2w.clips[4]
     motion = read_action(armature_of(body), clip.action)
     expected = record(body_of(body), patches_of(body), motion, config_of(body.w2w))
-    baked = signal_cache.recording(clip)
-    np.testing.assert_allclose(baked.acc, expected.acc, atol=1e-4)
-    np.testing.assert_allclose(baked.gyr, expected.gyr, atol=1e-4)
+    assert_same_to_one_step(signal_cache.recording(clip), expected, config_of(body.w2w).sensor_model())
 
 
 def test_another_sensor_makes_signals_stale_and_the_old_one_brings_them_back(library: Path) -> None:

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from ..patience import HANG_S
+
 SCRIPT = """
 import sys
 sys.path.insert(0, sys.argv[1])
@@ -28,9 +30,6 @@ jobs.running = jobs.Job("Place Patches", steps)
 print("the end")
 """
 
-TIMEOUT_S = 300
-"""Without its own way out Blender's module hangs for ever."""
-
 
 @pytest.mark.slow
 def test_leaving_in_the_middle_of_a_job_without_unregistering_ends_cleanly() -> None:
@@ -39,7 +38,7 @@ def test_leaving_in_the_middle_of_a_job_without_unregistering_ends_cleanly() -> 
         [sys.executable, "-c", SCRIPT, project],
         capture_output=True,
         text=True,
-        timeout=TIMEOUT_S,
+        timeout=HANG_S,  # without its own way out Blender's module hangs for ever
         check=False,
     )
     assert done.returncode == 0, done.stderr

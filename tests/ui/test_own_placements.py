@@ -34,6 +34,7 @@ from w2w.ui.study.state import (
     utility_of,
 )
 
+from ..sensor_steps import assert_same_to_one_step
 from .made_study import N_PATCHES, make_study, open_study, save_study
 from .test_restore import open_file
 
@@ -136,7 +137,7 @@ def test_those_added_later_are_all_that_is_baked(library: Path, monkeypatch: pyt
     assert bpy.ops.w2w.bake_signals(which="TICKED") == {"FINISHED"}
     assert sensors[len(clips) :] == [N_PATCHES + 1] * len(clips)
     for clip, had in zip(clips, added, strict=True):
-        np.testing.assert_allclose(had.values, signal_cache.recording(clip).values, atol=1e-3)
+        assert_same_to_one_step(had, signal_cache.recording(clip), config_of(body.w2w).sensor_model())
 
 
 @pytest.mark.slow

@@ -22,6 +22,7 @@ from w2w.ui.study import signal_cache
 from w2w.ui.study.sensors import OWN, own_sensor
 from w2w.ui.study.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
 
+from ..sensor_steps import assert_same_to_one_step
 from .made_study import N_PATCHES, make_study
 
 pytestmark = pytest.mark.usefixtures("blender")
@@ -53,8 +54,7 @@ def test_the_panels_part_gives_the_numbers_of_the_command_line(library: Path, tm
     motion = read_action(armature_of(body), clip.action)
     expected = record(body_of(body), patches_of(body), motion, asked.config())
     baked = signal_cache.recording(clip)
-    np.testing.assert_allclose(baked.acc, expected.acc, atol=1e-3)
-    np.testing.assert_allclose(baked.gyr, expected.gyr, atol=1e-4)
+    assert_same_to_one_step(baked, expected, asked.config().sensor_model())
     usual = record(body_of(body), patches_of(body), motion, config_of(study).__class__(patches=N_PATCHES))
     assert np.abs(baked.acc - usual.acc).max() > 1
 

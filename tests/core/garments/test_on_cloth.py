@@ -10,6 +10,8 @@ from w2w.core.motion.skinning import patch_matrices
 from w2w.core.patches.patches import sample_patches
 from w2w.core.study import StudyConfig, record, record_baked
 
+from ...sensor_steps import assert_same_to_one_step
+
 
 @pytest.fixture(scope="module")
 def some_patches(bundled_body):
@@ -28,8 +30,7 @@ def test_a_garment_that_is_the_skin_feels_what_the_skin_feels(bundled_body, some
     chosen = np.array([3, 11, 20])
     on_cloth = ClothSensors(chosen, matrices[:, chosen], waving.rate)
     skin, cloth = (record(bundled_body, some_patches, waving, config, w) for w in (None, on_cloth))
-    np.testing.assert_allclose(cloth.acc, skin.acc, atol=0.02)
-    np.testing.assert_allclose(cloth.gyr, skin.gyr, atol=0.002)
+    assert_same_to_one_step(cloth, skin, config.sensor_model())
     assert cloth.sites == skin.sites
     assert (cloth.activity, cloth.subject, cloth.clip) == ("waving", "one", "clip")
 
@@ -73,8 +74,7 @@ def test_the_panels_door_gives_the_same(bundled_body, some_patches, waving):
     labels = (waving.activity, waving.subject, waving.clip)
     baked = record_baked(matrices, waving.rate, some_patches, labels, config, on_cloth=on_cloth)
     run = record(bundled_body, some_patches, waving, config, on_cloth)
-    np.testing.assert_allclose(baked.acc, run.acc, atol=0.02)
-    np.testing.assert_allclose(baked.gyr, run.gyr, atol=0.002)
+    assert_same_to_one_step(baked, run, config.sensor_model())
 
 
 def test_frames_that_end_too_early_are_refused(bundled_body, some_patches, waving):

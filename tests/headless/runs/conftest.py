@@ -21,6 +21,8 @@ from w2w.headless.runs.clip import WORK
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import make_folders
 
+from ...patience import HANG_S
+
 ROOT = Path(__file__).resolve().parents[3]
 CLIPS = {
     "Conqster__TheBarMan/Walking.fbx": "walking",
@@ -90,7 +92,7 @@ def scheduler(tmp_path):
     local = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard"]
     process = _dask("scheduler", *local, "--scheduler-file", address)
     found = Cluster(address, process)
-    until = time.monotonic() + 30
+    until = time.monotonic() + HANG_S
     while not address.exists() and time.monotonic() < until:
         time.sleep(0.1)
     yield found
@@ -99,7 +101,7 @@ def scheduler(tmp_path):
             os.killpg(worker.pid, signal.SIGKILL)
     process.kill()
     for each in (*found.workers, process):
-        each.wait(timeout=30)
+        each.wait(timeout=HANG_S)
 
 
 @pytest.fixture

@@ -14,6 +14,8 @@ import pytest
 
 from w2w.headless.runs.blender_executor import BlenderExecutor
 
+from ...patience import HANG_S
+
 ROOT = Path(__file__).resolve().parents[3]
 PARENT = """
 import os, sys, time
@@ -51,7 +53,7 @@ def executor():
 
 def test_calls_are_done_in_other_processes_at_the_same_time(executor):
     pids = {executor.submit(_pid_after, 0.5) for _ in range(4)}
-    found = {future.result(timeout=60) for future in pids}
+    found = {future.result(timeout=HANG_S) for future in pids}
     assert len(found) == 2
     assert os.getpid() not in found
 
@@ -63,22 +65,22 @@ def _pid_after(seconds):
 
 def test_an_exception_comes_back_and_the_worker_goes_on(executor):
     with pytest.raises(ZeroDivisionError):
-        executor.submit(divmod, 1, 0).result(timeout=60)
+        executor.submit(divmod, 1, 0).result(timeout=HANG_S)
     with pytest.raises(TypeError, match="missing 1 required positional argument"):
-        executor.submit(fail_untold).result(timeout=60)
-    assert executor.submit(divmod, 7, 2).result(timeout=60) == (3, 1)
+        executor.submit(fail_untold).result(timeout=HANG_S)
+    assert executor.submit(divmod, 7, 2).result(timeout=HANG_S) == (3, 1)
 
 
 def test_what_is_printed_does_not_get_among_the_results(executor):
-    assert [executor.submit(shout).result(timeout=60) for _ in range(3)] == ["result"] * 3
+    assert [executor.submit(shout).result(timeout=HANG_S) for _ in range(3)] == ["result"] * 3
 
 
 def test_a_dead_worker_breaks_what_is_not_done_and_nothing_before(executor):
-    assert executor.submit(divmod, 7, 2).result(timeout=60) == (3, 1)
+    assert executor.submit(divmod, 7, 2).result(timeout=HANG_S) == (3, 1)
     futures = [executor.submit(os._exit, 1) for _ in range(3)]
     for future in futures:
         with pytest.raises(BrokenProcessPool):
-            future.result(timeout=60)
+            future.result(timeout=HANG_S)
 
 
 def test_a_write_to_a_dead_worker_does_not_kill_the_program_as_it_would_kill_blender():
@@ -93,7 +95,7 @@ time.sleep(1)
 print(type(executor.submit(os.getpid).exception()).__name__)
 """
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=120, check=False
+        [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, timeout=HANG_S, check=False
     )
     assert (done.returncode, done.stdout.strip()) == (0, "BrokenProcessPool"), done.stderr
 
@@ -101,21 +103,21 @@ print(type(executor.submit(os.getpid).exception()).__name__)
 def test_a_program_that_cannot_start_is_a_broken_worker():
     executor = BlenderExecutor(1, ["/bin/false"])
     with pytest.raises(BrokenProcessPool):
-        executor.submit(os.getpid).result(timeout=60)
+        executor.submit(os.getpid).result(timeout=HANG_S)
     executor.shutdown(kill_workers=True)
 
 
 def test_no_worker_outlives_a_shutdown_in_the_middle_of_its_work():
     executor = BlenderExecutor(1, [sys.executable])
-    pid = executor.submit(os.getpid).result(timeout=60)
+    pid = executor.submit(os.getpid).result(timeout=HANG_S)
     hanging = executor.submit(time.sleep, 600)
     executor.shutdown(kill_workers=True)
     assert not psutil.pid_exists(pid)
-    assert isinstance(hanging.exception(timeout=60), BrokenProcessPool)
+    assert isinstance(hanging.exception(timeout=HANG_S), BrokenProcessPool)
 
 
 def test_no_worker_outlives_a_parent_that_was_killed():
     with subprocess.Popen([sys.executable, "-c", PARENT], cwd=ROOT, stdout=subprocess.PIPE) as parent:
         workers = [psutil.Process(int(pid)) for pid in set(parent.stdout.readline().split())]
         parent.send_signal(signal.SIGKILL)
-    assert not psutil.wait_procs(workers, timeout=60)[1]
+    assert not psutil.wait_procs(workers, timeout=HANG_S)[1]

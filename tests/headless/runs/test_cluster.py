@@ -23,6 +23,8 @@ from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.cluster import EngineError, connected
 from w2w.headless.runs.workers import run_tasks
 
+from ...patience import HANG_S
+
 ROOT = Path(__file__).resolve().parents[3]
 
 
@@ -122,41 +124,39 @@ def test_a_clip_whose_worker_was_killed_from_outside_is_left_to_the_next_run(tas
     assert not tasks[0].record_file.exists()
 
 
-def said_within(seconds, scheduler):
-    start = time.monotonic()
+def said_of(scheduler):
     with pytest.raises(EngineError) as caught, connected(str(scheduler)):
         pass
-    assert time.monotonic() - start < seconds
     return str(caught.value)
 
 
 def test_a_scheduler_that_is_not_there_is_said(monkeypatch, tmp_path):
     monkeypatch.setattr(module, "ANSWER_S", 1.0)
-    assert "no Dask scheduler answers" in said_within(5, "tcp://127.0.0.1:9")
-    assert "cannot be read" in said_within(1, tmp_path / "missing.json")
+    assert "no Dask scheduler answers" in said_of("tcp://127.0.0.1:9")
+    assert "cannot be read" in said_of(tmp_path / "missing.json")
     (tmp_path / "wrong.json").write_text('["no scheduler"]')
-    assert "is no scheduler file" in said_within(1, tmp_path / "wrong.json")
+    assert "is no scheduler file" in said_of(tmp_path / "wrong.json")
     (tmp_path / "wrong.json").write_bytes(b"\xff\x00")
-    assert "is no scheduler file" in said_within(1, tmp_path / "wrong.json")
-    assert "no Dask scheduler answers" in said_within(5, "nonsense://127.0.0.1:9")
+    assert "is no scheduler file" in said_of(tmp_path / "wrong.json")
+    assert "no Dask scheduler answers" in said_of("nonsense://127.0.0.1:9")
 
 
 def test_a_scheduler_without_workers_is_said(monkeypatch, scheduler):
     monkeypatch.setattr(module, "ANSWER_S", 2.0)
-    assert "has no workers" in said_within(10, scheduler.address)
+    assert "has no workers" in said_of(scheduler.address)
 
 
 def test_workers_with_a_broken_or_missing_version_are_said(scheduler, tmp_path):
     (tmp_path / "w2w").mkdir()
     (tmp_path / "w2w" / "__init__.py").write_text("raise ImportError('broken')")
     scheduler.add_worker(cwd=tmp_path, env=os.environ | {"PYTHONPATH": str(tmp_path)})
-    assert "1 of 1 Dask workers have another or a broken version of W2W" in said_within(20, scheduler.address)
+    assert "1 of 1 Dask workers have another or a broken version of W2W" in said_of(scheduler.address)
 
 
 @pytest.mark.slow
 def test_workers_with_another_version_are_said(cluster, monkeypatch):
     monkeypatch.setattr(module, "code_sha256", other_code)
-    assert "have another or a broken version" in said_within(20, cluster.address)
+    assert "have another or a broken version" in said_of(cluster.address)
 
 
 def other_code():
@@ -186,9 +186,7 @@ def test_a_scheduler_or_workers_killed_during_the_run_end_it(ended, library, clu
         cluster.scheduler.kill()
     for worker in cluster.workers if ended == "workers" else ():
         os.killpg(worker.pid, signal.SIGKILL)
-    start = time.monotonic()
-    output = process.communicate(timeout=60)[0]
-    assert time.monotonic() - start < 45
+    output = process.communicate(timeout=HANG_S)[0]
     assert process.returncode == 1
     assert "Traceback" not in output, output[-1500:]
     problem = json.loads((out / "summary.json").read_text())["problem"]

@@ -21,6 +21,8 @@ from w2w.headless.runs.clip import WORK
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.workers import run_tasks
 
+from ...patience import HANG_S
+
 ROOT = Path(__file__).resolve().parents[3]
 
 
@@ -116,13 +118,16 @@ def test_workers_get_ready_before_there_is_work_and_end_with_the_block(tasks):
 
 
 def test_a_failure_while_workers_get_ready_ends_them_at_once(tasks):
-    start = time.monotonic()
-    with (
-        pytest.raises(ZeroDivisionError),
-        workers.clip_workers(workers.Engine(workers=2), [tasks[0].clip]),
-    ):
-        raise ZeroDivisionError
-    assert time.monotonic() - start < 10
+    begun = []
+
+    def fail():
+        with workers.clip_workers(workers.Engine(workers=2), [tasks[0].clip]) as ready:
+            begun.append(ready.submit(time.sleep, HANG_S))
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    assert begun[0].cancelled() or begun[0].exception(HANG_S)
 
 
 def test_a_cluster_brings_its_own_workers(tasks):
@@ -139,9 +144,7 @@ def loaded():
 def test_a_clip_that_hangs_is_given_up_at_the_limit(tasks):
     first, engine = tasks[0], workers.Engine(limit_s=8.0)
     bad = HangingTask(first.clip, first.out, first.config, "inputs", engine, safe_process=os.getpid())
-    start = time.monotonic()
     results = run_tasks([bad, tasks[1]], 2, "", told)
-    assert time.monotonic() - start < 60
     assert [result.used for result in results] == [False, True]
     assert "longer than the limit of 8 s" in results[0].reason
 
@@ -155,7 +158,7 @@ def test_no_marker_is_left_behind(tasks):
 def meet(folder, own, other):
     """Say that this process is there, and wait for the other one; gives this process's number."""
     (folder / own).touch()
-    until = time.monotonic() + 60
+    until = time.monotonic() + HANG_S
     while not (folder / other).exists() and time.monotonic() < until:
         time.sleep(0.02)
     return os.getpid() if (folder / other).exists() else 0
@@ -279,6 +282,6 @@ def test_a_cluster_gives_the_same_bytes_even_when_a_worker_is_killed(library, un
     while process.poll() is None and not list((out / WORK / "clips").glob("*.json")):
         time.sleep(0.05)
     os.killpg(processes[0].pid, signal.SIGKILL)
-    output = process.communicate(timeout=240)[0]
+    output = process.communicate(timeout=HANG_S)[0]
     assert process.returncode == 0, output
     assert hashes(out) == hashes(undisturbed)
