@@ -3,12 +3,15 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from typing import Any
 
 import typer
 from rich.console import Console
+from rich.text import Text
 
 from w2w.core.findings.notes import left_out_sentences
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.wording import harmless
 
 NOTHING_TO_DO = 1
 """No result; a sentence on the screen says why."""
@@ -23,20 +26,30 @@ BUSY = 4
 """Another run works in the output folder."""
 
 
+class Terminal(Console):
+    """A console to which texts are but texts: no markup, no emoji, nothing that the terminal would obey."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(markup=False, emoji=False, highlight=False, **options)
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        return super().render_str(harmless(text), **options)
+
+
 @contextmanager
 def ending(code: int, console: Console, said: str = "") -> Iterator[None]:
     """End the command with an exit code where the block raises, after printing `said` and the error."""
     try:
         yield
     except (UnusableMotion, ValueError, OSError) as error:
-        console.print(f"{said}{error}", style="red", markup=False)
+        console.print(f"{said}{error}", style="red")
         raise typer.Exit(code) from error
 
 
 def show_left_out(left_out: Mapping[str, str], console: Console) -> None:
     """Print which activities were left out and why."""
     for sentence in left_out_sentences(left_out):
-        console.print(f"Not ranked: {sentence}.", style="yellow", markup=False)
+        console.print(f"Not ranked: {sentence}.", style="yellow")
 
 
 def sentence_of(error: Exception) -> str:

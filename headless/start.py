@@ -6,15 +6,23 @@ Standard streams may be closed, full, or read by nobody: that gives a sentence, 
 
 import io
 import os
+import re
 import sys
 import threading
 from collections.abc import Callable
 from typing import Any
 
+from w2w.core.wording import harmless
+
 from .blender import find_libraries
 from .stopping import stop_on_signals
 
 STREAMS = (("stdin", "r"), ("stdout", "w"), ("stderr", "w"))
+
+STDERR = 2
+
+COLOURS = re.compile(r"(\x1b\[[0-9;]*m)")
+"""What may come with an error to a terminal; all else that it would obey is part of somebody's words."""
 
 
 def main() -> None:
@@ -78,13 +86,17 @@ class _Output:
     """A stream that leads nowhere once it has failed.
 
     If the standard output fails, the process ends: the main thread's next write raises SystemExit, which
-    no `except` for errors of files takes for one of its own.
+    no `except` for errors of files takes for one of its own. Errors quote names of files and arguments: a
+    terminal obeys nothing in them. What goes to the standard output is made harmless by `console.Terminal`.
     """
 
     def __init__(self, stream: Any, number: int) -> None:
         self._stream, self._number, self._problem = stream, number, ""
 
     def write(self, text: str) -> int:
+        if self._number == STDERR:
+            parts = enumerate(COLOURS.split(text))
+            text = "".join(part if place % 2 else harmless(part) for place, part in parts)
         self._do(self._stream.write, text)
         return len(text)
 

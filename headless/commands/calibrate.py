@@ -4,14 +4,13 @@
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 
 from w2w.core.imu.calibration import Alike, Calibration, calibrate, held_out
 from w2w.core.imu.presets import write_sensor
 from w2w.core.imu.synthesis import FOLDED_BACK
 from w2w.core.wording import shown
 
-from ..console import NOTHING_TO_DO, USAGE, ending
+from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, argument, chosen_sensor, option, pose_facts
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import new_file
@@ -50,7 +49,7 @@ def calibrate_sensor(
 
     Exit codes: 0 written, 1 nothing could be used (and why), 2 wrong use.
     """
-    console = Console(highlight=False)
+    console = Terminal()
     with ending(USAGE, console):
         base = chosen_sensor(sensor)
         if out.suffix.lower() != ".json":
@@ -62,16 +61,16 @@ def calibrate_sensor(
         with RunMonitor(console).step("reading and simulating"):
             pairs, left_out = read_pairs(files, simulate)
         for file, why in left_out:
-            console.print(f"{file} is left out: {why}", style="yellow", markup=False)
+            console.print(f"{file} is left out: {why}", style="yellow")
         with RunMonitor(console).step("fitting"):
             found = calibrate(pairs, shift)
             what, gains = held_out(pairs, shift)
         write_sensor(out, found.sensor(base, out.stem))
     if not band:
-        console.print(f"Caution: {FOLDED_BACK}.", style="yellow", markup=False)
+        console.print(f"Caution: {FOLDED_BACK}.", style="yellow")
     for line in [*found_lines(found, simulate.patch), *gain_lines(what, gains)]:
-        console.print(line, markup=False)
-    console.print(f"Written: {shown(out)}. Give it to --sensor.", markup=False)
+        console.print(line)
+    console.print(f"Written: {shown(out)}. Give it to --sensor.")
 
 
 def found_lines(found: Calibration, patch: str) -> list[str]:

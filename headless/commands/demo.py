@@ -4,8 +4,6 @@
 from dataclasses import replace
 from pathlib import Path
 
-from rich.console import Console
-
 from w2w.core.body.body import Body
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
@@ -13,6 +11,7 @@ from w2w.core.library.library import LABELS, Library, read_library
 from w2w.core.motion.motion import DEMO_CLIPS, demo_motions
 from w2w.core.study import StudyConfig
 
+from ..console import Terminal
 from ..options import CORES, option
 from ..reports.console_tables import show_labels
 from ..runs.monitor import RunMonitor
@@ -35,7 +34,7 @@ def demo(
 
     They are written to OUT/library as AMASS-style npz files, the results to OUT/results.
     """
-    console = Console(highlight=False)
+    console = Terminal()
     library, monitor = out / "library", RunMonitor(console)
     plan = RunPlan(Library(library, (), ""), StudyConfig(seed=seed, target=TARGET), Engine(workers))
     with refused(monitor):

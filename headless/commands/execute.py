@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from rich.markup import escape
 
 from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK
@@ -42,7 +41,7 @@ NO_RESULT = (StudyError, EngineError, NoBlenderError, MemoryError)
 
 def ended(text: str, code: int, monitor: RunMonitor) -> typer.Exit:
     """Say why the run ends here; returns the exit to raise."""
-    monitor.console.print(text, style="red", markup=False)
+    monitor.console.print(text, style="red")
     monitor.log("finished", exit_code=code, problem=text)
     return typer.Exit(code)
 
@@ -102,7 +101,7 @@ def execute_shard(
         console_tables.show_skipped(clips, plan.library, monitor.console, plan.verbose)
         used = sum(result.used for result in clips)
         text = f"{used} of {len(clips)} clips are done. Without --shard, the same command ranks all."
-        monitor.console.print(text, markup=False)
+        monitor.console.print(text)
 
 
 @contextmanager
@@ -162,9 +161,9 @@ def _execute(
 def _say_unchanged(out: Path, monitor: RunMonitor) -> dict[str, int]:
     """Say that an earlier run's results are those of this one, too; returns the counts of its clips."""
     summary = json.loads((out / folder.SUMMARY).read_text(encoding="utf-8"))
-    monitor.console.print(f"\n[bold]{escape(summary['answer']['sentence'])}[/bold]", highlight=False)
+    monitor.console.print(f"\n{summary['answer']['sentence']}", style="bold")
     unchanged = f"Nothing has changed since the last run, whose results are in {out} as they were."
-    monitor.console.print(unchanged, markup=False)
+    monitor.console.print(unchanged)
     return summary["clips"]
 
 

@@ -5,16 +5,13 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from rich.console import Console
-from rich.markup import escape
-
 from w2w.core.exports import arrays, bids, biomechanics, parquet, pose_packs
 from w2w.core.exports.study_signals import ALL, StudySignals, WornSignals, placed
 from w2w.core.inside import inside
 from w2w.core.results_folder import StudyResults
 from w2w.core.wording import capital, shown
 
-from ..console import NOTHING_TO_DO, USAGE, ending
+from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import argument, chosen_sensor, option, words
 from ..runs.own_files import check_whole, published
 
@@ -50,13 +47,13 @@ def export(
 
     Exit codes: 0 written, 1 it cannot be (and why), 2 wrong use, 130 stopped by Ctrl-C.
     """
-    console = Console(highlight=False)
+    console = Terminal()
     with ending(USAGE, console):
         if tool not in WRITERS:
             raise ValueError(f"--for must be one of {', '.join(WRITERS)}, not {tool}")
         study = StudyResults.load(results)
         target = out or inside(results, f"export/{tool}")
-        say = lambda text: console.print(f"{capital(text)}.", markup=False)  # noqa: E731
+        say = lambda text: console.print(f"{capital(text)}.")  # noqa: E731
         signals = _signals(study, tool, places, sensor, say)
         check_whole(target)
     with (
@@ -69,7 +66,7 @@ def export(
     what = f"{count} {'windows' if tool in WINDOWED else 'clips'} of {names}"
     if tool in pose_packs.METHODS:
         what += f" at {pose_packs.RATE_HZ:g} Hz"
-    console.print(f"{what}: {escape(shown(target))}")
+    console.print(f"{what}: {shown(target)}")
 
 
 def _signals(

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import typer
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_INDEX
@@ -24,7 +24,7 @@ from w2w.core.retargeting.retarget import BY_STRUCTURE
 from w2w.core.windows.windows import WindowSpec
 from w2w.core.wording import shown
 
-from ..console import NOTHING_TO_DO, USAGE, ending
+from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts
 from ..runs.workers import load_alone
 
@@ -43,7 +43,7 @@ def inspect(
 
     Exit codes: 0 it would be used, 1 it would not (and why), 2 wrong use.
     """
-    console = Console(highlight=False)
+    console = Terminal()
     body = Body.bundled()
     with ending(USAGE, console):
         label = label_said(file, library, labels)
@@ -54,19 +54,19 @@ def inspect(
         source, motion, details = load_alone(clip, body, bone_maps, pose)
     except UnusableMotion as error:
         raise _skipped(file, str(error), console) from error
-    table = Table(show_header=False, box=None, title=escape(shown(file)), title_justify="left")
+    table = Table(show_header=False, box=None, title=shown(file), title_justify="left")
     for row in (*_about_source(source, details, body), *_about_motion(motion, details, body)):
-        table.add_row(*map(escape, row))
+        table.add_row(*row)
     console.print(table)
     shortest = WindowSpec().shortest_s
     if details["duration_s"] < shortest:
         raise _skipped(file, f"it is shorter than the {shortest:g} s a window needs", console)
-    console.print(f"[green]{escape(shown(file.name))} would be used.[/green] {escape(label)}")
+    console.print(Text(f"{shown(file.name)} would be used.", style="green"), label)
 
 
 def _skipped(file: Path, reason: str, console: Console) -> typer.Exit:
     """Say why a run would skip the file; returns the exit to raise."""
-    console.print(f"[red]{escape(shown(file.name))} would be skipped:[/red] {escape(reason.rstrip('.'))}.")
+    console.print(Text(f"{shown(file.name)} would be skipped:", style="red"), f"{reason.rstrip('.')}.")
     return typer.Exit(NOTHING_TO_DO)
 
 

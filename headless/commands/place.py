@@ -22,7 +22,7 @@ from w2w.core.selection.advice import Advice
 from w2w.core.study import WISHES, StudyConfig
 
 from .. import options
-from ..console import BUSY, USAGE, ending
+from ..console import BUSY, USAGE, Terminal, ending
 from ..options import argument, option
 from ..reports import draw, html
 from ..reports.console_tables import show_answer, show_places, show_worn
@@ -76,7 +76,7 @@ def place(
 
     Exit codes: 0 chosen, 2 wrong use or constraints that cannot be met (and why), 4 a run is using RESULTS.
     """
-    console = Console(highlight=False)
+    console = Terminal()
     folder = out if out is not None and out.suffix.lower() != ".json" else None
     with ending(USAGE, console):
         study = StudyResults.load(results)
@@ -161,7 +161,7 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
             html.write_report(out)
             failed = draw.draw_folder(out, study.utility.activities, RunMonitor(console))
     except FolderBusyError as error:
-        console.print(str(error), style="red", markup=False)
+        console.print(str(error), style="red")
         raise typer.Exit(BUSY) from error
     for name, why in failed.items():
-        console.print(f"[yellow]No {name}: {why}[/yellow]")
+        console.print(f"No {name}: {why}", style="yellow")

@@ -5,12 +5,11 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from rich.console import Console
-
 from w2w.core.library.labels import same_label
 from w2w.core.library.library import Library, read_library
 from w2w.core.ranking.weights import check_counting
 
+from ..console import Terminal
 from ..options import argument, option, words
 from ..reports.console_tables import show_labels
 from ..runs.own_files import keep_apart
@@ -54,7 +53,7 @@ def run(
     and --strict was given, 4 another run is using OUT; 130, 143 and 129 stopped by Ctrl-C,
     SIGTERM and SIGHUP.
     """
-    console = Console(highlight=False)
+    console = Terminal()
     monitor = asked.monitor(console)
     with refused(monitor):
         part, parts = part_of(shard) if shard else (1, 1)

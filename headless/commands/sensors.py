@@ -6,9 +6,8 @@ from math import degrees
 from pathlib import Path
 
 import typer
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS, write_sensor
 from w2w.core.imu.sensor import SensorModel, Triad
@@ -16,7 +15,7 @@ from w2w.core.imu.sensor_fields import TRIADS, WHOLE
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.wording import shown
 
-from ..console import NOTHING_TO_DO, USAGE, ending
+from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import argument, option, read_or_preset
 from ..runs.own_files import new_file
 
@@ -33,7 +32,7 @@ def sensors(
 
     Exit codes: 0 shown, 1 --out cannot be written, 2 no such preset, or a file that is wrong (and why).
     """
-    console = Console(highlight=False)
+    console = Terminal()
     if not sensor and out is None:
         console.print(_presets())
         return
@@ -48,9 +47,9 @@ def sensors(
     try:
         write_sensor(out, model)
     except OSError as error:
-        console.print(f"{shown(out)} cannot be written: {error.strerror or error}", style="red", markup=False)
+        console.print(f"{shown(out)} cannot be written: {error.strerror or error}", style="red")
         raise typer.Exit(NOTHING_TO_DO) from error
-    console.print(f"Written: {escape(shown(out))}. Change its name and figures, and give it to --sensor.")
+    console.print(f"Written: {shown(out)}. Change its name and figures, and give it to --sensor.")
 
 
 def _presets() -> Table:
@@ -101,7 +100,7 @@ def _worn(model: SensorModel) -> str:
 
 def _whole(model: SensorModel) -> Table:
     """Every field of a sensor, by the names of its file."""
-    table = Table(title=escape(model.name), title_justify="left")
+    table = Table(title=model.name, title_justify="left")
     for column in ("field", "accelerometer", "unit", "gyroscope", "unit"):
         table.add_column(column, justify="right" if column in TRIADS else "left", no_wrap=True)
     for item in fields(Triad):
@@ -110,7 +109,7 @@ def _whole(model: SensorModel) -> Table:
             cells += [_plain(getattr(getattr(model, kind), item.name)), quantities[item.name].unit]
         table.add_row(item.name, *cells)
     table.add_section()
-    table.add_row("", "[bold]both[/bold]")
+    table.add_row("", Text("both", style="bold"))
     for field, quantity in WHOLE.items():
         table.add_row(field, _plain(getattr(model, field)), quantity.unit)
     table.add_row("worn_turn_deg", " ".join(_plain(angle) for angle in model.worn_turn_deg), "deg")

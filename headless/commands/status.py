@@ -7,12 +7,11 @@ from pathlib import Path
 
 import typer
 from filelock import FileLock, Timeout
-from rich.console import Console
 
 from w2w.core.clip_files import WORK
 from w2w.core.inside import ForeignFileError, inside
 
-from ..console import USAGE
+from ..console import USAGE, Terminal
 from ..options import argument
 from ..runs.monitor import RunState, read_state
 
@@ -22,15 +21,15 @@ def status(out: argument(Path, "OUT", "The results folder of a run.")) -> None:
 
     Exit codes: 0 there is a run, 2 no run was ever started there.
     """
-    console = Console(highlight=False)
+    console = Terminal()
     try:
         inside(out, f"{WORK}/lock")
         state = read_state(out)
     except ForeignFileError as error:
-        console.print(str(error), style="red", markup=False)
+        console.print(str(error), style="red")
         raise typer.Exit(USAGE) from error
     except (OSError, ValueError, TypeError, RecursionError) as error:
-        console.print(f"[red]No run was started in {out}.[/red]")
+        console.print(f"No run was started in {out}.", style="red")
         raise typer.Exit(USAGE) from error
     console.print(describe(state, is_running(out)))
 

@@ -3,9 +3,6 @@
 
 from pathlib import Path
 
-from rich.console import Console
-from rich.markup import escape
-
 from w2w.core.body.body import Body
 from w2w.core.imu.formats import FORMATS, HELD, write_csv, write_recording
 from w2w.core.imu.further import FurtherSensors
@@ -15,7 +12,7 @@ from w2w.core.study import StudyConfig, place_patches, record as record_at
 from w2w.core.wording import shown
 
 from .. import options
-from ..console import NOTHING_TO_DO, USAGE, ending
+from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import argument, option
 from ..runs.own_files import new_file
 from ..runs.workers import load_alone
@@ -45,7 +42,7 @@ def synth(
 
     Exit codes: 0 written, 1 the clip cannot be used (and why), 2 wrong use.
     """
-    console = Console(highlight=False)
+    console = Terminal()
     with ending(USAGE, console):
         if kind not in FORMATS:
             raise ValueError(f"--format must be one of {', '.join(FORMATS)}, not {kind}")
@@ -69,15 +66,15 @@ def synth(
             write_recording(out, recording, kind)
     worn_at = patches.names[0]
     signal = f"{recording.n_samples} samples at {recording.rate:g} Hz of {config.sensor} at the {worn_at}"
-    console.print(f"{signal}: {escape(shown(out))}")
+    console.print(f"{signal}: {shown(out)}")
     if caution := config.synthesis.caution:
-        console.print(f"Caution: {caution}.", style="yellow", markup=False)
+        console.print(f"Caution: {caution}.", style="yellow")
     if plot is not None:
         from ..reports.signal_figure import signal_figure  # matplotlib is slow to import
 
         subtitle = f"{config.sensor}, {recording.rate:g} Hz"
         signal_figure(plot, recording, title=f"{shown(clip.stem)}: {worn_at}", subtitle=subtitle)
-        console.print(f"Picture: {escape(shown(plot))}")
+        console.print(f"Picture: {shown(plot)}")
 
 
 def _recorded_too(record: str, magnetic_dip: float, kind: str) -> FurtherSensors:

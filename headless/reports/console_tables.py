@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from w2w.core.findings import notes
@@ -45,7 +44,7 @@ def _table(title: str, headings: Sequence[str], right: Sequence[str] = ()) -> Ta
 def _say(sentence: str, console: Console, style: str = "yellow") -> None:
     """Print a sentence, if there is one."""
     if sentence:
-        console.print(f"{sentence}.", style=style, markup=False)
+        console.print(f"{sentence}.", style=style)
 
 
 def _some(names: Sequence[str], most: int | None) -> str:
@@ -59,9 +58,9 @@ def show_labels(library: Library, console: Console, verbose: bool = False) -> No
     counts = sorted(library.activities.items(), key=lambda entry: -entry[1])
     listed = [f"{activity} {count}" for activity, count in counts]
     title = f"{len(library.clips)} clips of {len(counts)} activities, labelled by {library.labelled_by}"
-    console.print(f"{title}: {_some(listed, None if verbose else LISTED)}.", markup=False)
+    console.print(f"{title}: {_some(listed, None if verbose else LISTED)}.")
     for note in notes.label_notes(library.check):
-        console.print(f"Labels: {note}", style="yellow", markup=False)
+        console.print(f"Labels: {note}", style="yellow")
 
 
 def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console: Console) -> None:
@@ -80,7 +79,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     show_window_warning(study.clips, study.config.windows, console)
     _say(study.config.synthesis.caution, console)
     if caution := source_caution(shown_in(study)):
-        console.print(f"Caution: {caution}.", style="bold yellow", markup=False)
+        console.print(f"Caution: {caution}.", style="bold yellow")
     content = garment_content(out, study.config.garments, patches)
     _say(garment_sentence(content, len(patches)), console)
     for sentence in caught_sentences([(result.clip.name, result.details) for result in study.used]):
@@ -93,7 +92,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     if plan.report:
         console.print(f"Report:   {out / html.REPORT}")
     for name, why in failed.items():
-        console.print(f"\nNo {name}: {why}.", style="red", markup=False)
+        console.print(f"\nNo {name}: {why}.", style="red")
     if failed:
         console.print("Everything else is there; the same command goes on from here.")
 
@@ -131,7 +130,7 @@ def show_skipped(
     shown = by_count if verbose else by_count[:LISTED]
     for reason, files in shown:
         named = _some(files, None if verbose else 1)
-        console.print(f"  {len(files)}: {reason} ({named})", markup=False)
+        console.print(f"  {len(files)}: {reason} ({named})")
     if len(by_count) > len(shown):
         console.print(f"  and {len(by_count) - len(shown)} more reasons: --verbose lists them")
 
@@ -149,7 +148,7 @@ def show_comparison(comparison: dict[str, Any], console: Console) -> None:
 
 def show_answer(advice: Advice, utility: UtilityMap, console: Console) -> None:
     """Print where to wear one sensor, on which products, and how sure that is."""
-    console.print(f"\n[bold]{advice.answer.sentence()}[/bold]", highlight=False)
+    console.print(f"\n{advice.answer.sentence()}", style="bold")
     if advice.answer.ties:
         console.print(advice.answer.ties)
     show_places(advice.answer.products[:LISTED], console)
@@ -181,14 +180,14 @@ def show_worn(advice: Advice, patches: PatchSet, console: Console) -> None:
     if worn is None:
         console.print("Only the classifier ridge chooses sets to wear together.", style="yellow")
         return
-    console.print(f"[bold]{capital(worn.sentence())}.[/bold]")
+    console.print(f"{capital(worn.sentence())}.", style="bold")
     for number, (patch, others) in enumerate(zip(worn.order, advice.alternatives, strict=True)):
         f1 = headline.short(worn.promise.mean[number])
         instead = " or ".join(called(other, advice, patches) for other in others)
         text = f"  {number + 1}. {called(patch, advice, patches)}: F1 {f1}{' so far' * (number > 0)}"
-        console.print(f"{text}; instead: {instead}" if instead else text, markup=False)
+        console.print(f"{text}; instead: {instead}" if instead else text)
     if following := next_worn(advice, patches):
-        console.print(f"{capital(following['sentence'])}.", markup=False)
+        console.print(f"{capital(following['sentence'])}.")
 
 
 def show_own_placements(placements: Sequence[dict[str, Any]], console: Console) -> None:
@@ -200,5 +199,5 @@ def show_own_placements(placements: Sequence[dict[str, Any]], console: Console) 
     for one in placements:
         loss = "as good as the best" if one["as_good"] else f"{one['loss']:.3f}"
         rank = f"{one['rank']} of {one['of']}"
-        table.add_row(escape(one["name"]), one["region"], f"{one['expected_f1']:.3f}", rank, loss)
+        table.add_row(one["name"], one["region"], f"{one['expected_f1']:.3f}", rank, loss)
     console.print(table)

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
-from rich.console import Console
 
 from w2w.core.body.body import Body
 from w2w.core.clip_list import Entry, is_used, read_clip_list
@@ -30,7 +29,7 @@ from w2w.core.selection import headline
 from w2w.core.selection.answer import product_places
 from w2w.core.wording import capital
 
-from ..console import USAGE, ending
+from ..console import USAGE, Terminal, ending
 from ..options import argument, option, window_warning
 from ..runs.own_files import claimed
 from .draw import clips_in_blend
@@ -56,7 +55,7 @@ def report(
 
     Exit codes: 0 written, 2 the folder holds no finished run.
     """
-    console = Console(highlight=False)
+    console = Terminal()
     with ending(USAGE, console):
         path = write_report(results, project)
     console.print(f"Report: {path}")

@@ -140,7 +140,7 @@ class RunMonitor:
         with Progress(*columns, console=self.console, transient=True) as display:
             task = display.add_task(title, total=total)
             yield lambda steps: display.advance(task, steps)
-        self.console.print(f"{title}: {time.perf_counter() - start:.1f} s", style="dim", highlight=False)
+        self.console.print(f"{title}: {time.perf_counter() - start:.1f} s", style="dim")
 
     def _write(self) -> None:
         if self._path is None:

@@ -72,9 +72,9 @@ def challenge(
         with published(out, (*given.values(), utd, *(rankings or ()))) as folder:
             _judge(given, utd, methods, library or [], folder, console)
     except (ValueError, OSError, UnusableMotion) as error:
-        console.print(f"[red]{why_not(error)}[/red]")
+        console.print(why_not(error), style="red")
         raise typer.Exit(USAGE) from error
-    console.print(f"Page: {shown(out / PAGE)}", markup=False)
+    console.print(f"Page: {shown(out / PAGE)}")
 
 
 def _judge(
@@ -108,4 +108,4 @@ def _judge(
     lines = ["| " + " | ".join(cells) + " |" for cells in (HEADINGS, ["---"] * len(HEADINGS), *rows)]
     text = "\n".join(["# The placement challenge", "", *lines, ""])
     write_text(out / PAGE, text)
-    console.print(text, markup=False)
+    console.print(text)

@@ -5,19 +5,21 @@ from __future__ import annotations
 
 from rich.console import Console
 
+from w2w.headless.console import Terminal
+
 WIDTH = 140
 """Columns of a screen that is no terminal."""
 
 
 def wide_console() -> Console:
     """A console on which the table is not squeezed when it is written to a file."""
-    console = Console(highlight=False)
-    return console if console.is_terminal else Console(highlight=False, width=WIDTH)
+    console = Terminal()
+    return console if console.is_terminal else Terminal(width=WIDTH)
 
 
 def show_caution(sentence: str, console: Console) -> None:
     """Print what a result has to be read with."""
-    console.print(f"Caution: {sentence}.", style="yellow", markup=False)
+    console.print(f"Caution: {sentence}.", style="yellow")
 
 
 def why_not(error: Exception) -> str:

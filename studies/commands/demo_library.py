@@ -11,14 +11,13 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import typer
-from rich.console import Console
 
 from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_json, write_text
 from w2w.core.findings.summary import versions
 from w2w.headless.blender import needs_blender
 from w2w.headless.commands.execute import refused
-from w2w.headless.console import USAGE
+from w2w.headless.console import USAGE, Terminal
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import ForeignFileError, check, claimed
 
@@ -148,12 +147,12 @@ def demo_library(
 
     Its clips can be read by anything that reads Mixamo's. The motions of `w2w demo` were made from it.
     """
-    console = Console(highlight=False)
+    console = Terminal()
     with RunMonitor(console).bar("writing the demo library", clips * len(ACTIVITIES)) as advance:
         try:
             paths = write_demo_library(folder, clips, seed, advance)
         except ForeignFileError as error:
-            console.print(str(error), style="red", markup=False)
+            console.print(str(error), style="red")
             raise typer.Exit(USAGE) from error
     console.print(f"{len(paths)} clips and {LABELS} are in {folder}")
 

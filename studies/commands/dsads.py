@@ -43,7 +43,7 @@ def dsads(
         with RunMonitor(console).step("ranking its sites"):
             utility = rank_dsads(recordings, classifier)
     except (ValueError, OSError) as error:
-        console.print(f"[red]{error}[/red]")
+        console.print(str(error), style="red")
         raise typer.Exit(USAGE) from error
     sites = range(len(DSADS_SITES))
     rows = score_table(utility, sites, {})

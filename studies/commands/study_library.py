@@ -76,7 +76,7 @@ def library(
                 findings = study_library(StudyResults.load(folder), halvings, monitor.step)
             except ValueError as error:
                 raise ended(f"The sources cannot be compared: {error}", NOTHING_TO_DO, monitor) from error
-            console.print(write_library(folder, findings), markup=False)
+            console.print(write_library(folder, findings))
         console.print(f"Page: {folder / PAGE}")
     monitor.log("finished", exit_code=0)
 

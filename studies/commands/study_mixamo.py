@@ -115,7 +115,7 @@ def mixamo(
             placement_patches(body, place_patches(body, config), side, lambda _: None)
     show_groups(chosen, 0 if activities else per_group, console)
     for sentence in named.missing:
-        console.print(sentence, style="yellow", markup=False)
+        console.print(sentence, style="yellow")
     left = every - len(plan.library.clips)
     if left:
         console.print(f"Clips of other activities, which take no part: {left}.")

@@ -56,7 +56,7 @@ def paper(
         with console.status("Choosing and testing sets"):
             sets = paper_sets(study, config)
     except (ValueError, OSError) as error:
-        console.print(f"[red]{error}[/red]")
+        console.print(str(error), style="red")
         raise typer.Exit(USAGE) from error
     show_sets(sets, study, console)
     with claimed(results, [WRITTEN]):
@@ -79,6 +79,6 @@ def show_sets(sets: PaperSets, study: StudyResults, console: Console) -> None:
     if joint := sets.joint():
         console.print(f"{capital(joint['sentence'])}.")
     exact = "" if sets.exact is None else f": {', '.join(names[patch] for patch in sets.exact.order)}"
-    console.print(f"{capital(sets.gap_sentence())}{exact}.", markup=False)
+    console.print(f"{capital(sets.gap_sentence())}{exact}.")
     if sets.exact is not None and set(sets.exact.order) != set(greedy.order):
         console.print(f"The exact optimum: {sets.exact.expected_sentence()}.")

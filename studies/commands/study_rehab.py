@@ -102,11 +102,11 @@ def rehab(
             subset = paper_sets(study.results, config).greedy
             failed = draw_side_by_side([partial(draw_figure, subset=subset)], study.results.out)[0]
     if failed:
-        console.print(f"No figure: {failed}.", style="red", markup=False)
+        console.print(f"No figure: {failed}.", style="red")
     elif pictures:
         console.print(f"Figure:   {study.results.out / FIGURE}")
     if quality:
-        console.print("\n[bold]Done well or badly?[/bold]")
+        console.print("\nDone well or badly?", style="bold")
         asked = replace(plan, library=by_quality(found, clips), config=replace(config, background=()))
         execute(asked, Body.bundled(), out / "quality", monitor)
 

@@ -72,9 +72,9 @@ def truth(
             _compare(given, libraries, sensors, seed, leave_one_out, folder, console)
     except (ValueError, OSError) as error:
         raise _wrong(why_not(error), console) from error
-    console.print(f"Page: {shown(out / PAGE)}", markup=False)
+    console.print(f"Page: {shown(out / PAGE)}")
     if leave_one_out and (out / LEFT_OUT).is_file():
-        console.print(f"Page: {shown(out / LEFT_OUT)}", markup=False)
+        console.print(f"Page: {shown(out / LEFT_OUT)}")
 
 
 def _compare(
@@ -101,14 +101,14 @@ def _compare(
                 with RunMonitor(console).step(f"trying settings on {names[name]}"):
                     settings[names[name]] = try_settings(protocol, path, libraries, seed)
         except (ValueError, OSError, UnusableMotion) as error:
-            console.print(f"{names.get(name, name)} is left out: {why_not(error)}", style="red", markup=False)
+            console.print(f"{names.get(name, name)} is left out: {why_not(error)}", style="red")
     if not found:
         raise typer.Exit(USAGE)
-    console.print(write_page(out, found, names), markup=False)
+    console.print(write_page(out, found, names))
     if len(settings) > 1:
-        console.print(write_left_out(out, settings), markup=False)
+        console.print(write_left_out(out, settings))
 
 
 def _wrong(why: str, console: Console) -> typer.Exit:
-    console.print(why, style="red", markup=False)
+    console.print(why, style="red")
     return typer.Exit(USAGE)

@@ -59,7 +59,7 @@ def sweep(
         check(folder, SWEEP_FILES)
         maps = SweepMaps(study, folder, patches, workers)
     except (ValueError, OSError) as error:
-        console.print(str(error), style="red", markup=False)
+        console.print(str(error), style="red")
         raise typer.Exit(USAGE) from error
     swept = _sweep(maps, wanted, len(study.clips), console)
     with claimed(folder, SWEEP_FILES):
@@ -80,6 +80,6 @@ def _sweep(maps: SweepMaps, wanted: list, n_clips: int, console: Console) -> lis
             usual = swept[0].utility if swept else utility
             swept.append(SweptCase(case, utility, compare_maps(usual, utility)))
     except ValueError as error:
-        console.print(f"[red]{case.title}: {error}[/red]")
+        console.print(f"{case.title}: {error}", style="red")
         raise typer.Exit(NOTHING_TO_DO) from error
     return swept

@@ -56,7 +56,7 @@ def tables(
             study.body(), study.patches, side, lambda text: show_caution(text, console)
         )
     except (ValueError, OSError) as error:
-        console.print(f"[red]{error}[/red]")
+        console.print(str(error), style="red")
         raise typer.Exit(USAGE) from error
     patches = [found.patch for found in placements.values()]
     rows = score_table(study.utility, patches, group_of)

@@ -138,7 +138,7 @@ def utd_mhad(
             trials = read_utd_mhad(path)
         with RunMonitor(console).step("fitting poses, simulating and training"):
             parts = compare_utd(trials, cutoff, part, seed)
-        console.print(write_utd(folder, parts, part), markup=False)
+        console.print(write_utd(folder, parts, part))
 
 
 def _add(name: str, shows: str) -> None:
@@ -224,7 +224,7 @@ def gait(
         part = chosen_sensor(sensor)
         with RunMonitor(console).step("simulating and comparing"):
             found = compare_gait(path, trial, seed, part)
-        console.print(write_gait(folder, found, part), markup=False)
+        console.print(write_gait(folder, found, part))
 
 
 def _classifier(name: str) -> str:
@@ -270,7 +270,7 @@ def _compare(
         with RunMonitor(console).step("reading, simulating and ranking"):
             protocol = protocol_of(console.print)
             report = run_data_set(protocol, path, libraries, folder, seed, console.print)[1]
-        console.print(report, markup=False)
+        console.print(report)
 
 
 @contextmanager
@@ -279,9 +279,9 @@ def _published(console: Console, out: Path, *inputs: Path) -> Iterator[Path]:
     try:
         with published(out, inputs) as folder:
             yield folder
-        console.print(f"Written to {shown(out)}", markup=False)
+        console.print(f"Written to {shown(out)}")
     except (ValueError, OSError, UnusableMotion) as error:
-        console.print(why_not(error), style="red", markup=False)
+        console.print(why_not(error), style="red")
         raise typer.Exit(USAGE) from error
 
 
@@ -289,6 +289,7 @@ def _write(folder: Path, found: Sequence[Found], title: str, console: Console) -
     for one in found:
         headline = f"{title}, {one.name}" if one.name else title
         write_validation(folder, one, headline)
-        console.print(f"[bold]{headline}[/bold]\n{one.validation.sentence()}\n")
-        console.print("\n".join(agreement_table(one.validation)), markup=False)
+        console.print(headline, style="bold")
+        console.print(f"{one.validation.sentence()}\n")
+        console.print("\n".join(agreement_table(one.validation)))
         console.print(f"\nReport: report{one.suffix}.md")

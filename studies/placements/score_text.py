@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from w2w.core.csv_tables import apart, csv_text
 from w2w.core.files import DIGITS, write_text
@@ -109,12 +110,12 @@ def _table(rows: Sequence[ScoreRow], columns: Sequence[str], title: str) -> Tabl
     return table
 
 
-def _cell(row: ScoreRow, number: int) -> str:
-    score = f"{row.f1[number]:.2f}"
-    score = f"[bold]{score}[/bold]" if row.best[number] and row.f1.any() else score
+def _cell(row: ScoreRow, number: int) -> Text:
+    best = row.best[number] and row.f1.any()
+    score = f"{row.f1[number]:.2f}", "bold" if best else ""
     few = row.activity and row.clips < FEWEST_CLIPS
     interval = "few clips" if few else f"{_short(row.low[number])}-{_short(row.high[number])}"
-    return f"{score}\n[dim]{interval}[/dim]"
+    return Text.assemble(score, (f"\n{interval}", "dim"))
 
 
 def _short(value: float) -> str:

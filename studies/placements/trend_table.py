@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from w2w.core.csv_tables import csv_text
@@ -30,7 +29,7 @@ def show_trends(trends: Sequence[Trend], console: Console) -> None:
         right = heading in ("difference of F1", "interval", "clips")
         table.add_column(heading, justify="right" if right else "left", overflow="fold")
     for trend in trends:
-        table.add_row(*map(escape, _cells(trend)))
+        table.add_row(*_cells(trend))
     console.print(table)
     console.print(EXPLAINED, style="dim")
 

@@ -49,10 +49,10 @@ def show_sweep(swept: Sequence[SweptCase], patches: PatchSet, console: Console) 
         best = int(utility.mean.argmax())
         change = f"{shift.gain:+.3f}"
         if np.isfinite(shift.gain_low) and one is not swept[0]:
-            change += f"\n[dim]{shift.gain_low:+.3f} to {shift.gain_high:+.3f}[/dim]"
+            change += f"\n{shift.gain_low:+.3f} to {shift.gain_high:+.3f}"
         table.add_row(
             one.case.title,
-            "" if one is swept[0] else f"{shift.rho:.2f}\n[dim]{shift.low:.2f} to {shift.high:.2f}[/dim]",
+            "" if one is swept[0] else f"{shift.rho:.2f}\n{shift.low:.2f} to {shift.high:.2f}",
             f"{utility.mean.mean():.3f}",
             "" if one is swept[0] else change,
             f"{patches.names[best]} ({utility.mean[best]:.2f})",

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from .wording import shown
+from .wording import harmless, shown
 
 SEPARATORS = ",;\t|"
 
@@ -26,15 +26,22 @@ FORMULA = re.compile(r"[\t\r\n]|\s*[=+\-@＝＋－＠]")
 """Beginnings of cells that Excel, LibreOffice or Sheets take for formulas."""
 
 
+BREAKS = re.compile(r"\s*[\t\r\n]+\s*")
+"""What a spreadsheet has where the lines of a cell end."""
+
+
 class CsvError(ValueError):
     """A csv file cannot be understood; the message says which file and what to change."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(harmless(message))
 
 
 class CsvTable(NamedTuple):
     """Rows of a csv file."""
 
     rows: list[tuple[int, dict[str, str]]]
-    """The line a row ends on and its cells by column, without surrounding spaces."""
+    """The line a row ends on and its cells by column, without surrounding spaces, as they can be shown."""
     note: str
     """What had to be assumed to read it, if anything."""
 
@@ -71,7 +78,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
     try:
         next(reader)
         for cells in reader:
-            found = dict(zip(columns, (cell.strip() for cell in cells), strict=False))
+            found = dict(zip(columns, (shown(BREAKS.sub(" ", cell.strip())) for cell in cells), strict=False))
             if any(found.values()):
                 rows.append((first + reader.line_num, {name: found.get(name, "") for name in names}))
     except csv.Error as error:

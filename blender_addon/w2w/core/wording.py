@@ -40,15 +40,33 @@ def name_bytes(name: str | PurePath) -> bytes:
     return str(name).encode("utf-8", KEEP)
 
 
+COMMANDS = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\udc80-\udcff]")
+"""Characters that a terminal obeys, such as an escape, or that turn the direction of what follows; and bytes
+that are no text."""
+
+
 def shown(name: str | PurePath) -> str:
-    r"""A name as text that can be printed and written to any file; bytes that are no text as ``%E9``.
+    r"""A name as text that can be printed and written to any file; what a terminal would obey as ``%1B``.
 
     Examples
     --------
-    >>> shown("caf\udce9.fbx")
-    'caf%E9.fbx'
+    >>> shown("caf\udce9.fbx"), shown("\x1b[2Jwalk")
+    ('caf%E9.fbx', '%1B[2Jwalk')
     """
-    if (text := str(name)).isascii():
+    if (text := str(name)).isascii() and text.isprintable():
         return text  # as nearly all are
-    text = name_bytes(name).decode("utf-8", "surrogateescape")
-    return re.sub("[\udc80-\udcff]", lambda found: f"%{ord(found[0]) - 0xDC00:02X}", text)
+    return COMMANDS.sub(_percent, name_bytes(name).decode("utf-8", "surrogateescape"))
+
+
+def harmless(text: object) -> str:
+    """A text of several lines, such as an error's, in which a terminal obeys nothing but the lines' ends."""
+    words = str(text)
+    return words if words.isascii() and words.isprintable() else COMMANDS.sub(_kept_lines, words)
+
+
+def _kept_lines(found: re.Match[str]) -> str:
+    return found[0] if found[0] in "\n\t" else _percent(found)
+
+
+def _percent(found: re.Match[str]) -> str:
+    return "".join(f"%{byte:02X}" for byte in found[0].encode("utf-8", "surrogateescape"))

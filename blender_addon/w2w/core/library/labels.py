@@ -17,11 +17,14 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from ..csv_tables import CsvError, CsvTable, read_table
-from ..wording import shown
+from ..wording import harmless, shown
 
 
 class LibraryError(ValueError):
     """A library or its labels cannot be understood; the message says what to change."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(harmless(message))
 
 
 @dataclass(frozen=True)

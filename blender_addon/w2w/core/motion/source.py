@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..body.skeleton import Y_UP_TO_Z_UP
-from ..wording import shown
+from ..wording import harmless, shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +62,9 @@ NOT_FINITE = "its animation holds values that no body has (NaN, infinite or beyo
 class UnusableMotion(Exception):  # noqa: N818 - named for what it says, it is shown to people
     """A motion file that cannot be used; the message says why, in a sentence for people."""
 
+    def __init__(self, message: object) -> None:
+        super().__init__(harmless(message))
+
 
 def refuse_too_long(n_frames: int, n_bones: int) -> None:
     """Refuse a motion of more than MOST_BONE_FRAMES, which would not fit in memory, before it is read."""
@@ -81,7 +84,7 @@ def refuse_few_frames(n_frames: int, where: str = "") -> None:
 
 def reason_of(error: Exception) -> str:
     """Why a file cannot be used, from what reading it raised: never empty; a fault of ours is said as one."""
-    text = str(error).strip()
+    text = harmless(error).strip()
     if text and isinstance(error, (UnusableMotion, ValueError, OSError, MemoryError)):
         return text
     return f"W2W failed on it, please report this: {type(error).__name__}: {text}".rstrip(": ")
