@@ -58,7 +58,9 @@ PoseRate = option(
 )
 PoseUnit = option(str, f"Unit of the positions: {', '.join(UNITS)}.", rich_help_panel=PANEL)
 PoseUp = option(
-    str, f"Axis that points up: {', '.join(UPS)}.  [default: where the trunk points]", rich_help_panel=PANEL
+    str,
+    f"Axis of the files that points up: {', '.join(UPS)}.  [default: by format, or all files together]",
+    rich_help_panel=PANEL,
 )
 PoseJoints = option(str, f"Joint set: {', '.join(JOINT_SETS)}.", rich_help_panel=PANEL)
 

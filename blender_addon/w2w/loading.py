@@ -16,6 +16,7 @@ from .core.library.library import activity_of, is_joint_file, read_library
 from .core.motion.motion import SMPL_SUFFIXES, Motion
 from .core.motion.skinning import on_the_ground
 from .core.motion.source import UnusableMotion
+from .core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
 from .core.retargeting.bone_maps import BoneMap
 from .notebook import tracked
 
@@ -98,8 +99,8 @@ def load(
     bone_maps : sequence of BoneMap
         Your own, tried before the bundled ones.
     pose : PoseFacts
-        Unit, up axis and joint set of joint positions, where the files do not say them, and the frame rate
-        of all files, whatever they say.
+        Unit and joint set of joint positions, where the files do not say them; frame rate and axis that is up
+        of all files, whatever they say. By default one axis is up in all of a folder's files of a kind.
 
     Returns
     -------
@@ -120,15 +121,19 @@ def load(
     if path.is_file() and labels is not None:
         raise ValueError("labels are for the files in a folder: give the folder")
     if path.is_file():
-        motion = _read(path, body, bone_maps, pose)
+        motion = _read(path, body, bone_maps, pose, BY_ITSELF)
+        _refuse_head_down([motion], pose)
         if not motion.activity:
             motion = motion.labelled(activity_of(path.name), motion.subject, motion.clip or path.stem)
         return Motions((motion,), body, (), ("",))
+    from .scene.motion.load import look_up
+
     library = read_library(path, labels)
+    ups = look_up(((clip.file, clip.path) for clip in library.clips), pose).ups
     found, keys, skipped = [], [], list(library.skipped)
     for clip in tracked(library.clips, "Reading motions"):
         try:
-            motion = _read(clip.path, body, bone_maps, pose)
+            motion = _read(clip.path, body, bone_maps, pose, ups)
         except ValueError as error:
             skipped.append((clip.file, str(error)))
             continue
@@ -137,19 +142,26 @@ def load(
     if not found:
         file, reason = skipped[0]
         raise ValueError(f"no motion in {path} can be used; {file}: {reason}")
+    _refuse_head_down(found, pose)
     return Motions(tuple(found), body, tuple(skipped), tuple(keys))
 
 
-def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts) -> Motion:
+def _refuse_head_down(motions: Sequence[Motion], pose: PoseFacts) -> None:
+    """Refuse motions that hang head down in most frames, by a ValueError; some handstands are motions."""
+    if pose.up is None and mostly_head_down((motion.n_frames, motion.head_down) for motion in motions):
+        raise ValueError(f"{UPSIDE_DOWN}: pose=PoseFacts(up=...)")
+
+
+def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups) -> Motion:
     """One file on the body; a ValueError where it cannot be used, or needs a module that is missing."""
     if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
-        return on_the_ground(body, Motion.load(path, pose.rate))  # keeps W2W's labels
+        return on_the_ground(body, Motion.load(path, pose.rate, pose.up, ups))  # keeps W2W's labels
     from .scene.base.output import quiet_output
     from .scene.motion.load import carry, read_motion
 
     try:
         with _needs_blender(path.name), quiet_output():
-            source = read_motion(path, pose)
+            source = read_motion(path, pose, ups)
         return carry(source, body, bone_maps).motion
     except UnusableMotion as error:
         raise ValueError(str(error)) from error

@@ -23,6 +23,7 @@ from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.retargeting.retarget import BY_STRUCTURE
 from w2w.core.windows.windows import WindowSpec
 from w2w.core.wording import shown
+from w2w.scene.motion.load import look_up
 
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts
@@ -49,13 +50,19 @@ def inspect(
         label = label_said(file, library, labels)
         pose = pose_facts(pose_rate, pose_unit, pose_up, pose_joints)
         bone_maps = [BoneMap.load(path) for path in bone_map or ()]
+        files = [(shown(file.name), file)]
+        if library is not None:
+            files = [(clip.file, clip.path) for clip in read_library(library, labels).clips]
+        seen = look_up(files, pose)
     try:
         clip = Clip(file, shown(file.name), "clip", "")
-        source, motion, details = load_alone(clip, body, bone_maps, pose)
+        source, motion, details = load_alone(clip, body, bone_maps, pose, seen.ups if library else None)
     except UnusableMotion as error:
         raise _skipped(file, str(error), console) from error
     table = Table(show_header=False, box=None, title=shown(file), title_justify="left")
-    for row in (*_about_source(source, details, body), *_about_motion(motion, details, body)):
+    up = f"{pose.up}, as given" if pose.up else seen.sentence() or getattr(source, "up", "")
+    stands = [("up", up)] if up else []
+    for row in (*_about_source(source, details, body), *stands, *_about_motion(motion, details, body)):
         table.add_row(*row)
     console.print(table)
     shortest = WindowSpec().shortest_s
@@ -120,16 +127,13 @@ def _about_source(
 
 def _about_joints(source: JointPositions, details: dict, body: Body) -> list[tuple[str, str]]:
     """Which joints there are, which are seldom seen, and what they cannot show."""
-    guessed = (
-        " (by where the trunk points: say it with --pose-up if it is wrong)" if source.up_is_guessed else ""
-    )
     scale = f"1 unit in the file is {details['scale']:.4g} m on W2W's body"
     if source.unit:
         tall = body.height * UNITS[source.unit] / details["scale"]
         scale += f"; in {source.unit} the person is about {tall:.2f} m tall"
     else:
         scale += "; its unit is not known (--pose-unit), which the signals do not need"
-    rows = [("joints", source.joint_set.name), ("up", f"{source.up}{guessed}"), ("scale", scale)]
+    rows = [("joints", source.joint_set.name), ("scale", scale)]
     seen = np.isfinite(source.positions).all(axis=2).mean(axis=0)
     shares = zip(source.joint_set.joints, seen, strict=True)
     if rare := [f"{name} {share:.0%}" for name, share in shares if share < 0.9]:

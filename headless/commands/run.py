@@ -8,6 +8,7 @@ from pathlib import Path
 from w2w.core.library.labels import same_label
 from w2w.core.library.library import Library, read_library
 from w2w.core.ranking.weights import check_counting
+from w2w.scene.motion.load import look_up
 
 from ..console import Terminal
 from ..options import argument, option, words
@@ -62,6 +63,8 @@ def run(
         found = without(read_library(library, labels, asked.exact_labels), leave_out)
         check_counting(found.activities, config.background, config.weights)
         engine = asked.engine()
+        seen = look_up(((clip.file, clip.path) for clip in found.clips), engine.pose)
+        engine = replace(engine, ups=seen.ups)
         plan = RunPlan(found, config, engine, asked.pictures, asked.report, verbose=asked.verbose)
         bodies = ready_for(plan, asked, out)
         plan = replace(plan, again=asked.strict or asked.verify or len(bodies) > 1)
@@ -70,6 +73,8 @@ def run(
         monitor.log("finished", exit_code=0)
         return
     show_labels(found, console, asked.verbose)
+    if up := seen.sentence():
+        console.print(f"Up: {up}.", markup=False)
     execute_bodies(plan, bodies, out, asked.strict, monitor)
     monitor.log("finished", exit_code=0)
 

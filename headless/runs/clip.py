@@ -21,6 +21,7 @@ from w2w.core.library.library import Clip
 from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import SourceMotion, UnusableMotion, readable_size, reason_of, unreadable
+from w2w.core.motion.up import BY_ITSELF, Ups
 from w2w.core.patches.patches import PatchSet
 from w2w.core.results_folder import ClipResult
 from w2w.core.retargeting.bone_maps import BoneMap
@@ -177,7 +178,7 @@ def _out_of_memory(task: ClipTask, source: str, looks: Looks) -> ClipResult:
 
 def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     body, patches = _body_and_patches(task.out, task.inputs)
-    _, motion, details = load_clip(task.clip, body, task.engine.bone_maps, task.engine.pose)
+    _, motion, details = load_clip(task.clip, body, task.engine.bone_maps, task.engine.pose, task.engine.ups)
     _refuse_too_long(motion, task)
     on_cloth = _sensors_on_cloth(task, body, patches, motion)
     recording = record(body, patches, motion, task.config, on_cloth)
@@ -209,7 +210,11 @@ def _sensors_on_cloth(task: ClipTask, body: Body, patches: PatchSet, motion: Mot
 
 
 def load_clip(
-    clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = (), pose: PoseFacts = NO_FACTS
+    clip: Clip,
+    body: Body,
+    bone_maps: Sequence[BoneMap] = (),
+    pose: PoseFacts = NO_FACTS,
+    ups: Ups = BY_ITSELF,
 ) -> tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]:
     """Read a clip's file and retarget it to the body, under the clip's labels.
 
@@ -220,7 +225,7 @@ def load_clip(
     from w2w.scene.motion.load import carry, read_motion
 
     with needs_blender(), quiet_output():
-        source = read_motion(clip.path, pose)
+        source = read_motion(clip.path, pose, ups)
     carried = carry(source, body, bone_maps)
     motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
     details = {
@@ -233,6 +238,8 @@ def load_clip(
     }
     if isinstance(source, SourceMotion) and source.people > 1:
         details["people"] = source.people
+    if motion.head_down and pose.up is None:
+        details["head_down"] = True
     return source, motion, details
 
 

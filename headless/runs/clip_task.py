@@ -15,8 +15,9 @@ from w2w.core.clip_files import WORK, features_file, motion_file, signals_file
 from w2w.core.files import file_sha256
 from w2w.core.keypoints.facts import PoseFacts, side_car
 from w2w.core.keypoints.pose_files import NO_FACTS
-from w2w.core.library.library import JOINT_SUFFIXES, Clip, is_joint_file
+from w2w.core.library.library import UP_SUFFIXES, Clip, is_joint_file
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.motion.up import BY_ITSELF, Ups
 from w2w.core.readers.asf_amc import AMC_SUFFIX, skeleton_file
 from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.study import StudyConfig
@@ -32,7 +33,8 @@ class Engine:
     """Who does the clips, and how they are read.
 
     `scheduler` is the address or file of a Dask scheduler, which brings its own workers; a clip may take
-    `limit_s` seconds and `memory` bytes; `bone_maps` are the user's own, tried before the bundled ones;
+    `limit_s` seconds and `memory` bytes; `bone_maps` are the user's own, tried before the bundled ones; `ups`
+    are the axes that are up in the library's files;
     `verify` reads all that an earlier run left again, and `signals` says whether they are kept.
     """
 
@@ -42,6 +44,7 @@ class Engine:
     bone_maps: tuple[BoneMap, ...] = ()
     memory: int = MEMORY
     pose: PoseFacts = NO_FACTS
+    ups: Ups = BY_ITSELF
     verify: bool = False
     signals: bool = True
 
@@ -88,6 +91,8 @@ class ClipTask:
         """Hash of everything that the result depends on."""
         parts = [self.inputs, source_sha256, self.clip.activity, self.clip.subject, self.clip.name]
         parts += [file_sha256(path) for path in read_beside(self.clip.path)]
+        if self.clip.path.suffix.lower() in UP_SUFFIXES:
+            parts.append(repr(self.engine.ups))
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
     def look(self) -> Looks:
@@ -108,7 +113,7 @@ def read_beside(path: Path) -> list[Path]:
             return [skeleton_file(path)]
         except UnusableMotion:
             return []
-    if suffix not in (".npz", *JOINT_SUFFIXES):
+    if suffix not in UP_SUFFIXES:
         return []
     beside = side_car(path)  # first: telling what a file holds opens it
     return [beside] if beside is not None and is_joint_file(path) else []

@@ -105,7 +105,7 @@ def _looks_as_read(plan: RunPlan, made: Made, out: Path) -> list[Looks] | None:
 def _looks(plan: RunPlan, body: Body, out: Path, clips: Sequence[Looks], garments: list[list[int]]) -> str:
     """A digest of labels, the looks of clips and garments, and sizes and times of the folder's files."""
     arrays = (body.vertices, body.faces, body.joints, body.weights)
-    parts = [_study(plan), plan.engine.bone_maps, plan.engine.pose, plan.engine.signals, body.name]
+    parts = [_study(plan), body.name]
     parts += [hashlib.sha256(array).hexdigest() for array in arrays]
     parts += [(*_labels(clip), looks) for clip, looks in zip(plan.library.clips, clips, strict=True)]
     for folder in DIVIDED:
@@ -115,8 +115,9 @@ def _looks(plan: RunPlan, body: Body, out: Path, clips: Sequence[Looks], garment
 
 
 def _study(plan: RunPlan) -> tuple[Any, ...]:
-    library, flags = plan.library, (plan.pictures, plan.report, plan.more)
+    library, engine, flags = plan.library, plan.engine, (plan.pictures, plan.report, plan.more)
     words = library.labelled_by, library.skipped, library.check
+    words += engine.bone_maps, engine.pose, engine.ups, engine.signals
     return (plan.config.as_dict(), versions(), code_sha256(), *flags, *words)
 
 

@@ -23,6 +23,7 @@ from w2w.core.findings.notes import copies_sentence
 from w2w.core.findings.summary import config_content
 from w2w.core.garments.cover import FITTED
 from w2w.core.library.library import Clip, Library
+from w2w.core.motion.up import UPSIDE_DOWN, mostly_head_down
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
@@ -94,9 +95,17 @@ def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shar
     if not shard:
         if not any(result.used for result in clips):
             raise StudyError("no clip can be used; the table lists the reasons", clips)
+        _refuse_head_down(clips)
         used = {result.clip.name for result in clips if result.used}
         remove_leftovers(out, {clip.name for clip in plan.library.clips}, used, records)
     return Made(body, patches, clips)
+
+
+def _refuse_head_down(clips: Sequence[ClipResult]) -> None:
+    """Refuse a library whose people hang head down in most frames; a few handstands are motions."""
+    details = [result.details for result in clips if result.used]
+    if mostly_head_down((of.get("frames", 0), "head_down" in of) for of in details):
+        raise StudyError(UPSIDE_DOWN, clips)
 
 
 def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Study:

@@ -27,6 +27,7 @@ from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
 from w2w.core.library.library import Clip
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of, unreadable
+from w2w.core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups
 from w2w.core.ranking.f1 import Spread
 from w2w.core.results_folder import ClipResult
 from w2w.core.retargeting.bone_maps import BoneMap
@@ -203,10 +204,17 @@ Loaded = tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]
 
 
 def load_alone(
-    clip: Clip, body: Body, bone_maps: Sequence[BoneMap] = (), pose: PoseFacts = NO_FACTS
+    clip: Clip,
+    body: Body,
+    bone_maps: Sequence[BoneMap] = (),
+    pose: PoseFacts = NO_FACTS,
+    ups: Ups | None = None,
 ) -> Loaded:
-    """As `load_clip`, in a worker process, whatever the file does to it."""
-    found = run_alone(_load, clip, body, tuple(bone_maps), pose)
+    """As `load_clip`, in a worker process, whatever the file does to it.
+
+    Without the `ups` of a library the clip is by itself, and refused if it is upside down.
+    """
+    found = run_alone(_load, clip, body, tuple(bone_maps), pose, ups or BY_ITSELF)
     if found is None:
         raise UnusableMotion(
             f"Blender crashed on it, or it took longer than {LIMIT_S:g} s or more than "
@@ -214,14 +222,16 @@ def load_alone(
         )
     if isinstance(found, str):
         raise UnusableMotion(found)
+    if ups is None and "head_down" in found[2]:
+        raise UnusableMotion(UPSIDE_DOWN)
     return found
 
 
-def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts) -> Loaded | str:
+def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups) -> Loaded | str:
     """The clip, or a sentence."""
     with guarded():
         try:
-            return load_clip(clip, body, bone_maps, pose)
+            return load_clip(clip, body, bone_maps, pose, ups)
         except NoBlenderError:
             raise
         except MemoryError:

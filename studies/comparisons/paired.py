@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.keypoints.fit import fit_keypoints, guess_up
+from w2w.core.keypoints.fit import fit_keypoints, seen_joints
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.ranking.utility import inputs_of
 from w2w.core.windows.windows import WindowSpec
@@ -106,7 +106,7 @@ def _pairs(
     simulator: SiteSimulator, clips: Sequence[Exercise | Trial], protocol: Protocol
 ) -> tuple[list[tuple[ImuRecording, ImuRecording]], list[str]]:
     """Real and simulated recordings of the same clips, cut to the same length."""
-    up = guess_up(np.concatenate([clip.pose for clip in clips]), protocol.joints)
+    up = seen_joints(np.concatenate([clip.pose for clip in clips]), protocol.joints).along
     pairs, unusable, exchanged = [], [], 0
     for real, pose in clips:
         try:

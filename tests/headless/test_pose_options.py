@@ -83,7 +83,7 @@ def test_inspect_names_the_joints_and_what_cannot_be_seen(kinect):
     code, output = call("inspect", kinect / "wave" / "0.npy", "--pose-rate", 30, "--pose-unit", "m")
     assert code == 0, output
     assert "joints Kinect, 20 joints" in output
-    assert "up y (by where the trunk points: say it with --pose-up if it is wrong)" in output
+    assert "up y, 1 file of joints (Kinect, 20 joints)" in output
     assert "turns of the forearms about their own axis" in output
     assert "m tall" in output
     code, output = call("inspect", kinect / "wave" / "0.npy")

@@ -312,7 +312,7 @@ def test_only_text_that_names_joints_is_taken_for_motion(tmp_path, bundled_body,
     assert not is_joint_file(tmp_path / "amass.npz")
 
 
-def write_c3d(path, labels, positions, rate=100.0, unit="mm"):
+def write_c3d(path, labels, positions, rate=100.0, unit="mm", screen=""):
     ezc3d = pytest.importorskip("ezc3d", exc_type=ImportError)
     made = ezc3d.c3d()
     made["parameters"]["POINT"]["RATE"]["value"] = [rate]
@@ -321,6 +321,8 @@ def write_c3d(path, labels, positions, rate=100.0, unit="mm"):
     made["data"]["points"] = np.concatenate(
         [positions.transpose(2, 1, 0), np.ones((1, positions.shape[1], len(positions)))]
     )
+    if screen:
+        made.add_parameter("POINT", "Y_SCREEN", [screen])
     made.write(str(path))
 
 
@@ -352,6 +354,11 @@ def test_joint_centres_of_a_c3d_file(tmp_path, bundled_body, walk, ends):
     )
     fit = found.fit(bundled_body)
     assert found.height(bundled_body, fit) == pytest.approx(bundled_body.height, rel=0.02)
+    write_c3d(tmp_path / "said.c3d", labels, points, screen="+Y")
+    assert (read_joints(tmp_path / "said.c3d").up, read_joints(tmp_path / "said.c3d").up_is_guessed) == (
+        "y",
+        False,
+    )
     write_c3d(tmp_path / "markers.c3d", ["LASI", "RASI", "LHJC"], points[:, :3])
     with pytest.raises(
         UnusableMotion, match=r"no joint centre of the .*right hip.* holds LASI, RASI, LHJC: W2W"

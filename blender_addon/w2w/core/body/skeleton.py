@@ -35,6 +35,23 @@ Y_UP_TO_Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 LEG = ("hip", "knee", "ankle")
 
+
+def posed_joints(rest: np.ndarray, turns: np.ndarray, pelvis: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Forward kinematics: world rotations (T, 24, 3, 3) and positions (T, 24, 3) of the joints.
+
+    `rest` (24, 3) are their places in the rest pose, `turns` (T, 24, 3, 3) are relative to their parents.
+    """
+    rotations = np.empty_like(turns)
+    positions = np.empty((len(turns), N_JOINTS, 3))
+    rotations[:, 0] = turns[:, 0]
+    positions[:, 0] = pelvis
+    for joint in range(1, N_JOINTS):
+        parent = PARENTS[joint]
+        np.matmul(rotations[:, parent], turns[:, joint], out=rotations[:, joint])
+        positions[:, joint] = positions[:, parent] + rotations[:, parent] @ (rest[joint] - rest[parent])
+    return rotations, positions
+
+
 Joints = Mapping[int, np.ndarray] | np.ndarray
 """Positions (..., 3) of joints by their index."""
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Facts about joint positions: their rate and unit, which way is up, which joints they are."""
+"""Facts that motion files may lack: rate and unit of joint positions, which joints they are, what is up."""
 
 import json
 from collections.abc import Mapping
@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Any, Self
 
 from ..motion.source import UnusableMotion
+from ..motion.up import UPS
 from ..wording import shown
 from .joint_sets import JOINT_SETS
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 """Metres in a unit of length."""
-
-UPS = ("x", "y", "z", "-x", "-y", "-z")
 
 SPELLINGS = {
     "fps": "rate", "framerate": "rate", "frame_rate": "rate", "mocap_framerate": "rate", "rate_hz": "rate",
@@ -33,7 +32,7 @@ MAX_BYTES = 1 << 20
 
 @dataclass(frozen=True)
 class PoseFacts:
-    """Facts about joint positions; None where unknown.
+    """Facts about joint positions, and the axis that is up in any motion file; None where unknown.
 
     Parameters
     ----------
@@ -42,7 +41,7 @@ class PoseFacts:
     unit : str or None
         One of `UNITS`. The body is scaled by its limbs, so the unit only shows where a file is wrong.
     up : str or None
-        The axis that points up: one of `UPS`.
+        The file's own axis that points up: one of `UPS`.
     joint_set : str or None
         One of `JOINT_SETS`.
 

@@ -7,7 +7,7 @@ the planes that elbows and knees bend in (`limb_rotations`), each in closed form
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -16,13 +16,11 @@ from ..body.body import Body
 from ..body.skeleton import JOINT_INDEX, N_JOINTS
 from ..motion.motion import Motion
 from ..motion.skinning import on_the_ground, relative_to_parents
-from ..rotations import frame_of, smallest_rotation, turn_about, unit
-from .facts import UPS
+from ..motion.up import LIMBS, TO_Z, Sight, Up
+from ..rotations import frame_of, turn_about, unit
 from .joint_sets import SIDES, JointSet
 from .limbs import cone_swing, hinge_bend, swing_and_twist
 from .paths import Paths, Points, landmark_paths, middle
-
-Up = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 CUTOFF_HZ = 6.0
 """Band of the joints' paths by default: holds voluntary movement. Noisy pose wants less: 3 Hz for
@@ -83,7 +81,7 @@ def fit_keypoints(
 
     Raises ValueError if shapes disagree, or hips or shoulders are hardly ever seen.
     """
-    paths = landmark_paths(np.asarray(keypoints) @ _UP[up].T, joint_set, rate, cutoff_hz)
+    paths = landmark_paths(np.asarray(keypoints) @ TO_Z[up].T, joint_set, rate, cutoff_hz)
     joints = _named_joints(body)
     scale = _scale(paths, joints)
     points = {name: scale * path for name, path in paths.points.items()}
@@ -101,28 +99,17 @@ def fit_keypoints(
     return KeypointFit(on_the_ground(body, motion), scale, paths.exchanged)
 
 
-def guess_up(keypoints: np.ndarray, joint_set: JointSet) -> Up:
-    """The axis that trunks point along on average, for files that do not say which way is up.
+def seen_joints(keypoints: np.ndarray, joint_set: JointSet) -> Sight:
+    """How the people of joint positions (T, J, 3) stand and lie; NaN where a joint was not seen.
 
-    Positions (T, J, 3) are of people who mostly stand or sit, NaN where a joint was not seen. Raises
-    ValueError if hips and shoulders are never seen together.
+    Raises ValueError if hips and shoulders are never seen together.
     """
     keypoints = np.asarray(keypoints)
-    hips, shoulders = (
-        sum(keypoints[:, list(joint_set.members(f"{side} {part}"))].mean(axis=1) for side in SIDES)
-        for part in ("hip", "shoulder")
-    )
-    trunk = unit(shoulders - hips)
-    if not np.isfinite(trunk).all(axis=1).any():
-        raise ValueError("hips and shoulders are never seen together: nothing shows which way is up")
-    mean = np.nanmean(trunk, axis=0)
-    axis = int(np.abs(mean).argmax())
-    return f"{'-' if mean[axis] < 0 else ''}{'xyz'[axis]}"
-
-
-_UPRIGHT = smallest_rotation(np.concatenate([np.eye(3), -np.eye(3)]), np.array([0.0, 0.0, 1.0])).round()
-_UP = dict(zip(UPS, _UPRIGHT, strict=True))
-"""Rotations that turn an axis to z."""
+    limbs = {}
+    for part in LIMBS:
+        both = [keypoints[:, list(joint_set.members(f"{side} {part}"))].mean(axis=1) for side in SIDES]
+        limbs[part] = np.stack(both, axis=1)
+    return Sight.of(keypoints, limbs)
 
 
 def _named_joints(body: Body) -> Points:

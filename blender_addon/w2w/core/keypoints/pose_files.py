@@ -17,9 +17,10 @@ from ..motion.source import (
     refuse_too_long,
     size_and_head,
 )
+from ..motion.up import BY_ITSELF, UPS, Kind, Up, Ups
 from ..wording import shown
 from .facts import SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
-from .fit import KeypointFit, Up, fit_keypoints, guess_up
+from .fit import KeypointFit, fit_keypoints, seen_joints
 from .joint_sets import JOINT_SETS, JointSet
 from .naming import RawPose, plain_joint, told_by
 from .paths import REQUIRED
@@ -53,6 +54,7 @@ def read_c3d_pose(path: Path) -> RawPose:
         labels = [str(label) for label in point["LABELS"]["value"]]
         rate = float(np.ravel(point["RATE"]["value"])[0])
         unit = str(next(iter(point["UNITS"]["value"]), "")).strip().lower()
+        screen = str(next(iter(point.get("Y_SCREEN", {}).get("value", ())), "")).strip().lower().lstrip("+")
         positions = np.asarray(found["data"]["points"])[:3].transpose(2, 1, 0)
     except (OSError, KeyError, ValueError, IndexError, RuntimeError, StopIteration) as error:
         raise UnusableMotion(f"it cannot be read as C3D: {str(error).splitlines()[0]}") from error
@@ -68,7 +70,12 @@ def read_c3d_pose(path: Path) -> RawPose:
         )
     chosen = [joint for joint in JOINT_SETS[C3D_JOINTS].joints if plain_joint(joint) in names]
     places = [names[plain_joint(joint)] for joint in chosen]
-    facts = PoseFacts(rate if rate > 0 else None, unit if unit in UNITS else None, None, C3D_JOINTS)
+    facts = PoseFacts(
+        rate if rate > 0 else None,
+        unit if unit in UNITS else None,
+        screen if screen in UPS else None,
+        C3D_JOINTS,
+    )
     return RawPose(positions[:, places], tuple(chosen), facts)
 
 
@@ -94,6 +101,9 @@ LONGEST_UNSEEN_S = 0.5
 """Longest time without hips and shoulders that is bridged: a step takes as long, and beyond it a motion would
 be invented."""
 
+USUAL_UP: dict[str, Up] = {"human36m-17": "z", "azure-kinect-32": "-y", "blazepose-33": "-y", C3D_JOINTS: "z"}
+"""Axes that are up in a joint set's own world or camera, where that is not y."""
+
 NO_FACTS = PoseFacts()
 
 FACT_KEYS = (*(item.name for item in fields(PoseFacts)), *SPELLINGS)
@@ -108,7 +118,7 @@ class JointPositions:
     joint_set: JointSet
     unit: str  # empty where unknown
     up: Up
-    up_is_guessed: bool  # by where the trunk points, not by the file's word
+    up_is_guessed: bool  # by how people stand, not by the file's word
 
     @property
     def n_frames(self) -> int:
@@ -134,11 +144,12 @@ class JointPositions:
         return body.height * UNITS[self.unit] / found.scale if self.unit else None
 
 
-def read_joints(path: str | Path, given: PoseFacts = NO_FACTS) -> JointPositions:
+def read_joints(path: str | Path, given: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF) -> JointPositions:
     """Read joint positions: csv (columns ``left_hip_x``, ...), npy or npz (T, J, 3), json or c3d.
 
     The file is one that `is_joint_file` knows by its suffix. Facts that it does not say itself may lie in
-    ``NAME.json`` beside it; `given` are known better.
+    ``NAME.json`` beside it; `given` are known better. Where nothing says the axis that is up, `ups` do
+    for a library's files.
 
     Raises UnusableMotion, with the reason, if it is another file, or its rate or joints are not known.
     """
@@ -161,8 +172,14 @@ def read_joints(path: str | Path, given: PoseFacts = NO_FACTS) -> JointPositions
     refuse_few_frames(len(positions))
     _refuse_unseen(positions, joint_set, facts.rate)
     with reading(ValueError):
-        up = facts.up or guess_up(positions, joint_set)
+        up = facts.up or ups.of(_kind(joint_set), seen_joints(positions, joint_set))
     return JointPositions(positions, facts.rate, joint_set, facts.unit or "", up, facts.up is None)
+
+
+def _kind(joint_set: JointSet) -> Kind:
+    """Files of a joint set, which estimators write with any axis up."""
+    usual = {JOINT_SETS[key].name: up for key, up in USUAL_UP.items()}
+    return Kind(f"joints ({joint_set.name})", usual.get(joint_set.name, "y"), firm=False, read=UPS)
 
 
 def _seen(positions: np.ndarray) -> np.ndarray:

@@ -36,6 +36,9 @@ ARRAY_SUFFIXES = (".npy", ".c3d")
 JOINT_SUFFIXES = (*ARRAY_SUFFIXES, *TEXT_SUFFIXES)
 """Kinds of files that hold joint positions, beside npz, which may hold anything."""
 
+UP_SUFFIXES = (".npz", *JOINT_SUFFIXES)
+"""Kinds of files that may not say which axis is up."""
+
 HEAD_BYTES = 16384
 FEWEST_JOINTS = 8
 

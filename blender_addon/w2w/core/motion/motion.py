@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,8 +10,8 @@ import numpy as np
 import scipy
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from ..body.body import TEMPLATES
-from ..body.skeleton import BODY_HANDS, N_JOINTS, Y_UP_TO_Z_UP
+from ..body.body import TEMPLATES, Body
+from ..body.skeleton import BODY_HANDS, JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP, posed_joints
 from ..files import array_names, read_arrays, write_npz
 from ..filtering import butterworth, count_resampled
 from ..rotations import in_axes
@@ -25,6 +24,7 @@ from .source import (
     refuse_too_long,
     size_and_head,
 )
+from .up import BY_ITSELF, HEAD_DOWN, LIMBS, MOSTLY, Kind, Sight, Up, Ups, turned
 
 SMPL_PELVIS = np.array([-0.00179506, -0.22333382, 0.02821918])
 """Pelvis of SMPL's neutral template in its own y-up axes, metres: AMASS's ``trans`` is
@@ -87,6 +87,11 @@ class Motion:
         """Seconds from the first frame to the last."""
         return (self.n_frames - 1) / self.rate
 
+    @property
+    def head_down(self) -> bool:
+        """Whether the trunk points down in most frames."""
+        return bool(np.mean(self.rotations[:, 0, 2, 2] < HEAD_DOWN) > MOSTLY)
+
     def labelled(self, activity: str, subject: str, clip: str) -> Motion:
         """The same motion under another label."""
         return replace(self, activity=activity, subject=subject, clip=clip)
@@ -102,10 +107,12 @@ class Motion:
         write_npz(path, moved | facts | {name: np.array(getattr(self, name)) for name in LABELS})
 
     @classmethod
-    def load(cls, path: str | Path, rate: float | None = None) -> Motion:
+    def load(
+        cls, path: str | Path, rate: float | None = None, up: Up | None = None, ups: Ups = BY_ITSELF
+    ) -> Motion:
         """Read a motion of the 24 joints: what `save` wrote, labels included, or an AMASS or SMPL npz.
 
-        `rate` goes before the file's own frames per second.
+        `rate` and the axis `up` go before the file's own; `ups` are the axes of its library.
 
         Raises
         ------
@@ -113,13 +120,12 @@ class Motion:
             If it is no such file; the message says why.
         """
         try:
-            arrays = _read_arrays(Path(path), LABELS)
-            labels = [str(arrays[name]) for name in LABELS if name in arrays]
-            ours = len(labels) == len(LABELS)
-            motion = _motion_of(arrays, ours, rate)
+            arrays = _read_arrays(Path(path))
+            motion = _motion_of(arrays, rate, up, ups)
         except (UnusableMotion, ValueError) as error:
             raise ValueError(f"{path} cannot be read as a motion: {error}") from error
-        return motion.labelled(*labels) if ours else motion
+        labels = [str(arrays[name]) for name in LABELS if name in arrays]
+        return motion.labelled(*labels) if len(labels) == len(LABELS) else motion
 
 
 LABELS = ("activity", "subject", "clip")
@@ -132,6 +138,12 @@ TRANS_KEYS = ("trans", "transl", "bodyTranslation")
 POSE_KEYS = (("poses",), ("bodyPose",), ("root_orient", "pose_body"), ("global_orient", "body_pose"))
 """Names of the poses in AMASS and in `.smpl` files (Meshcapade's smplcodec, an npz by other names), or of the
 pelvis's turn and the other joints', in files that keep them apart."""
+
+AMASS, SMPLX = Kind("AMASS", "z"), Kind("SMPL-X", "y", firm=False)
+"""Kinds by the names of their arrays: with those of smplx, y is up unless people stand otherwise."""
+
+SEEN_FRAMES = 400
+"""Frames looked at for the axis that is up."""
 
 BODY_JOINTS = min(BODY_HANDS)
 """Joints before the hands: the same in SMPL, SMPL-H and SMPL-X (Pavlakos et al. 2019)."""
@@ -148,12 +160,14 @@ MAX_TURN = 1e4
 """Radians of one rotation vector: over a thousand whole turns."""
 
 
-def read_amass(path: str | Path, rate: float | None = None) -> Motion:
+def read_amass(
+    path: str | Path, rate: float | None = None, up: Up | None = None, ups: Ups = BY_ITSELF
+) -> Motion:
     """Read an AMASS-style npz or a `.smpl` file, without labels.
 
     AMASS files (Mahmood et al. 2019) hold ``poses`` (T, 72, 156 or 165) as axis-angle, or ``root_orient`` and
-    ``pose_body``, ``trans`` (T, 3) in metres and ``mocap_framerate``. Their world is z up; files whose bodies
-    stand along y instead, as `.smpl` files have it, are turned. `rate` goes before the file's own.
+    ``pose_body``, ``trans`` (T, 3) in metres and ``mocap_framerate``. Their world is z up, that of `.smpl`
+    files y up. `rate` and the axis `up` go before the file's own; `ups` are the axes of its library.
 
     Raises UnusableMotion if it is no such file, or holds a pose instead of a motion.
     """
@@ -161,11 +175,11 @@ def read_amass(path: str | Path, rate: float | None = None) -> Motion:
     size_and_head(path)
     with reading(ValueError):
         arrays = _read_arrays(path)
-    return _motion_of(arrays, rate=rate)
+    return _motion_of(arrays, rate, up, ups)
 
 
-def _motion_of(arrays: dict[str, np.ndarray], z_up: bool = False, rate: float | None = None) -> Motion:
-    """The motion, turned if its body stands along y and its world is not known to be z up."""
+def _motion_of(arrays: dict[str, np.ndarray], rate: float | None, up: Up | None, ups: Ups) -> Motion:
+    """The motion, with the file's axis that is up turned to z."""
     poses = _poses(arrays)
     refuse_too_long(len(poses), poses.shape[1] // 3)
     refuse_few_frames(len(poses))
@@ -177,18 +191,29 @@ def _motion_of(arrays: dict[str, np.ndarray], z_up: bool = False, rate: float | 
     rotations = np.tile(np.eye(3), (len(poses), N_JOINTS, 1, 1))
     turns = Rotation.from_rotvec(poses.reshape(-1, 3)).as_matrix().reshape(len(poses), -1, 3, 3)
     rotations[:, 1:BODY_JOINTS] = in_axes(turns[:, 1:], Y_UP_TO_Z_UP.T)
-    root, pelvis = turns[:, 0], trans + SMPL_PELVIS
-    up = root[:, :, 1].mean(axis=0)  # where the body's own up points on average
-    if not z_up and up[1] > np.abs(up[2]):
-        root, pelvis = Y_UP_TO_Z_UP @ root, pelvis @ Y_UP_TO_Z_UP.T
-    rotations[:, 0] = root @ Y_UP_TO_Z_UP.T
-    return Motion(rotations, pelvis, rate)
+    rotations[:, 0], pelvis = turns[:, 0] @ Y_UP_TO_Z_UP.T, trans + SMPL_PELVIS
+    up = up or _up(arrays, rotations, pelvis, ups)
+    rotations[:, 0] = turned(rotations[:, 0], up)
+    return Motion(rotations, turned(pelvis.T, up).T, rate)
 
 
-def _read_arrays(path: Path, further: Sequence[str] = ()) -> dict[str, np.ndarray]:
+def _up(arrays: dict[str, np.ndarray], rotations: np.ndarray, pelvis: np.ndarray, ups: Ups) -> Up:
+    """The axis of the file that is up: by its format, else by its library or its people."""
+    if arrays.keys() >= set(LABELS):
+        return "z"
+    if "bodyPose" in arrays:
+        return "y"
+    frames = np.linspace(0, len(pelvis) - 1, min(SEEN_FRAMES, len(pelvis))).astype(int)
+    _, joints = posed_joints(Body.bundled().joints, rotations[frames], pelvis[frames])
+    sides = {part: [JOINT_INDEX[f"{side}_{part}"] for side in ("left", "right")] for part in LIMBS}
+    seen = Sight.of(joints, {part: joints[:, both] for part, both in sides.items()})
+    return ups.of(AMASS if "global_orient" not in arrays else SMPLX, seen)
+
+
+def _read_arrays(path: Path) -> dict[str, np.ndarray]:
     """The small arrays of an npz; object arrays and unreasonable sizes are refused."""
     poses = [name for names in POSE_KEYS for name in names]
-    names = (*poses, *TRANS_KEYS, *RESULT_KEYS, *RATE_KEYS, *further)
+    names = (*poses, *TRANS_KEYS, *RESULT_KEYS, *RATE_KEYS, *LABELS)
     arrays = in_smplx_form(read_arrays(path, names, MAX_BYTES))
     if not any(arrays.keys() >= set(names) for names in POSE_KEYS):
         held = ", ".join(sorted(array_names(path))[:8])

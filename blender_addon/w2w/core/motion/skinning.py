@@ -7,7 +7,7 @@ import numpy as np
 
 from ..blas import multiply
 from ..body.body import Body
-from ..body.skeleton import N_JOINTS, PARENTS
+from ..body.skeleton import N_JOINTS, PARENTS, posed_joints
 from ..rotations import cross, dot
 from .motion import Motion
 
@@ -26,16 +26,7 @@ def joint_transforms(body: Body, motion: Motion) -> tuple[np.ndarray, np.ndarray
 
     Rotations are relative to the rest pose.
     """
-    rotations = np.empty_like(motion.rotations)
-    positions = np.empty((motion.n_frames, N_JOINTS, 3))
-    rotations[:, 0] = motion.rotations[:, 0]
-    positions[:, 0] = motion.pelvis
-    for joint in range(1, N_JOINTS):
-        parent = PARENTS[joint]
-        np.matmul(rotations[:, parent], motion.rotations[:, joint], out=rotations[:, joint])
-        offset = body.joints[joint] - body.joints[parent]
-        positions[:, joint] = positions[:, parent] + rotations[:, parent] @ offset
-    return rotations, positions
+    return posed_joints(body.joints, motion.rotations, motion.pelvis)
 
 
 def skinning_transforms(body: Body, motion: Motion) -> np.ndarray:

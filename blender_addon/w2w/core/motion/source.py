@@ -26,6 +26,7 @@ class SourceMotion:
     take: str = ""  # name of the take (action) that the frames come from
     people: int = 1  # whole skeletons in the file, of which this is one
     first_bone: int = 0  # number of the first true bone: 1 where the armature that holds them comes before
+    up: str = ""  # the file's own axis that is up, where it was looked for or given
 
     @property
     def n_frames(self) -> int:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ..motion.source import TO_Z_UP, SourceMotion, people_in, refuse_pose
+from ..motion.up import Up
 from ..retargeting.repair import repaired
 from ..wording import shown
 from .bvh_text import BvhText, read_bvh_text
@@ -13,16 +14,17 @@ from .bvh_text import BvhText, read_bvh_text
 BVH_SUFFIX = ".bvh"
 
 
-def read_bvh(path: str | Path, rate: float | None = None) -> SourceMotion:
+def read_bvh(path: str | Path, rate: float | None = None, up: Up | None = None) -> SourceMotion:
     """Read a BVH file: z up, in its own unit of length, without a leading T-pose, at rest as a person can be.
 
-    `rate` goes before the file's own frames per second. Raises UnusableMotion, with the reason, if the file
-    cannot be used.
+    `rate` and the axis `up` go before the file's own.
+
+    Raises UnusableMotion, with the reason, if the file cannot be used.
     """
     path = Path(path)
     motion = as_it_stands(read_bvh_text(path, rate), shown(path.stem))
     refuse_pose(motion)
-    return repaired(motion)
+    return repaired(motion, up)
 
 
 def as_it_stands(text: BvhText, take: str) -> SourceMotion:

@@ -9,8 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..body.skeleton import JOINT_INDEX, midpoint, trunk_line
-from ..motion.source import SourceMotion, unscaled_rotations
+from ..body.skeleton import JOINT_INDEX, trunk_line
+from ..motion.source import TO_Z_UP, SourceMotion, unscaled_rotations
+from ..motion.up import LIMBS, Kind, Sight, Up, stood
 from ..rotations import smallest_rotation, unit
 from .bone_maps import best_match, missing_joints
 from .structure_match import match_by_structure
@@ -30,12 +31,6 @@ STANDING = np.cos(np.radians(50))
 LEANING = np.cos(np.radians(20))
 """A rest pose whose trunk leans by less stands on its feet."""
 
-UPRIGHT = 0.8
-"""Mean cosine between the body and an axis that is up."""
-
-HIP_HEIGHT = (0.6, 1.3)
-"""Height of the hips above the origin of a standing body, in leg lengths."""
-
 FLAT = np.cos(np.radians(8))
 """Feet tilted by less than this are flat."""
 
@@ -46,22 +41,19 @@ SHANK_UPRIGHT = np.cos(np.radians(30))
 SAMPLES = 400
 """Frames looked at for a rest pose."""
 
-ONTO_FEET = np.array([[1.0, 0, 0, 0], [0, 0, 1.0, 0], [0, -1.0, 0, 0], [0, 0, 0, 1.0]])
-"""Turns a z-up file, read as if y were up, onto its feet."""
 
-
-def repaired(source: SourceMotion) -> SourceMotion:
+def repaired(source: SourceMotion, up: Up | None = None) -> SourceMotion:
     """A BVH file's motion without leading T-pose, z up, with a rest pose that people can take.
 
-    `source` has the file's y axis up. It comes back as it is where nothing is wrong, or where the skeleton is
-    not understood.
+    `source` has the file's y axis up; `up` is the one that is, where it is known. It comes back as it is
+    where nothing is wrong, or where the skeleton is not understood.
     """
     matched = best_match(source.bones)[1]
     if missing_joints(matched):
         matched = match_by_structure(source)
     if missing_joints(matched):
-        return source
-    whole = _turned_up(source, matched)
+        return stood(source, up or "y", "y")
+    whole = stood(source, up or _file_up(source, matched), "y")
     clean = _without_leading_pose(whole, matched)
     if not _standing(_places(clean.rest, matched)):
         led_by_pose = clean.n_frames < whole.n_frames and _standing(_places(whole.matrices[0], matched))
@@ -82,25 +74,21 @@ def _without_leading_pose(source: SourceMotion, matched: dict[int, int]) -> Sour
     return source
 
 
-def _turned_up(source: SourceMotion, matched: dict[int, int]) -> SourceMotion:
-    """Stand a body up that lies because its file is z-up.
+def _file_up(source: SourceMotion, matched: dict[int, int]) -> Up:
+    """The file's own axis that is up: its rest pose's, unless people stand along the other one of y and z.
 
-    A body may well lie; but not with its hips as high above the file's own ground as legs are long.
+    The format is y up, but some files, such as Blender's, are z up, and so is their rest pose. In others only
+    the offsets are z up, and the root's rotation makes up for it.
     """
+    places = _places(source.rest, matched)
+    z_up = _standing(places) and unit(trunk_line(places))[1] < -LEANING
     frames = np.linspace(0, source.n_frames - 1, min(SAMPLES, source.n_frames)).astype(int)
-    places = {joint: source.matrices[frames, bone, :3, 3] for joint, bone in matched.items()}
-    along = midpoint(places, "hip") - midpoint(places, "ankle") + trunk_line(places)
-    up = (along / np.linalg.norm(along, axis=-1, keepdims=True)).mean(axis=0)
-    hips = np.median(midpoint(places, "hip"), axis=0)
-    legs = [
-        np.linalg.norm(places[JOINT_INDEX[f"left_{a}"]] - places[JOINT_INDEX[f"left_{b}"]], axis=-1)
-        for a, b in (("hip", "knee"), ("knee", "ankle"))
-    ]
-    heights = hips / np.median(sum(legs))
-    lies, stands = (HIP_HEIGHT[0] < height < HIP_HEIGHT[1] for height in (heights[2], -heights[1]))
-    if -up[1] < UPRIGHT or lies or not stands:
-        return source
-    return replace(source, matrices=ONTO_FEET @ source.matrices)
+    joints = source.matrices[frames][:, list(matched.values())][..., :3, 3] @ TO_Z_UP[:3, :3]
+    column = {joint: number for number, joint in enumerate(matched)}
+    sides = {part: [column[JOINT_INDEX[f"{side}_{part}"]] for side in ("left", "right")] for part in LIMBS}
+    seen = Sight.of(joints, {part: joints[:, both] for part, both in sides.items()})
+    up, _ = seen.up(Kind("BVH", "z" if z_up else "y", firm=not z_up))
+    return up if up in ("y", "z") else "z" if z_up else "y"
 
 
 def _straightest(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:

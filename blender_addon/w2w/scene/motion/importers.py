@@ -8,6 +8,7 @@ import tempfile
 from pathlib import Path
 
 from ...core.motion.source import UnusableMotion, size_and_head
+from ...core.motion.up import UPS, Up
 from ...core.readers.import_checks import VRM_SUFFIXES, as_plain_glb, check_gltf, check_usd
 from ..base.actions import set_scene_rate
 from ..base.module import bpy
@@ -23,6 +24,13 @@ OLDEST_FOR_PYTHON = 7100
 
 GLTF_RATE = 60.0
 """Frames per second at which glTF files are read: they have times, no rate."""
+
+FBX_UP = re.compile(
+    rb'"UpAxis",[^\n]*?([012])\s*\n|'
+    rb"UpAxisS\x03\0\0\0intS(?:\x07\0\0\0Integer|\0\0\0\0)S\0\0\0\0I(.)",
+    re.DOTALL,
+)
+"""The line of the header, as text or binary, that names the axis that is up by its number."""
 
 SAVE_ANEW = "save it as FBX 7.4 (FBX 2014), binary, where it comes from or with Blender 4.5 or later"
 
@@ -58,6 +66,13 @@ def check_fbx(path: Path, python_importer: bool = False) -> None:
         kind = "" if version is None else f" of version {_spoken(version)}"
         form = "" if binary else " in text form"
         raise UnusableMotion(f"it is an FBX{kind}{form}, which Blender reads from 4.5 on: {SAVE_ANEW}")
+
+
+def fbx_up(path: Path) -> Up:
+    """The axis that an FBX file's header calls up; y, as FBX has it, where it names none."""
+    found = FBX_UP.search(path.read_bytes())
+    axis = 1 if found is None else int(found[1]) if found[1] else found[2][0]
+    return UPS[axis] if axis in range(3) else "y"
 
 
 def import_fault(path: Path, error: Exception) -> str:

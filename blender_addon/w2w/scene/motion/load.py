@@ -1,22 +1,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Any motion file to a motion on the body, whatever wrote it."""
 
-from collections.abc import Callable, Sequence
+import hashlib
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 from ...core.body.body import Body
 from ...core.keypoints.facts import PoseFacts
 from ...core.keypoints.pose_files import NO_FACTS, JointPositions, read_joints
-from ...core.library.library import is_joint_file
+from ...core.library.library import UP_SUFFIXES, is_joint_file
 from ...core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
 from ...core.motion.skinning import on_the_ground
 from ...core.motion.source import SourceMotion
+from ...core.motion.up import BY_ITSELF, Ups, Votes, stood
 from ...core.readers.asf_amc import AMC_SUFFIX, read_amc
 from ...core.readers.bvh import BVH_SUFFIX, read_bvh
 from ...core.readers.mvnx import MVNX_SUFFIX, read_mvnx
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.retargeting.retarget import retarget
+from ...core.wording import name_bytes
 
 
 class Carried(NamedTuple):
@@ -35,29 +40,56 @@ class Carried(NamedTuple):
 Source = SourceMotion | Motion | JointPositions
 """What a motion file may hold."""
 
-READERS: dict[str, Callable[[Path, float | None], Source]] = {
-    AMC_SUFFIX: read_amc,
-    BVH_SUFFIX: read_bvh,
-    MVNX_SUFFIX: read_mvnx,
-    **dict.fromkeys(SMPL_SUFFIXES, read_amass),
-}
-"""Readers by the suffix of the file; a frame rate that is given goes before the file's own."""
+SAMPLED = 64
+"""Files of a library that are looked at for the axis that is up."""
+
+MOST_SAMPLE_BYTES = 2**26
 
 
-def read_motion(path: Path, pose: PoseFacts = NO_FACTS) -> Source:
+def read_motion(path: Path, pose: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF) -> Source:
     """Read a motion file: FBX, glTF and USD through Blender, all else directly.
 
-    `pose` says what is known of joint positions, where the file holds those, and the frame rate of any file,
-    whatever it says itself. Raises `UnusableMotion` if it cannot be used.
+    `pose` says what is known of joint positions, where the file holds those, and the frame rate and the axis
+    that is up of any file, whatever it says itself; `ups` are its library's axes. Raises `UnusableMotion`
+    if it cannot be used.
     """
     if is_joint_file(path):
-        return read_joints(path, pose)
+        return read_joints(path, pose, ups)
     kind = path.suffix.lower()
-    if kind in READERS:
-        return READERS[kind](path, pose.rate)
-    from .takes import read_clip
+    if kind in SMPL_SUFFIXES:
+        return read_amass(path, pose.rate, pose.up, ups)
+    if kind == BVH_SUFFIX:
+        return read_bvh(path, pose.rate, pose.up)
+    if kind == AMC_SUFFIX:
+        return stood(read_amc(path, pose.rate), pose.up or "y", "y")
+    if kind == MVNX_SUFFIX:
+        return stood(read_mvnx(path, pose.rate), pose.up or "z", "z")
+    from .takes import read_clip, written_up
 
-    return read_clip(path, pose.rate)
+    found = read_clip(path, pose.rate)
+    return found if pose.up is None else stood(found, pose.up, written_up(path))
+
+
+def look_up(files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS) -> Votes:
+    """What a library's files, each with its path inside, say of the axis that is up where no format says it.
+
+    A sample is read: some of each folder, the same ones whatever else the library holds.
+    """
+    votes = Votes()
+    if pose.up is not None:
+        return votes
+    asked = [(file, path) for file, path in files if path.suffix.lower() in UP_SUFFIXES]
+    asked.sort(key=lambda item: hashlib.sha256(name_bytes(item[0])).digest())
+    before: Counter[Path] = Counter()
+    ranked = []
+    for number, (_, path) in enumerate(asked):
+        ranked.append((before[path.parent], number, path))
+        before[path.parent] += 1
+    for *_, path in sorted(ranked)[:SAMPLED]:
+        with suppress(Exception):  # whoever uses the file says what is wrong with it
+            if path.is_file() and path.stat().st_size <= MOST_SAMPLE_BYTES:
+                read_motion(path, pose, votes)
+    return votes
 
 
 def carry(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:

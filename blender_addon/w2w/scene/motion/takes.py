@@ -21,6 +21,7 @@ from ...core.motion.source import (
     refuse_rate,
     refuse_too_long,
 )
+from ...core.motion.up import Up
 from ...core.readers.bvh import BVH_SUFFIX
 from ...core.readers.bvh_text import read_bvh_text
 from ...core.readers.import_checks import USD_SUFFIXES
@@ -38,7 +39,7 @@ from ..base.fcurves import (
 )
 from ..base.module import bpy
 from ..base.playback import same_timing
-from .importers import check_fbx, import_fault, import_gltf, import_usd
+from .importers import check_fbx, fbx_up, import_fault, import_gltf, import_usd
 
 
 @dataclass(frozen=True)
@@ -173,6 +174,13 @@ def read_take(take: Take, frames: np.ndarray | None = None, unkeyed: Sequence | 
         np.matmul(matrices[:, parents[number]], local[:, number - 1], out=matrices[:, number])
     rest, rate = world[0] @ rest_local, key_rate(take.action)
     return SourceMotion(names, parents, rest, matrices, rate, take.action.name, first_bone=1)
+
+
+def written_up(path: Path) -> Up:
+    """The file's axis that Blender stands up: of glTF y, of FBX the one that its header names, of USD z."""
+    if path.suffix.lower() != ".fbx":
+        return "y" if path.suffix.lower() in GLTF_SUFFIXES else "z"
+    return fbx_up(path)
 
 
 def _import_fbx(path: Path) -> None:

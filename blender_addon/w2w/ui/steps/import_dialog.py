@@ -11,9 +11,12 @@ import bpy
 from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, StringProperty
 
 from ...core.findings.notes import label_notes
+from ...core.keypoints.facts import PoseFacts
 from ...core.library import import_plan
 from ...core.library.library import LibraryError
 from ...core.motion.source import HIGHEST_RATE
+from ...core.motion.up import BY_ITSELF, UPS, Up, Ups
+from ...scene.motion.load import look_up
 from ...scene.motion.scene_takes import LeftOut, SceneTake, scene_takes, stands_beside
 from ..jobs import jobs
 from ..jobs.text import styled
@@ -34,6 +37,15 @@ FILES_LABELLED_BY = (
     (import_plan.BY_FOLDER, "Folder", "By the folder that each file lies in"),
     (import_plan.BY_FILE, "File Name", "By file names, without a prefix up to @ or a number in brackets"),
     (import_plan.BY_CSV, "CSV", "By a csv file with the columns file and activity"),
+)
+
+UP_AXES = (
+    (
+        import_plan.AUTOMATIC,
+        "Automatic",
+        "By the format, the rest pose, or how people stand in all of the files",
+    ),
+    *((up, up.upper(), f"The files' own {up} axis points up") for up in UPS),
 )
 
 ALL = "*"
@@ -60,6 +72,7 @@ class Found(NamedTuple):
     left_out: Sequence[tuple[str, str]] = ()
     notes: Sequence[str] = ()
     error: str = ""
+    ups: Ups = BY_ITSELF
 
 
 class ImportDialog(operators.OnBody):
@@ -98,7 +111,7 @@ class ImportDialog(operators.OnBody):
         error = known or found.error or self.nothing
         if error and not found.wanted:
             return jobs.show_error(self, error)
-        steps = import_steps(state.current_body(context), found.wanted, found.left_out)
+        steps = import_steps(state.current_body(context), found.wanted, found.left_out, found.ups)
         return jobs.start(self, context, "Import Motions", steps)
 
 
@@ -125,6 +138,9 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
         precision=2,
         options={"SKIP_SAVE"},
     )
+    up: EnumProperty(
+        name="Up", description="Axis of the files that points up", items=UP_AXES, options={"SKIP_SAVE"}
+    )
     planned: tuple[object, Found] | None = None
     """The settings looked at last and what was found; a dialog opened again reads the folder anew."""
 
@@ -133,12 +149,27 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
         if self.labelled_by == import_plan.BY_CSV:
             layout.prop(self, "csv")
         layout.prop(self, "frame_rate")
+        layout.prop(self, "up")
+
+    @property
+    def given_up(self) -> Up | None:
+        """The axis that the user says is up in the files."""
+        return None if self.up == import_plan.AUTOMATIC else self.up
 
     def found(self, context: bpy.types.Context) -> Found:
         """The files to import as it is set; looked at anew only when that changes, for it is drawn often."""
         names = tuple(file.name for file in self.files if file.name)
         listed = tuple(listed_files(state.current_body(context)))
-        settings = (self.directory, names, self.labelled_by, self.csv, self.frame_rate, self.again, listed)
+        settings = (
+            self.directory,
+            names,
+            self.labelled_by,
+            self.csv,
+            self.frame_rate,
+            self.up,
+            self.again,
+            listed,
+        )
         if self.planned is None or self.planned[0] != settings:
             self.planned = settings, self.look(names, listed)
         return self.planned[1]
@@ -156,8 +187,19 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
             return Found(error=str(error))
         if not self.again:
             plan = import_plan.without_known(plan, listed)
+        seen = look_up(
+            ((clip.file, clip.path) for clip in plan.clips),
+            PoseFacts(self.frame_rate or None, up=self.given_up),
+        )
+        up = seen.sentence()
+        notes = (*label_notes(plan.check), *([f"Up: {up}"] if up else ()))
         return Found(
-            wanted(plan, self.frame_rate), plan.activities, plan.known, plan.left_out, label_notes(plan.check)
+            wanted(plan, self.frame_rate, self.given_up),
+            plan.activities,
+            plan.known,
+            plan.left_out,
+            notes,
+            ups=seen.ups,
         )
 
 

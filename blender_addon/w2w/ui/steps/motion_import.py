@@ -11,6 +11,7 @@ from ...core.files import file_sha256
 from ...core.keypoints.facts import PoseFacts
 from ...core.library.import_plan import ImportPlan, same_files
 from ...core.motion.source import reason_of
+from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN, Up, Ups, mostly_head_down
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.wording import free_name, shown
 from ...scene.base.actions import write_action
@@ -32,6 +33,7 @@ class Wanted(NamedTuple):
     motion_key: str = ""
     take: SceneTake | None = None
     rate: float = 0.0  # frames per second of the file, whatever it says; 0 where its own is right
+    up: Up | None = None  # axis of the file that points up, where that is given
 
     @property
     def shown(self) -> str:
@@ -44,10 +46,10 @@ class Wanted(NamedTuple):
         return "" if self.take is None else f"{self.take.take.armature.name}|{self.take.name}"
 
 
-def wanted(plan: ImportPlan, rate: float = 0.0) -> list[Wanted]:
-    """Files that a plan would import, with their labels, at a frame rate that is not 0."""
+def wanted(plan: ImportPlan, rate: float = 0.0, up: Up | None = None) -> list[Wanted]:
+    """Files that a plan would import, with labels, a frame rate that is not 0, and the axis that is up."""
     return [
-        Wanted(clip.path, clip.name, clip.activity, clip.subject, clip.motion_key, rate=rate)
+        Wanted(clip.path, clip.name, clip.activity, clip.subject, clip.motion_key, rate=rate, up=up)
         for clip in plan.clips
     ]
 
@@ -70,30 +72,40 @@ def saved_maps() -> list[BoneMap]:
 
 @on_body
 def import_steps(
-    mesh: bpy.types.Object, wanted: Sequence[Wanted], left_out: Sequence[tuple[str, str]] = ()
+    mesh: bpy.types.Object,
+    wanted: Sequence[Wanted],
+    left_out: Sequence[tuple[str, str]] = (),
+    ups: Ups = BY_ITSELF,
 ) -> Steps:
     """Import motions one by one; what cannot be used stays in the list and says why, as what is left out.
 
-    The names of the latter come with their reasons.
+    The names of the latter come with their reasons. `ups` are the axes that are up in the files together. A
+    ValueError refuses motions that hang head down in most frames.
     """
     body, armature, maps = body_of(mesh), armature_of(mesh), saved_maps()
     before = len(mesh.w2w.clips)
     twice = _listed_already(mesh, wanted)
     failed = unlabelled = 0
+    down: list[tuple[int, bool]] = []
     try:
         for number, item in enumerate(wanted):
             yield Step(number / len(wanted), item.shown)
             try:
                 if item.take is None:
-                    source = read_motion(item.path, PoseFacts(item.rate or None))
+                    source = read_motion(item.path, PoseFacts(item.rate or None, up=item.up), ups)
                 else:  # Blender must play it to read it: the window gets its turn after each frame
                     frames, count = read_scene_take(item.take), len(wanted)
                     source = yield from as_steps(frames, item.shown, number / count, (number + 1) / count)
-                add_clip(mesh, armature, carry(source, body, maps), item)
+                carried = carry(source, body, maps)
+                add_clip(mesh, armature, carried, item)
+                if item.take is None and item.up is None:
+                    down.append((carried.motion.n_frames, carried.motion.head_down))
                 unlabelled += not item.activity
             except Exception as error:  # even a fault of ours costs this clip alone
                 failed += 1
-                _add_failed(mesh, item.path, item.shown, reason_of(error), item.rate)
+                _add_failed(mesh, item.path, item.shown, reason_of(error), item.rate, item.up)
+        if mostly_head_down(down):
+            raise ValueError(f"Nothing is imported: {UPSIDE_DOWN}")
         for name, reason in left_out:
             _add_failed(mesh, Path(), name, reason)
     except BaseException:
@@ -131,7 +143,12 @@ def _outcome(used: int, failed: int, left_out: int, unlabelled: int, twice: list
     return "; ".join(parts)
 
 
-def add_clip(mesh: bpy.types.Object, armature: bpy.types.Object, carried: Carried, item: Wanted) -> None:
+def add_clip(
+    mesh: bpy.types.Object,
+    armature: bpy.types.Object,
+    carried: Carried,
+    item: Wanted,
+) -> None:
     """Write a motion as an action of the body and list it."""
     name = _free_name(mesh, item.name)
     source = (str(item.path), file_sha256(item.path)) if item.path.name else ("", "")
@@ -141,7 +158,7 @@ def add_clip(mesh: bpy.types.Object, armature: bpy.types.Object, carried: Carrie
     with state.without_updates():  # activities are listed when all clips are in
         clip.activity = item.activity
     clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
-    clip.given_rate = item.rate
+    clip.given_rate, clip.given_up = item.rate, item.up or ""
     set_motion(armature, clip, carried)
 
 
@@ -170,11 +187,13 @@ def remove_clips(mesh: bpy.types.Object, indices: Iterable[int]) -> None:
     study.clip_index = min(max(study.clip_index, 0), max(len(study.clips) - 1, 0))
 
 
-def _add_failed(mesh: bpy.types.Object, file: Path, name: str, reason: str, rate: float = 0.0) -> None:
+def _add_failed(
+    mesh: bpy.types.Object, file: Path, name: str, reason: str, rate: float = 0.0, up: Up | None = None
+) -> None:
     name = _free_name(mesh, name)
     clip = mesh.w2w.clips.add()
     clip.name, clip.file, clip.problem = name, str(file) if file.name else "", reason
-    clip.given_rate = rate
+    clip.given_rate, clip.given_up = rate, up or ""
 
 
 def _free_name(mesh: bpy.types.Object, name: str) -> str:
