@@ -11,6 +11,7 @@ from rich.text import Text
 
 from w2w.core.findings.notes import left_out_sentences
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.results_folder import UnfinishedError
 from w2w.core.wording import harmless
 
 NOTHING_TO_DO = 1
@@ -23,7 +24,7 @@ SKIPPED = 3
 """Clips were skipped and ``--strict`` was asked for."""
 
 BUSY = 4
-"""Another run works in the output folder."""
+"""Another run works in the output folder, or has left it unfinished."""
 
 
 class Terminal(Console):
@@ -38,12 +39,15 @@ class Terminal(Console):
 
 @contextmanager
 def ending(code: int, console: Console, said: str = "") -> Iterator[None]:
-    """End the command with an exit code where the block raises, after printing `said` and the error."""
+    """End the command with an exit code where the block raises, after printing `said` and the error.
+
+    The code is BUSY where the error is that a results folder is unfinished.
+    """
     try:
         yield
     except (UnusableMotion, ValueError, OSError) as error:
         console.print(f"{said}{error}", style="red")
-        raise typer.Exit(code) from error
+        raise typer.Exit(BUSY if isinstance(error, UnfinishedError) else code) from error
 
 
 def show_left_out(left_out: Mapping[str, str], console: Console) -> None:

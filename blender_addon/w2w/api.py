@@ -227,7 +227,7 @@ def open_results(folder: str | Path) -> Ranking:
     Raises
     ------
     ValueError
-        If it is not the folder of a finished run; the message says what is missing.
+        If it is not the folder of a finished run; the message says what is missing or unfinished.
     """
     study = StudyResults.load(Path(folder))
     config = study.config()

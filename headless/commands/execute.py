@@ -12,7 +12,7 @@ from typing import Any
 import typer
 
 from w2w.core.body.body import Body
-from w2w.core.clip_files import WORK
+from w2w.core.clip_files import WORK, mark_changing, mark_whole
 from w2w.core.clip_list import CLIP_LIST
 from w2w.core.files import json_number, write_json
 from w2w.core.findings.advice_content import patch_content
@@ -72,6 +72,7 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study 
         monitor.begin(plan.library, body.name, out, kept=not done)
         with folder.only_run(out / WORK):
             study, failed = (None, {}) if done else _execute(plan, body, out, monitor)
+            mark_whole(out)
     if study is None:
         clips = _say_unchanged(out, monitor)
     else:
@@ -134,14 +135,16 @@ def _execute(
         with claimed(out, _written_by(plan)):
             study = rank_study(plan, made, out, monitor)
             with monitor.step("writing results"):
+                mark_changing(out)
                 write_results(study)
                 write_config(study)
                 if plan.report:
-                    html.write_report(out)
+                    html.write_report(out, by=None)
             # last, for Blender may fail to draw where all else is well
             failed = draw.draw_folder(out, study.results.utility.activities, monitor) if plan.pictures else {}
     except NO_RESULT as error:
         monitor.announce("failed", sentence_of(error))
+        mark_changing(out)
         clips = error.clips if isinstance(error, StudyError) else ()
         if isinstance(error, StudyError):  # an earlier run's results would contradict the summary
             results = {*folder.TABLES, draw.BLEND, html.REPORT, *plan.more} - {folder.SUMMARY, CLIP_LIST}
@@ -149,6 +152,7 @@ def _execute(
         with claimed(out, [folder.SUMMARY, CLIP_LIST]):
             write_failure(out, plan.library, sentence_of(error), clips)
         if isinstance(error, StudyError):
+            mark_whole(out)
             console_tables.show_skipped(clips, plan.library, monitor.console, plan.verbose)
             console_tables.show_window_warning(clips, plan.config.windows, monitor.console)
         raise

@@ -45,7 +45,8 @@ def export(
 ) -> None:
     """Write a finished run's signals for another tool: arrays, training data, BIDS, OpenSim, Xsens, Parquet.
 
-    Exit codes: 0 written, 1 it cannot be (and why), 2 wrong use, 130 stopped by Ctrl-C.
+    Exit codes: 0 written, 1 it cannot be (and why), 2 wrong use, 4 the run in RESULTS is unfinished,
+    130 stopped by Ctrl-C.
     """
     console = Terminal()
     with ending(USAGE, console):

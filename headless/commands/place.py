@@ -8,11 +8,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import typer
 from rich.console import Console
 
-from w2w.core.clip_files import WORK
+from w2w.core.clip_files import WORK, mark_changing, mark_whole
 from w2w.core.files import UNFINISHED, folder_beside, write_json
 from w2w.core.findings.advice_content import advice_content
 from w2w.core.findings.summary import PLACEMENTS, map_content, write_map, write_placements
@@ -30,6 +29,9 @@ from ..runs.folder import HEATMAPS, FolderBusyError, only_run, picture_files
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import check, listed, new_file
 from ..study_options import declared
+
+REDRAW = "place --redraw"
+"""What a folder says that it is changed by."""
 
 LEFT_BEHIND = ("lock", "holder", "running")
 """Parts of the work folder that belong to the process at work: they are not copied."""
@@ -74,12 +76,13 @@ def place(
 
     RESULTS stays as it is unless --redraw is given.
 
-    Exit codes: 0 chosen, 2 wrong use or constraints that cannot be met (and why), 4 a run is using RESULTS.
+    Exit codes: 0 chosen, 2 wrong use or constraints that cannot be met (and why), 4 a run is using
+    RESULTS or was stopped there.
     """
     console = Terminal()
     folder = out if out is not None and out.suffix.lower() != ".json" else None
     with ending(USAGE, console):
-        study = StudyResults.load(results)
+        study = StudyResults.load(results, by=REDRAW if redrawn else "")
         if compare:
             show_places(compared(study, options.words(compare)), console)
             return
@@ -143,23 +146,23 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
     """
     try:
         with ending(USAGE, console), only_run(out / WORK):
-            study = StudyResults.load(out)
+            study = StudyResults.load(out, by=REDRAW)
             utility, patches = ranked.utility, study.patches
             check_redraw(study)
-            reweighed = not np.array_equal(utility.weights, study.utility.weights)
-            tables = ["config.json", "summary.json", PLACEMENTS, *((UTILITY, "utility.csv") * reweighed)]
+            tables = ["config.json", "summary.json", PLACEMENTS, UTILITY, "utility.csv"]
             content = advice_content(advice, utility, ranked.patches)
             content |= map_content(utility, patches, study.config().placements)
+            mark_changing(out, by=REDRAW)
             with listed(out, tables):
-                if reweighed:
-                    write_map(out, utility, patches, advice.clusters)
+                write_map(out, utility, patches, advice.clusters)
                 write_placements(out, content["cards"], patches)
                 changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
                 for name, change in changes.items():
                     before = json.loads((out / name).read_text(encoding="utf-8"))
                     write_json(out / name, {**before, **change})
-            html.write_report(out)
+            html.write_report(out, by=None)
             failed = draw.draw_folder(out, study.utility.activities, RunMonitor(console))
+            mark_whole(out)
     except FolderBusyError as error:
         console.print(str(error), style="red")
         raise typer.Exit(BUSY) from error

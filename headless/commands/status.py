@@ -10,8 +10,9 @@ from filelock import FileLock, Timeout
 
 from w2w.core.clip_files import WORK
 from w2w.core.inside import ForeignFileError, inside
+from w2w.core.results_folder import check_finished
 
-from ..console import USAGE, Terminal
+from ..console import USAGE, Terminal, ending
 from ..options import argument
 from ..runs.monitor import RunState, read_state
 
@@ -19,7 +20,7 @@ from ..runs.monitor import RunState, read_state
 def status(out: argument(Path, "OUT", "The results folder of a run.")) -> None:
     """Say how far the run in a results folder has come.
 
-    Exit codes: 0 there is a run, 2 no run was ever started there.
+    Exit codes: 0 there is a run, 2 no run was ever started there, 4 a stopped run left OUT unfinished.
     """
     console = Terminal()
     try:
@@ -29,9 +30,15 @@ def status(out: argument(Path, "OUT", "The results folder of a run.")) -> None:
         console.print(str(error), style="red")
         raise typer.Exit(USAGE) from error
     except (OSError, ValueError, TypeError, RecursionError) as error:
+        with ending(USAGE, console):
+            check_finished(out)
         console.print(f"No run was started in {out}.", style="red")
         raise typer.Exit(USAGE) from error
-    console.print(describe(state, is_running(out)))
+    running = is_running(out)
+    console.print(describe(state, running))
+    if not running:
+        with ending(USAGE, console):
+            check_finished(out)
 
 
 def is_running(out: Path) -> bool:

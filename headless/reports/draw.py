@@ -123,7 +123,7 @@ def write_pictures(out: Path, to: Path) -> None:
     from w2w.drawing.body import BodyPictures, size_for
     from w2w.drawing.heatmap import VIEW_PIXELS, Scale, heatmap_figure  # matplotlib is slow to import
 
-    study = StudyResults.load(out)
+    study = StudyResults.load(out, by=None)
     utility = study.utility
     titles = [name.replace("_", " ").capitalize() for name in utility.activities]
     best = [int(scores.argmax()) for scores in utility.expected_f1.T]
@@ -152,7 +152,7 @@ def write_blend(out: Path, to: Path) -> None:
     with needs_blender():
         from w2w.scene.files.study_file import write_study
 
-    study = StudyResults.load(out)
+    study = StudyResults.load(out, by=None)
     motions = (study.motion(clip.name) for clip in clips_in_blend(study.clips))
     write_study(to / BLEND, study, motions, marked(study).order)
 

@@ -53,7 +53,7 @@ def report(
 
     The page is one file and needs no network. `w2w run` writes it by itself.
 
-    Exit codes: 0 written, 2 the folder holds no finished run.
+    Exit codes: 0 written, 2 the folder holds no finished run, 4 its run is unfinished.
     """
     console = Terminal()
     with ending(USAGE, console):
@@ -65,14 +65,15 @@ NOTABLE = {"skipped", "same_motion_as", "cloth_caught"}
 """What of a clip the page tells."""
 
 
-def write_report(out: Path, project: str | None = None) -> Path:
+def write_report(out: Path, project: str | None = None, *, by: str | None = "") -> Path:
     """Write a finished study's `report.html` into its folder, under the run's title or another.
 
-    A ValueError says that the folder holds no finished run, or a foreign `report.html`.
+    A ValueError says that the folder holds no finished run, or a foreign `report.html`; `by` is as in
+    `StudyResults.load`.
     """
     from .still_picture import still_picture  # matplotlib is slow to import
 
-    study = StudyResults.load(out)
+    study = StudyResults.load(out, by=by)
     body, utility, summary = study.body(), study.utility, study.summary
     config = json.loads((out / "config.json").read_text(encoding="utf-8"))
     answer, best = summary["answer"], summary["best_single_patch"]["patch"]

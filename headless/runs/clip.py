@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from w2w.core.body.body import Body
-from w2w.core.clip_files import WORK, write_features
+from w2w.core.clip_files import WORK, mark_changing, write_features
 from w2w.core.files import file_sha256
 from w2w.core.garments.cover import FITTED, Cover, load_covers
 from w2w.core.garments.on_cloth import ClothSensors, caught_content
@@ -185,6 +185,7 @@ def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     features, is_test = describe(recording, task.config)
     signature = motion_signature(motion)
     with untimed():
+        mark_changing(task.out)
         write_features(task.features_file, features, is_test, signature)
         motion.save(unfinished(task.motion_file))
         if task.engine.signals:

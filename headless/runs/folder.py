@@ -7,7 +7,7 @@ import hashlib
 import os
 import shutil
 import socket
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from itertools import chain
@@ -16,9 +16,9 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from w2w.core.body.body import PACKAGE, TEMPLATES
-from w2w.core.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide
+from w2w.core.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide, mark_changing
 from w2w.core.clip_list import CLIP_LIST
-from w2w.core.files import UNFINISHED
+from w2w.core.files import UNFINISHED, file_sha256
 from w2w.core.findings.summary import PLACEMENTS
 from w2w.core.library.library import Library, unique_names
 
@@ -160,14 +160,29 @@ def remove_leftovers(out: Path, library: set[str], used: set[str], records: Reco
     """
     stale = {clip: records[clip] for clip in records if clip not in library}
     found = {clip: files for clip, record in stale.items() if (files := given_names(out, clip, record))}
+    features = _below(out, f"{WORK}/features")
+    features = [file for file in features if file.rpartition("/")[2].removesuffix(NPZ) not in used]
+    if found or features:
+        mark_changing(out)
     for files in found.values():
         remove_own(out, {name: {value} for name, value in files.items()})
     if found:
         tidy(out, found)  # a record of no use stays, or its clip would be tried again
-    for file in _below(out, f"{WORK}/features"):
-        if file.rpartition("/")[2].removesuffix(NPZ) not in used:
-            (out / file).unlink()
+    for file in features:
+        (out / file).unlink()
     remove_unfinished(out)
+
+
+def save_new(save: Callable[[Path], None], out: Path, name: str) -> None:
+    """Save a file that is not there yet as it is: a shard leaves alone what another reads."""
+    path = out / name
+    fresh = path.with_name(f".{path.name}{UNFINISHED}")
+    save(fresh)
+    if path.exists() and file_sha256(path) == file_sha256(fresh):
+        fresh.unlink()
+    else:
+        mark_changing(out)
+        fresh.replace(path)
 
 
 def remove_unfinished(out: Path) -> None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from w2w.core.body.body import Body
+from w2w.core.clip_files import mark_changing
 from w2w.core.files import file_sha256
 from w2w.core.garments.cover import FITTED, Cover, cover, save_covers, without_overlap
 from w2w.core.garments.cut import KINDS, cut, split_name
@@ -15,6 +16,7 @@ from w2w.core.study import StudyConfig
 from w2w.scene.base.output import quiet_output
 
 from ..blender import forget_scripts_path, needs_blender
+from .folder import save_new
 from .guard import guarded
 from .workers import run_alone
 
@@ -47,15 +49,18 @@ def fit_garments(config: StudyConfig, body: Body, patches: PatchSet, out: Path) 
     """
     path = inside(out, FITTED)
     if not config.garments:
-        path.unlink(missing_ok=True)
+        if path.exists():
+            mark_changing(out)
+            path.unlink()
         return
+    files = [split_name(garment)[0] for garment in config.garments]
+    hashes = [file_sha256(Path(file)) if file else "" for file in files]
     found = without_overlap([_cover(garment, body, patches) for garment in config.garments])
     for garment, own in zip(config.garments, found, strict=True):
         if not len(own):
             raise ValueError(f"'{garment}' covers no patch that another garment leaves: leave one out")
-    files = [split_name(garment)[0] for garment in config.garments]
-    hashes = [file_sha256(Path(file)) if file else "" for file in files]
-    save_covers(path, dict(zip(config.garments, found, strict=True)), hashes)
+    covers = dict(zip(config.garments, found, strict=True))
+    save_new(lambda path: save_covers(path, covers, hashes), out, FITTED)
 
 
 def _cover(garment: str, body: Body, patches: PatchSet) -> Cover:

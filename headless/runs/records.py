@@ -15,7 +15,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from w2w.core.clip_files import WORK, motion_file, signals_file
+from w2w.core.clip_files import WORK, mark_changing, motion_file, signals_file
 from w2w.core.files import UNFINISHED, file_sha256, write_json, write_text
 from w2w.core.inside import ForeignFileError, checked, inside, is_plain
 from w2w.core.results_folder import ClipResult
@@ -71,6 +71,7 @@ def write_record(task: ClipTask, result: ClipResult, looks: Looks, files: tuple[
     first and the files get their names after it, so that a kill at any moment leaves no file of ours that no
     record names; `finished` names them where it did not come to it.
     """
+    mark_changing(task.out)
     names = {}
     for path in files:
         nameless = unfinished(path)

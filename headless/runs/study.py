@@ -16,9 +16,17 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
-from w2w.core.clip_files import NO_SIGNATURE, WORK, ClipWindows, FilesToRank, Signatures, ranking_inputs
+from w2w.core.clip_files import (
+    NO_SIGNATURE,
+    WORK,
+    ClipWindows,
+    FilesToRank,
+    Signatures,
+    mark_changing,
+    ranking_inputs,
+)
 from w2w.core.clip_ranking import LabelledClip, WindowLabels, copies_among, same_motions
-from w2w.core.files import UNFINISHED, file_sha256, write_json
+from w2w.core.files import write_json
 from w2w.core.findings.notes import copies_sentence
 from w2w.core.findings.summary import config_content
 from w2w.core.garments.cover import FITTED
@@ -32,7 +40,15 @@ from w2w.core.study import StudyConfig, place_patches
 
 from .clip_task import ClipTask
 from .cluster import spread_over
-from .folder import code_sha256, forget_running, preparing, remove_leftovers, signals_code_sha256
+from .folder import (
+    SUMMARY,
+    code_sha256,
+    forget_running,
+    preparing,
+    remove_leftovers,
+    save_new,
+    signals_code_sha256,
+)
 from .garments import fit_garments
 from .monitor import RunMonitor
 from .records import Records, forget_read, gather, has_records, read_records, tidy, untouched
@@ -85,6 +101,8 @@ def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shar
     Raises a StudyError where no clip can be used, an EngineError where the workers cannot go on, an OSError
     where the folder cannot be written, and for a shard a FolderBusyError where a run holds the folder.
     """
+    if not (out / SUMMARY).is_file():  # a first run: until it ends there is nothing to read
+        mark_changing(out)
     # a resume may have nothing left to do: it starts workers once it has
     early = nullcontext() if has_records(out) else clip_workers(plan.engine, plan.library.clips)
     with early as workers:
@@ -158,23 +176,13 @@ def _prepare(plan: RunPlan, body: Body, out: Path) -> PatchSet:
         fit_garments(config, body, patches, out)
     except ValueError as error:
         raise StudyError(str(error)) from error
-    for what, name in ((body, "body.npz"), (patches, "patches.npz")):
-        _save_new(what, out / WORK / name)
+    save_new(body.save, out, f"{WORK}/body.npz")
+    save_new(patches.save, out, f"{WORK}/patches.npz")
     try:
         config.constraints.terms(patches)
     except ValueError as error:
         raise StudyError(f"the constraints cannot be met: {error}") from error
     return patches
-
-
-def _save_new(what: Body | PatchSet, path: Path) -> None:
-    """Save what is not there yet as it is: a shard leaves alone what another reads."""
-    fresh = path.with_name(f".{path.name}{UNFINISHED}")
-    what.save(fresh)
-    if path.exists() and file_sha256(path) == file_sha256(fresh):
-        fresh.unlink()
-    else:
-        fresh.replace(path)
 
 
 def _bake(

@@ -13,7 +13,7 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from .files import DAMAGED, load_arrays, write_npz
+from .files import DAMAGED, load_arrays, write_npz, write_text
 from .inside import inside
 from .library.library import WORK_FOLDER, Clip
 from .ranking.utility import inputs_of
@@ -22,6 +22,24 @@ from .windows.windows import WindowSpec
 
 WORK = WORK_FOLDER
 """Folder inside the output folder for what a later run can take up again."""
+
+
+CHANGING = f"{WORK}/changing"
+"""A file that is there while results are replaced: those that lie there may be of two studies."""
+
+
+def mark_changing(out: Path, by: str = "run") -> None:
+    """Say, before the first file of a results folder changes, that its results do not belong together now.
+
+    `by` is the command that changes it, and can be given again.
+    """
+    if not os.path.lexists(out / CHANGING):
+        write_text(out / CHANGING, by)
+
+
+def mark_whole(out: Path) -> None:
+    """Say, after the last file has changed, that the results of a folder belong together."""
+    (out / CHANGING).unlink(missing_ok=True)
 
 
 MANY_CLIPS = 4096

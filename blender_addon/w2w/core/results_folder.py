@@ -2,6 +2,7 @@
 """A finished study: its results folder, read back to rank or choose again without baking, and its clips."""
 
 import json
+import os
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -12,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 
 from .body.body import Body
-from .clip_files import WORK, ClipWindows, FilesToRank, motion_file, ranking_inputs, signals_file
+from .clip_files import CHANGING, WORK, ClipWindows, FilesToRank, motion_file, ranking_inputs, signals_file
 from .clip_list import Entry, is_used, read_clip_list
 from .clip_ranking import LabelledClip, WindowLabels, copies_among, set_tests
 from .imu.recording import ImuRecording
@@ -33,9 +34,27 @@ from .study import StudyConfig, plain, record
 from .threads import unthreaded_products
 from .windows.inputs import PatchBlocks
 from .windows.windows import cut_windows
+from .wording import shown
 
 UTILITY = "utility.npz"
 """The whole ranking, with its intervals, confusions and predictions."""
+
+
+class UnfinishedError(ValueError):
+    """A results folder holds files of a run that was stopped or still works; the message says what to do."""
+
+
+def check_finished(out: Path, by: str = "") -> None:
+    """Raise an UnfinishedError where a command has begun to change a folder's results and has not finished.
+
+    `by` is the reader, which may finish what it has begun itself.
+    """
+    mark = out / CHANGING
+    if os.path.lexists(mark) and not (by and mark.is_file() and mark.read_text(errors="replace") == by):
+        raise UnfinishedError(
+            f"{shown(out)} holds an unfinished run: run the same command again to finish it, or wait if it "
+            "is still running"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +70,13 @@ class StudyResults:
     """What the run that has just ended read of the clips' files."""
 
     @classmethod
-    def load(cls, out: Path) -> Self:
-        """Read a results folder; ValueError if `out` is not that of a finished run."""
+    def load(cls, out: Path, *, by: str | None = "") -> Self:
+        """Read a results folder; ValueError if `out` is not that of a finished run.
+
+        `by` is as in `check_finished`; None does without, for the command that has just written the folder.
+        """
+        if by is not None:
+            check_finished(out, by)
         try:
             summary = json.loads(inside(out, "summary.json").read_text(encoding="utf-8"))
             config = json.loads(inside(out, "config.json").read_text(encoding="utf-8"))
