@@ -102,7 +102,9 @@ class StudyOptions(DeclaredOptions):
         rich_help_panel=FILES,
     ) = None
     exact_labels: option(
-        bool, "Keep labels apart that differ only in case, spaces or underscores.", rich_help_panel=FILES
+        bool,
+        "Keep activities apart that differ only in case, spaces, '_' or '-'.",
+        rich_help_panel=FILES,
     ) = False
     pose_rate: options.PoseRate = None
     pose_unit: options.PoseUnit = ""

@@ -471,3 +471,15 @@ def test_what_a_notebook_shows_is_short_or_a_page(signals, ranking):
     assert page.startswith(f"<p><b>{html.escape(ranking.answer.sentence())}</b>")
     assert "data:image/png;base64,iVBOR" in page
     assert ranking.heatmap().get_size_inches().min() > 1
+
+
+def test_labels_of_several_spellings_are_one_with_a_warning(few):
+    made = [moving(ARM, 1.5, 0), moving(ARM, 0.7, 1), moving(LEG, 1.0, 2), moving(LEG, 1.6, 3)]
+    labels = [("Walk", "Anna"), ("walk", "bob"), ("run", "ANNA"), ("Run", "Bob")]
+    motions = [one.labelled(*label, f"{label}") for one, label in zip(made, labels, strict=True)]
+    with pytest.warns(
+        UserWarning, match="'run' and 'Run' count as one activity, 'run'; .* one subject, 'ANNA'"
+    ):
+        ranking = w2w.rank(w2w.synthesize(motions, few, sensor="ideal"), by_subject=True)
+    assert ranking.utility.activities == ("run", "walk")
+    assert ranking.utility.protocol == "leave one of 2 subjects out"

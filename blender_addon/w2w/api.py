@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, overload
@@ -20,6 +20,7 @@ from .core.imu.recording import ImuRecording
 from .core.imu.sensor import SensorModel
 from .core.imu.synthesis import Synthesis
 from .core.imu.virtual import record_motion
+from .core.library.labels import spelled_once
 from .core.motion.duplicates import motion_signature
 from .core.motion.motion import Motion
 from .core.patches.naming import resolve
@@ -31,7 +32,7 @@ from .core.results_folder import StudyResults
 from .core.study import StudyConfig
 from .core.windows.features import window_features
 from .core.windows.windows import TooShortError, WindowSpec, cut_windows
-from .loading import Motions
+from .loading import Motions, warn_of_spellings
 from .notebook import progress_bar, tracked
 from .ranking import Ranking
 
@@ -170,7 +171,11 @@ def rank(
     if isinstance(background, str) or not isinstance(weights or {}, Mapping):
         raise ValueError("background is a list of activities; weights give each a number: {'falling': 3.0}")
     uncounted, weighted = tuple(background), tuple((weights or {}).items())
-    check_counting({recording.activity for recording in signals}, uncounted, weighted)
+    labels = {n: {"activity": one.activity, "subject": one.subject} for n, one in enumerate(signals)}
+    labels, check = spelled_once(labels)
+    warn_of_spellings(check)
+    activities = {one["activity"] for one in labels.values()}
+    check_counting(activities, uncounted, weighted)
     spec = WindowSpec(window, window / 2 if stride is None else stride)
     config = StudyConfig(
         windows=spec,
@@ -193,7 +198,7 @@ def rank(
             continue
         cut = windows.signals
         inputs.append(window_features(cut, recording.rate) if as_features else np.array(cut))
-        used.append(LabelledClip(name, recording.activity, recording.subject, key))
+        used.append(LabelledClip(name, **labels[number], motion_key=key))
         found.append(ClipWindows(windows.is_test, motion_signature(motion)))
     if not used:
         raise ValueError(f"every clip is too short for windows of {window:g} s: {skipped[0][1]}")
@@ -201,16 +206,15 @@ def rank(
     pooling = Pooling.on(signals.motions.body, signals.patches)
     progress = progress or progress_bar("Ranking patches")
     ranked = same_motions(used, found)
-    labels = WindowLabels.of(ranked, found)
-    utility = utility_map(whole, labels.protocol(config), classifier, progress=progress, pooling=pooling)
-    left_out = _left_out(signals, utility, copies_among(used, ranked))
-    parts = signals.patches, signals.motions.body, whole, labels, config, classifier
+    windowed = WindowLabels.of(ranked, found)
+    utility = utility_map(whole, windowed.protocol(config), classifier, progress=progress, pooling=pooling)
+    left_out = _left_out(activities, utility, copies_among(used, ranked))
+    parts = signals.patches, signals.motions.body, whole, windowed, config, classifier
     return Ranking(utility, *parts, tuple(skipped), left_out)
 
 
-def _left_out(signals: Signals, utility: UtilityMap, copies: Sequence[tuple[str, str]]) -> dict[str, str]:
+def _left_out(activities: Set[str], utility: UtilityMap, copies: Sequence[tuple[str, str]]) -> dict[str, str]:
     """The clips' activities that are not ranked, each with the reason; a warning says so."""
-    activities = {recording.activity for recording in signals}
     left_out = dict(utility.left_out)
     for name in sorted(activities - {*utility.activities, *left_out}):
         left_out[name] = f"{name} has only clips that are too short for a window"

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """W2W from Python: bodies and motions from files."""
 
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -10,8 +11,10 @@ from typing import Self, overload
 import numpy as np
 
 from .core.body.body import Body
+from .core.findings.notes import merged_sentence
 from .core.keypoints.facts import PoseFacts
 from .core.keypoints.pose_files import NO_FACTS
+from .core.library.labels import LabelCheck
 from .core.library.library import activity_of, is_joint_file, read_library
 from .core.motion.motion import SMPL_SUFFIXES, Motion
 from .core.motion.skinning import on_the_ground
@@ -111,6 +114,11 @@ def load(
     ------
     ValueError
         If no file can be used; the message says why.
+
+    Warns
+    -----
+    UserWarning
+        If labels that differ only in case, blanks or the like count as one.
     """
     body = Body.bundled() if body is None else body
     if not isinstance(body, Body):
@@ -129,6 +137,7 @@ def load(
     from .scene.motion.load import look_up
 
     library = read_library(path, labels)
+    warn_of_spellings(library.check)
     ups = look_up(((clip.file, clip.path) for clip in library.clips), pose).ups
     found, keys, skipped = [], [], list(library.skipped)
     for clip in tracked(library.clips, "Reading motions"):
@@ -150,6 +159,14 @@ def _refuse_head_down(motions: Sequence[Motion], pose: PoseFacts) -> None:
     """Refuse motions that hang head down in most frames, by a ValueError; some handstands are motions."""
     if pose.up is None and mostly_head_down((motion.n_frames, motion.head_down) for motion in motions):
         raise ValueError(f"{UPSIDE_DOWN}: pose=PoseFacts(up=...)")
+
+
+def warn_of_spellings(check: LabelCheck) -> None:
+    """Warn the caller's caller of labels that were spelled in several ways and count as one."""
+    said = [merged_sentence(*one) for one in check.spellings]
+    said += [merged_sentence(*one, "subject") for one in check.subjects]
+    if said:
+        warnings.warn("; ".join(said), stacklevel=3)
 
 
 def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups) -> Motion:

@@ -66,6 +66,14 @@ def test_a_fault_of_ours_at_one_file_costs_that_file_alone(
     assert sum(clip.action is not None for clip in body.w2w.clips) == 8
 
 
+def test_a_later_import_spells_labels_as_the_list_does(library: Path) -> None:
+    body = make_study(library, "motions")
+    item = wanted(plan_folder(library))[0]
+    for _ in import_steps(body, [item._replace(activity=f" {item.activity.upper()} ")]):
+        pass
+    assert body.w2w.clips[len(body.w2w.clips) - 1].activity == item.activity
+
+
 def test_relabelling_ticked_clips_relabels_their_actions(library: Path) -> None:
     body = make_study(library, "motions")
     bpy.ops.w2w.tick_clips(which="ACTIVITY")

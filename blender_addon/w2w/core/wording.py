@@ -3,6 +3,7 @@
 
 import os
 import re
+import unicodedata
 from collections.abc import Collection
 from itertools import chain, count
 from pathlib import PurePath
@@ -14,9 +15,14 @@ def capital(text: object) -> str:
     return words[:1].upper() + words[1:]
 
 
+def composed(name: str) -> str:
+    """A name with each accented letter as one character: macOS writes file names with two."""
+    return unicodedata.normalize("NFC", name)
+
+
 def plain_words(name: str) -> str:
-    """A name for comparing: case and runs of spaces do not count."""
-    return " ".join(name.lower().split())
+    """A name for comparing: case, runs of spaces and how accented letters are encoded do not count."""
+    return " ".join(composed(composed(name).casefold()).split())
 
 
 def free_name(name: str, taken: Collection[str], form: str = "{} {}", first: int = 2) -> str:

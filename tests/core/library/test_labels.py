@@ -2,9 +2,11 @@
 """Labels from csv files as people's programs save them, and what in them is of no use."""
 
 import csv
+import unicodedata
 
 import pytest
 
+from w2w.core.findings.notes import label_notes
 from w2w.core.library.import_plan import BY_CSV, plan_files
 from w2w.core.library.labels import LibraryError, by_label, same_label
 from w2w.core.library.library import read_library
@@ -97,6 +99,52 @@ def test_spellings_are_kept_apart_where_asked(labelled):
     assert library.activities == {"Walking": 1, "walking": 1}
     assert library.check.spellings == (("walking", ("walking", "Walking")),)
     assert library.check.exact
+
+
+def test_one_person_is_one_subject_however_spelled(labelled):
+    rows = "a.fbx,walk,Anna\nb.fbx,walk, anna \nc.fbx,walk,ANNA\nd.fbx,walk,Anna"
+    library = labelled(f"file,activity,subject\n{rows}\n")
+    assert {clip.subject for clip in library.clips} == {"Anna"}
+    assert library.check.subjects == (("Anna", ("Anna", "anna", "ANNA")),)
+    assert label_notes(library.check) == ["'Anna', 'anna' and 'ANNA' count as one subject, 'Anna'."]
+    kept = labelled(f"file,activity,subject\n{rows}\n", exact_labels=True)
+    assert {clip.subject for clip in kept.clips} == {"Anna"}
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_letters_of_two_encodings_are_one(labelled, exact):
+    one, other = (unicodedata.normalize(form, "école") for form in ("NFC", "NFD"))
+    text = f"file,activity\na.fbx,{other}\nb.fbx,{one}\nc.fbx,{other}\n"
+    library = labelled(text, exact_labels=exact)
+    assert library.activities == {one: 3}
+    (note,) = label_notes(library.check)[:1]
+    assert note == f"'{one}' is encoded in two ways that look the same, and counts as one activity."
+
+
+def test_labels_are_of_files_of_another_encoding_case_or_spacing(tmp_path):
+    for name in ("läufe/Geh 1.bvh", "läufe/GEH 2.bvh", "same.bvh", "Same.bvh"):
+        path = tmp_path / "library" / unicodedata.normalize("NFD", name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+    rows = "Läufe/geh  1.bvh,walk\ngeh 2.BVH,walk\nsame.bvh,run\nSame.bvh,hop\n"
+    (tmp_path / "labels.csv").write_text(f"file,activity\n{rows}", encoding="utf-8")
+    library = read_library(tmp_path / "library", tmp_path / "labels.csv")
+    found = {clip.path.name: clip.activity for clip in library.clips}
+    assert found == {"Geh 1.bvh": "walk", "GEH 2.bvh": "walk", "same.bvh": "run", "Same.bvh": "hop"}
+    (tmp_path / "labels.csv").write_text("file,activity\nSAME.bvh,run\n", encoding="utf-8")
+    with pytest.raises(LibraryError, match=r"'SAME.bvh' could be any of Same.bvh, same.bvh"):
+        read_library(tmp_path / "library", tmp_path / "labels.csv")
+
+
+def test_a_file_listed_twice_with_one_label_in_two_spellings_is_no_conflict(labelled):
+    library = labelled("file,activity\na.fbx,Sit-down\na.fbx,sit down\nb.fbx,Sit-down\n")
+    assert len(library.clips) == 2
+
+
+def test_no_control_character_of_a_cell_is_part_of_a_label(labelled):
+    library = labelled('file,activity,subject\na.fbx,"w\x1b]0;x\x07alk","An\nna"\nb.fbx,run,\u202eb\n')
+    assert library.activities == {"run": 1, "w%1B]0;x%07alk": 1}
+    assert {clip.subject for clip in library.clips} == {"An na", "%E2%80%AEb"}
 
 
 def test_rows_and_files_without_each_other_are_named(labelled):

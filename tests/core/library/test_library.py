@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which clips a folder holds, and what labels them."""
 
+import unicodedata
+
 import pytest
 from hypothesis import given, strategies as st
 
@@ -154,3 +156,17 @@ def test_labels_that_lie_in_the_library_label_it(tmp_path):
     other = tmp_path / "other.csv"
     other.write_text("file,activity\na.bvh,amble\nb.bvh,amble\n")
     assert read_library(tmp_path, other).activities == {"amble": 2}
+
+
+def test_folders_without_a_word_have_their_names_and_those_of_one_word_are_one(tmp_path):
+    files = ["(1)/a.bvh", "(2)/b.bvh", "_/c.bvh", "Straße/d.bvh", "STRASSE/e.bvh", "f@(3).bvh", " /(4).bvh"]
+    files += [f"{unicodedata.normalize(form, 'Läufe')}/g.bvh" for form in ("NFC", "NFD")]
+    for file in files:
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).touch()
+    library = read_library(tmp_path)
+    assert library.activities == {"(1)": 1, "(2)": 1, "_": 1, "f": 1, "strasse": 2, "läufe": 2}
+    assert library.skipped == ((" /(4).bvh", "neither its folder nor its name says what it shows"),)
+    assert library.check.spellings == (("läufe", ("Läufe",)), ("strasse", ("STRASSE", "Straße")))
+    kept = read_library(tmp_path, exact_labels=True).activities
+    assert kept == {"(1)": 1, "(2)": 1, "_": 1, "f": 1, "Läufe": 2, "STRASSE": 1, "Straße": 1}

@@ -87,6 +87,14 @@ def test_subjects_are_folds():
         subject_folds(np.array(["a", "a"]), np.arange(2))
 
 
+def test_a_person_of_several_spellings_is_left_out_at_once():
+    subject = np.array(["Anna", "bob", "ANNA", " anna", "Bob"])
+    fold = subject_folds(subject, np.arange(5))
+    assert (fold == [0, 1, 0, 0, 1]).all()
+    activity = np.array(["walk", "walk", "run", "walk", "run"])
+    assert deal(activity, np.arange(5), subject, ["run", "walk"], 5, 0)[3] == "leave one of 2 subjects out"
+
+
 def test_left_out_activities_have_a_true_sentence():
     activity = np.array(["walk", "walk", "bow", "bow", "jump", "jump"])
     clip = np.array(["w1", "w2", "b1", "b1", "j1", "j2"])

@@ -76,11 +76,12 @@ def label_notes(check: LabelCheck) -> list[str]:
     """One sentence for each kind of oddity."""
     notes = [f"{check.note}."] if check.note else []
     for name, ways in check.spellings:
-        spelled = listed([f"'{way}'" for way in ways], len(ways))
-        if check.exact:
-            notes.append(f"{spelled} count as different activities (--exact-labels).")
+        if check.exact and len(ways) > 1:
+            notes.append(f"{_quoted(ways)} count as different activities (--exact-labels).")
         else:
-            notes.append(f"{spelled} count as one activity, '{name}' (--exact-labels keeps them apart).")
+            hint = " (--exact-labels keeps them apart)" if len(ways) > 1 else ""
+            notes.append(f"{merged_sentence(name, ways)}{hint}.")
+    notes += [f"{merged_sentence(name, ways, 'subject')}." for name, ways in check.subjects]
     kinds = (
         (check.no_such_file, "row matches no file", "rows match no file"),
         (check.no_activity, "row has no activity or no file name", "rows have no activity or no file name"),
@@ -92,6 +93,17 @@ def label_notes(check: LabelCheck) -> list[str]:
     return notes
 
 
+def merged_sentence(name: str, ways: Sequence[str], what: str = "activity") -> str:
+    """Which spellings of a label count as one."""
+    if len(ways) == 1:
+        return f"{_quoted(ways)} is encoded in two ways that look the same, and counts as one {what}"
+    return f"{_quoted(ways)} count as one {what}, '{name}'"
+
+
+def _quoted(names: Sequence[str]) -> str:
+    return listed([f"'{name}'" for name in names], len(names))
+
+
 def label_content(check: LabelCheck) -> dict[str, Any]:
     """All notes, with every file named."""
     return {
@@ -100,6 +112,7 @@ def label_content(check: LabelCheck) -> dict[str, Any]:
         "files_not_listed": list(check.not_listed),
         "spellings": {name: list(ways) for name, ways in check.spellings},
         "spellings_kept_apart": check.exact,
+        "subjects": {name: list(ways) for name, ways in check.subjects},
         "notes": label_notes(check),
     }
 

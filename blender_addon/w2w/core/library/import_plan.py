@@ -61,6 +61,7 @@ def plan_folder(folder: Path, by: str = AUTOMATIC, csv: Path | None = None) -> I
     clips: Sequence[Clip] = library.clips
     if by in (BY_FOLDER, BY_FILE):
         clips = [replace(clip, activity=_label(clip.path, by)) for clip in clips]
+        return _plan(clips, library.skipped, NO_LABELS)
     return _plan(clips, library.skipped, library.check)
 
 

@@ -7,17 +7,17 @@ person walks.#a/DET person/NOUN walk/VERB#0.0#0.0``, the words with their base f
 is about; 0 to 0 is the whole.
 """
 
+import posixpath
 import re
-import unicodedata
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, TypeVar
 
 from ..csv_tables import CsvError, CsvTable, read_table
-from ..wording import harmless, shown
+from ..wording import composed, harmless, plain_words, shown
 
 
 class LibraryError(ValueError):
@@ -27,6 +27,12 @@ class LibraryError(ValueError):
         super().__init__(harmless(message))
 
 
+Key = TypeVar("Key")
+
+Spellings = tuple[tuple[str, tuple[str, ...]], ...]
+"""Labels that were spelled in several ways, each with the ways; one way if all look the same."""
+
+
 @dataclass(frozen=True)
 class LabelCheck:
     """Problems and assumptions when labels were read."""
@@ -34,8 +40,8 @@ class LabelCheck:
     no_such_file: tuple[str, ...] = ()  # files that a row names and the library does not hold
     no_activity: tuple[str, ...] = ()  # files whose row has no activity; the row's line where it has no file
     not_listed: tuple[str, ...] = ()  # files of the library that no row names
-    # activities that were spelled in several ways, each with the ways
-    spellings: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    spellings: Spellings = ()  # of activities
+    subjects: Spellings = ()
     exact: bool = False  # whether the ways were kept apart
     note: str = ""  # what had to be assumed to read the file
 
@@ -61,7 +67,7 @@ def label_rows(
     with suppress(CsvError):
         captions = read_table(labels, ("caption", "activity"), ("file",))
         if not any(row["file"] for _, row in captions.rows):
-            return _caption_labels(labels, captions, folder, inside)
+            return _caption_labels(labels, captions, folder, inside, exact)
     rows, check = read_labels(labels, folder, inside, exact)
     reasons = dict.fromkeys(inside, f"{shown(labels.name)} gives it no activity")
     return rows, reasons | dict.fromkeys(check.not_listed, f"{shown(labels.name)} does not list it"), check
@@ -73,7 +79,7 @@ def read_labels(
     """Rows of labels by path inside a library, of those paths that are `inside` it, and what stood out.
 
     The csv has columns ``file`` and ``activity``, and if wanted ``subject``, ``motion_key`` and ``source``.
-    `exact` keeps activities apart that differ only in case, spaces or underscores.
+    `exact` keeps activities apart that differ only in case, spaces, underscores or hyphens.
 
     Raises LibraryError, naming the line, if the file cannot be understood.
     """
@@ -97,30 +103,53 @@ def read_labels(
                 f"{shown(path)}, line {number}: '{text}' could be any of {', '.join(found[:3])}: "
                 "write the path inside the library"
             )
-        elif rows.setdefault(found[0], row) != row:
+        elif not _same_labels(rows.setdefault(found[0], row), row):
             raise LibraryError(
                 f"{shown(path)}, line {number}: '{found[0]}' is listed twice with different labels"
             )
     if not rows:
         raise LibraryError(_useless(path, inside, strangers, empty))
-    name_of, spellings = _one_spelling(row["activity"] for row in rows.values())
-    if not exact:
-        rows = {file: row | {"activity": name_of[row["activity"]]} for file, row in rows.items()}
+    rows, check = spelled_once(rows, exact)
     named.update(rows)
     missing = tuple(file for file in inside if file not in named)
-    check = LabelCheck(tuple(strangers), tuple(empty), missing, spellings, exact, table.note)
-    return rows, check
+    return rows, replace(
+        check, no_such_file=tuple(strangers), no_activity=tuple(empty), not_listed=missing, note=table.note
+    )
 
 
 def same_label(label: str) -> str:
-    """The common form of labels that differ only in case, spaces and underscores.
+    """The common form of labels that differ only in case, spaces, underscores, hyphens within, and encoding.
 
     Examples
     --------
-    >>> same_label(" Sit  To_Stand ")
-    'sit_to_stand'
+    >>> same_label(" Sit  To_Stand "), same_label("sit-to-stand")
+    ('sit_to_stand', 'sit_to_stand')
     """
-    return re.sub(r"[\s_]+", " ", unicodedata.normalize("NFC", label)).strip().replace(" ", "_").casefold()
+    words = plain_words(label)
+    return re.sub(r"[ _]+", "_", re.sub(r"(?<=\w)-(?=\w)", "_", words)).strip("_") or words
+
+
+def spelled_once(
+    rows: Mapping[Key, dict[str, str]], exact: bool = False, form: Callable[[str], str] = composed
+) -> tuple[dict[Key, dict[str, str]], LabelCheck]:
+    """Rows of labels in which each activity and subject has one spelling, and those that had several.
+
+    `exact` keeps activities apart, never subjects: one person on both sides of leave-one-subject-out would
+    flatter. `form` makes an activity's name from its spelling.
+    """
+    name_of, spellings = one_spelling((row["activity"] for row in rows.values()), form)
+    if exact:
+        name_of = {text: composed(text) for text in name_of}
+    who, subjects = one_spelling(row.get("subject", "") for row in rows.values())
+    spelled = {
+        file: row | {"activity": name_of[row["activity"]], "subject": who[row.get("subject", "")]}
+        for file, row in rows.items()
+    }
+    return spelled, LabelCheck(spellings=spellings, subjects=subjects, exact=exact)
+
+
+def _same_labels(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
+    return all(same_label(one[name]) == same_label(other[name]) for name in one)
 
 
 def by_label(values: Mapping[str, Any], labels: Iterable[str]) -> dict[str, Any]:
@@ -130,44 +159,52 @@ def by_label(values: Mapping[str, Any], labels: Iterable[str]) -> dict[str, Any]
     return {label: value for label, value in found.items() if value is not None}
 
 
-def _one_spelling(
-    activities: Iterable[str],
-) -> tuple[dict[str, str], tuple[tuple[str, tuple[str, ...]], ...]]:
-    """One spelling for each: the commonest, of equals that in lower case; and those with several ways."""
-    uses = Counter(activities)
+def one_spelling(
+    labels: Iterable[str], form: Callable[[str], str] = composed
+) -> tuple[dict[str, str], Spellings]:
+    """The commonest spelling of each label, of equals that in lower case; and the labels with several."""
+    uses = Counter(labels)
     groups: dict[str, list[str]] = {}
     for text in sorted(uses, key=lambda text: (-uses[text], text != text.lower(), text)):
         groups.setdefault(same_label(text), []).append(text)
-    name_of = {text: ways[0] for ways in groups.values() for text in ways}
-    return name_of, tuple(sorted((ways[0], tuple(ways)) for ways in groups.values() if len(ways) > 1))
+    name_of = {text: form(ways[0]) for ways in groups.values() for text in ways}
+    several = [tuple(dict.fromkeys(map(composed, ways))) for ways in groups.values() if len(ways) > 1]
+    return name_of, tuple(sorted((form(ways[0]), ways) for ways in several))
 
 
 class _Finder:
     """Finds the file of the library that a row means.
 
     A row may give the end of a file's path, down to its bare name, or its whole path and the library's
-    folder before it: any other folder in a row is one that the file does not lie in.
+    folder before it: any other folder in a row is one that the file does not lie in. Where no file is called
+    so to the letter, `plain_words` decides.
     """
 
     def __init__(self, folder: Path, inside: Sequence[str]) -> None:
         self.known = set(inside)
-        self.folders = {shown(folder.absolute().name), shown(folder.resolve().name)}
-        self.by_name: dict[str, list[str]] = {}
+        self.folders = {plain_words(shown(path.name)) for path in (folder.absolute(), folder.resolve())}
+        self.by_name: dict[str, list[tuple[str, str]]] = {}  # each with its path in plain words
         for file in inside:
-            self.by_name.setdefault(PurePosixPath(file).name, []).append(file)
+            plain = plain_words(file)
+            self.by_name.setdefault(posixpath.basename(plain), []).append((file, plain))
 
     def candidates(self, text: str) -> list[str]:
         """Files that may be meant; none where the library does not hold one."""
-        file = PurePosixPath(text.replace("\\", "/"))
-        if file.as_posix() in self.known:
-            return [file.as_posix()]
-        same_name = self.by_name.get(file.name, [])
+        path = PurePosixPath(text.replace("\\", "/")).as_posix()
+        if path in self.known:
+            return [path]
+        asked = plain_words(path)
+        same_name = self.by_name.get(posixpath.basename(asked), [])
         whole = []
-        for found in same_name:
-            before = str(file).removesuffix(f"/{found}")
-            if before != str(file) and PurePosixPath(before).name in self.folders:
-                whole.append(found)
-        return whole or [found for found in same_name if f"/{found}".endswith(f"/{file}")]
+        for file, plain in same_name:
+            before = asked.removesuffix(f"/{plain}")
+            if before != asked and posixpath.basename(before) in self.folders:
+                whole.append(file)
+        found = whole or [file for file, plain in same_name if f"/{plain}".endswith(f"/{asked}")]
+        to_the_letter = [
+            file for file in found if f"/{path}".endswith(f"/{file}") or f"/{file}".endswith(f"/{path}")
+        ]
+        return to_the_letter or found
 
 
 def _useless(path: Path, inside: Sequence[str], strangers: list[str], empty: list[str]) -> str:
@@ -180,7 +217,7 @@ def _useless(path: Path, inside: Sequence[str], strangers: list[str], empty: lis
 
 
 def _caption_labels(
-    path: Path, table: CsvTable, folder: Path, inside: Sequence[str]
+    path: Path, table: CsvTable, folder: Path, inside: Sequence[str], exact: bool
 ) -> tuple[dict[str, dict[str, str]], dict[str, str], LabelCheck]:
     """Labels by the words of captions.
 
@@ -188,11 +225,9 @@ def _caption_labels(
     their base forms (*walk* is in "he walks"). Captions of a whole clip count, from ``NAME.txt`` beside the
     clip or in a folder ``texts`` beside its own.
     """
-    wanted = [
-        (_words(row["caption"]), row["activity"])
-        for _, row in table.rows
-        if row["caption"] and row["activity"]
-    ]
+    listed = {number: row for number, row in table.rows if row["caption"] and row["activity"]}
+    listed, check = spelled_once(listed, exact)
+    wanted = [(_words(row["caption"]), row["activity"]) for row in listed.values()]
     rows: dict[str, dict[str, str]] = {}
     left_out: dict[str, str] = {}
     for file in inside:
@@ -207,8 +242,7 @@ def _caption_labels(
     if not rows:
         raise LibraryError(f"{shown(path)} holds the words of no caption of the {len(inside)} motion files")
     empty = tuple(f"line {number}" for number, row in table.rows if not (row["caption"] and row["activity"]))
-    check = LabelCheck(no_activity=empty, not_listed=tuple(left_out), note=table.note)
-    return rows, left_out, check
+    return rows, left_out, replace(check, no_activity=empty, not_listed=tuple(left_out), note=table.note)
 
 
 def _captions(file: Path) -> Iterator[str]:
@@ -225,4 +259,4 @@ def _captions(file: Path) -> Iterator[str]:
 
 def _words(text: str) -> str:
     """Words in lower case, with a space before and after each."""
-    return f" {' '.join(WORD.findall(text.lower()))} "
+    return f" {' '.join(WORD.findall(plain_words(text)))} "

@@ -16,8 +16,8 @@ from ..files import array_names, reserved
 from ..readers.asf_amc import AMC_SUFFIX
 from ..readers.import_checks import USD_SUFFIXES, VRM_SUFFIXES
 from ..readers.mvnx import MVNX_SUFFIX
-from ..wording import name_bytes, shown
-from .labels import NO_LABELS, LabelCheck, LibraryError, label_rows
+from ..wording import composed, name_bytes, shown
+from .labels import NO_LABELS, LabelCheck, LibraryError, label_rows, spelled_once
 
 POSITION_KEYS = (
     "positions", "keypoints", "joints", "joints3d", "joints_3d", "keypoints3d", "keypoints_3d",
@@ -110,8 +110,8 @@ def read_library(
     ``X Bot@Waving.fbx``). `labels` is a csv with columns ``file`` and ``activity``, and if wanted
     ``subject``, ``source`` and ``motion_key``; ``file`` is the path inside the library, or an end of it, such
     as the bare name, that only one clip has. With columns ``caption`` and ``activity`` it labels clips by
-    words of their captions. `exact_labels` keeps activities apart that differ only in case, spaces or
-    underscores.
+    words of their captions. `exact_labels` keeps activities apart that differ only in case, spaces,
+    underscores or hyphens.
 
     Raises LibraryError if the folder is missing or holds no motion files, or the csv cannot be understood.
     """
@@ -136,7 +136,9 @@ def read_library(
     if labels is None and own_labels and (folder / LABELS).is_file():
         labels, where = folder / LABELS, " in the library"
     if labels is None:
-        rows, check = {file: {"activity": activity_of(file)} for file in inside}, NO_LABELS
+        named = {file: {"activity": text} for file in inside if (text := _telling(file))}
+        rows, check = spelled_once(named, exact_labels, as_label)
+        reasons = dict.fromkeys(inside, "neither its folder nor its name says what it shows")
         sources = {"folder names" if "/" in file else "file names" for file in inside}
         labelled_by = " and ".join(sorted(sources, reverse=True))
     else:
@@ -162,8 +164,22 @@ def activity_of(file: str) -> str:
     >>> activity_of("X Bot@Waving (2).fbx")
     'waving'
     """
+    return as_label(_telling(file))
+
+
+def _telling(file: str) -> str:
+    """The name of a folder or file that labels a clip, without a number in brackets; "" if there is none.
+
+    A folder may be called by a number alone, for somebody put clips in it.
+    """
     above, _, name = file.rpartition("/")
-    return as_label(above.rpartition("/")[2] or re.sub(r"^.*@", "", PurePosixPath(name).stem))
+    folder, stem = above.rpartition("/")[2].strip(), PurePosixPath(name).stem
+    texts = (_unnumbered(folder), folder, *map(_unnumbered, reversed(stem.split("@"))))
+    return next(filter(None, texts), "")
+
+
+def _unnumbered(text: str) -> str:
+    return re.sub(r"\s*\(\d+\)\s*$", "", text).strip()
 
 
 @lru_cache
@@ -175,8 +191,8 @@ def as_label(text: str) -> str:
     >>> as_label("Sit To-Stand (3)")
     'sit_to_stand'
     """
-    text = re.sub(r"\s*\(\d+\)\s*$", "", text)
-    return re.sub(r"[\s_\-]+", "_", text).strip("_").lower()
+    text = composed(_unnumbered(text) or text.strip()).lower()
+    return re.sub(r"[\s_\-]+", "_", text).strip("_") or text
 
 
 def unique_names(files: Iterable[str]) -> list[str]:

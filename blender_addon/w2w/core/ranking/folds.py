@@ -5,6 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..library.labels import same_label
+
 ALWAYS_TRAIN = -1
 """Fold of windows that every fold trains on and none tests."""
 
@@ -40,11 +42,13 @@ def grouped_folds(activity: np.ndarray, group: np.ndarray, folds: int = 5, seed:
 
 
 def subject_folds(subject: np.ndarray, clip: np.ndarray) -> np.ndarray:
-    """Fold of each window, shape (W,), int: one a subject (W,), for leave-one-subject-out.
+    """Fold of each window, shape (W,), int: one a subject (W,), however spelled, for leave-one-subject-out.
 
     A ValueError says that a window has no subject, all have the same, or a clip (W,) has two.
     """
-    names, fold = np.unique(np.asarray(subject), return_inverse=True)
+    spelled, fold = np.unique(np.asarray(subject), return_inverse=True)
+    names, person = np.unique([same_label(name) for name in spelled.tolist()], return_inverse=True)
+    fold = person[fold]
     clips, clip_index = np.unique(np.asarray(clip), return_inverse=True)
     pairs = np.unique(np.stack([clip_index, fold]), axis=1)
     repeated = pairs[0, 1:][pairs[0, 1:] == pairs[0, :-1]]
@@ -60,7 +64,7 @@ def subject_folds(subject: np.ndarray, clip: np.ndarray) -> np.ndarray:
             "give labels with a column 'subject'"
         )
     if len(names) < 2:
-        raise ValueError(f"leave-one-subject-out needs two subjects, and all clips are of {names[0]}")
+        raise ValueError(f"leave-one-subject-out needs two subjects, and all clips are of {spelled[0]}")
     return fold
 
 
@@ -130,7 +134,7 @@ def deal(
     if subject is not None:
         subject = np.asarray(subject)[rows]
         fold[rows] = subject_folds(subject, clip[rows])
-        protocol = f"{SUBJECT_OUT} {len(np.unique(subject))} subjects out"
+        protocol = f"{SUBJECT_OUT} {len(np.unique(fold[rows]))} subjects out"
     else:
         n_folds = min(folds, len(np.unique(clip[rows])))
         fold[rows] = grouped_folds(activity[rows], clip[rows], n_folds, seed)

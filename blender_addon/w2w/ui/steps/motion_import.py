@@ -10,6 +10,7 @@ import bpy
 from ...core.files import file_sha256
 from ...core.keypoints.facts import PoseFacts
 from ...core.library.import_plan import ImportPlan, same_files
+from ...core.library.labels import same_label
 from ...core.motion.source import reason_of
 from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN, Up, Ups, mostly_head_down
 from ...core.retargeting.bone_maps import BoneMap
@@ -85,6 +86,7 @@ def import_steps(
     body, armature, maps = body_of(mesh), armature_of(mesh), saved_maps()
     before = len(mesh.w2w.clips)
     twice = _listed_already(mesh, wanted)
+    wanted = _spelled_as_listed(mesh.w2w, wanted)
     failed = unlabelled = 0
     down: list[tuple[int, bool]] = []
     try:
@@ -114,6 +116,19 @@ def import_steps(
     mesh.w2w.clip_index = before
     lists.list_labels(mesh.w2w)
     return _outcome(len(wanted) - failed, failed, len(left_out), unlabelled, twice)
+
+
+def _spelled_as_listed(study: bpy.types.PropertyGroup, wanted: Sequence[Wanted]) -> list[Wanted]:
+    """Motions with their activities and subjects spelled as the list has them already."""
+    activities = {same_label(clip.activity): clip.activity for clip in study.clips}
+    subjects = {same_label(clip.subject): clip.subject for clip in study.clips}
+    return [
+        item._replace(
+            activity=activities.get(same_label(item.activity), item.activity),
+            subject=subjects.get(same_label(item.subject), item.subject),
+        )
+        for item in wanted
+    ]
 
 
 def _listed_already(mesh: bpy.types.Object, wanted: Sequence[Wanted]) -> list[str]:
