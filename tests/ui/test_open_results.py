@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.clip_files import motion_file, signals_file
+from w2w.core.clip_files import mark_changing, motion_file, signals_file
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.results_folder import StudyResults
@@ -121,6 +121,14 @@ def test_what_is_no_results_folder_says_why_and_leaves_nothing(
     assert jobs.message.is_error
     assert jobs.message.text.startswith(f"{folder} is not the ")
     assert names_in_file() == before
+
+
+def test_an_unfinished_run_is_said_to_be_so(finished_run: Path, tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(finished_run, tmp_path / "results"))
+    mark_changing(folder)
+    with pytest.raises(RuntimeError, match="run the same command again to finish it"):
+        bpy.ops.w2w.open_results(filepath=str(folder))
+    assert jobs.message.text.startswith(f"{folder} holds an unfinished run")
 
 
 def test_esc_leaves_the_scene_as_it_was(finished_run: Path) -> None:
