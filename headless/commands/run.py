@@ -74,7 +74,7 @@ def run(
         return
     show_labels(found, console, asked.verbose)
     if up := seen.sentence():
-        console.print(f"Up: {up}.", markup=False)
+        console.print(f"Up: {up}.")
     execute_bodies(plan, bodies, out, asked.strict, monitor)
     monitor.log("finished", exit_code=0)
 

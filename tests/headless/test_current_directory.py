@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Nothing that lies in the current directory is run, whoever put it there, and whatever it is called."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -58,6 +59,16 @@ def w2w(tmp_path):
 
     run.marker = marker
     return run
+
+
+def test_scene_takes_blenders_module_from_where_it_is_imported_safely():
+    scene = ROOT / "blender_addon" / "w2w" / "scene"
+    own = [
+        file
+        for file in scene.rglob("*.py")
+        if re.search(r"^ *(import bpy|from bpy)\b", file.read_text(), re.M)
+    ]
+    assert own == [scene / "base" / "module.py"]
 
 
 @pytest.mark.later

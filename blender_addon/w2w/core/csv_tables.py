@@ -78,7 +78,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
     try:
         next(reader)
         for cells in reader:
-            found = dict(zip(columns, (shown(BREAKS.sub(" ", cell.strip())) for cell in cells), strict=False))
+            found = dict(zip(columns, map(_label, cells), strict=False))
             if any(found.values()):
                 rows.append((first + reader.line_num, {name: found.get(name, "") for name in names}))
     except csv.Error as error:
@@ -146,6 +146,11 @@ def decoded(path: Path) -> tuple[str, str]:
     except UnicodeDecodeError:
         note = f"{shown(path.name)} is not UTF-8 text and was read as Windows-1252 (Western European)"
         return data.decode("cp1252", errors="replace"), f"{note}: save it as UTF-8 if letters look wrong"
+
+
+def _label(cell: str) -> str:
+    text = cell.strip()
+    return text if text.isascii() and text.isprintable() else shown(BREAKS.sub(" ", text))
 
 
 def _columns(header: str, separator: str) -> list[str]:

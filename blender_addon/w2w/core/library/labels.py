@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
@@ -182,15 +183,21 @@ class _Finder:
 
     def __init__(self, folder: Path, inside: Sequence[str]) -> None:
         self.known = set(inside)
+        self.inside = inside
         self.folders = {plain_words(shown(path.name)) for path in (folder.absolute(), folder.resolve())}
-        self.by_name: dict[str, list[tuple[str, str]]] = {}  # each with its path in plain words
-        for file in inside:
+
+    @cached_property
+    def by_name(self) -> dict[str, list[tuple[str, str]]]:
+        """Files by their names, each with its path, in plain words."""
+        found: dict[str, list[tuple[str, str]]] = {}
+        for file in self.inside:
             plain = plain_words(file)
-            self.by_name.setdefault(posixpath.basename(plain), []).append((file, plain))
+            found.setdefault(posixpath.basename(plain), []).append((file, plain))
+        return found
 
     def candidates(self, text: str) -> list[str]:
         """Files that may be meant; none where the library does not hold one."""
-        path = PurePosixPath(text.replace("\\", "/")).as_posix()
+        path = text if text in self.known else PurePosixPath(text.replace("\\", "/")).as_posix()
         if path in self.known:
             return [path]
         asked = plain_words(path)

@@ -173,11 +173,13 @@ def _telling(file: str) -> str:
     A folder may be called by a number alone, for somebody put clips in it.
     """
     above, _, name = file.rpartition("/")
-    folder, stem = above.rpartition("/")[2].strip(), PurePosixPath(name).stem
-    texts = (_unnumbered(folder), folder, *map(_unnumbered, reversed(stem.split("@"))))
-    return next(filter(None, texts), "")
+    if folder := above.rpartition("/")[2].strip():
+        return _unnumbered(folder) or folder
+    parts = reversed(PurePosixPath(name).stem.split("@"))
+    return next(filter(None, map(_unnumbered, parts)), "")
 
 
+@lru_cache
 def _unnumbered(text: str) -> str:
     return re.sub(r"\s*\(\d+\)\s*$", "", text).strip()
 
