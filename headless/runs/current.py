@@ -33,8 +33,7 @@ from .study import Made, RunPlan
 CURRENT = f"{WORK}/current.json"
 """What the results in the folder were made of, how all files looked then, and the list of results."""
 
-
-PLACED = ("body.npz", "patches.npz")
+PLACED = (f"{WORK}/body.npz", f"{WORK}/patches.npz", FITTED)
 
 
 def note_current(plan: RunPlan, made: Made, out: Path, garments: list[list[int]]) -> None:
@@ -80,9 +79,12 @@ def _noted(out: Path) -> dict[str, str]:
 
 
 def _content(plan: RunPlan, made: Made, out: Path) -> dict[str, str]:
-    body = [file_sha256(out / WORK / name) for name in PLACED]
+    placed = (path for name in PLACED if (path := out / name).exists())
     clips = ((*_labels(one.clip), one.reason, one.source_sha256) for one in made.clips)
-    return {"made_of": _digest([_study(plan), body, *clips]), "written": file_sha256(out / LIST)}
+    return {
+        "made_of": _digest([_study(plan), *map(file_sha256, placed), *clips]),
+        "written": file_sha256(out / LIST),
+    }
 
 
 def _looks_as_read(plan: RunPlan, made: Made, out: Path) -> list[Looks] | None:
@@ -110,7 +112,7 @@ def _looks(plan: RunPlan, body: Body, out: Path, clips: Sequence[Looks], garment
     parts += [(*_labels(clip), looks) for clip, looks in zip(plan.library.clips, clips, strict=True)]
     for folder in DIVIDED:
         parts += _files_below(out, folder)
-    shared = (out / LIST, out / FITTED, *(out / WORK / name for name in PLACED), *lists_in(out))
+    shared = (*(out / name for name in (LIST, *PLACED)), *lists_in(out))
     return _digest([*parts, *garments, *map(stamp, shared)])
 
 

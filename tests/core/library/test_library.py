@@ -72,6 +72,7 @@ def test_paths_may_carry_folders_above_the_library(folder, tmp_path):
         ("", "needs the columns"),
         ("file,activity\nother.fbx,run\n", "lists none"),
         ("file,activity\nwalking/a.fbx,run\nwalking/a.fbx,walk\n", "listed twice"),
+        ("file,activity,subject\nwalking/a.fbx,run,ann\nwalking/a.fbx,run,bob\n", "listed twice"),
     ],
 )
 def test_a_csv_that_cannot_be_understood_is_refused(folder, tmp_path, text, message):

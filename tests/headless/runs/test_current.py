@@ -168,6 +168,14 @@ def hashes(out):
     return {path.relative_to(out): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
+def test_motions_that_are_read_otherwise_are_ranked_anew(ranked):
+    library, out, times = ranked
+    before = (out / "utility.csv").read_bytes()
+    assert "Nothing has changed" not in run(library, out, "--folds", "2", "--pose-rate", "20")
+    assert len(times) == 1
+    assert (out / "utility.csv").read_bytes() != before
+
+
 @pytest.mark.slow
 def test_the_same_command_ranks_only_what_has_changed(ranked):
     library, out, times = ranked

@@ -2,6 +2,7 @@
 """A run in a garment out of a .blend file leaves results that everything else reads like the skin's."""
 
 import json
+import shutil
 
 import bpy
 import numpy as np
@@ -93,6 +94,25 @@ def test_a_second_run_takes_up_the_first(library, results):
     )
     assert code == 0
     assert (worn / "utility.npz").read_bytes() == before
+
+
+def test_another_shirt_under_the_same_name_is_put_on(library, tmp_path):
+    blend = shutil.copy(library / "my.blend", tmp_path)
+    options = ("--patches", 12, "--window", 1, "--workers", 1, "--no-pictures", "--no-report")
+    command = ("run", library / "clips", "--out", tmp_path / "out", *options, "--garment", f"{blend}:Shirt")
+    assert run(*command)[0] == 0
+    signals = min((tmp_path / "out" / "signals").iterdir())
+    before = signals.read_bytes()
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    for vertex in bpy.data.objects["Shirt"].data.vertices:
+        vertex.co.x *= 1.2
+    bpy.ops.wm.save_mainfile()
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    code, output = run(*command)
+    assert code == 0, output
+    assert "Nothing has changed" not in output
+    assert signals.read_bytes() != before
+    assert "Nothing has changed" in run(*command)[1]
 
 
 def test_what_cannot_be_worn_ends_the_run_with_a_sentence(library, tmp_path):

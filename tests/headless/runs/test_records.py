@@ -63,12 +63,13 @@ def test_a_damaged_line_is_no_record_but_leaves_the_files_ours(tasks):
     assert given_names(out, name, record) == {f"motions/{name}.npz": "", f"signals/{name}.npz": ""}
 
 
-def test_the_newest_of_two_lists_counts_and_one_list_is_left(tasks):
+@pytest.mark.parametrize("other", ["0-of-9", "9-of-9"])
+def test_the_newest_of_two_lists_counts_and_one_list_is_left(tasks, other):
     out, name = tasks[0].out, tasks[0].clip.name
     gather(out, names(tasks)[:2], "1-of-2")
     gather(out, names(tasks)[2:], "2-of-2")
     older = read_records(out)[name] | {"at": 5, "reason": "older"}
-    (out / WORK / "records.0-of-9.jsonl").write_text(f"\n{json.dumps(older)}\n")
+    (out / WORK / f"records.{other}.jsonl").write_text(f"\n{json.dumps(older)}\n")
     assert tidy(out)[name]["reason"] == ""
     assert [path.name for path in (out / WORK).glob("records*")] == ["records.jsonl"]
 
