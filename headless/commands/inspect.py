@@ -119,6 +119,8 @@ def _about_source(
     rows = [("take", f"'{source.take}'"), ("skeleton", f"{len(bones)} bones, {matched}")]
     if source.people > 1:
         rows.append(("people", f"{source.people}; only one of them is used, the one that moves most"))
+    if not source.rest_is_known:
+        rows.append(("rest pose", "a guess, by the motion itself: the file has none that a body can take"))
     extent = np.ptp(source.rest[source.first_bone :, :3, 3], axis=0).max()
     scale = f"1 unit in the file is {details['scale']:.4g} m on W2W's body"
     rows.append(("scale", f"{scale}; the rest pose spans {extent:.4g} units"))

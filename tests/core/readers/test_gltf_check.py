@@ -6,8 +6,10 @@ import struct
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import w2w
+from w2w.core.body.skeleton import JOINT_INDEX, Y_UP_TO_Z_UP
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.readers.import_checks import check_gltf
@@ -15,6 +17,12 @@ from w2w.core.readers.import_checks import check_gltf
 WHOLE = {
     "asset": {"version": "2.0"}, "animations": [{}], "skins": [{}], "buffers": [{"uri": "data:;base64,AA=="}],
 }  # fmt: skip
+
+MOVING = {
+    "skins": [],
+    "nodes": [{"name": "Hips"}],
+    "animations": [{"channels": [{"sampler": 0, "target": {"node": 0, "path": "rotation"}}]}],
+}
 
 
 def glb(content, version=2, length=None, kind=0x4E4F534A):
@@ -48,6 +56,9 @@ def glb(content, version=2, length=None, kind=0x4E4F534A):
         ("a.gltf", json.dumps(WHOLE | {"animations": []}).encode(), "it holds no animation"),
         ("a.gltf", json.dumps(WHOLE | {"skins": 3}).encode(), "its skins are no list"),
         ("a.gltf", json.dumps(WHOLE | {"skins": []}).encode(), "it holds no skeleton"),
+        ("a.glb", glb(WHOLE | MOVING | {"nodes": [{"mesh": 0}]}), "moves no node with a name"),
+        ("a.glb", glb(WHOLE | MOVING | {"animations": [{"channels": [{"target": 3}]}]}), "moves no node"),
+        ("a.glb", glb(WHOLE | MOVING), ""),
         ("a.glb", b"", "empty"),
     ],
 )
@@ -59,6 +70,89 @@ def test_only_a_whole_file_of_version_two_is_imported(tmp_path, name, data, mess
     with pytest.raises(UnusableMotion) as caught:
         check_gltf(tmp_path / name)
     assert message in str(caught.value)
+
+
+def limb_directions(positions):
+    """Unit vectors (T, 8, 3) along the limbs, of positions (T, 3) by SMPL's names."""
+    bones = [
+        positions(f"{side}_{end}") - positions(f"{side}_{start}")
+        for side in ("left", "right")
+        for start, end in (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
+    ]
+    bones = np.stack(bones, axis=1)
+    return bones / np.linalg.norm(bones, axis=-1, keepdims=True)
+
+
+def angles(a, b):
+    return np.degrees(np.arccos(np.clip((a * b).sum(axis=-1), -1, 1)))
+
+
+def node_positions(path):
+    """World positions of the nodes at the first channel's keys, by name, z up: glTF read without Blender."""
+    data = path.read_bytes()
+    length = struct.unpack_from("<I", data, 12)[0]
+    content, buffer = json.loads(data[20 : 20 + length]), data[28 + length :]
+
+    def array(number):
+        accessor = content["accessors"][number]
+        view = content["bufferViews"][accessor["bufferView"]]
+        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
+        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        return np.frombuffer(buffer, "<f4", accessor["count"] * width, start).reshape(-1, width)
+
+    animation = content["animations"][0]
+    samplers = animation["samplers"]
+    times = array(samplers[0]["input"])[:, 0]
+    local = {}
+    for channel in animation["channels"]:
+        sampler, target = samplers[channel["sampler"]], channel["target"]
+        own = array(sampler["input"])[:, 0]
+        values = array(sampler["output"])
+        local[target["node"], target["path"]] = np.stack(
+            [np.interp(times, own, values[:, axis]) for axis in range(values.shape[1])], axis=1
+        )
+    found = {}
+
+    def walk(number, turns, places):
+        node = content["nodes"][number]
+        shift = local.get((number, "translation"), np.array(node.get("translation", [0, 0, 0.0])))
+        turn = local.get((number, "rotation"), np.array(node.get("rotation", [0, 0, 0, 1.0])))
+        places = places + np.einsum("tab,tb->ta", turns, np.broadcast_to(shift, places.shape))
+        turns = turns @ Rotation.from_quat(np.broadcast_to(turn, (len(times), 4))).as_matrix()
+        found[node.get("name")] = places @ Y_UP_TO_Z_UP.T
+        for child in node.get("children", ()):
+            walk(child, turns, places)
+
+    for root in content["scenes"][0]["nodes"]:
+        walk(root, np.tile(np.eye(3), (len(times), 1, 1)), np.zeros((len(times), 3)))
+    return found
+
+
+RPM_BONES = {
+    "hip": "UpLeg",
+    "knee": "Leg",
+    "ankle": "Foot",
+    "shoulder": "Arm",
+    "elbow": "ForeArm",
+    "wrist": "Hand",
+}
+
+
+@pytest.mark.later
+def test_nodes_that_move_are_the_bones_of_a_file_without_a_skin(shared_cases, bundled_body):
+    pytest.importorskip("bpy")
+    path = shared_cases / "rpm_no_skin_walk.glb"
+    motion = w2w.load(path, pose=w2w.PoseFacts(rate=24.0))[0]
+    nodes = node_positions(path)
+    _, joints = joint_transforms(bundled_body, motion)
+    assert motion.n_frames == len(nodes["Hips"])
+
+    def node(name):
+        side, part = name.split("_")
+        return nodes[f"{side.title()}{RPM_BONES[part]}"]
+
+    off = angles(limb_directions(lambda name: joints[:, JOINT_INDEX[name]]), limb_directions(node))
+    assert np.median(off, axis=0).max() < 2
 
 
 @pytest.mark.later

@@ -10,7 +10,7 @@ import pytest
 import w2w
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
-from w2w.core.readers.import_checks import as_plain_glb
+from w2w.core.readers.import_checks import with_skin
 from w2w.core.retargeting.bone_maps import BONE_MAPS
 
 NODES = [
@@ -45,11 +45,11 @@ def test_nodes_get_the_names_of_the_bones_that_they_are(tmp_path, name):
     path = tmp_path / "a.vrm"
     content = {"nodes": NODES, "extensions": {name: {"humanoid": {"humanBones": FORMS[name]}}}}
     path.write_bytes(glb(content, b"binary chunk"))
-    found, rest = parts(as_plain_glb(path))
+    found, rest = parts(with_skin(path))
     assert rest == b"binary chunk"
     assert [node.get("name") for node in found["nodes"]] == ["root", "hips", "twist", "spine"]
     assert found["skins"] == [{"joints": [1, 2, 3]}]
-    assert struct.unpack_from("<I", as_plain_glb(path), 8)[0] == len(as_plain_glb(path))
+    assert struct.unpack_from("<I", with_skin(path), 8)[0] == len(with_skin(path))
 
 
 def test_another_node_of_a_bones_name_makes_way_and_a_skin_stays(tmp_path):
@@ -65,7 +65,7 @@ def test_another_node_of_a_bones_name_makes_way_and_a_skin_stays(tmp_path):
             }
         )
     )
-    found = parts(as_plain_glb(path))[0]
+    found = parts(with_skin(path))[0]
     assert [node["name"] for node in found["nodes"]] == ["hips node 0", "hips", "y", "spine"]
     assert found["skins"] == skins
 
@@ -84,7 +84,7 @@ def test_a_file_that_names_no_bones_is_refused(tmp_path, content):
     path = tmp_path / "a.vrm"
     path.write_bytes(glb(content))
     with pytest.raises(UnusableMotion, match="which of its nodes are a body's bones"):
-        as_plain_glb(path)
+        with_skin(path)
 
 
 def test_text_is_no_vrm(tmp_path):

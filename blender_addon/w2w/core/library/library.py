@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 
 from ..files import array_names, reserved
 from ..readers.asf_amc import AMC_SUFFIX
-from ..readers.import_checks import USD_SUFFIXES, VRM_SUFFIXES
+from ..readers.import_checks import PLAIN_GLTF, USD_SUFFIXES, VRM_SUFFIXES
 from ..readers.mvnx import MVNX_SUFFIX
 from ..wording import composed, name_bytes, shown
 from .labels import NO_LABELS, LabelCheck, LibraryError, label_rows, spelled_once
@@ -45,7 +45,7 @@ FEWEST_JOINTS = 8
 COLUMN = re.compile(r"(?P<joint>.*\S)[\s_.:\-]+(?P<axis>[xyz])", re.IGNORECASE | re.DOTALL)
 """A column of a joint's coordinate: ``left_hip_x``, ``LeftHip.X``."""
 
-GLTF_SUFFIXES = (".glb", ".gltf", *VRM_SUFFIXES)
+GLTF_SUFFIXES = (*PLAIN_GLTF, *VRM_SUFFIXES)
 
 BLENDER_SUFFIXES = (".fbx", *GLTF_SUFFIXES, *USD_SUFFIXES)
 """Kinds of motion files that Blender's importers read."""

@@ -25,6 +25,7 @@ class SourceMotion:
     rate: float  # frames per second
     take: str = ""  # name of the take (action) that the frames come from
     people: int = 1  # whole skeletons in the file, of which this is one
+    rest_is_known: bool = True  # whether the file has a rest pose, or `rest` is a frame of the motion
     first_bone: int = 0  # number of the first true bone: 1 where the armature that holds them comes before
     up: str = ""  # the file's own axis that is up, where it was looked for or given
 

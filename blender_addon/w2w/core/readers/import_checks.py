@@ -8,7 +8,7 @@ import struct
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ..motion.source import HIGHEST_RATE, LOWEST_RATE, UnusableMotion, reading, size_and_head
 
@@ -17,10 +17,15 @@ JSON_CHUNK = 0x4E4F534A
 MAX_JSON_BYTES = 256 * 2**20
 
 
-def check_gltf(path: Path, skin: bool = True) -> float:
-    """Keys per second of a glTF file, those of its densest animated channel.
+class GltfFacts(NamedTuple):
+    """What a glTF file says before it is imported."""
 
-    One that is damaged, moves nothing, or reads other files is refused; `skin` if it must have one.
+    keys_a_second: float  # of its densest animated channel
+    skin: bool  # whether it names a skeleton's nodes, or leaves it to their motion to say which those are
+
+
+def check_gltf(path: Path) -> GltfFacts:
+    """Facts of a glTF file; one that is damaged, moves nothing, or reads other files is refused.
 
     Raises UnusableMotion, with the reason.
     """
@@ -40,9 +45,21 @@ def check_gltf(path: Path, skin: bool = True) -> float:
             raise UnusableMotion(f"its {kind} lie in other files: save it as one file, .glb")
     if not _items(content, "animations"):
         raise UnusableMotion("it holds no animation")
-    if skin and not _items(content, "skins"):
-        raise UnusableMotion("it holds no skeleton (skin)")
-    return max(_key_rates(content), default=1.0)
+    skin = bool(_items(content, "skins"))
+    if not (skin or _moving_nodes(content) or path.suffix.lower() in VRM_SUFFIXES):
+        raise UnusableMotion("it holds no skeleton (skin), and moves no node with a name")
+    return GltfFacts(max(_key_rates(content), default=1.0), skin)
+
+
+def _moving_nodes(content: dict[str, Any]) -> dict[int, str]:
+    """Node -> name, of the nodes that the animations turn or move."""
+    found = {}
+    for animation in _items(content, "animations"):
+        for channel in _items(animation, "channels"):
+            with suppress(KeyError, TypeError, IndexError):
+                number = channel["target"]["node"]
+                found[number] = str(content["nodes"][number]["name"])
+    return found
 
 
 def _key_rates(content: dict[str, Any]) -> Iterator[float]:
@@ -83,23 +100,24 @@ def _json_of(path: Path, size: int, head: bytes) -> bytes:
         return stream.read(chunk)
 
 
-VRM_SUFFIXES = (".vrm", ".vrma")
+PLAIN_GLTF, VRM_SUFFIXES = (".glb", ".gltf"), (".vrm", ".vrma")
 
 EXTENSIONS = ("VRMC_vrm", "VRMC_vrm_animation", "VRM")
 """VRM 1.0, its animations, VRM 0."""
 
 
-def as_plain_glb(path: Path) -> bytes:
-    """A VRM file that `check_gltf` lets pass as a binary glTF that any importer reads.
+def with_skin(path: Path) -> bytes:
+    """A VRM file, or a glTF file without a skin, that `check_gltf` lets pass, as any importer reads it.
 
-    Raises UnusableMotion if it does not say which node is which bone.
+    Raises UnusableMotion if a VRM file does not say which node is which bone.
     """
-    data = path.read_bytes()
-    if not data.startswith(MAGIC):
+    data, is_vrm = path.read_bytes(), path.suffix.lower() in VRM_SUFFIXES
+    binary = data.startswith(MAGIC)
+    if is_vrm and not binary:
         raise UnusableMotion("it is damaged or no VRM file: it does not begin as binary glTF")
-    length = struct.unpack_from("<I", data, 12)[0]
-    content, rest = json.loads(data[20 : 20 + length]), data[20 + length :]
-    bones = _bones(content)
+    length = struct.unpack_from("<I", data, 12)[0] if binary else 0
+    content, rest = json.loads(data[20 : 20 + length] if binary else data), data[20 + length :]
+    bones = _bones(content) if is_vrm else _moving_nodes(content)
     taken = set(bones.values())
     for number, node in enumerate(content["nodes"]):
         if number in bones:
@@ -109,6 +127,8 @@ def as_plain_glb(path: Path) -> bytes:
     if not content.get("skins"):
         content["skins"] = [{"joints": _joints(content["nodes"], bones)}]
     text = json.dumps(content).encode()
+    if not binary:
+        return text
     text += b" " * (-len(text) % 4)
     total = 20 + len(text) + len(rest)
     return MAGIC + struct.pack("<IIII", 2, total, len(text), JSON_CHUNK) + text + rest

@@ -28,6 +28,9 @@ MIN_FRAMES = 3
 STANDING = np.cos(np.radians(50))
 """In a rest pose of a person legs point this nearly away from the trunk, and shoulders lie along hips."""
 
+STRAIGHT = np.cos(np.radians(15))
+"""Elbows and knees of a rest pose that was drawn as one are bent by less."""
+
 LEANING = np.cos(np.radians(20))
 """A rest pose whose trunk leans by less stands on its feet."""
 
@@ -57,9 +60,10 @@ def repaired(source: SourceMotion, up: Up | None = None) -> SourceMotion:
     clean = _without_leading_pose(whole, matched)
     if not _standing(_places(clean.rest, matched)):
         led_by_pose = clean.n_frames < whole.n_frames and _standing(_places(whole.matrices[0], matched))
-        clean = replace(clean, rest=whole.matrices[0] if led_by_pose else _straightest(clean, matched))
+        rest = whole.matrices[0] if led_by_pose else _straightest(clean, matched)
+        clean = replace(clean, rest=rest, rest_is_known=led_by_pose)
     clean = replace(clean, rest=_upright(clean.rest, matched))
-    return replace(clean, rest=_flat_footed(clean, matched))
+    return replace(clean, rest=flat_footed(clean, matched))
 
 
 def _without_leading_pose(source: SourceMotion, matched: dict[int, int]) -> SourceMotion:
@@ -140,7 +144,7 @@ def _hang(rest: np.ndarray, parents: np.ndarray, bone: int, tip: int) -> None:
     rest[moved, :3, 3] = pivot + (rest[moved, :3, 3] - pivot) @ turn.T
 
 
-def _flat_footed(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:
+def flat_footed(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:
     """Rest matrices whose feet are as they are when the body stands on them.
 
     Retargeting takes the feet of a rest pose for flat. Offsets alone do not make them so (CMU's legs
@@ -171,6 +175,20 @@ def _on_its_foot(heads: np.ndarray) -> int | None:
     speed = np.linalg.norm(np.gradient(heads[:, 1:], axis=0), axis=-1).max(axis=1)
     standing = np.flatnonzero(low & under)
     return int(standing[speed[standing].argmin()]) if len(standing) else None
+
+
+def rests_straight(source: SourceMotion) -> bool:
+    """Whether a rest pose stands with straight arms and legs, as a T-pose does and few frames of a motion."""
+    matched = best_match(source.bones)[1]
+    if missing_joints(matched):
+        return False
+    places = _places(source.rest, matched)
+    bends = []
+    for side in ("left", "right"):
+        for limb in (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist")):
+            start, middle, end = (places[JOINT_INDEX[f"{side}_{part}"]] for part in limb)
+            bends.append(unit(middle - start) @ unit(end - middle))
+    return _standing(places) and min(bends) > STRAIGHT
 
 
 def _standing(places: dict[int, np.ndarray]) -> bool:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ...core.motion.source import UnusableMotion, size_and_head
 from ...core.motion.up import UPS, Up
-from ...core.readers.import_checks import VRM_SUFFIXES, as_plain_glb, check_gltf, check_usd
+from ...core.readers.import_checks import VRM_SUFFIXES, check_gltf, check_usd, with_skin
 from ..base.actions import set_scene_rate
 from ..base.module import bpy
 
@@ -131,13 +131,13 @@ def import_gltf(path: Path, keys_as_frames: bool = False) -> None:
 
     Refused are files that are damaged, of another version, in several parts, or no VRM though named as one.
     """
-    is_vrm = path.suffix.lower() in VRM_SUFFIXES
-    keys_a_second = check_gltf(path, skin=not is_vrm)
-    set_scene_rate(keys_a_second if keys_as_frames else GLTF_RATE)
+    is_vrm, facts = path.suffix.lower() in VRM_SUFFIXES, check_gltf(path)
+    set_scene_rate(facts.keys_a_second if keys_as_frames else GLTF_RATE)
     with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder, "vrm.glb") if is_vrm else path
-        if is_vrm:
-            file.write_bytes(as_plain_glb(path))
+        file = path
+        if is_vrm or not facts.skin:
+            file = Path(folder, "skinned.glb" if is_vrm else f"skinned{path.suffix}")
+            file.write_bytes(with_skin(path))
         bpy.ops.import_scene.gltf(filepath=str(file))
 
 

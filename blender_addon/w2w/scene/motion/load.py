@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from ...core.body.body import Body
 from ...core.keypoints.facts import PoseFacts
+from ...core.keypoints.likely_rest import with_likely_rest
 from ...core.keypoints.pose_files import NO_FACTS, JointPositions, read_joints
 from ...core.library.library import UP_SUFFIXES, is_joint_file
 from ...core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
@@ -102,5 +103,5 @@ def carry(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:
         return Carried(found.motion, "", source.joint_set.name, found.scale)
     if isinstance(source, Motion):
         return Carried(on_the_ground(body, source), "", "SMPL", 1.0)
-    carried = retarget(source, body, maps)
+    carried = retarget(with_likely_rest(source, body, maps), body, maps)
     return Carried(carried.motion, source.take, carried.bone_map, carried.scale)

@@ -24,8 +24,9 @@ from ...core.motion.source import (
 from ...core.motion.up import Up
 from ...core.readers.bvh import BVH_SUFFIX
 from ...core.readers.bvh_text import read_bvh_text
-from ...core.readers.import_checks import USD_SUFFIXES
+from ...core.readers.import_checks import PLAIN_GLTF, USD_SUFFIXES, check_gltf
 from ...core.retargeting.bone_maps import best_match, missing_joints
+from ...core.retargeting.repair import rests_straight
 from ...core.retargeting.retarget import is_crumpled
 from ..base.actions import key_rate
 from ..base.body import same_selection
@@ -69,6 +70,8 @@ def read_clip(path: str | Path, rate: float | None = None) -> SourceMotion:
     with imported(path, keys_as_frames=rate is not None) as objects:
         # actions that were there before may fit the file's armature too: other clips of the same rig
         source = best_take(objects, [item for item in bpy.data.actions if item.session_uid not in before])
+    if path.suffix.lower() in PLAIN_GLTF and not check_gltf(path).skin:  # its nodes may rest in any pose
+        source = replace(source, rest_is_known=rests_straight(source))
     source = source if rate is None else replace(source, rate=rate)
     refuse_rate(source.rate)
     return source
