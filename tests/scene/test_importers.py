@@ -4,10 +4,15 @@
 import struct
 
 import bpy
+import numpy as np
 import pytest
 
+from w2w.core.body.skeleton import Y_UP_TO_Z_UP
+from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.motion.source import UnusableMotion
-from w2w.scene.motion.importers import SAVE_ANEW, check_fbx, import_fault
+from w2w.core.motion.up import TO_Z, UPS
+from w2w.scene.motion.importers import SAVE_ANEW, check_fbx, fbx_up, import_fault
+from w2w.scene.motion.load import read_motion
 from w2w.scene.motion.takes import read_clip
 
 WALKING = "mixamo/Conqster__TheBarMan/Walking.fbx"
@@ -40,6 +45,24 @@ def reason(path, **options):
 @needs_cpp_importer
 def test_fbx_6_1_is_read_where_blender_reads_it(shared_data):
     assert read_clip(shared_data / TEXT_OF_2010).n_frames == 73
+
+
+def test_the_axis_that_is_up_is_counted_as_the_file_s_header_does(shared_data, tmp_path):
+    walking = (shared_data / WALKING).read_bytes()
+    number = walking.index(b"UpAxisS") + len(b"UpAxisS\x03\0\0\0intS\x07\0\0\0IntegerS\0\0\0\0I")
+    for axis, name in enumerate("xyz"):
+        (tmp_path / "a.fbx").write_bytes(walking[:number] + bytes([axis]) + walking[number + 1 :])
+        assert fbx_up(tmp_path / "a.fbx") == name
+    assert fbx_up(shared_data / TEXT_OF_2010) == "y"
+    (tmp_path / "a.fbx").write_text('Property: "UpAxis", "int", "",2\nProperty: "UpAxisSign", "int", "",1\n')
+    assert fbx_up(tmp_path / "a.fbx") == "z"
+
+
+def test_all_six_axes_can_be_given_for_fbx(shared_data):
+    as_it_is = read_motion(shared_data / WALKING).matrices[:, :, :3, 3]
+    for up in UPS:
+        found = read_motion(shared_data / WALKING, PoseFacts(up=up)).matrices[:, :, :3, 3]
+        np.testing.assert_allclose(found, as_it_is @ Y_UP_TO_Z_UP @ TO_Z[up].T, atol=1e-9, err_msg=up)
 
 
 def test_the_python_importer_reads_no_text_and_nothing_before_2011(shared_data, tmp_path):

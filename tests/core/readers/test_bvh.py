@@ -11,6 +11,7 @@ from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.motion.up import TO_Z, UPS
 from w2w.core.readers.bvh import read_bvh
 from w2w.core.retargeting.retarget import BY_STRUCTURE, matched_joints, retarget
 
@@ -300,15 +301,29 @@ def test_offsets_that_are_no_pose_and_no_t_pose_at_all(tmp_path, bundled_body, s
     assert np.percentile(away, 95) < 15
 
 
-def test_a_body_that_lies_is_not_stood_up(tmp_path, bundled_body, striding):
-    """Lying on its back near the ground, as in a y-up file of someone asleep."""
-    lying = Rotation.from_euler("x", -90, degrees=True).as_matrix()
+@pytest.mark.parametrize("z_up", [False, True])
+@pytest.mark.parametrize("degrees", range(0, 360, 45))
+@pytest.mark.parametrize("place", [(0.3, 0.2), (0.1, -0.95), (-1.0, 0.9)])
+def test_a_body_that_lies_is_not_stood_up(tmp_path, bundled_body, striding, z_up, degrees, place):
+    """Lying on its back near the ground, in a y-up file or, as from Blender, one whose rest pose is z up."""
+    lying = Rotation.from_euler("xz", [-90, degrees], degrees=True).as_matrix()
     rotations = striding.rotations.copy()
     rotations[:, 0] = lying @ rotations[:, 0]
-    pelvis = np.tile([0.3, 0.2, 0.12], (striding.n_frames, 1))
-    write_bvh(tmp_path / "a.bvh", bundled_body, Motion(rotations, pelvis, 30.0), t_pose=False)
+    pelvis = np.tile([*place, 0.42], (striding.n_frames, 1))
+    write_bvh(tmp_path / "a.bvh", bundled_body, Motion(rotations, pelvis, 30.0), t_pose=False, z_up=z_up)
     result = retarget(read_bvh(tmp_path / "a.bvh"), bundled_body)
     np.testing.assert_allclose(result.motion.rotations[:, 0], rotations[:, 0], atol=0.01)
+
+
+@pytest.mark.parametrize("up", UPS)
+def test_all_six_axes_can_be_given(tmp_path, bundled_body, striding, up):
+    turn = Y_UP_TO_Z_UP @ TO_Z[up].T
+    rotations = striding.rotations.copy()
+    rotations[:, 0] = turn @ rotations[:, 0]
+    turned = Motion(rotations, striding.pelvis @ turn.T, 30.0)
+    write_bvh(tmp_path / "a.bvh", bundled_body, turned, t_pose=False)
+    result = retarget(read_bvh(tmp_path / "a.bvh", up=up), bundled_body)
+    np.testing.assert_allclose(result.motion.rotations[:, 0], striding.rotations[:, 0], atol=0.01)
 
 
 def test_unknown_names_are_matched_by_structure(tmp_path, bundled_body, striding):

@@ -2,7 +2,7 @@
 """The axis that is up in a motion file whose format does not say it, by how people stand and lie in it."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal, NamedTuple, Self
 
@@ -112,11 +112,11 @@ class Sight:
     def up(self, kind: Kind) -> tuple[Up, bool]:
         """The axis that is up in a file of this kind by itself, and whether the clip shows it plainly."""
         usual = UPS.index(kind.usual)
-        if (ground := self._ground()) is not None:
+        axes = [axis for axis in range(6) if UPS[axis] in kind.read or not kind.firm]
+        if (ground := self._ground(axes)) is not None:
             return UPS[ground], True
         if self.upright[usual] >= MOSTLY:
             return kind.usual, True
-        axes = [axis for axis in range(6) if UPS[axis] in kind.read or not kind.firm]
         standing = [axis for axis in axes if self.upright[axis] >= MOSTLY and self._stands(axis)]
         if standing:
             best = max(standing, key=lambda axis: self.upright[axis])
@@ -126,10 +126,11 @@ class Sight:
             return (kind.usual if kind.firm else UPS[lying[0]]), False
         return (kind.usual if kind.firm or self.steady[usual] <= STEADY else self.along), False
 
-    def _ground(self) -> int | None:
+    def _ground(self, believed: Sequence[int]) -> int | None:
         """The axis along which the head rises and falls over a steady ground, where a body lies down."""
         axes = [axis for axis in range(6) if self.upright[axis] >= OFTEN]
-        over = {axis: self.steady[axis - 3] / max(self.steady[axis], 0.01) for axis in axes}
+        rise = self.steady[np.arange(6) - 3] / np.maximum(self.steady, 0.01)
+        over = {axis: rise[axis] for axis in axes if axis in believed}
         first, second = (*sorted(over.values(), reverse=True), 0.0, 0.0)[:2]
         if len({axis % 3 for axis in axes}) < 2 or first < CLEARLY * max(second, 2.0):
             return None

@@ -91,8 +91,7 @@ def _file_up(source: SourceMotion, matched: dict[int, int]) -> Up:
     column = {joint: number for number, joint in enumerate(matched)}
     sides = {part: [column[JOINT_INDEX[f"{side}_{part}"]] for side in ("left", "right")] for part in LIMBS}
     seen = Sight.of(joints, {part: joints[:, both] for part, both in sides.items()})
-    up, _ = seen.up(Kind("BVH", "z" if z_up else "y", firm=not z_up))
-    return up if up in ("y", "z") else "z" if z_up else "y"
+    return seen.up(Kind("BVH", "z" if z_up else "y"))[0]
 
 
 def _straightest(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Any motion file to a motion on the body, whatever wrote it."""
 
-import hashlib
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
+from heapq import nsmallest
+from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
+from zlib import crc32
 
 from ...core.body.body import Body
 from ...core.keypoints.facts import PoseFacts
@@ -22,7 +24,6 @@ from ...core.readers.bvh import BVH_SUFFIX, read_bvh
 from ...core.readers.mvnx import MVNX_SUFFIX, read_mvnx
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.retargeting.retarget import retarget
-from ...core.wording import name_bytes
 
 
 class Carried(NamedTuple):
@@ -79,14 +80,14 @@ def look_up(files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS) -> Vo
     votes = Votes()
     if pose.up is not None:
         return votes
-    asked = [(file, path) for file, path in files if path.suffix.lower() in UP_SUFFIXES]
-    asked.sort(key=lambda item: hashlib.sha256(name_bytes(item[0])).digest())
-    before: Counter[Path] = Counter()
+    asked = [(crc32(file.encode()), file, path) for file, path in files if file.lower().endswith(UP_SUFFIXES)]
+    before: Counter[str] = Counter()
     ranked = []
-    for number, (_, path) in enumerate(asked):
-        ranked.append((before[path.parent], number, path))
-        before[path.parent] += 1
-    for *_, path in sorted(ranked)[:SAMPLED]:
+    for number, file, path in sorted(asked, key=itemgetter(0, 1)):
+        folder = file.rpartition("/")[0]
+        ranked.append((before[folder], number, file, path))
+        before[folder] += 1
+    for *_, path in nsmallest(SAMPLED, ranked):
         with suppress(Exception):  # whoever uses the file says what is wrong with it
             if path.is_file() and path.stat().st_size <= MOST_SAMPLE_BYTES:
                 read_motion(path, pose, votes)
