@@ -14,7 +14,7 @@ from w2w.core.clip_files import signals_file
 from w2w.core.files import write_npz
 from w2w.core.imu.recording import ImuRecording
 from w2w.ui.files.open_results import misses_folder
-from w2w.ui.jobs import jobs, preferences
+from w2w.ui.jobs import jobs
 from w2w.ui.study import signal_cache
 from w2w.ui.study.state import rank_settings, utility_of
 
@@ -97,8 +97,9 @@ def test_signals_that_were_made_anew_since_are_not_taken_for_the_runs(moved: Pat
 def test_a_files_word_leads_nowhere_but_into_a_results_folder(moved: Path) -> None:
     body = open_file(moved / "study.blend")
     clip = body.w2w.clips[0]
+    shutil.copy(signals_file(moved, clip.name), moved.parent / "other.npz")
     clip.stored_as, clip.signals = "../../other", "run-0"
     bpy.ops.wm.save_as_mainfile(filepath=str(moved / "changed.blend"))
     body = open_file(moved / "changed.blend")
-    assert signal_cache.place_of(body.w2w.clips[0])[0] == preferences.cache_folder()
     assert not signal_cache.has(body.w2w.clips[0])
+    assert signal_cache.recording(body.w2w.clips[0]) is None
