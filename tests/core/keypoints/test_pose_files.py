@@ -2,6 +2,7 @@
 """Joint positions in files: every set and kind is known again, and what is wrong is one sentence."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -208,6 +209,36 @@ def test_key_points_of_a_picture_and_joints_of_smpl_as_people_have_them(shared_c
     for name, joint_set in (("smpl24.npy", "smpl-24"), ("smplh52.npy", "smplh-52")):
         found = read_joints(shared_cases / name, PoseFacts(rate=30.0))
         assert found.joint_set == JOINT_SETS[joint_set]
+
+
+def as_object(path, content):
+    held = np.empty((), dtype=object)
+    held[()] = content
+    np.save(path, held, allow_pickle=True)
+
+
+def test_a_result_of_motion_diffusion_is_read(tmp_path, bundled_body, walk, shared_cases):
+    positions = seen_as(JOINT_SETS["humanml3d-22"], bundled_body, walk)
+    motion = positions.transpose(1, 2, 0)[None].astype(np.float32)
+    as_object(tmp_path / "results.npy", {"motion": motion, "text": ["x"], "lengths": np.array([80])})
+    found = read_joints(tmp_path / "results.npy", PoseFacts(rate=20.0))
+    assert found.joint_set == JOINT_SETS["humanml3d-22"]
+    np.testing.assert_allclose(found.positions, positions[:80], atol=1e-6)
+    as_object(tmp_path / "results.npy", {"motion": motion.repeat(3, axis=0)})
+    with pytest.raises(
+        UnusableMotion, match="it holds 3 motions, as motion diffusion writes them: save each"
+    ):
+        read_joints(tmp_path / "results.npy", PoseFacts(rate=20.0))
+    assert read_joints(shared_cases / "mdm_results.npy", PoseFacts(rate=20.0)).n_frames == 170
+
+
+def test_another_pickle_in_an_npy_is_named_and_runs_nothing(tmp_path):
+    as_object(tmp_path / "a.npy", {"words": ["a"], "pose": 3})
+    with pytest.raises(UnusableMotion, match=r"it holds a pickled object \(words, pose\), no array"):
+        read_joints(tmp_path / "a.npy", PoseFacts(rate=20.0))
+    as_object(tmp_path / "a.npy", {"motion": Path("x")})
+    with pytest.raises(UnusableMotion, match=r"it names pathlib\S*: a model or motion holds arrays only"):
+        read_joints(tmp_path / "a.npy", PoseFacts(rate=20.0))
 
 
 RANDOM = np.random.default_rng(0).normal(size=(20, 20, 3))

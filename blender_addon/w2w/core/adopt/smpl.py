@@ -12,7 +12,7 @@ from ..body.body import Body
 from ..body.landmarks import SENSOR_SITES
 from ..body.skeleton import BODY_HANDS, JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 from ..files import array_names
-from .pickles import read_arrays, read_npz_member
+from ..pickles import read_arrays, read_npz_member
 from .registration import register
 from .rest_pose import in_t_pose, metres_per_unit, on_the_ground, to_axes, with_smpl_shoulders
 from .topology import N_TRIANGLES, N_VERTICES, SmplMesh, recognise

@@ -18,6 +18,7 @@ from ..motion.source import (
     size_and_head,
 )
 from ..motion.up import BY_ITSELF, UPS, Kind, Up, Ups
+from ..pickles import read_npy_object
 from ..wording import shown
 from .facts import SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
 from .fit import KeypointFit, fit_keypoints, seen_joints
@@ -218,10 +219,31 @@ def _read_npz(path: Path) -> RawPose:
     return RawPose(arrays[key], (), facts_of(facts))
 
 
+def _read_npy(path: Path) -> RawPose:
+    content = read_npy_object(path)
+    if content is None:
+        return RawPose(read_npy(path), (), NO_FACTS)
+    motion = content.get("motion") if isinstance(content, dict) else None
+    if not isinstance(motion, np.ndarray) or motion.ndim != 4 or motion.shape[2] != 3:
+        held = ", ".join(map(str, content)) if isinstance(content, dict) else type(content).__name__
+        raise UnusableMotion(
+            f"it holds a pickled object ({shown(held[:80])}), no array of positions nor a result of motion "
+            "diffusion ('motion' of clips, joints, 3, frames)"
+        )
+    if len(motion) != 1:
+        raise UnusableMotion(
+            f"it holds {len(motion)} motions, as motion diffusion writes them: save each one's positions "
+            "(frames, joints, 3) as an npy file of its own"
+        )
+    length = np.ravel(content.get("lengths", ()))  # what comes after it fills up
+    frames = int(length[0]) if length.size and length.dtype.kind in "iu" else motion.shape[3]
+    return RawPose(motion[0].transpose(2, 0, 1)[:frames], (), NO_FACTS)
+
+
 _READERS = {
     ".c3d": read_c3d_pose,
     ".csv": read_csv_pose,
     ".json": read_json_pose,
-    ".npy": lambda path: RawPose(read_npy(path), (), NO_FACTS),
+    ".npy": _read_npy,
     ".npz": _read_npz,
 }

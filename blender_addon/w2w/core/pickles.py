@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""SMPL's model files opened without trust: arrays are built, everything else is refused.
+"""Pickles of models and of motions opened without trust: arrays are built, everything else is refused.
 
 The official files are Python 2 pickles that name classes of numpy, scipy.sparse and chumpy. A pickle
 can name any function and have it called, so only stand-ins written here are ever found.
@@ -14,7 +14,7 @@ from zipfile import ZipFile
 import numpy as np
 from scipy import sparse
 
-from ..files import DAMAGED, MOST_BYTES, read_arrays as read_plain_arrays, read_header
+from .files import DAMAGED, MOST_BYTES, read_arrays as read_plain_arrays, read_header
 
 
 class RefusedPickleError(ValueError):
@@ -124,7 +124,7 @@ class _ArrayUnpickler(pickle.Unpickler):
             return FOUND[package, name]
         except KeyError:
             raise RefusedPickleError(
-                f"it names {module}.{name}: a body model holds arrays only, so it was not opened"
+                f"it names {module}.{name}: a model or motion holds arrays only, so it was not opened"
             ) from None
 
 
@@ -157,13 +157,27 @@ def read_npz_member(path: str | Path, name: str) -> np.ndarray:
     return _plain(content)
 
 
+def read_npy_object(path: str | Path) -> Any:
+    """The pickled content of an npy file, opened as warily; None where it holds numbers, or is damaged.
+
+    Raises RefusedPickleError if it names anything but arrays.
+    """
+    with Path(path).open("rb") as stream:
+        try:
+            _, _, dtype = read_header(stream)
+        except (ValueError, *DAMAGED):
+            return None  # the plain reader says what is wrong
+        content = _load(stream) if dtype.hasobject else None
+    return content.item() if isinstance(content, np.ndarray) and content.size == 1 else content
+
+
 def _load(stream: BinaryIO) -> Any:
     try:
         return _ArrayUnpickler(stream, encoding="latin1").load()
     except RefusedPickleError:
         raise
     except Exception as error:  # a damaged pickle raises anything
-        raise RefusedPickleError(f"it cannot be read as a pickled model: {error}") from error
+        raise RefusedPickleError(f"it cannot be read as a pickle: {error}") from error
 
 
 def _plain(value: Any) -> np.ndarray:
