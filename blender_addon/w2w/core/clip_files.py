@@ -33,13 +33,13 @@ def mark_changing(out: Path, by: str = "run") -> None:
 
     `by` is the command that changes it, and can be given again.
     """
-    if not os.path.lexists(out / CHANGING):
-        write_text(out / CHANGING, by)
+    if not (mark := inside(out, CHANGING)).exists():
+        write_text(mark, by)
 
 
 def mark_whole(out: Path) -> None:
     """Say, after the last file has changed, that the results of a folder belong together."""
-    (out / CHANGING).unlink(missing_ok=True)
+    inside(out, CHANGING).unlink(missing_ok=True)
 
 
 MANY_CLIPS = 4096

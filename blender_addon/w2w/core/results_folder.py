@@ -2,7 +2,6 @@
 """A finished study: its results folder, read back to rank or choose again without baking, and its clips."""
 
 import json
-import os
 import sys
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
@@ -49,8 +48,8 @@ def check_finished(out: Path, by: str = "") -> None:
 
     `by` is the reader, which may finish what it has begun itself.
     """
-    mark = out / CHANGING
-    if os.path.lexists(mark) and not (by and mark.is_file() and mark.read_text(errors="replace") == by):
+    mark = inside(out, CHANGING)
+    if mark.exists() and not (by and mark.is_file() and mark.read_text(errors="replace") == by):
         raise UnfinishedError(
             f"{shown(out)} holds an unfinished run: run the same command again to finish it, or wait if it "
             "is still running"
