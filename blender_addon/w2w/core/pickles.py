@@ -177,7 +177,7 @@ def _load(stream: BinaryIO) -> Any:
     except RefusedPickleError:
         raise
     except Exception as error:  # a damaged pickle raises anything
-        raise RefusedPickleError(f"it cannot be read as a pickle: {error}") from error
+        raise RefusedPickleError(f"it cannot be read as a pickled model or motion: {error}") from error
 
 
 def _plain(value: Any) -> np.ndarray:
