@@ -15,9 +15,13 @@ def capital(text: object) -> str:
     return words[:1].upper() + words[1:]
 
 
+INVISIBLE = re.compile("[\u00ad\u200b\u2060\ufeff]")
+"""Characters without a width that programs leave in text: soft hyphens, byte order marks and the like."""
+
+
 def composed(name: str) -> str:
-    """A name with each accented letter as one character: macOS writes file names with two."""
-    return unicodedata.normalize("NFC", name)
+    """A name with each accented letter as one character, where macOS writes two, and nothing unseen."""
+    return (name if name.isascii() else unicodedata.normalize("NFC", INVISIBLE.sub("", name))).strip()
 
 
 def plain_words(name: str) -> str:

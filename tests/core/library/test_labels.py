@@ -121,6 +121,14 @@ def test_letters_of_two_encodings_are_one(labelled, exact):
     assert note == f"'{one}' is encoded in two ways that look the same, and counts as one activity."
 
 
+def test_what_nobody_sees_makes_no_other_person(labelled):
+    library = labelled(
+        "file,activity,subject\na.fbx,walk,Anna\nb.fbx,walk\u200b,\ufeffAnna\nc.fbx,walk,Anna\u00a0\n"
+    )
+    assert library.activities == {"walk": 3}
+    assert {clip.subject for clip in library.clips} == {"Anna"}
+
+
 def test_labels_are_of_files_of_another_encoding_case_or_spacing(tmp_path):
     for name in ("läufe/Geh 1.bvh", "läufe/GEH 2.bvh", "same.bvh", "Same.bvh"):
         path = tmp_path / "library" / unicodedata.normalize("NFD", name)

@@ -157,6 +157,9 @@ def test_labels_that_lie_in_the_library_label_it(tmp_path):
     other = tmp_path / "other.csv"
     other.write_text("file,activity\na.bvh,amble\nb.bvh,amble\n")
     assert read_library(tmp_path, other).activities == {"amble": 2}
+    (tmp_path / "labels.csv").write_text("clip,label\na,stroll\n")
+    with pytest.raises(LibraryError, match=r"needs the columns .* rename it, or give others"):
+        read_library(tmp_path)
 
 
 def test_folders_without_a_word_have_their_names_and_those_of_one_word_are_one(tmp_path):

@@ -144,7 +144,11 @@ def read_library(
     else:
         labels = Path(labels)
         labelled_by = f"the file {shown(labels.name)}{where}"
-        rows, reasons, check = label_rows(labels, folder, inside, exact_labels)
+        try:
+            rows, reasons, check = label_rows(labels, folder, inside, exact_labels)
+        except LibraryError as error:
+            hint = ". As it lies in the library, it labels it: rename it, or give others" if where else ""
+            raise LibraryError(f"{error}{hint}") from error
     clips = [
         Clip(path, file, name, **rows[file])
         for path, file, name in zip(files, inside, names, strict=True)
