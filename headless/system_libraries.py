@@ -20,7 +20,7 @@ LIBRARIES = {
 }
 """Each library, and the Debian package that brings it with the drivers it needs."""
 
-UNOPENED = re.compile(r"(\S+\.so[.\d]*): cannot open shared object file")
+UNOPENED = re.compile(r"(?<!\S)(\S+\.so[.\d]*): cannot open shared object file")
 
 
 def missing_libraries() -> list[str]:

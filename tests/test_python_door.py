@@ -16,14 +16,18 @@ import pytest
 from scipy.spatial.transform import Rotation
 from sklearn.dummy import DummyClassifier
 from sklearn.neighbors import KNeighborsClassifier
+from typer.testing import CliRunner
 
 import w2w
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.naming import place
+from w2w.headless.app import APP
 from w2w.studies.paper.joint_test import multi_sensor_check
 from w2w.studies.paper.subsets import exact_subset, greedy_subset
+
+from .clip_lists import skipped_clips
 
 ROOT = Path(__file__).resolve().parents[1]
 ARM = (16, 18)
@@ -483,3 +487,18 @@ def test_labels_of_several_spellings_are_one_with_a_warning(few):
         ranking = w2w.rank(w2w.synthesize(motions, few, sensor="ideal"), by_subject=True)
     assert ranking.utility.activities == ("run", "walk")
     assert ranking.utility.protocol == "leave one of 2 subjects out"
+
+
+def test_windows_of_ten_minutes_refuse_the_same_clips_as_on_the_command_line(signals, library, tmp_path):
+    words = "s, shorter than the 12 s a window needs"
+    with pytest.raises(ValueError, match=f"every clip is too short for windows of 600 s: clip '.*{words}"):
+        w2w.rank(signals, window=600)
+    options = "--window 600 --patches 4 --workers 1 --no-pictures --no-report".split()
+    labels = str(library.parent / "labels.csv")
+    done = CliRunner().invoke(
+        APP, ["run", str(library), "--labels", labels, "--out", str(tmp_path), *options]
+    )
+    assert done.exit_code == 1
+    reasons = skipped_clips(tmp_path)
+    assert len(reasons) >= len(signals)
+    assert all(words in reason for reason in reasons.values() if "damaged" not in reason), reasons

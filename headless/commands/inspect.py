@@ -65,7 +65,7 @@ def inspect(
     for row in (*_about_source(source, details, body), *stands, *_about_motion(motion, details, body)):
         table.add_row(*row)
     console.print(table)
-    shortest = WindowSpec().shortest_s
+    shortest = WindowSpec().least_s
     if details["duration_s"] < shortest:
         raise _skipped(file, f"it is shorter than the {shortest:g} s a window needs", console)
     console.print(Text(f"{shown(file.name)} would be used.", style="green"), label)

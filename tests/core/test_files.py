@@ -4,11 +4,22 @@
 import io
 import json
 import time
+import tracemalloc
+import zipfile
 
 import numpy as np
 import pytest
 
-from w2w.core.files import PIECE, atomic_write, read_arrays, read_npy, write_json, write_npz
+from w2w.core.files import (
+    PIECE,
+    UNPACKED_FREELY,
+    atomic_write,
+    read_arrays,
+    read_npy,
+    told_of_writes,
+    write_json,
+    write_npz,
+)
 
 
 def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path):
@@ -101,3 +112,68 @@ def test_a_damaged_npy_file_is_said_by_name(tmp_path, content):
     (tmp_path / "a.npy").write_bytes(content)
     with pytest.raises(ValueError, match=r"a\.npy is damaged or no npy file of numbers or text"):
         read_npy(tmp_path / "a.npy")
+
+
+def packed(path, header, values=b"", version=b"\x01\x00"):
+    """An npz whose one array says `header` of itself, and holds other values."""
+    length = len(header).to_bytes(2 if version == b"\x01\x00" else 4, "little")
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a.npy", b"\x93NUMPY" + version + length + header + values)
+    return path
+
+
+def most_held(work):
+    """Bytes that Python held at most while it worked, and what it raised."""
+    tracemalloc.start()
+    try:
+        with pytest.raises(ValueError, match=r"^it") as raised:
+            work()
+        return tracemalloc.get_traced_memory()[1], str(raised.value)
+    finally:
+        tracemalloc.stop()
+
+
+def test_what_unpacks_to_far_more_than_numbers_do_is_refused_unread(tmp_path):
+    np.savez_compressed(tmp_path / "bomb.npz", a=np.zeros((UNPACKED_FREELY // 8) + 1))
+    np.savez_compressed(tmp_path / "still.npz", a=np.zeros(2**18))
+    held, why = most_held(lambda: read_arrays(tmp_path / "bomb.npz", ["a"], 2**40))
+    assert "it would unpack to 0.1 GiB" in why
+    assert held < 2**20
+    assert len(read_arrays(tmp_path / "still.npz", ["a"], 2**40)["a"]) == 2**18
+
+
+def test_a_header_longer_than_any_is_not_read(tmp_path):
+    path = packed(tmp_path / "long.npz", b" " * 2**25, version=b"\x02\x00")
+    held, why = most_held(lambda: read_arrays(path, ["a"], 2**40))
+    assert why == "its 'a' is damaged or holds neither numbers nor text"
+    assert held < 2**21
+
+
+def test_as_many_empty_texts_as_there_are_grains_of_sand_are_refused(tmp_path):
+    header = b"{'descr': '<U0', 'fortran_order': False, 'shape': (1000000000000,)}"
+    path = packed(tmp_path / "sand.npz", header)
+    with pytest.raises(ValueError, match="its 'a' is damaged"):
+        read_arrays(path, ["a"], 2**40)
+
+
+def test_shapes_are_checked_before_anything_is_unpacked(tmp_path):
+    path = packed(tmp_path / "a.npz", b"{'descr': '<f8', 'fortran_order': False, 'shape': (3541856, 72)}")
+    np.save(tmp_path / "a.npy", np.zeros((7, 5)))
+
+    def check(shape):
+        raise LookupError(shape)
+
+    with pytest.raises(LookupError, match="3541856, 72"):
+        read_arrays(path, ["a"], 2**40, check)
+    with pytest.raises(LookupError, match="7, 5"):
+        read_npy(tmp_path / "a.npy", check)
+
+
+def test_whoever_asks_is_told_of_a_file_before_it_gets_its_name(tmp_path):
+    told = []
+    with told_of_writes(lambda new, path: told.append((new.read_text(), path.exists(), path.name))):
+        write_json(tmp_path / "a.json", 1)
+        with told_of_writes(lambda *_: told.append("both")):
+            write_json(tmp_path / "a.json", 2)
+    write_json(tmp_path / "a.json", 3)
+    assert told == [("1\n", False, "a.json"), ("2\n", True, "a.json"), "both"]

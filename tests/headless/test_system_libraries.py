@@ -10,7 +10,7 @@ from pathlib import Path
 import bpy
 import pytest
 
-from w2w.headless.system_libraries import LIBRARIES, how_to_install, missing_libraries
+from w2w.headless.system_libraries import LIBRARIES, how_to_install, missing_libraries, missing_library
 
 ROOT = Path(__file__).resolve().parents[2]
 EVERYWHERE = {"c", "m", "dl", "pthread", "rt", "util", "gcc_s", "stdc++"}
@@ -63,3 +63,12 @@ def test_a_bare_python_finds_what_is_missing(tmp_path):
     )
     assert done.stdout == "libGL.so.1=libgl1\n"
     assert how_to_install(["libXi.so.6", "libGL.so.1"]) == "sudo apt-get install -y libxi6 libgl1"
+
+
+def test_blenders_last_words_are_searched_once_however_long_they_are():
+    """A million letters were gone over for each of them, which took hours."""
+    said = "a" * 2**20 + ".so.1" * 2**10
+    assert missing_library(said) == ""
+    assert "libmine.so.2 is missing" in missing_library(
+        f"{said} libmine.so.2: cannot open shared object file: No such file"
+    )

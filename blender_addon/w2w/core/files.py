@@ -24,6 +24,13 @@ from numpy.lib import format as npy
 MOST_BYTES = 16 * 2**30
 """No file of ours unpacks to more."""
 
+UNPACKED_FREELY, MOST_UNPACKED = 2**26, 50
+"""Bytes that any file may unpack to, and how many times its size a larger one may: numbers that were measured
+pack to a half or a tenth."""
+
+MOST_HEADER = 10_000
+"""Bytes of an npy header, as NumPy has it; a longer one is not even read."""
+
 ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
 """Time stamp of every member of an npz, so that equal arrays give equal bytes."""
 
@@ -143,8 +150,21 @@ def array_names(path: str | Path) -> list[str]:
         raise ValueError(f"it cannot be read as an npz file: {_fault(path, error)}") from error
 
 
-def read_arrays(path: str | Path, names: Collection[str], most_bytes: int) -> dict[str, np.ndarray]:
+def most_unpacked(size: int) -> int:
+    """Bytes that a file or text of `size` bytes may unpack to."""
+    return max(UNPACKED_FREELY, MOST_UNPACKED * size)
+
+
+Check = Callable[[tuple[int, ...]], None]
+"""Raises where no array of such a shape can be what is read."""
+
+
+def read_arrays(
+    path: str | Path, names: Collection[str], most_bytes: int, check: Check | None = None
+) -> dict[str, np.ndarray]:
     """Read those of some arrays that an npz file holds; others are not even unpacked.
+
+    `check` is given the shape of each before any is unpacked.
 
     Raises
     ------
@@ -152,24 +172,34 @@ def read_arrays(path: str | Path, names: Collection[str], most_bytes: int) -> di
         If the file cannot be read.
     ValueError
         If it is damaged, holds other things than numbers and text, or claims to unpack to more than
-        `most_bytes`.
+        `most_bytes` or `most_unpacked`.
     """
     try:
         with ZipFile(path) as archive:
             members = {name: f"{name}.npy" for name in names if f"{name}.npy" in archive.NameToInfo}
-            size = sum(archive.getinfo(member).file_size for member in members.values())
-            if size > most_bytes:
+            for name, member in members.items() if check is not None else ():
+                with _described(name), archive.open(member) as stream:
+                    shape = read_header(stream)[0]
+                check(shape)
+            size, held = sum(archive.getinfo(member).file_size for member in members.values()), archive.fp
+            if size > min(most_bytes, most_unpacked(held.seek(0, os.SEEK_END) if held else 0)):
                 raise ValueError(f"it would unpack to {size / 2**30:.1f} GiB, more than any motion needs")
             arrays = {}
             for name, member in members.items():
-                try:
-                    with archive.open(member) as stream:
-                        arrays[name] = _read_values(stream, archive.getinfo(member).file_size)
-                except ValueError as error:  # numpy's own words quote bytes
-                    raise ValueError(f"its '{name}' is damaged or holds neither numbers nor text") from error
+                with _described(name), archive.open(member) as stream:
+                    arrays[name] = _read_values(stream, archive.getinfo(member).file_size)
             return arrays
     except DAMAGED as error:
         raise ValueError(f"it cannot be read as an npz file: {_fault(path, error)}") from error
+
+
+@contextmanager
+def _described(name: str) -> Iterator[None]:
+    """Say which array is damaged where the block raises a ValueError: NumPy's own words quote bytes."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f"its '{name}' is damaged or holds neither numbers nor text") from error
 
 
 def load_arrays(
@@ -189,11 +219,17 @@ def load_arrays(
     return arrays
 
 
-def read_npy(path: str | Path) -> np.ndarray:
-    """Read an npy file of numbers or text; a ValueError names the file where it is none, or damaged."""
+def read_npy(path: str | Path, check: Check | None = None) -> np.ndarray:
+    """Read an npy file of numbers or text; a ValueError names the file where it is none, or damaged.
+
+    `check` is given the shape before the values are read.
+    """
     path = Path(path)
     try:
         with path.open("rb") as stream:
+            if check is not None:
+                check(read_header(stream)[0])
+                stream.seek(0)
             return _read_values(stream, path.stat().st_size)
     except (ValueError, *DAMAGED) as error:  # numpy's own words quote bytes
         raise ValueError(f"{path} is damaged or no npy file of numbers or text") from error
@@ -206,7 +242,7 @@ def _read_values(stream: BinaryIO, held: int) -> np.ndarray:
     """
     shape, is_fortran, dtype = read_header(stream)
     size = math.prod(shape) * dtype.itemsize
-    if dtype.kind not in PLAIN or size > held:
+    if dtype.kind not in PLAIN or max(size, math.prod(shape)) > held:
         raise ValueError("it claims more than it holds, or other things than numbers and text")
     data = np.empty(size, dtype=np.uint8)
     for start in range(0, size, PIECE):
@@ -236,4 +272,7 @@ def read_header(stream: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype]:
     """Shape, whether the order is Fortran's, and dtype of an npy stream, left at the first value."""
     version = npy.read_magic(stream)
     read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-    return read(stream)
+    length = stream.read(2 if version == (1, 0) else 4)
+    if (size := int.from_bytes(length, "little")) > MOST_HEADER:
+        raise ValueError("its header is longer than any")
+    return read(io.BytesIO(length + stream.read(size)))

@@ -10,6 +10,7 @@ import pytest
 
 from w2w.core.body.body import TEMPLATES
 from w2w.core.imu.presets import PRESETS, preset, read_sensor, write_sensor
+from w2w.core.imu.quantities import WRITTEN
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.study import StudyConfig
@@ -178,3 +179,16 @@ def test_the_paper_preset_has_noise_drift_and_a_fixed_misalignment():
     assert noise == pytest.approx(model.gyroscope.noise_density * 5, rel=0.1)  # over 25 Hz
     minutes = read.gyr[:, 0].reshape(10, -1, 3).mean(axis=1)
     assert np.ptp(minutes, axis=0).max() > 5 * noise / np.sqrt(3000)  # the bias wanders
+
+
+@pytest.mark.parametrize("letter", ["1", " ", "."])
+def test_a_quantity_is_searched_once_however_long_it_is(letter):
+    """A million letters were gone over for each of them, which took hours."""
+    for text in (f"1{letter * 2**20}a\n!", f"1 a{letter * 2**20}a\n!"):
+        assert WRITTEN.fullmatch(text) is None
+
+
+def test_a_quantity_is_a_number_and_a_unit():
+    assert WRITTEN.fullmatch("16 g").groups() == ("16", "g")
+    assert WRITTEN.fullmatch("-.5e3mg").groups() == ("-.5e3", "mg")
+    assert WRITTEN.fullmatch("7.").groups() == ("7.", "")

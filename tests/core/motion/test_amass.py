@@ -183,3 +183,16 @@ def outcome(path):
     except UnusableMotion as error:
         return str(error)
     return "used"
+
+
+def test_a_small_file_that_unpacks_to_gigabytes_is_refused_by_its_header(shared_cases):
+    with pytest.raises(UnusableMotion, match="too long to be read at once"):
+        read_amass(shared_cases / "bomb.npz")
+
+
+def test_a_file_that_says_it_holds_days_is_refused_by_its_header(tmp_path):
+    with zipfile.ZipFile(tmp_path / "short.npz", "w") as archive:  # its header says more than it holds
+        header = b"{'descr': '<f8', 'fortran_order': False, 'shape': (3541856, 72)}"
+        archive.writestr("poses.npy", b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
+    with pytest.raises(UnusableMotion, match="too long to be read at once"):
+        read_amass(tmp_path / "short.npz")

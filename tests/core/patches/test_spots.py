@@ -207,3 +207,10 @@ def test_a_point_between_vertices_is_found_by_its_per_cents(bundled_body):
 )
 def test_words_for_a_person_with_a_tape(spot, words):
     assert Spot(*spot).in_words() == f"{spot[0]}, {words}"
+
+
+@pytest.mark.parametrize("text", ["1" * 2**20, "1." * 2**19, "left forearm " + "1 " * 2**19 + "%"], ids=len)
+def test_a_spot_is_searched_once_however_long_it_is(text):
+    """A million digits were gone over for each of them, which took hours."""
+    with pytest.raises(ValueError, match="1"):
+        Spot.parse(text)

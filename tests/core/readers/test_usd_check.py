@@ -61,3 +61,10 @@ def test_a_binary_file_wants_usd_itself(tmp_path, monkeypatch, head):
     (tmp_path / "a.usdz").write_bytes(head + b"\0" * 200)
     with pytest.raises(UnusableMotion, match=r"use Blender 4\.4 or later, or save it as text, \.usda"):
         check_usd(tmp_path / "a.usdz")
+
+
+def test_a_text_is_searched_once_however_long_its_lines_are(tmp_path):
+    """A million letters were gone over for each of them, which took hours."""
+    path = tmp_path / "long.usda"
+    path.write_text("#usda 1.0\n(\n" + "\n" * 2**18 + ")\n" + "references=" * 2**18 + "\n}\n")
+    assert check_usd(path) == 24.0

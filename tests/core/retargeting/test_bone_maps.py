@@ -140,3 +140,10 @@ def test_bundled_maps_name_every_required_joint_once():
 
 def test_plain_names():
     assert plain_name("mixamorig:Left_Arm") == plain_name("LeftArm") == plain_name("left arm") == "leftarm"
+
+
+def test_a_bone_map_nested_without_end_is_refused(tmp_path):
+    path = tmp_path / "deep.json"
+    path.write_text("[" * 100_000)
+    with pytest.raises(ValueError, match="is not a bone map"):
+        BoneMap.load(path)

@@ -136,3 +136,11 @@ def test_too_short_says_which_clip_and_by_how_much():
 def test_wrong_parameters_are_named(parameter, value):
     with pytest.raises(ValueError, match=parameter):
         WindowSpec(**{parameter: value})
+
+
+def test_a_clip_that_would_be_repeated_for_minutes_is_refused():
+    short, long = recording(100), recording(600)  # 2 s and 12 s
+    with pytest.raises(TooShortError, match=r"'walk' lasts 2\.00 s, shorter than the 12 s a window needs"):
+        cut_windows(short, WindowSpec.of_length(600.0))
+    assert cut_windows(long, WindowSpec.of_length(600.0)).signals.shape == (1, 2, 30000, 6)
+    assert cut_windows(short, WindowSpec.of_length(100.0)).signals.shape == (1, 2, 5000, 6)

@@ -19,7 +19,7 @@ METRES = {"m": 1.0, "cm": 0.01, "mm": 1e-3}
 HERTZ = {"Hz": 1.0}
 SHARE = {"": 1.0, "%": 0.01}
 
-WRITTEN = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+WRITTEN = re.compile(r"([-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d++)?)\s*+(.*)")
 
 SPELLINGS = (
     ("µ", "u"), ("μ", "u"), ("°", "deg"), ("²", "2"), ("^2", "2"), (" ", ""), ("√", "sqrt"),
@@ -74,7 +74,7 @@ class Quantity:
                 return float(value)
             except OverflowError:  # a whole number of hundreds of digits
                 return inf
-        written = WRITTEN.fullmatch(value)
+        written = WRITTEN.fullmatch(value.strip())
         unit = None if written is None else self._unit(written[2])
         if unit is None:
             known = ", ".join(f"'{known}'" for known in self.units if known)

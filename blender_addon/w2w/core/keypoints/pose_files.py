@@ -13,6 +13,7 @@ from ..motion.source import (
     UnusableMotion,
     reading,
     refuse_few_frames,
+    refuse_long_array,
     refuse_rate,
     refuse_too_long,
     size_and_head,
@@ -214,7 +215,7 @@ def _read_npz(path: Path) -> RawPose:
     if key is None:
         held = ", ".join(sorted(names)[:8]) or "nothing"
         raise UnusableMotion(f"it holds {held}, and none of {', '.join(POSITION_KEYS)}")
-    arrays = read_arrays(path, (key, *FACT_KEYS), MAX_BYTES)
+    arrays = read_arrays(path, (key, *FACT_KEYS), MAX_BYTES, refuse_long_array)
     facts = {name: arrays[name].item() for name in FACT_KEYS if name in arrays and arrays[name].size == 1}
     return RawPose(arrays[key], (), facts_of(facts))
 
@@ -222,7 +223,7 @@ def _read_npz(path: Path) -> RawPose:
 def _read_npy(path: Path) -> RawPose:
     content = read_npy_object(path)
     if content is None:
-        return RawPose(read_npy(path), (), NO_FACTS)
+        return RawPose(read_npy(path, refuse_long_array), (), NO_FACTS)
     motion = content.get("motion") if isinstance(content, dict) else None
     if not isinstance(motion, np.ndarray) or motion.ndim != 4 or motion.shape[2] != 3:
         held = ", ".join(map(str, content)) if isinstance(content, dict) else type(content).__name__

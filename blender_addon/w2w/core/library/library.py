@@ -42,7 +42,7 @@ UP_SUFFIXES = (".npz", *JOINT_SUFFIXES)
 HEAD_BYTES = 16384
 FEWEST_JOINTS = 8
 
-COLUMN = re.compile(r"(?P<joint>.*\S)[\s_.:\-]+(?P<axis>[xyz])", re.IGNORECASE | re.DOTALL)
+COLUMN = re.compile(r"(?P<joint>.*\S)\s*[\s_.:\-](?P<axis>[xyz])", re.IGNORECASE | re.DOTALL)
 """A column of a joint's coordinate: ``left_hip_x``, ``LeftHip.X``."""
 
 GLTF_SUFFIXES = (*PLAIN_GLTF, *VRM_SUFFIXES)

@@ -20,6 +20,7 @@ from .source import (
     UnusableMotion,
     reading,
     refuse_few_frames,
+    refuse_long_array,
     refuse_rate,
     refuse_too_long,
     size_and_head,
@@ -210,11 +211,16 @@ def _up(arrays: dict[str, np.ndarray], rotations: np.ndarray, pelvis: np.ndarray
     return ups.of(AMASS if "global_orient" not in arrays else SMPLX, seen)
 
 
+def _refuse_long(shape: tuple[int, ...]) -> None:
+    """Refuse an array of more frames than the joints before the hands may have."""
+    refuse_long_array(shape, BODY_JOINTS)
+
+
 def _read_arrays(path: Path) -> dict[str, np.ndarray]:
     """The small arrays of an npz; object arrays and unreasonable sizes are refused."""
     poses = [name for names in POSE_KEYS for name in names]
     names = (*poses, *TRANS_KEYS, *RESULT_KEYS, *RATE_KEYS, *LABELS)
-    arrays = in_smplx_form(read_arrays(path, names, MAX_BYTES))
+    arrays = in_smplx_form(read_arrays(path, names, MAX_BYTES, _refuse_long))
     if not any(arrays.keys() >= set(names) for names in POSE_KEYS):
         held = ", ".join(sorted(array_names(path))[:8])
         raise UnusableMotion(f"it is not an AMASS-style motion: it holds {held} and no 'poses'")

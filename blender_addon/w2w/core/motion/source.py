@@ -2,6 +2,7 @@
 """Motion files before retargeting: which can be opened, what they hold, and why some are refused."""
 
 import errno
+import math
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -75,6 +76,15 @@ def refuse_too_long(n_frames: int, n_bones: int) -> None:
             f"it is too long to be read at once ({n_frames} frames of {n_bones} bones): cut it into parts of "
             f"at most {MOST_BONE_FRAMES // n_bones} frames"
         )
+
+
+def refuse_long_array(shape: tuple[int, ...], most_bones: int = MOST_BONE_FRAMES) -> None:
+    """Refuse an array of three numbers or more a bone and frame by its shape, before it is read.
+
+    Of more than `most_bones` no more are kept.
+    """
+    if len(shape) > 1:
+        refuse_too_long(shape[0], min(most_bones, max(1, math.prod(shape[1:]) // 3)))
 
 
 def refuse_few_frames(n_frames: int, where: str = "") -> None:

@@ -17,7 +17,7 @@ from .tape_segments import MIDDLE, SEGMENT_NAMES, SEGMENTS, Segment, segments_of
 LEAST, MOST = -100.0, 250.0
 """Per cents along that a spot may have: the skin of a segment goes on beyond its landmarks."""
 
-_NUMBER = r"(?<![\d.])[-+]?(?:\d+\.?\d*|\.\d+)"
+_NUMBER = r"(?<![\d.])[-+]?(?:\d+(?:\.\d*)?|\.\d+)"
 _NOTATION = re.compile(rf"(?P<segment>.*?)\s*(?P<along>{_NUMBER})\s*%\s*(?P<around>{_NUMBER})\s*%")
 
 

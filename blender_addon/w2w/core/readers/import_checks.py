@@ -170,7 +170,7 @@ FALLBACK_RATE = 24.0
 MAX_TEXT_BYTES = 512 * 2**20
 
 HEADER = re.compile(rb"#usda 1\.\d\s*\((?P<header>.*?)^\)", re.DOTALL | re.MULTILINE)
-COMPOSED = re.compile(rb"\b(?:subLayers|references|payload)\s*=[^@\n]*(?:\n[^@\n]*)?@(?P<asset>[^@\n]+)@")
+COMPOSED = re.compile(rb"\b(?:subLayers|references|payload)\s*=[^@=\n]*(?:\n[^@=\n]*)?@(?P<asset>[^@\n]+)@")
 
 
 def check_usd(path: Path) -> float:
@@ -195,7 +195,7 @@ def _of_text(text: bytes) -> float:
     if not text.rstrip().endswith(b"}" if header else (b"}", b")")):
         raise UnusableMotion("it is cut short")
     for name in (rb"timeCodesPerSecond", rb"framesPerSecond"):
-        line = rb"^\s*" + name + rb"\s*=\s*(\S+)"
+        line = rb"^[ \t]*" + name + rb"\s*=\s*(\S+)"
         if header and (found := re.search(line, header["header"], re.MULTILINE)):
             return _rate(found[1].decode("ascii", "replace"))
     return FALLBACK_RATE

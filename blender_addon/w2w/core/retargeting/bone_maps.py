@@ -47,7 +47,7 @@ class BoneMap:
                 for joint, names in content["joints"].items()
             }
             name = str(content["name"])
-        except (json.JSONDecodeError, KeyError, TypeError, AttributeError) as error:
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             why = f"{path} is not a bone map (JSON with 'name' and 'joints'): {error!r}"
             raise ValueError(why) from error
         unknown = set(joints) - set(JOINT_NAMES)

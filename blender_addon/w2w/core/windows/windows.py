@@ -15,6 +15,10 @@ STRIDE = 0.5
 """Share of a window's length after which the next training window starts by default."""
 
 
+MOST_TURNS = 50
+"""Windows longer than so many times the clip would hold little but its repetition: the clip is refused."""
+
+
 class TooShortError(ValueError):
     """A recording, or every stretch of it without long gaps, is too short to give one window."""
 
@@ -50,7 +54,7 @@ class WindowSpec:
         makes. ``cycle`` repeats it, right for clips known to loop without a seam.
         ``refuse`` raises TooShortError.
     shortest_s : float
-        Recordings shorter than this are refused whatever `short` says.
+        Recordings shorter than this, or than a fiftieth of a window, are refused whatever `short` says.
     longest_gap_s : float
         Lost samples (NaN) are bridged by straight lines up to this; windows with a
         longer gap in any sensor are left out.
@@ -88,6 +92,11 @@ class WindowSpec:
     def of_length(cls, length_s: float, stride_s: float | None = None) -> Self:
         """Windows whose stride follows their length where none is given."""
         return cls(length_s, STRIDE * length_s if stride_s is None else stride_s)
+
+    @property
+    def least_s(self) -> float:
+        """Seconds that a recording must last."""
+        return self.length_s if self.short == "refuse" else max(self.shortest_s, self.length_s / MOST_TURNS)
 
     def samples(self, rate: float) -> int:
         """Samples in a window at `rate` Hz."""
@@ -150,8 +159,7 @@ def _prepared(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
     _bridge_gaps(signals, round(spec.longest_gap_s * recording.rate))
     if len(signals) < samples:
         duration = recording.n_samples / recording.rate
-        limit = spec.length_s if spec.short == "refuse" else spec.shortest_s
-        if duration < limit:
+        if duration < (limit := spec.least_s):
             raise TooShortError(
                 f"clip {recording.clip!r} lasts {duration:.2f} s, shorter than the {limit:g} s a window needs"
             )

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TypeVar
 from weakref import WeakKeyDictionary
 
+from ...core.files import most_unpacked
 from ...core.patches.patches import PatchSet
 from ...core.ranking.utility import UtilityMap
 
@@ -52,7 +53,8 @@ def unpack(key: str, text: Callable[[], str], load: Callable[[io.BytesIO], T]) -
     if key not in _unpacked:
         stream = zlib.decompressobj()
         try:
-            content = stream.decompress(base64.b64decode(text()), MOST_PACKED)
+            packed = base64.b64decode(text())
+            content = stream.decompress(packed, min(MOST_PACKED, most_unpacked(len(packed))))
         except (zlib.error, ValueError) as error:
             raise ValueError("packed results are damaged") from error
         if not stream.eof:

@@ -16,7 +16,7 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from ...core.clip_files import WORK, signals_key
 from ...core.clip_list import CLIP_LIST
-from ...core.files import DAMAGED, folder_beside
+from ...core.files import DAMAGED, folder_beside, most_unpacked
 from ...core.motion.motion import Motion
 from ...core.results_folder import UTILITY, StudyResults
 from .. import heatmap
@@ -167,7 +167,8 @@ def read_record(mesh: bpy.types.Object) -> tuple[StudyResults, SceneNames]:
     try:
         packed = base64.b64decode(mesh[RECORD].as_string())
         with ZipFile(io.BytesIO(packed)) as archive, tempfile.TemporaryDirectory() as folder:
-            if sum(archive.getinfo(name).file_size for name in (*FILES, NAMES)) > MOST_PACKED:
+            size = sum(archive.getinfo(name).file_size for name in (*FILES, NAMES))
+            if size > min(MOST_PACKED, most_unpacked(len(packed))):
                 raise ValueError("it unpacks to too much")
             for name in FILES:  # no other: a file's word leads nowhere
                 archive.extract(name, folder)
