@@ -55,6 +55,14 @@ def test_a_part_that_is_ended_ends_its_own_steps() -> None:
     assert closed == ["closed"]
 
 
+@pytest.mark.parametrize("show", [jobs.show_error, jobs.show_done])
+def test_an_outcome_holds_nothing_that_blenders_terminal_obeys(show, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(jobs, "message", None)
+    said: list[str] = []
+    show(SimpleNamespace(report=lambda _kind, text: said.append(text)), "clip \x1b]0;x\x07 is done")
+    assert said == [jobs.message.text] == ["clip %1B]0;x%07 is done"]
+
+
 @pytest.mark.usefixtures("blender")
 def test_an_outcome_is_shown_by_one_panel_alone() -> None:
     titles = [title for panel in StepPanel.__subclasses__() for title in panel.titles]

@@ -18,6 +18,7 @@ from typing import NamedTuple, TypeVar
 import bpy
 
 from ...core.motion.source import UnusableMotion
+from ...core.wording import harmless
 from ...scene.base.steps import each_as
 
 POLL = 0.02
@@ -210,16 +211,18 @@ def time_left(fraction: float, seconds: float) -> str:
 
 
 def show_error(operator: bpy.types.Operator, text: str) -> set[str]:
-    """Say what went wrong in the status bar and in the panel."""
+    """Say what went wrong in the status bar, in the panel and, as Blender does, in the terminal."""
     global message
+    text = harmless(text)
     message = Message(text, True, running.title if running is not None else "")
     operator.report({"ERROR"}, text)
     return {"CANCELLED"}
 
 
 def show_done(operator: bpy.types.Operator, text: str) -> set[str]:
-    """Say what was done in the status bar and in the panel."""
+    """Say what was done in the status bar, in the panel and, as Blender does, in the terminal."""
     global message
+    text = harmless(text)
     message = Message(text, False, running.title if running is not None else "")
     operator.report({"INFO"}, text)
     return {"FINISHED"}

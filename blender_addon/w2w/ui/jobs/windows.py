@@ -5,6 +5,7 @@ import time
 
 import bpy
 
+from ...core.wording import harmless
 from . import jobs
 from .jobs import Message, advance, show_error, views
 
@@ -59,9 +60,9 @@ class W2W_OT_run_job(bpy.types.Operator):
             show_error(self, job.why_failed(error))
             stopped = True
         else:
-            jobs.message = Message(text, False, job.title)
+            jobs.message = Message(harmless(text), False, job.title)
             if not stopped:
-                self.report({"INFO"}, text)
+                self.report({"INFO"}, jobs.message.text)
         jobs.running = None
         self.leave(context)
         _clear_windows()
