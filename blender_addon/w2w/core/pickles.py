@@ -5,16 +5,24 @@ The official files are Python 2 pickles that name classes of numpy, scipy.sparse
 can name any function and have it called, so only stand-ins written here are ever found.
 """
 
+import io
+import math
 import pickle
+import zlib
+from collections import OrderedDict
 from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import Any, BinaryIO
-from zipfile import ZipFile
+from typing import Any, BinaryIO, ClassVar
+from zipfile import ZipFile, is_zipfile
 
 import numpy as np
 from scipy import sparse
 
 from .files import DAMAGED, MOST_BYTES, read_arrays as read_plain_arrays, read_header
+
+PACKED = (b"\x78", b"\x1f\x8b")
+MOST_RESULT_BYTES = 2 * 2**30
+MOST_NUMBERS = 2**27
 
 
 class RefusedPickleError(ValueError):
@@ -86,6 +94,39 @@ def _reconstructed(kind: type, _base: Any, _state: Any) -> _State:
     return kind()
 
 
+class _JoblibArray(_State):
+    """joblib's place for an array whose bytes follow."""
+
+    def read(self, stream: BinaryIO) -> np.ndarray:
+        shape, dtype = tuple(self.state["shape"]), self.state["dtype"]
+        if not isinstance(dtype, np.dtype) or dtype.hasobject:
+            raise RefusedPickleError("it holds an array of no numbers")
+        if self.state.get("numpy_array_alignment_bytes") is not None:
+            stream.read(stream.read(1)[0])
+        data = stream.read(math.prod(shape) * dtype.itemsize)
+        return np.frombuffer(data, dtype).reshape(shape, order=self.state["order"])
+
+
+def _tensor(storage: np.ndarray, offset: int, size: tuple, stride: tuple, *_: Any) -> np.ndarray:
+    """torch's `_rebuild_tensor_v2`: a view of a storage, all of it inside."""
+    if storage.ndim != 1 or not storage.flags.c_contiguous or len(size) != len(stride):
+        raise RefusedPickleError("it holds an array of no storage")
+    if min((offset, *size, *stride)) < 0 or math.prod(size) > MOST_NUMBERS:
+        raise RefusedPickleError("it holds an array of an impossible size")
+    if math.prod(size) == 0:
+        return np.empty(size, storage.dtype)
+    last = offset + sum((n - 1) * step for n, step in zip(size, stride, strict=True))
+    if last >= storage.size:
+        raise RefusedPickleError("it holds an array that reaches beyond its numbers")
+    steps = [step * storage.itemsize for step in stride]
+    return np.lib.stride_tricks.as_strided(storage[offset:], size, steps, writeable=False)
+
+
+def _from_buffer(data: Any, dtype: np.dtype, shape: tuple, order: str) -> np.ndarray:
+    """numpy's `_frombuffer`, with which protocol 5 writes arrays."""
+    return np.frombuffer(data, dtype).reshape(shape, order=order)  # type: ignore[call-overload]
+
+
 def _latin(text: str, _encoding: str = "latin1") -> bytes:
     """`_codecs.encode`, with which Python 3 writes bytes in old pickles."""
     return text.encode("latin-1")
@@ -95,7 +136,13 @@ class _NumpyArray:
     """Stands for `numpy.ndarray` and `object` where a pickle only names them."""
 
 
-FOUND: dict[tuple[str, str], Callable | type] = {
+STORAGES = {
+    "Float": "<f4", "Double": "<f8", "Half": "<f2", "Long": "<i8", "Int": "<i4", "Short": "<i2",
+    "Char": "i1", "Byte": "u1", "Bool": "?",
+}  # fmt: skip
+"""Kinds of torch's storages, and what numpy calls their numbers: text, which no pickle can change."""
+
+FOUND: dict[tuple[str, str], Any] = {
     ("copy_reg", "_reconstructor"): _reconstructed,
     ("copyreg", "_reconstructor"): _reconstructed,
     ("_codecs", "encode"): _latin,
@@ -107,6 +154,12 @@ FOUND: dict[tuple[str, str], Callable | type] = {
     ("numpy", "dtype"): _number_type,
     ("numpy", "_reconstruct"): _empty_array,
     ("numpy", "scalar"): _scalar,
+    ("numpy", "_frombuffer"): _from_buffer,
+    ("joblib", "NumpyArrayWrapper"): _JoblibArray,
+    ("collections", "OrderedDict"): OrderedDict,
+    ("torch", "_rebuild_tensor_v2"): _tensor,
+    ("torch", "Size"): tuple,
+    **{("torch", f"{kind}Storage"): code for kind, code in STORAGES.items()},
     ("scipy", "csc_matrix"): _SparseMatrix,
     ("scipy", "csc_array"): _SparseMatrix,
     ("scipy", "csr_matrix"): _CsrMatrix,
@@ -115,17 +168,90 @@ FOUND: dict[tuple[str, str], Callable | type] = {
 """All that a model file may name, by package, and what it gets instead."""
 
 
+def _stand_in(module: str, name: str) -> Any:
+    package = module.partition(".")[0]
+    if package == "chumpy":
+        return _Chumpy
+    try:
+        return FOUND[package, name]
+    except KeyError:
+        raise RefusedPickleError(
+            f"it names {module}.{name}: a model or motion holds arrays only, so it was not opened"
+        ) from None
+
+
 class _ArrayUnpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
-        package = module.partition(".")[0]
-        if package == "chumpy":
-            return _Chumpy
-        try:
-            return FOUND[package, name]
-        except KeyError:
-            raise RefusedPickleError(
-                f"it names {module}.{name}: a model or motion holds arrays only, so it was not opened"
-            ) from None
+        return _stand_in(module, name)
+
+
+class _ResultUnpickler(pickle._Unpickler):  # type: ignore[name-defined, misc]  # joblib's own is one, too
+    """Unpickles what joblib or torch wrote: their arrays lie in the stream, or in a zip as storages."""
+
+    def __init__(self, stream: BinaryIO, storage: Callable[[Any], np.ndarray] | None = None) -> None:
+        super().__init__(stream, encoding="latin1")
+        self._stream, self._storage = stream, storage
+
+    def find_class(self, module: str, name: str) -> Any:
+        return _stand_in(module, name)
+
+    def persistent_load(self, pid: Any) -> np.ndarray:
+        if self._storage is None:
+            raise RefusedPickleError("it is damaged, or refers to arrays that it does not hold")
+        return self._storage(pid)
+
+    def load_build(self) -> None:
+        """Fill an object; an array of joblib's follows in the stream."""
+        if isinstance(self.stack[-2], type) or not isinstance(self.stack[-2], (_State, np.ndarray, np.dtype)):
+            raise RefusedPickleError("it fills something that is no array")
+        super().load_build()
+        if isinstance(self.stack[-1], _JoblibArray):
+            self.stack[-1] = self.stack[-1].read(self._stream)
+
+    dispatch: ClassVar = {
+        **pickle._Unpickler.dispatch,  # type: ignore[attr-defined]
+        pickle.BUILD[0]: load_build,
+    }
+
+
+def read_result(path: str | Path) -> Any:
+    """Content of a pkl (also joblib's, packed or not) or pt file: containers, numbers, text and arrays.
+
+    Raises RefusedPickleError if it is neither, is damaged, or names anything but these.
+    """
+    try:
+        if is_zipfile(path):
+            return _read_torch(path)
+        data = Path(path).read_bytes()
+        if data.startswith(PACKED):
+            unpacker = zlib.decompressobj(wbits=47)  # zlib or gzip
+            data = unpacker.decompress(data, MOST_RESULT_BYTES)
+            if unpacker.unconsumed_tail:
+                raise RefusedPickleError("it unpacks to more than any motion needs")
+        return _ResultUnpickler(io.BytesIO(data)).load()
+    except (RefusedPickleError, OSError):
+        raise
+    except Exception as error:  # a damaged pickle raises anything
+        raise RefusedPickleError("it is damaged, or no pickle of arrays") from error
+
+
+def _read_torch(path: str | Path) -> Any:
+    """What torch.save wrote: a zip of a pickle, and a file a storage."""
+    with ZipFile(path) as archive:
+        if sum(member.file_size for member in archive.infolist()) > MOST_RESULT_BYTES:
+            raise RefusedPickleError("it unpacks to more than any motion needs")
+        pickled = next(name for name in archive.namelist() if name.endswith("data.pkl"))
+        kept: dict[str, np.ndarray] = {}
+
+        def storage(pid: Any) -> np.ndarray:
+            _, dtype, key = pid[:3]
+            if key not in kept:
+                kept[key] = np.frombuffer(
+                    archive.read(f"{pickled.removesuffix('data.pkl')}data/{key}"), dtype
+                )
+            return kept[key]
+
+        return _ResultUnpickler(io.BytesIO(archive.read(pickled)), storage).load()
 
 
 def read_arrays(stream: BinaryIO, wanted: Collection[str]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from itertools import chain, count
 from pathlib import Path, PurePosixPath
 
 from ..files import array_names, reserved
+from ..motion.smpl_layouts import RESULT_SUFFIXES
 from ..readers.asf_amc import AMC_SUFFIX
 from ..readers.import_checks import PLAIN_GLTF, USD_SUFFIXES, VRM_SUFFIXES
 from ..readers.mvnx import MVNX_SUFFIX
@@ -36,7 +37,7 @@ ARRAY_SUFFIXES = (".npy", ".c3d")
 JOINT_SUFFIXES = (*ARRAY_SUFFIXES, *TEXT_SUFFIXES)
 """Kinds of files that hold joint positions, beside npz, which may hold anything."""
 
-UP_SUFFIXES = (".npz", *JOINT_SUFFIXES)
+UP_SUFFIXES = (".npz", *RESULT_SUFFIXES, *JOINT_SUFFIXES)
 """Kinds of files that may not say which axis is up."""
 
 HEAD_BYTES = 16384
@@ -51,7 +52,8 @@ BLENDER_SUFFIXES = (".fbx", *GLTF_SUFFIXES, *USD_SUFFIXES)
 """Kinds of motion files that Blender's importers read."""
 
 MOTION_SUFFIXES = (
-    ".fbx", ".bvh", *GLTF_SUFFIXES, *USD_SUFFIXES, ".npz", ".smpl", AMC_SUFFIX, MVNX_SUFFIX, *ARRAY_SUFFIXES,
+    ".fbx", ".bvh", *GLTF_SUFFIXES, *USD_SUFFIXES, ".npz", ".smpl", *RESULT_SUFFIXES, AMC_SUFFIX, MVNX_SUFFIX,
+    *ARRAY_SUFFIXES,
 )  # fmt: skip
 """Kinds of motion files, in lower case with the dot; text may hold motion too (`may_hold_joints`)."""
 

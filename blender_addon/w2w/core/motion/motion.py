@@ -14,8 +14,9 @@ from ..body.body import TEMPLATES, Body
 from ..body.skeleton import BODY_HANDS, JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP, posed_joints
 from ..files import array_names, read_arrays, write_npz
 from ..filtering import butterworth, count_resampled
+from ..pickles import read_result
 from ..rotations import in_axes
-from .smpl_layouts import RESULT_KEYS, in_smplx_form
+from .smpl_layouts import RESULT_KEYS, RESULT_SUFFIXES, in_smplx_form, person_in
 from .source import (
     UnusableMotion,
     reading,
@@ -132,7 +133,7 @@ class Motion:
 LABELS = ("activity", "subject", "clip")
 """Arrays that `Motion.save` adds to those of AMASS."""
 
-SMPL_SUFFIXES = (".npz", ".smpl")
+SMPL_SUFFIXES = (".npz", ".smpl", *RESULT_SUFFIXES)
 
 RATE_KEYS = ("mocap_framerate", "mocap_frame_rate", "framerate", "fps", "frameRate")
 TRANS_KEYS = ("trans", "transl", "bodyTranslation")
@@ -220,9 +221,11 @@ def _read_arrays(path: Path) -> dict[str, np.ndarray]:
     """The small arrays of an npz; object arrays and unreasonable sizes are refused."""
     poses = [name for names in POSE_KEYS for name in names]
     names = (*poses, *TRANS_KEYS, *RESULT_KEYS, *RATE_KEYS, *LABELS)
-    arrays = in_smplx_form(read_arrays(path, names, MAX_BYTES, _refuse_long))
+    is_result = path.suffix.lower() in RESULT_SUFFIXES
+    found = person_in(read_result(path)) if is_result else read_arrays(path, names, MAX_BYTES, _refuse_long)
+    arrays = in_smplx_form({name: found[name] for name in names if name in found})
     if not any(arrays.keys() >= set(names) for names in POSE_KEYS):
-        held = ", ".join(sorted(array_names(path))[:8])
+        held = ", ".join(sorted(found if is_result else array_names(path))[:8])
         raise UnusableMotion(f"it is not an AMASS-style motion: it holds {held} and no 'poses'")
     return arrays
 

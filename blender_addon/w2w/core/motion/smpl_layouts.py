@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """SMPL parameters as pose estimators and AIST++ write them, under the names and in the form of smplx."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..wording import shown
 from .source import UnusableMotion
 
 IN_PARTS = ("global_orient", "body_pose")
@@ -22,6 +24,13 @@ SCALE = "smpl_scaling"
 """AIST++ divides its path by it: what is left is in metres (Li et al. 2021, its own loader)."""
 
 RESULT_KEYS = (*WHOLE, *WHOLE.values(), SCALE)
+
+RESULT_SUFFIXES = (".pkl", ".pt", ".pth")
+"""Kinds of files in which estimators leave their results as pickles."""
+
+Person = tuple[tuple[str, ...], dict[str, np.ndarray]]
+
+DEEPEST = 5
 
 NOT_ORTHOGONAL = 0.01
 
@@ -43,6 +52,63 @@ def in_smplx_form(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     if found.keys() >= set(IN_PARTS) and found[IN_PARTS[0]].ndim > 1:
         found.setdefault("transl", np.zeros((len(found[IN_PARTS[0]]), 3)))
     return found
+
+
+def person_in(content: Any) -> dict[str, np.ndarray]:
+    """The arrays of one person of a result: of several the one seen longest, in the world if that is there.
+
+    Raises UnusableMotion if it holds no poses of SMPL.
+    """
+    found = [*_tracks(content)] or [*_people(content, (), set())]
+    if not found:
+        held = ", ".join(map(str, content)) if isinstance(content, dict) else type(content).__name__
+        raise UnusableMotion(f"it holds no poses of SMPL, but {shown(held[:120])}")
+    arrays = max(found, key=lambda item: (_in_world(*item), max(map(_frames, item[1].values()))))[1]
+    top = content.items() if isinstance(content, dict) else ()
+    return {str(name): np.asarray(value) for name, value in top if isinstance(value, (int, float))} | arrays
+
+
+def _people(value: Any, names: tuple[str, ...], seen: set[int]) -> Iterator[Person]:
+    """Whatever holds poses, at any depth, each with the names that lead there."""
+    if id(value) in seen or len(names) > DEEPEST:
+        return
+    seen.add(id(value))
+    if isinstance(value, dict):
+        arrays = {str(name): array for name, array in value.items() if isinstance(array, np.ndarray)}
+        if arrays.keys() & {*WHOLE, "poses", IN_PARTS[1]} and max(map(_frames, arrays.values())) > 1:
+            yield names, arrays
+    parts = value.items() if isinstance(value, dict) else enumerate(value if isinstance(value, list) else ())
+    for name, part in parts:
+        if isinstance(part, dict | list):
+            yield from _people(part, (*names, str(name)), seen)
+
+
+def _in_world(names: tuple[str, ...], arrays: dict[str, np.ndarray]) -> bool:
+    return "pose_world" in arrays or any("world" in name or "global" in name for name in names)
+
+
+def _frames(array: np.ndarray) -> int:
+    return len(array) if array.ndim > 1 else 0
+
+
+def _tracks(content: Any) -> Iterator[Person]:
+    """People of 4D-Humans: a dict a frame, with lists of track numbers and SMPL parameters side by side."""
+    frames = list(content.values()) if isinstance(content, dict) else []
+    if not all(isinstance(frame, dict) and {"tid", "smpl"} <= frame.keys() for frame in frames):
+        return
+    runs: dict[Any, list[dict[str, np.ndarray]]] = {}
+    for frame in frames:
+        here = dict(zip(frame["tid"], frame["smpl"], strict=False))
+        for track in runs.keys() - here.keys():  # a gap ends it
+            yield (), _stacked(runs.pop(track))
+        for track, parameters in here.items():
+            runs.setdefault(track, []).append(parameters)
+    for run in runs.values():
+        yield (), _stacked(run)
+
+
+def _stacked(run: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    return {name: np.stack([parameters[name] for parameters in run]) for name in IN_PARTS}
 
 
 def _axis_angle(name: str, array: np.ndarray) -> np.ndarray:
