@@ -155,6 +155,11 @@ def test_no_control_character_of_a_cell_is_part_of_a_label(labelled):
     assert {clip.subject for clip in library.clips} == {"An na", "%E2%80%AEb"}
 
 
+def test_the_escapes_of_a_received_csv_are_shown_harmlessly(shared_cases):
+    library = read_library(shared_cases / "v1", shared_cases / "esc.csv")
+    assert library.activities == {"run": 2, "wa%1B]0;pwned%07%1B[2Jlk": 2}
+
+
 def test_rows_and_files_without_each_other_are_named(labelled):
     library = labelled("file,activity\na.fbx,walking\nb.fbx,\n,running\nx.fbx,walking\ny/z.fbx,running\n")
     assert [clip.file for clip in library.clips] == ["a.fbx"]
