@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 
@@ -121,6 +122,28 @@ def test_what_is_no_results_folder_says_why_and_leaves_nothing(
     assert jobs.message.is_error
     assert jobs.message.text.startswith(f"{folder} is not the ")
     assert names_in_file() == before
+
+
+@pytest.mark.parametrize("away", ["summary.json", "clips.jsonl", ".w2w", "motions", "signals"])
+def test_a_link_that_leads_out_of_the_folder_is_not_followed(
+    finished_run: Path, tmp_path: Path, away: str
+) -> None:
+    folder = Path(shutil.copytree(finished_run, tmp_path / "results"))
+    (folder / away).rename(tmp_path / "elsewhere")
+    (folder / away).symlink_to(tmp_path / "elsewhere")
+    before = names_in_file()
+    with pytest.raises(RuntimeError, match="is a link that leads out of the folder"):
+        bpy.ops.w2w.open_results(filepath=str(folder))
+    assert names_in_file() == before
+
+
+def test_a_clip_whose_name_leads_out_of_the_folder_is_refused(finished_run: Path, tmp_path: Path) -> None:
+    folder = Path(shutil.copytree(finished_run, tmp_path / "results"))
+    first, *others = (folder / "clips.jsonl").read_text("utf-8").splitlines()
+    lines = [first, json.dumps(json.loads(others[0]) | {"clip": "../../mine"}), *others[1:]]
+    (folder / "clips.jsonl").write_text("\n".join(lines), "utf-8")
+    with pytest.raises(RuntimeError, match=r"clips\.jsonl, line 2, names '\.\./\.\./mine'"):
+        bpy.ops.w2w.open_results(filepath=str(folder))
 
 
 def test_an_unfinished_run_is_said_to_be_so(finished_run: Path, tmp_path: Path) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import base64
 import io
+import os
+import shutil
 from pathlib import Path
 from zipfile import ZipFile
 
@@ -13,7 +15,7 @@ import numpy as np
 import pytest
 
 import w2w as extension
-from w2w.core.clip_files import signals_file
+from w2w.core.clip_files import STORED, features_file, signals_file
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.patches.body_parts import find_patches
@@ -189,6 +191,22 @@ def test_a_record_that_holds_something_else_is_refused(finished_run: Path) -> No
         mesh[RECORD].from_string(base64.encodebytes(packed.getvalue()).decode())
         with pytest.raises(ValueError, match="what the file says of 'Body' is damaged"):
             read_record(mesh)
+
+
+def test_names_in_a_file_lead_out_of_no_folder(opened: bpy.types.Object, tmp_path: Path) -> None:
+    """Whoever made the file chose its clips' keys and names; none reads or writes elsewhere."""
+    clip, cache = opened.w2w.clips[0], preferences.cache_folder()
+    assert signal_cache.has(clip)
+    kept = signal_cache.place_of(clip)
+    for folder, file in (("signals", signals_file), (".w2w/features", features_file)):
+        (tmp_path / folder).mkdir(parents=True)
+        shutil.copy(file(*kept), tmp_path / f"mine{preferences.SIGNALS_SUFFIX}.npz")
+    away = os.path.relpath(tmp_path / "mine", cache / "signals")
+    clip.signals = away
+    assert not signal_cache.has(clip)
+    assert signal_cache.recording(clip) is None
+    clip.signals, clip.stored_as = f"{STORED}{'0' * 32}", f"../{away}"
+    assert not signal_cache.has(clip)
 
 
 def test_use_active_mesh_brings_the_study_with_it(finished_run: Path) -> None:

@@ -160,12 +160,12 @@ STORED = "run-"
 def signals_key(out: Path, clip: str) -> str:
     """A key of a clip's windows and of its signals, where these are kept; empty where they cannot be read.
 
-    It is made of the checksums that an npz file keeps of its arrays, which are not read themselves.
+    A ForeignFileError says that they lie elsewhere. The key is made of the checksums that an npz file
+    keeps of its arrays, which are not read themselves.
     """
-    digest = hashlib.sha256()
+    digest, signals, features = hashlib.sha256(), signals_file(out, clip), features_file(out, clip)
     try:
-        signals = signals_file(out, clip)
-        for path in (*([signals] if signals.exists() else ()), features_file(out, clip)):
+        for path in (*([signals] if signals.exists() else ()), features):
             with ZipFile(path) as archive:
                 for member in archive.infolist():
                     digest.update(f"{member.filename} {member.file_size} {member.CRC}\n".encode())

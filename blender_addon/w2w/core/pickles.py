@@ -7,6 +7,7 @@ can name any function and have it called, so only stand-ins written here are eve
 
 import io
 import math
+import os
 import pickle
 import zlib
 from collections import OrderedDict
@@ -18,7 +19,7 @@ from zipfile import ZipFile, is_zipfile
 import numpy as np
 from scipy import sparse
 
-from .files import DAMAGED, MOST_BYTES, read_arrays as read_plain_arrays, read_header
+from .files import DAMAGED, MOST_BYTES, most_unpacked, read_arrays as read_plain_arrays, read_header
 
 PACKED = (b"\x78", b"\x1f\x8b")
 MOST_RESULT_BYTES = 2 * 2**30
@@ -273,6 +274,9 @@ def read_npz_member(path: str | Path, name: str) -> np.ndarray:
     try:
         with ZipFile(path) as archive, archive.open(f"{name}.npy") as stream:
             _, _, dtype = read_header(stream)
+            size, held = archive.getinfo(f"{name}.npy").file_size, archive.fp
+            if dtype.hasobject and size > most_unpacked(held.seek(0, os.SEEK_END) if held else 0):
+                raise RefusedPickleError(f"it would unpack to {size / 2**30:.1f} GiB, which no model does")
             content = _load(stream) if dtype.hasobject else None
     except DAMAGED:
         content = None  # the plain reader says what is wrong

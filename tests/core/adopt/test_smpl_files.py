@@ -15,6 +15,8 @@ from scipy import sparse
 
 from w2w.core.adopt.smpl import BodyError, load_body
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
+from w2w.core.files import UNPACKED_FREELY
+from w2w.core.pickles import RefusedPickleError, read_npz_member
 
 OFFICIAL_NAMES = {
     "__builtin__ set", "chumpy.ch Ch", "chumpy.reordering Select", "numpy dtype", "numpy ndarray",
@@ -268,3 +270,11 @@ def test_a_mesh_of_another_kind_says_what_was_expected_and_found(tmp_path, bundl
 def test_a_body_w2w_saved_comes_back(tmp_path, bundled_body):
     bundled_body.save(tmp_path / "ours.npz")
     np.testing.assert_array_equal(load_body(tmp_path / "ours.npz").vertices, bundled_body.vertices)
+
+
+def test_a_pickled_member_that_unpacks_to_far_more_than_a_model_holds_is_refused_unread(tmp_path):
+    held = np.empty((), dtype=object)
+    held[()] = np.zeros(UNPACKED_FREELY // 8 + 1)
+    np.savez_compressed(tmp_path / "bomb.npz", J_regressor=held)
+    with pytest.raises(RefusedPickleError, match=r"it would unpack to 0\.1 GiB, which no model does"):
+        read_npz_member(tmp_path / "bomb.npz", "J_regressor")

@@ -11,6 +11,7 @@ from bpy.props import StringProperty
 from ...core.body.body import Body
 from ...core.body.regions import regions_of
 from ...core.clip_files import STORED
+from ...core.inside import ForeignFileError
 from ...core.results_folder import StudyResults
 from ...scene.base.actions import show_action, write_action
 from ...scene.base.patches import place_patches
@@ -141,6 +142,8 @@ def _act(
         begin, end = (low + (high - low) * done / len(run.clips) for done in (number, number + 1))
         try:
             motion = yield from in_thread(lambda _, name=clip.name: run.motion(name), clip.name, begin, end)
+        except ForeignFileError:
+            raise
         except EXPECTED:
             actions[clip.name] = None
             continue

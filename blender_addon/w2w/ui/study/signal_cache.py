@@ -56,9 +56,9 @@ def places_of(clips: Sequence[bpy.types.PropertyGroup]) -> list[Place]:
 def has(clip: bpy.types.PropertyGroup) -> bool:
     """Whether a clip's signals are there; those of a run may have been made anew since."""
     place = place_of(clip)
-    if clip.signals.startswith(STORED):
-        return signals_key(*place) == clip.signals
     try:
+        if clip.signals.startswith(STORED):
+            return signals_key(*place) == clip.signals
         return bool(clip.signals) and all(file(*place).is_file() for file in (signals_file, features_file))
     except ForeignFileError:  # a .blend file may say anything
         return False
