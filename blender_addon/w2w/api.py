@@ -14,7 +14,12 @@ import numpy as np
 from .core.body.body import Body
 from .core.clip_files import ClipWindows
 from .core.clip_ranking import LabelledClip, WindowLabels, copies_among, same_motions
-from .core.findings.notes import copies_sentence, left_out_sentences
+from .core.findings.notes import (
+    copies_sentence,
+    full_scale_content,
+    full_scale_sentence,
+    left_out_sentences,
+)
 from .core.imu.presets import DEFAULT_SENSOR
 from .core.imu.recording import ImuRecording
 from .core.imu.sensor import SensorModel
@@ -119,6 +124,9 @@ def synthesize(
         record_motion(motions.body, patches, one, settings, model, seed)
         for one in tracked(motions, "Synthesizing signals")
     )
+    about = [(one.clip or "a clip", full_scale_content(model.at_full_scale(one))) for one in recordings]
+    if caution := full_scale_sentence(about):
+        warnings.warn(caution, stacklevel=2)
     return Signals(recordings, patches, motions)
 
 

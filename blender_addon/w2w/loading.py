@@ -17,7 +17,6 @@ from .core.keypoints.pose_files import NO_FACTS
 from .core.library.labels import LabelCheck
 from .core.library.library import activity_of, is_joint_file, read_library
 from .core.motion.motion import SMPL_SUFFIXES, Motion
-from .core.motion.skinning import on_the_ground
 from .core.motion.source import UnusableMotion
 from .core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
 from .core.retargeting.bone_maps import BoneMap
@@ -171,12 +170,12 @@ def warn_of_spellings(check: LabelCheck) -> None:
 
 def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups) -> Motion:
     """One file on the body; a ValueError where it cannot be used, or needs a module that is missing."""
-    if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
-        return on_the_ground(body, Motion.load(path, pose.rate, pose.up, ups))  # keeps W2W's labels
     from .scene.base.output import quiet_output
     from .scene.motion.load import carry, read_motion
 
     try:
+        if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
+            return carry(Motion.load(path, pose.rate, pose.up, ups), body).motion  # keeps W2W's labels
         with _needs_blender(path.name), quiet_output():
             source = read_motion(path, pose, ups)
         return carry(source, body, bone_maps).motion

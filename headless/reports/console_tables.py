@@ -82,7 +82,9 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
         console.print(f"Caution: {caution}.", style="bold yellow")
     content = garment_content(out, study.config.garments, patches)
     _say(garment_sentence(content, len(patches)), console)
-    for sentence in caught_sentences([(result.clip.name, result.details) for result in study.used]):
+    about = [(result.clip.name, result.details) for result in study.used]
+    _say(notes.cut_sentence(about), console)
+    for sentence in (notes.full_scale_sentence(about), *caught_sentences(about)):
         _say(sentence, console, "bold yellow")
     console.print(f"{notes.counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {out / 'utility.csv'}\nSummary:  {out / 'summary.json'}")

@@ -61,7 +61,7 @@ def report(
     console.print(f"Report: {path}")
 
 
-NOTABLE = {"skipped", "same_motion_as", "cloth_caught"}
+NOTABLE = {"skipped", "same_motion_as", "cloth_caught", "cut", "at_full_scale"}
 """What of a clip the page tells."""
 
 
@@ -146,9 +146,10 @@ def _notes(summary: dict[str, Any], clips: Sequence[Entry], n_patches: int) -> l
     labels = [f"Labels: {note}" for note in summary["labels"]["notes"]]
     windows = window_warning(summary["windows"], summary["clips"]["used"])
     worn = garment_sentence(summary.get("garments", {}), n_patches)
-    caught = caught_sentences([(entry["clip"], entry) for entry in clips if is_used(entry)])
+    about = [(entry["clip"], entry) for entry in clips if is_used(entry)]
+    told = (notes.cut_sentence(about), notes.full_scale_sentence(about), *caught_sentences(about))
     copies = [(entry["file"], entry["same_motion_as"]) for entry in clips if "same_motion_as" in entry]
-    sentences = (notes.copies_sentence(copies), windows, summary.get("band_caution"), worn, *caught)
+    sentences = (notes.copies_sentence(copies), windows, summary.get("band_caution"), worn, *told)
     return labels + [f"{sentence}." for sentence in sentences if sentence]
 
 

@@ -69,6 +69,9 @@ def test_an_own_sensor_is_used_kept_and_heeded_when_it_changes(library, tmp_path
     _, second = run(library, tmp_path / "out", "--sensor", part)
     assert np.abs(first.gyr).max() > np.radians(130) > np.abs(second.gyr).max()  # clips at the new range
     assert preset("bmi270").gyroscope.full_scale > np.abs(first.gyr).max()
+    clipped = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert clipped["full_scale_clips"] == 6
+    assert "read the sensor's full scale in more than 1 % of the samples" in clipped["full_scale_caution"]
 
 
 @pytest.mark.slow

@@ -9,8 +9,10 @@ import pytest
 
 from w2w.core.body.skeleton import Y_UP_TO_Z_UP
 from w2w.core.keypoints.facts import PoseFacts
+from w2w.core.library.library import Clip
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.motion.up import TO_Z, UPS
+from w2w.headless.runs.clip import load_clip
 from w2w.scene.motion.importers import SAVE_ANEW, check_fbx, fbx_up, import_fault
 from w2w.scene.motion.load import read_motion
 from w2w.scene.motion.takes import read_clip
@@ -112,3 +114,11 @@ def test_what_importers_say_becomes_a_sentence(shared_data, tmp_path, said, told
     assert fault.startswith("Blender cannot import it: ")
     assert told in fault
     assert "b'" not in fault
+
+
+@needs_cpp_importer
+def test_a_leading_t_pose_is_dropped_as_from_bvh(shared_cases, bundled_body):
+    file = "cmu_07_01.fbx"
+    _, motion, details = load_clip(Clip(shared_cases / file, file, "walk", "walking"), bundled_body)
+    assert motion.n_frames == 316
+    assert details["cut"] == "frame 0 cut off: a rest pose"

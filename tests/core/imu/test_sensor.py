@@ -269,6 +269,18 @@ def test_range_and_steps():
     np.testing.assert_array_equal(found.gyr, np.clip(truth.gyr, -2, 2))
 
 
+def test_samples_at_full_scale_are_counted_of_either_triad():
+    part = SensorModel(
+        accelerometer=Triad(full_scale=20.0, resolution=0.3), gyroscope=Triad(full_scale=4.0, resolution=0.01)
+    )
+    true = np.zeros((100, 2, 3), dtype=np.float32)
+    acc, gyr = true.copy(), true.copy()
+    acc[:5, 0, 1], gyr[3:8, 0, 2], gyr[50:52, 1, 0], acc[60:70, 1, 0] = -25.0, 9.0, -4.1, 19.5
+    read = part.apply(ImuRecording(acc, gyr, 100.0), seed=0)
+    assert part.at_full_scale(read) == pytest.approx((8 + 2) / 200)
+    assert SensorModel.ideal().at_full_scale(read) == 0
+
+
 def test_jitter_moves_the_sampling_instants():
     rate, jitter = 100.0, 0.002
     t = np.arange(20_000) / rate

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Notes on the clips and labels behind a result, with cautions where clips are too few for an interval."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ..library.labels import LabelCheck
@@ -128,6 +128,36 @@ def copies_sentence(copies: Sequence[tuple[str, str]]) -> str:
         f"{count} of another, by motion_key or by how the body moves, and no clip is tested on its copies: "
         f"{named}"
     )
+
+
+FULL_SCALE = 0.01
+"""Share of a clip's samples at the sensor's full scale beyond which the clip is doubted."""
+
+
+def full_scale_content(share: float) -> dict[str, float]:
+    """The share of a clip's samples at the sensor's full scale, for its record; empty where it is usual."""
+    return {"at_full_scale": round(share, 3)} if share > FULL_SCALE else {}
+
+
+def full_scale_sentence(clips: Iterable[tuple[str, Mapping[str, Any]]]) -> str:
+    """A caution of clips, names with their records, that read the sensor's full scale too often; else ""."""
+    found = {name: about["at_full_scale"] for name, about in clips if "at_full_scale" in about}
+    if not found:
+        return ""
+    most = max(found, key=lambda name: found[name])
+    return (
+        f"{len(found)} clip{'' if len(found) == 1 else 's'} read the sensor's full scale in more than "
+        f"{100 * FULL_SCALE:g} % of the samples (the most: {most}, {100 * found[most]:.0f} %): look at the "
+        "motion, or take a sensor of a wider range"
+    )
+
+
+def cut_sentence(clips: Iterable[tuple[str, Mapping[str, Any]]]) -> str:
+    """Names the clips, given with their records, that lost frames at their ends; "" without any."""
+    found = [f"{name} ({about['cut']})" for name, about in clips if "cut" in about]
+    if not found:
+        return ""
+    return f"{len(found)} clip{'' if len(found) == 1 else 's'} cut at the ends: {listed(found)}"
 
 
 def listed(words: Sequence[str], most: int = NAMED) -> str:

@@ -26,7 +26,7 @@ from ..results_folder import UTILITY, ClipResult, Study
 from ..windows.windows import WindowSpec
 from ..wording import plain_words
 from .advice_content import advice_content, interval_content, patch_content, rounded
-from .notes import few_clips, label_content
+from .notes import few_clips, full_scale_sentence, label_content
 from .sources import shown_in, source_caution
 
 PLACEMENTS = "placements.csv"
@@ -128,6 +128,8 @@ def summary(study: Study) -> dict[str, Any]:
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
         "band_caution": study.config.synthesis.caution,
+        "full_scale_clips": sum("at_full_scale" in result.details for result in study.used),
+        "full_scale_caution": full_scale_sentence([(one.clip.name, one.details) for one in study.used]),
         **({"garments": garments} if garments else {}),
         **advice_content(study.advice, utility, patches),
         **map_content(utility, patches, study.config.placements),

@@ -205,6 +205,14 @@ class SensorModel:
         for_each(fill, chunks(recording.n_sensors, size))
         return replace(recording, acc=acc, gyr=gyr, rate=rate)
 
+    def at_full_scale(self, recording: ImuRecording) -> float:
+        """Share of a recording's samples, of all its sensors, in which an axis reads the end of its range."""
+        full = np.zeros(recording.acc.shape[:2], dtype=bool)
+        for values, triad in ((recording.acc, self.accelerometer), (recording.gyr, self.gyroscope)):
+            if triad.full_scale is not None:
+                full |= np.abs(values).max(axis=2) >= triad.full_scale - triad.resolution
+        return float(full.mean())
+
     def sits(self, streams: SensorStreams) -> list[tuple[np.ndarray, np.ndarray]]:
         """How sensors sit on their places: shifts (n, 3), m, and the turns (n, 3), rad, after them, in order.
 

@@ -20,6 +20,7 @@ from .smpl_layouts import RESULT_KEYS, RESULT_SUFFIXES, in_smplx_form, person_in
 from .source import (
     UnusableMotion,
     reading,
+    refuse_degrees,
     refuse_few_frames,
     refuse_long_array,
     refuse_rate,
@@ -189,6 +190,7 @@ def _motion_of(arrays: dict[str, np.ndarray], rate: float | None, up: Up | None,
     if len(poses) != len(trans):
         raise UnusableMotion(f"its 'poses' have {len(poses)} frames but its 'trans' has {len(trans)}")
     _refuse_beyond(poses, "poses", MAX_TURN, "rad", "in radians")
+    refuse_degrees(poses)
     _refuse_beyond(trans, "trans", MAX_DISTANCE, "m", "in metres")
     rotations = np.tile(np.eye(3), (len(poses), N_JOINTS, 1, 1))
     turns = Rotation.from_rotvec(poses.reshape(-1, 3)).as_matrix().reshape(len(poses), -1, 3, 3)

@@ -29,6 +29,7 @@ class SourceMotion:
     rest_is_known: bool = True  # whether the file has a rest pose, or `rest` is a frame of the motion
     first_bone: int = 0  # number of the first true bone: 1 where the armature that holds them comes before
     up: str = ""  # the file's own axis that is up, where it was looked for or given
+    first_frame: int = 0  # number of the first frame in the file, where those before it are left out
 
     @property
     def n_frames(self) -> int:
@@ -111,6 +112,16 @@ def refuse_rate(rate: float) -> None:
         )
 
 
+def refuse_degrees(poses: np.ndarray) -> None:
+    """Refuse rotation vectors (T, 3 J) that turn a joint by more than a whole turn in half of the frames."""
+    turns = np.linalg.norm(poses.reshape(len(poses), -1, 3)[:, 1:], axis=2).max(axis=1)
+    if np.median(turns) > 2 * np.pi:
+        raise UnusableMotion(
+            f"its 'poses' turn joints by up to {turns.max():.3g} rad, which no body does: they look like "
+            "degrees: multiply them by pi / 180"
+        )
+
+
 def unscaled_rotations(matrices: np.ndarray) -> np.ndarray:
     """Rotation part (..., 3, 3) of 4x4 matrices that may also scale.
 
@@ -131,13 +142,21 @@ MIN_TRAVEL = 0.005
 
 def motion_amount(motion: SourceMotion) -> float:
     """How much a motion moves: its widest turn or travel in units of the least that counts."""
-    heads = motion.matrices[:, :, :3, 3]
-    size = np.ptp(motion.rest[:, :3, 3], axis=0).max()
-    travel = np.ptp(heads, axis=0).max() / max(size, 1e-12)
     axes = motion.matrices[:, :, :3, 1]
     axes = axes / np.maximum(np.linalg.norm(axes, axis=-1, keepdims=True), 1e-12)
+    return _amount(motion.matrices[:, :, :3, 3], axes, motion.rest[:, :3, 3])
+
+
+def _amount(heads: np.ndarray, axes: np.ndarray, rest: np.ndarray) -> float:
+    travel = np.ptp(heads, axis=0).max() / max(np.ptp(rest, axis=0).max(), 1e-12)
     turn = np.linalg.norm(np.ptp(axes, axis=0), axis=-1).max()
     return float(max(travel / MIN_TRAVEL, turn / MIN_TURN))
+
+
+def refuse_still(heads: np.ndarray, axes: np.ndarray) -> None:
+    """Refuse a body whose joints (T, J, 3) do not move and whose axes, of the same shape, do not turn."""
+    if _amount(heads, axes, heads[0]) < 1:
+        raise UnusableMotion(f"it holds a pose, not a motion: nothing moves over its {len(heads)} frames")
 
 
 def is_pose(motion: SourceMotion) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Correct BVH files: drop a leading T-pose, find the axis that is up and a rest pose that people can take.
+"""Correct BVH files: drop T-poses at the ends, find the axis that is up and a rest pose that people can take.
 
 A BVH file has no rest pose: its offsets are one only where the exporter's bones were not turned. Many
 start with a T-pose that is no part of the motion, and some are z-up though the format is y-up.
@@ -9,21 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..body.skeleton import JOINT_INDEX, trunk_line
+from ..body.skeleton import BODY_HANDS, JOINT_INDEX, trunk_line
+from ..motion.believable import moving_part, shows_rest
 from ..motion.source import TO_Z_UP, SourceMotion, unscaled_rotations
 from ..motion.up import LIMBS, Kind, Sight, Up, stood
 from ..rotations import smallest_rotation, unit
 from .bone_maps import best_match, missing_joints
 from .structure_match import match_by_structure
-
-JUMP = 4.0
-"""A first step this many times as far as any other in the clip leads from a pose that is not of it."""
-
-SMALLEST_JUMP = 0.02
-"""Steps below this, in skeleton sizes, are no jumps."""
-
-MIN_FRAMES = 3
-"""Frames that must remain after one is dropped."""
 
 STANDING = np.cos(np.radians(50))
 """In a rest pose of a person legs point this nearly away from the trunk, and shoulders lie along hips."""
@@ -46,7 +38,7 @@ SAMPLES = 400
 
 
 def repaired(source: SourceMotion, up: Up | None = None) -> SourceMotion:
-    """A BVH file's motion without leading T-pose, z up, with a rest pose that people can take.
+    """A BVH file's motion without T-poses at its ends, z up, with a rest pose that people can take.
 
     `source` has the file's y axis up; `up` is the one that is, where it is known. It comes back as it is
     where nothing is wrong, or where the skeleton is not understood.
@@ -57,25 +49,24 @@ def repaired(source: SourceMotion, up: Up | None = None) -> SourceMotion:
     if missing_joints(matched):
         return stood(source, up or "y", "y")
     whole = stood(source, up or _file_up(source, matched), "y")
-    clean = _without_leading_pose(whole, matched)
+    clean = _moving(whole, matched)
     if not _standing(_places(clean.rest, matched)):
-        led_by_pose = clean.n_frames < whole.n_frames and _standing(_places(whole.matrices[0], matched))
+        led_by_pose = clean.first_frame > 0 and _standing(_places(whole.matrices[0], matched))
         rest = whole.matrices[0] if led_by_pose else _straightest(clean, matched)
         clean = replace(clean, rest=rest, rest_is_known=led_by_pose)
     clean = replace(clean, rest=_upright(clean.rest, matched))
     return replace(clean, rest=flat_footed(clean, matched))
 
 
-def _without_leading_pose(source: SourceMotion, matched: dict[int, int]) -> SourceMotion:
-    """Drop a first frame that does not lead into the motion."""
-    if source.n_frames < MIN_FRAMES + 1:
-        return source
-    heads = source.matrices[:, list(matched.values())][..., :3, 3]
-    size = np.ptp(heads[-1], axis=0).max()
-    steps = np.linalg.norm(np.diff(heads, axis=0), axis=-1).max(axis=1) / size
-    if steps[0] > max(JUMP * steps[1:].max(), SMALLEST_JUMP):
-        return replace(source, matrices=source.matrices[1:])
-    return source
+def _moving(source: SourceMotion, matched: dict[int, int]) -> SourceMotion:
+    """The motion without rest poses at its ends."""
+    bones = [bone for _, bone in sorted(matched.items())]
+    body = [bone for joint, bone in sorted(matched.items()) if joint not in BODY_HANDS]
+    turned, rest = (
+        unscaled_rotations(matrices) for matrices in (source.matrices[:, body], source.rest[body])
+    )
+    part = moving_part(source.matrices[:, bones][..., :3, 3], shows_rest(turned, rest), source.rate)
+    return replace(source, matrices=source.matrices[part], first_frame=part.start)
 
 
 def _file_up(source: SourceMotion, matched: dict[int, int]) -> Up:

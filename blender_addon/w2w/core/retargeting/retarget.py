@@ -55,6 +55,9 @@ ABSURD_BOB = 5.0
 """Hips that rise and fall by more leg lengths than this are in another unit than the legs: some takes travel
 in centimetres on a rig in metres."""
 
+USUAL = (10, 90)
+"""Percentiles of heights between which damaged frames do not count."""
+
 CENTIMETRES = 100.0
 
 UPRIGHT = np.cos(np.radians(20))
@@ -72,6 +75,7 @@ class Retargeting:
     bone_map: str  # name of the bone map that matched, or `BY_STRUCTURE`
     bones: dict[str, str]  # joint -> source bone, for the joints that have one
     scale: float  # body metres in one unit of the source, by the length of the legs
+    rest: np.ndarray  # (24, 3, 3), world rotation of each joint in the source's rest pose
 
 
 def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> Retargeting:
@@ -96,7 +100,7 @@ def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> 
     pelvis = _pelvis_path(source, matched, body, rotations[:, 0], scale)
     motion = Motion(relative_to_parents(rotations), pelvis, source.rate)
     bones = {JOINT_NAMES[joint]: source.bones[bone] for joint, bone in sorted(matched.items())}
-    return Retargeting(on_the_ground(body, motion), skeleton, bones, scale)
+    return Retargeting(on_the_ground(body, motion), skeleton, bones, scale, alignment)
 
 
 def matched_joints(source: SourceMotion, maps: Iterable[BoneMap] = ()) -> tuple[str, dict[int, int]]:
@@ -213,7 +217,7 @@ def _pelvis_path(
     """Path of the pelvis that puts the point between the hips where the source has it."""
     hips = [matched[JOINT_INDEX["left_hip"]], matched[JOINT_INDEX["right_hip"]]]
     path = source.matrices[:, hips][..., :3, 3].mean(axis=1) * scale
-    if np.ptp(path[:, 2]) > ABSURD_BOB * limb_length(body.joints):
+    if np.ptp(np.percentile(path[:, 2], USUAL)) > ABSURD_BOB * limb_length(body.joints):
         path /= CENTIMETRES
     offset = body.joints[0] - midpoint(body.joints, "hip")
     return path + turned @ offset

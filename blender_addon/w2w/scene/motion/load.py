@@ -15,6 +15,7 @@ from ...core.keypoints.facts import PoseFacts
 from ...core.keypoints.likely_rest import with_likely_rest
 from ...core.keypoints.pose_files import NO_FACTS, JointPositions, read_joints
 from ...core.library.library import UP_SUFFIXES, is_joint_file
+from ...core.motion.believable import believed
 from ...core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
 from ...core.motion.skinning import on_the_ground
 from ...core.motion.source import SourceMotion
@@ -30,13 +31,14 @@ class Carried(NamedTuple):
     """A motion without labels on the body, and where it came from.
 
     `take` is empty for SMPL files; `skeleton` says whose bone names matched, or the joint set; `scale` is
-    body metres in one unit of the file.
+    body metres in one unit of the file; `cut` says which frames at the ends were left out, if any.
     """
 
     motion: Motion
     take: str
     skeleton: str
     scale: float
+    cut: str
 
 
 Source = SourceMotion | Motion | JointPositions
@@ -97,12 +99,16 @@ def look_up(files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS) -> Vo
 def carry(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:
     """Retarget what a file holds to a body; the user's own bone maps are tried before the bundled ones.
 
-    Raises `UnusableMotion` if the skeleton cannot be matched, or the joints make no body.
+    Rest poses and damage at the ends are left out. Raises `UnusableMotion` if the skeleton cannot be matched,
+    the joints make no body, or no body moves so.
     """
     if isinstance(source, JointPositions):
-        found = source.fit(body)
-        return Carried(found.motion, "", source.joint_set.name, found.scale)
+        fit = source.fit(body)
+        kept = believed(body, fit.motion)
+        return Carried(kept.motion, "", source.joint_set.name, fit.scale, kept.cut)
     if isinstance(source, Motion):
-        return Carried(on_the_ground(body, source), "", "SMPL", 1.0)
-    carried = retarget(with_likely_rest(source, body, maps), body, maps)
-    return Carried(carried.motion, source.take, carried.bone_map, carried.scale)
+        kept = believed(body, on_the_ground(body, source))
+        return Carried(kept.motion, "", "SMPL", 1.0, kept.cut)
+    found = retarget(with_likely_rest(source, body, maps), body, maps)
+    kept = believed(body, found.motion, found.rest, source.first_frame)
+    return Carried(kept.motion, source.take, found.bone_map, found.scale, kept.cut)

@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motions that a body can make: cuts rest poses and damage off the ends and refuses what is impossible."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..body.body import Body
+from ..body.skeleton import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS
+from .motion import Motion
+from .skinning import joint_transforms, on_the_ground
+from .source import UnusableMotion, refuse_few_frames, refuse_still
+
+FASTEST_PELVIS = 12.4
+"""m/s. Usain Bolt ran 20 m in 1.61 s in Berlin on 16 August 2009, and reached 12.14 m/s over 20 m in Zagreb
+(Čoh et al. 2018, doi:10.26582/k.50.2.10). Nobody was measured faster."""
+
+FASTEST_JOINT = 47.0
+"""m/s. The fastest pitch was 105.8 miles an hour (Aroldis Chapman, 24 September 2010): no hand is faster than
+the ball that leaves it, and no other joint is faster than a pitcher's hand."""
+
+LONGEST_CUT_S = 0.25
+"""Damage at either end is cut off up to this length, and up to a quarter of the frames."""
+
+JUMP = 4.0
+"""A step this many times as far as any other in the clip leads from or to a pose that is not part of it."""
+
+NEAR_S = 0.1
+"""A step from or to the skeleton's rest pose is only compared with those in this time next to it."""
+
+SMALLEST_JUMP = 0.02
+STILL = 2e-5
+"""Steps below `SMALLEST_JUMP`, in skeleton sizes, are no jumps; those below `STILL` are no movement."""
+
+RESTING = np.cos(np.radians(20))
+"""In a frame that shows the rest pose no joint is turned further against it."""
+
+TOO_FAR = 5.0
+OPPOSED = 0.5
+"""The pelvis travels in another unit than the body has if the lower foot moves against it, as a foot on the
+ground does (cosine of at least `OPPOSED`), but more than `TOO_FAR` times too little."""
+
+OFTEN, USUAL_FACTOR = 10, 100
+"""A motion too fast at one in so many steps is in another unit: centimetres if the feet do not tell."""
+
+UNITS = {
+    10: "millimetres, not centimetres",
+    100: "centimetres, not metres",
+    1000: "millimetres, not metres",
+}
+"""What a translation looks like by how many times it is too large."""
+
+FEET = [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]
+BODY = slice(0, min(BODY_HANDS))
+
+
+class Believed(NamedTuple):
+    """The part of a motion that a body can make."""
+
+    motion: Motion
+    cut: str  # which frames at the ends were cut off and why, in words; "" where none were
+
+
+def believed(body: Body, motion: Motion, rest: np.ndarray | None = None, first_frame: int = 0) -> Believed:
+    """The motion without rest poses and damage at its ends.
+
+    `rest` (24, 3, 3) are the joints' world rotations in the skeleton's rest pose, by default the T-pose's;
+    `first_frame` is the number of the first frame in the file. Raises UnusableMotion, with frame, speed and
+    likely unit, if the rest still moves as no body does, or does not move.
+    """
+    turned, heads = joint_transforms(body, motion)
+    rest = np.tile(np.eye(3), (N_JOINTS, 1, 1)) if rest is None else rest
+    part = moving_part(heads, shows_rest(turned[:, BODY], rest[BODY]), motion.rate)
+    said = _cut_words(part, len(heads), "a rest pose", first_frame)
+    _refuse_unit(heads[part], motion.rate, first_frame + part.start)
+    whole = _undamaged(heads[part], motion.rate, first_frame + part.start)
+    if whole.stop - whole.start < part.stop - part.start:
+        speed = _speeds(heads[part], motion.rate).max()
+        why = f"damaged (up to {speed:,.0f} m/s)"
+        said = _cut_words(whole, part.stop - part.start, why, first_frame + part.start, said)
+    kept = slice(part.start + whole.start, part.start + whole.stop)
+    refuse_few_frames(kept.stop - kept.start, " of motion" if said else "")
+    refuse_still(heads[kept], turned[kept, :, :, 1])
+    if not said:
+        return Believed(motion, "")
+    left = replace(motion, rotations=motion.rotations[kept], pelvis=motion.pelvis[kept])
+    return Believed(on_the_ground(body, left), said)
+
+
+def shows_rest(turned: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """The frames, shape (T,), in which joints (T, J, 3, 3) stand to the first as in a rest pose (J, 3, 3)."""
+    away = turned @ rest.swapaxes(-1, -2)
+    against = away[:, :1].swapaxes(-1, -2) @ away
+    cosine = (np.trace(against, axis1=-2, axis2=-1) - 1) / 2
+    return cosine.min(axis=1) > RESTING
+
+
+def moving_part(heads: np.ndarray, resting: np.ndarray, rate: float) -> slice:
+    """The frames of joints (T, J, 3) between rest poses at the start and at the end.
+
+    A pose there, of one frame or held, is not part of the motion if the step from it or to it is a jump.
+    `resting` (T,) says which frames show the skeleton's rest pose.
+    """
+    size = float(np.median(np.ptp(heads, axis=1).max(axis=1))) or 1.0
+    steps = np.linalg.norm(np.diff(heads, axis=0), axis=-1).max(axis=1) / size
+    near = max(3, round(NEAR_S * rate))
+    moving = np.flatnonzero(steps > STILL)
+    if len(moving) == 0:
+        return slice(0, len(heads))
+    first, last = int(moving[0]), int(moving[-1])
+    led = _jumps(steps[first : max(last, first + 1)], resting[first], near)
+    left = _jumps(steps[first + 1 : last + 1][::-1], resting[last + 1], near)
+    start, stop = first + led if led else 0, last + 1 - left + 1 if left else len(heads)
+    return slice(start, stop) if start < stop else slice(0, len(heads))
+
+
+def _jumps(steps: np.ndarray, resting: bool, near: int) -> int:
+    """How many steps lead out of a pose: 0 if it belongs to the motion, 2 where a frame lies between."""
+    for count in (1, 2) if resting else (1,):
+        jump, others = steps[:count], steps[count : count + near] if resting else steps[count:]
+        if len(jump) == count and jump.min() > max(JUMP * others.max(initial=0.0), SMALLEST_JUMP):
+            return count
+    return 0
+
+
+def _speeds(heads: np.ndarray, rate: float) -> np.ndarray:
+    """Speed (T - 1, J) of joints (T, J, 3) between frames, m/s."""
+    return np.linalg.norm(np.diff(heads, axis=0), axis=-1) * rate
+
+
+def _too_fast(speeds: np.ndarray) -> np.ndarray:
+    """The steps, by their numbers, at which the pelvis or any joint is faster than a body can be."""
+    return np.flatnonzero((speeds[:, 0] > FASTEST_PELVIS) | (speeds.max(axis=1) > FASTEST_JOINT))
+
+
+def _undamaged(heads: np.ndarray, rate: float, first_frame: int) -> slice:
+    """The frames between those near the ends at which a body would be too fast."""
+    n_frames, speeds = len(heads), _speeds(heads, rate)
+    bad = _too_fast(speeds)
+    most = min(round(LONGEST_CUT_S * rate), n_frames // 4)
+    early, late = bad[bad < most], bad[bad >= n_frames - 1 - most]
+    start, stop = (early[-1] + 1 if len(early) else 0), (late[0] + 1 if len(late) else n_frames)
+    if len(bad) > len(early) + len(late):
+        raise UnusableMotion(f"{_fastest(speeds, first_frame)}: {_advice(heads, bad)}")
+    return slice(int(start), int(stop))
+
+
+def _fastest(speeds: np.ndarray, first_frame: int) -> str:
+    """Which joint is too fast, where and by which limit, in words."""
+    over = speeds / FASTEST_JOINT
+    over[:, 0] = speeds[:, 0] / FASTEST_PELVIS
+    joint = 0 if over[:, 0].max() > 1 else int(over.max(axis=0).argmax())
+    step = int(over[:, joint].argmax())
+    frame, name = first_frame + step, JOINT_NAMES[joint].replace("_", " ")
+    limit = f"a pitcher's hand ({FASTEST_JOINT:g} m/s)" if joint else f"a sprinter ({FASTEST_PELVIS:g} m/s)"
+    at = f"{speeds[step, joint]:,.0f} m/s between frames {frame} and {frame + 1}"
+    return f"its {name} moves at {at}, faster than {limit}"
+
+
+def _advice(heads: np.ndarray, bad: np.ndarray) -> str:
+    """What to do about a motion that is too fast at some steps."""
+    if OFTEN * len(bad) > len(heads):
+        factor, opposed = _travel(heads)
+        return _unit_advice(factor if opposed > OPPOSED / 2 and factor > TOO_FAR else USUAL_FACTOR)
+    return "it jumps there: cut it there, or correct its unit or frame rate"
+
+
+def _refuse_unit(heads: np.ndarray, rate: float, first_frame: int) -> None:
+    """Refuse a motion whose pelvis travels in another unit than the body."""
+    factor, opposed = _travel(heads)
+    if opposed > OPPOSED and factor > TOO_FAR:
+        speeds = _speeds(heads, rate)
+        step = int(speeds[:, 0].argmax())
+        raise UnusableMotion(
+            f"its pelvis moves at {speeds[step, 0]:,.3g} m/s between frames {first_frame + step} and "
+            f"{first_frame + step + 1}, while its feet slide: {_unit_advice(factor)}"
+        )
+
+
+def _unit_advice(factor: float) -> str:
+    """The likely unit of a travel that is so many times too large, and what to do."""
+    nearest = min(UNITS, key=lambda one: abs(np.log(factor / one)))
+    return f"its translation looks like {UNITS[nearest]}: divide it by {nearest}"
+
+
+def _travel(heads: np.ndarray) -> tuple[float, float]:
+    """How many times the pelvis travels further than the lower foot's motion against it; and their cosine."""
+    feet = heads[:, FEET] - heads[:, :1]
+    lower = feet[:-1, :, 2].argmin(axis=1)[:, None, None]
+    foot = np.take_along_axis(np.diff(feet, axis=0), lower, axis=1)[:, 0]
+    pelvis = np.diff(heads[:, 0], axis=0)
+    length = np.linalg.norm(pelvis, axis=1)
+    usual = length <= 10 * np.median(length)
+    foot, pelvis = foot[usual], pelvis[usual]
+    against = -float((foot * pelvis).sum())
+    if not against > 0:
+        return 0.0, 0.0
+    own, other = float((pelvis**2).sum()), float((foot**2).sum())
+    return own / against, against / np.sqrt(own * other)
+
+
+def _cut_words(part: slice, n_frames: int, why: str, first_frame: int, before: str = "") -> str:
+    """Which frames are cut off at the ends, added to what was said before."""
+    ends = [(0, part.start), (part.stop, n_frames)]
+    ranges = [(first_frame + a, first_frame + b - 1) for a, b in ends if b > a]
+    names = [f"frame {a}" if a == b else f"frames {a} to {b}" for a, b in ranges]
+    said = [f"{' and '.join(names)} cut off: {why}"] if names else []
+    return "; ".join([*filter(None, [before]), *said])
