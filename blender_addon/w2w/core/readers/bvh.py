@@ -15,7 +15,7 @@ BVH_SUFFIX = ".bvh"
 
 
 def read_bvh(path: str | Path, rate: float | None = None, up: Up | None = None) -> SourceMotion:
-    """Read a BVH file: z up, in its own unit of length, without T-poses at its ends, at rest as a person can be.
+    """Read a BVH file: z up, in its own unit, without T-poses at its ends, at rest as a person can be.
 
     `rate` and the axis `up` go before the file's own.
 
