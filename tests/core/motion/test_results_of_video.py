@@ -8,13 +8,14 @@ import pickle
 import sys
 from collections import OrderedDict
 from types import ModuleType
-from zipfile import ZipFile
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import joblib
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from w2w.core.files import UNPACKED_FREELY
 from w2w.core.library.library import is_motion
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.source import UnusableMotion
@@ -201,3 +202,15 @@ def test_a_cut_result_is_said(tmp_path, poses, path):
     (tmp_path / "a.pkl").write_bytes(data[: len(data) // 2])
     with pytest.raises(UnusableMotion, match="it is damaged, or no pickle"):
         read_amass(tmp_path / "a.pkl", 30.0)
+
+
+@pytest.mark.parametrize("name", ["packed.pkl", "zipped.pt"])
+def test_a_result_that_unpacks_to_far_more_than_a_motion_is_refused(tmp_path, name):
+    content, path = pickle.dumps(bytes(UNPACKED_FREELY)), tmp_path / name
+    if name.endswith(".pkl"):
+        path.write_bytes(gzip.compress(content))
+    else:
+        with ZipFile(path, "w", ZIP_DEFLATED) as archive:
+            archive.writestr("a/data.pkl", content)
+    with pytest.raises(UnusableMotion, match="it unpacks to more than any motion needs"):
+        read_amass(path, 30.0)
