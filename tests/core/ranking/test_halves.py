@@ -41,6 +41,8 @@ def test_halves_share_no_clip_and_no_subject(subjects):
     for pair in work.pairs:
         one, other = (np.r_[trained(work, trial), trial.windows] for trial in pair)
         assert not np.isin(whose[one], whose[other]).any()
+        if subjects:
+            assert [len(np.unique(fold[trial.windows])) for trial in pair] == [3, 3]
         assert pair[0].testable.all()
         assert pair[1].testable.all()
 
@@ -87,6 +89,15 @@ def test_two_or_three_subjects_are_compared_one_with_another():
     for first, second in work.pairs:
         assert len(np.unique(fold[first.windows])) == 1
         assert not np.isin(fold[first.windows], fold[second.windows]).any()
+
+
+def test_four_subjects_are_halved_in_all_three_ways():
+    labels, clip, fold, is_test = library(subjects=4)
+    work = plan(labels, clip, fold, is_test, by_subject=True)
+    assert work.disjoint
+    together = {frozenset(fold[trial.windows].tolist()) for pair in work.pairs for trial in pair}
+    assert {len(half) for half in together} == {2}
+    assert len(together) == 6
 
 
 def test_an_odd_clip_falls_on_either_side():

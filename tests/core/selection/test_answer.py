@@ -9,6 +9,7 @@ import pytest
 
 from w2w.core.patches.body_parts import PRODUCTS, segment
 from w2w.core.selection.answer import Scored, answer, compare, product_patches, product_places
+from w2w.core.selection.headline import short
 
 from . import made_map
 
@@ -33,6 +34,13 @@ def test_two_products_of_different_parts_are_named_with_the_lower_f1(patches, bu
     assert [score.name for score in said.named] == ["chest strap", "belt clip"]
     assert said.patch == said.named[0].patch
     assert patches.regions[said.patch] == "sternum"
+
+
+@pytest.mark.parametrize("costs", [0.004, 0.006, 0.3])
+def test_what_another_product_costs_is_said_where_two_digits_show_it(patches, bundled_body, costs):
+    group = where(patches, "hip", "left hip", "right hip", "left front hip", "right front hip")
+    said = answer(Scored(ranked(np.where(group, 0.9, 0.9 - costs), group), patches, bundled_body))
+    assert said.sentence().endswith(f"costs {short(costs)}.") is (short(costs) != ".00")
 
 
 def test_without_a_product_among_the_best_a_region_its_size_and_its_middle_are_named(patches, bundled_body):

@@ -215,7 +215,7 @@ def _votes(labels: np.ndarray, vote: np.ndarray, windows: np.ndarray) -> np.ndar
     pairs = np.stack([labels[windows], vote[windows]])
     _, unit, size = np.unique(pairs, axis=1, return_inverse=True, return_counts=True)
     unit = unit.ravel()
-    units_of = np.bincount(np.unique(pairs, axis=1)[0], minlength=labels.max() + 1)
+    units_of = np.bincount(np.unique(pairs, axis=1)[0])
     return 1.0 / size[unit] / units_of[labels[windows]]
 
 
