@@ -117,6 +117,11 @@ def _about_source(
         matched = "matched by structure, as no bone map knows their names"
     bones = source.bones[source.first_bone :]
     rows = [("take", f"'{source.take}'"), ("skeleton", f"{len(bones)} bones, {matched}")]
+    if source.other_takes:
+        named = ", ".join(f"'{name}'" for name in source.other_takes[:5])
+        more = ", ..." if len(source.other_takes) > 5 else ""
+        count = f"{len(source.other_takes)} that move are not used"
+        rows.append(("other takes", f"{count}: {named}{more}; save each as a file of its own"))
     if source.people > 1:
         rows.append(("people", f"{source.people}; only one of them is used, the one that moves most"))
     if not source.rest_is_known:

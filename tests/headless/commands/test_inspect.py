@@ -79,6 +79,22 @@ def test_a_bone_map_of_the_user_s_own(shared_data, tmp_path):
 WALKING = "mixamo/Conqster__TheBarMan/Walking.fbx"
 
 
+@pytest.mark.later
+def test_takes_that_are_not_used_are_named(shared_data, tmp_path):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.import_scene.fbx(filepath=str(shared_data / WALKING))
+    action = next(iter(bpy.data.actions))
+    for name in ("one", "two"):
+        action.copy().name = name
+    bpy.ops.export_scene.gltf(filepath=str(tmp_path / "a.glb"), export_animation_mode="ACTIONS")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    code, output = inspect(tmp_path / "a.glb")
+    assert code == 0, output
+    assert re.search(
+        r"other takes 2 that move are not used: '.*', '.*'; save each as a file of its own", output
+    )
+
+
 def test_plain_english_for_each_kind_of_file(shared_data):
     """The whole output, as people read it."""
     take = "mixamo.com"

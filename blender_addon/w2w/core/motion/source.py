@@ -28,6 +28,7 @@ class SourceMotion:
     people: int = 1  # whole skeletons in the file, of which this is one
     rest_is_known: bool = True  # whether the file has a rest pose, or `rest` is a frame of the motion
     first_bone: int = 0  # number of the first true bone: 1 where the armature that holds them comes before
+    other_takes: tuple[str, ...] = ()  # names of takes of the file that move, too, and are not read
     up: str = ""  # the file's own axis that is up, where it was looked for or given
     first_frame: int = 0  # number of the first frame in the file, where those before it are left out
 

@@ -232,7 +232,8 @@ def _most_moving(takes: list[Take]) -> SourceMotion:
     if not moving:
         refuse_pose(max(motions, key=lambda motion: motion.n_frames))
     preferred = [motion for motion in moving if "mixamo.com" in motion.take]
-    return max(preferred or moving, key=motion_amount)
+    best = max(preferred or moving, key=motion_amount)
+    return replace(best, other_takes=tuple(sorted({motion.take for motion in moving} - {best.take})))
 
 
 def _rests_crumpled(armature: bpy.types.Object, matched: dict[int, int]) -> bool:
