@@ -17,6 +17,7 @@ from w2w.core.clip_list import CLIP_LIST
 from w2w.core.files import json_number, write_json
 from w2w.core.findings.advice_content import patch_content
 from w2w.core.findings.summary import study_counts, write_failure, write_results
+from w2w.core.inside import inside
 from w2w.core.ranking.agreement import rank_agreement
 from w2w.core.ranking.folds import check_testable
 from w2w.core.results_folder import Study
@@ -197,7 +198,7 @@ def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, 
     if len(bodies) > 1:
         check(out, [COMPARISON])
         for name, _ in bodies:  # one folder is checked when its run begins
-            check_folder(plan, out / name)
+            check_folder(plan, inside(out, name))
     return bodies
 
 

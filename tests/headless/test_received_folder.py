@@ -81,6 +81,7 @@ def commands(place: Path) -> dict[str, list[object]]:
         "run": ["run", library, "--out", out, *RUN],
         "verify": ["run", library, "--out", out, "--verify", *RUN],
         "shard": ["run", library, "--out", out, "--shard", "1/2", *RUN],
+        "bodies": ["run", library, "--out", out, "--bodies", "female,male", *RUN],
         "fewer": ["run", library, "--out", out, "--leave-out", "other", *RUN],
     }
 
@@ -236,7 +237,19 @@ READ = {
     "xsens": ["summary.json", "motions", "motions/calm_0.npz", "export", ".w2w/body.npz"],
     "aeon": ["signals", "signals/calm_0.npz", "export", ".w2w"],
     "status": [".w2w", ".w2w/state.json", ".w2w/lock"],
-    "run": ["motions", "signals", ".w2w", ".w2w/features", LIST, RECORDS, ".w2w/clips", ".w2w/holder"],
+    "run": [
+        "motions",
+        "signals",
+        "motions/calm_0.npz",
+        "signals/wild_2.npz",
+        ".w2w",
+        ".w2w/features",
+        LIST,
+        RECORDS,
+        ".w2w/clips",
+        ".w2w/holder",
+    ],
+    "bodies": ["female"],
     "redraw": [".w2w", ".w2w/holder", "report.html", "heatmaps", "study.blend"],
 }
 

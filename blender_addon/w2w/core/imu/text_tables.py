@@ -49,7 +49,7 @@ def parse_fact(line: str) -> tuple[str, object]:
     name, value = line.removeprefix("#").split(":", 1)
     try:
         return name.strip(), json.loads(value)
-    except json.JSONDecodeError:
+    except (ValueError, RecursionError):
         return name.strip(), value.strip()
 
 
