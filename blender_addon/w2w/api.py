@@ -16,7 +16,6 @@ from .core.clip_files import ClipWindows
 from .core.clip_ranking import LabelledClip, WindowLabels, copies_among, same_motions
 from .core.findings.notes import (
     copies_sentence,
-    full_scale_content,
     full_scale_sentence,
     left_out_sentences,
 )
@@ -124,7 +123,7 @@ def synthesize(
         record_motion(motions.body, patches, one, settings, model, seed)
         for one in tracked(motions, "Synthesizing signals")
     )
-    about = [(one.clip or "a clip", full_scale_content(model.at_full_scale(one))) for one in recordings]
+    about = [(one.clip or "a clip", model.full_scale_content(one)) for one in recordings]
     if caution := full_scale_sentence(about):
         warnings.warn(caution, stacklevel=2)
     return Signals(recordings, patches, motions)

@@ -13,7 +13,6 @@ import numpy as np
 from w2w.core.body.body import Body
 from w2w.core.clip_files import WORK, mark_changing, write_features
 from w2w.core.files import file_sha256
-from w2w.core.findings.notes import full_scale_content
 from w2w.core.garments.cover import FITTED, Cover, load_covers
 from w2w.core.garments.on_cloth import ClothSensors, caught_content
 from w2w.core.keypoints.facts import PoseFacts
@@ -192,7 +191,7 @@ def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
         if task.engine.signals:
             recording.save(unfinished(task.signals_file))
     details = {**details, "windows": len(is_test), "test_windows": int(np.sum(is_test))}
-    details |= full_scale_content(task.config.sensor_model().at_full_scale(recording))
+    details |= task.config.sensor_model().full_scale_content(recording)
     if on_cloth is not None:
         frames = dict(zip(_covers(task.out, task.inputs), on_cloth.caught, strict=True))
         details |= caught_content(frames, len(on_cloth.matrices))

@@ -30,7 +30,7 @@ USED = {
     "mixamo/GDDMN__Test_DigitalOxygen/X Bot@Flying Knee Punch Combo.fbx": "81 at 30 frames/s",
     "mixamo/W3bbieLabs__bullrun/Fast Run (3).fbx": "17 at 30 frames/s",
     "mixamo/keijiro__CMUMocap/135_01.fbx": "1517 at 30 frames/s",
-    "mixamo/Uncleared__RootMotionNavMesh/Soccer Kick.fbx": "73 at 24 frames/s",
+    "mixamo/Uncleared__RootMotionNavMesh/Soccer Kick.fbx": "72 at 24 frames/s",
     "bvh/cmu_JonathanAlderson/pauseTest.bvh": "343 at 120",
     "bvh/pybvh/bvh_test3.bvh": "100 at 120",
     "smpl_poses/nghorbani__amass/amass_sample.npz": "601 at 120 frames/s",

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Notes on clips that lost frames at their ends or read the sensor's full scale."""
 
-from w2w.core.findings.notes import cut_sentence, full_scale_content, full_scale_sentence
+from w2w.core.findings.notes import cut_sentence, full_scale_sentence
 
 
 def test_clips_at_full_scale_are_counted_and_the_worst_is_named():
     shares = {"still": 0.0, "step": 0.01, "jump": 0.031, "far": 0.97}
-    about = [(name, full_scale_content(share)) for name, share in shares.items()]
+    about = [(name, {"at_full_scale": share} if share > 0.01 else {}) for name, share in shares.items()]
     said = full_scale_sentence(about)
     assert said.startswith(
         "2 clips read the sensor's full scale in more than 1 % of the samples (the most: far, 97 %)"

@@ -278,7 +278,11 @@ def test_samples_at_full_scale_are_counted_of_either_triad():
     acc[:5, 0, 1], gyr[3:8, 0, 2], gyr[50:52, 1, 0], acc[60:70, 1, 0] = -25.0, 9.0, -4.1, 19.5
     read = part.apply(ImuRecording(acc, gyr, 100.0), seed=0)
     assert part.at_full_scale(read) == pytest.approx((8 + 2) / 200)
+    assert part.full_scale_content(read) == {"at_full_scale": 0.05}
     assert SensorModel.ideal().at_full_scale(read) == 0
+    usual = replace(read, acc=0 * read.acc, gyr=np.where(np.arange(100)[:, None, None] < 1, 4, 0 * read.gyr))
+    assert part.at_full_scale(usual) == 0.01
+    assert part.full_scale_content(usual) == {}
 
 
 def test_jitter_moves_the_sampling_instants():

@@ -4,6 +4,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from ..imu.sensor import FULL_SCALE
 from ..library.labels import LabelCheck
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.utility import UtilityMap
@@ -128,15 +129,6 @@ def copies_sentence(copies: Sequence[tuple[str, str]]) -> str:
         f"{count} of another, by motion_key or by how the body moves, and no clip is tested on its copies: "
         f"{named}"
     )
-
-
-FULL_SCALE = 0.01
-"""Share of a clip's samples at the sensor's full scale beyond which the clip is doubted."""
-
-
-def full_scale_content(share: float) -> dict[str, float]:
-    """The share of a clip's samples at the sensor's full scale, for its record; empty where it is usual."""
-    return {"at_full_scale": round(share, 3)} if share > FULL_SCALE else {}
 
 
 def full_scale_sentence(clips: Iterable[tuple[str, Mapping[str, Any]]]) -> str:

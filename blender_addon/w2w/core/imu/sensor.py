@@ -17,6 +17,9 @@ from .recording import ImuRecording
 CHUNK_VALUES = 400_000
 """About the values of a chunk of sensors: few enough to stay in cache."""
 
+FULL_SCALE = 0.01
+"""Share of a clip's samples at the sensor's full scale beyond which the clip is doubted."""
+
 
 @dataclass(frozen=True)
 class Triad:
@@ -204,6 +207,11 @@ class SensorModel:
 
         for_each(fill, chunks(recording.n_sensors, size))
         return replace(recording, acc=acc, gyr=gyr, rate=rate)
+
+    def full_scale_content(self, recording: ImuRecording) -> dict[str, float]:
+        """The share of a recording's samples at full scale, for a clip's record; empty where it is usual."""
+        share = self.at_full_scale(recording)
+        return {"at_full_scale": round(share, 3)} if share > FULL_SCALE else {}
 
     def at_full_scale(self, recording: ImuRecording) -> float:
         """Share of a recording's samples, of all its sensors, in which an axis reads the end of its range."""
