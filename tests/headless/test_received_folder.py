@@ -47,7 +47,7 @@ def sent(made_once) -> Path:
 
     def make(folder: Path) -> None:
         for number, (activity, scale) in enumerate(
-            [("calm", 0.05), ("calm", 0.06), ("wild", 0.3), ("wild", 0.4)]
+            [("calm", 0.05), ("calm", 0.06), ("wild", 0.3), ("wild", 0.4), ("calm", 0.07)]
         ):
             moving(folder / "library" / activity / f"{number}.npz", number, scale)
         code, said = w2w("run", folder / "library", "--out", folder / "out", *RUN)
@@ -61,6 +61,8 @@ def place(sent, tmp_path) -> Path:
     """A folder with the library, `out` as it was received, and files elsewhere, equal to those of `out`."""
     for name, target in (("library", "library"), ("out", "out"), ("out", "elsewhere")):
         shutil.copytree(sent / name, tmp_path / target)
+    rows = [f"{name}/{n}.npz,{name}" for name, n in [("calm", 0), ("calm", 1), ("wild", 2), ("wild", 3)]]
+    (tmp_path / "fewer.csv").write_text("\n".join(["file,activity", *rows]))
     (tmp_path / "elsewhere" / "thesis.txt").write_text("years of work")
     (tmp_path / "elsewhere" / ".mine.w2w.part").write_text("unfinished")
     return tmp_path
@@ -82,7 +84,7 @@ def commands(place: Path) -> dict[str, list[object]]:
         "verify": ["run", library, "--out", out, "--verify", *RUN],
         "shard": ["run", library, "--out", out, "--shard", "1/2", *RUN],
         "bodies": ["run", library, "--out", out, "--bodies", "female,male", *RUN],
-        "fewer": ["run", library, "--out", out, "--leave-out", "other", *RUN],
+        "fewer": ["run", library, "--labels", place / "fewer.csv", "--out", out, *RUN],
     }
 
 
@@ -250,6 +252,7 @@ READ = {
         ".w2w/holder",
     ],
     "bodies": ["female"],
+    "fewer": ["motions", "motions/calm_4.npz", "signals/calm_4.npz", RECORDS],
     "redraw": [".w2w", ".w2w/holder", "report.html", "heatmaps", "study.blend"],
 }
 
@@ -341,4 +344,4 @@ def test_whatever_a_received_folder_says_nothing_elsewhere_is_touched(place, see
             code, said = w2w(*commands(place)[word])
         assert code in (0, 1, 2, 4), said
         assert "please report" not in said
-    assert {path.name for path in place.iterdir()} <= {"elsewhere", "library", "out", "new"}
+    assert {path.name for path in place.iterdir()} <= {"elsewhere", "library", "out", "new", "fewer.csv"}
