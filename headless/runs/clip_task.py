@@ -21,6 +21,7 @@ from w2w.core.motion.up import BY_ITSELF, Ups
 from w2w.core.readers.asf_amc import AMC_SUFFIX, skeleton_file
 from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.study import StudyConfig
+from w2w.core.wording import name_bytes
 
 from .guard import LIMIT_S, MEMORY
 
@@ -54,7 +55,7 @@ class ClipTask:
     """All that a worker needs to know about one clip.
 
     `inputs` is a hash of the body, the patches, the config and the code that the result depends on, `before`
-    the clip's record by an earlier run, as it is in the list, and `library` the real path of its folder.
+    the clip's record by an earlier run, as it is in the list, and `library` the library's `digest_of_path`.
     """
 
     clip: Clip
@@ -96,12 +97,17 @@ class ClipTask:
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
     def look(self) -> Looks:
-        """The library's real path and the `stamp` of each file that is read for the clip."""
+        """The digest of the library's path and the `stamp` of each file that is read for the clip."""
         return look(self.library, self.clip.path)
 
 
+def digest_of_path(folder: Path) -> str:
+    """A digest of a folder's real path: results are passed on, and the path may hold names of people."""
+    return hashlib.sha256(name_bytes(os.path.realpath(folder))).hexdigest()[:16]
+
+
 def look(library: str, path: Path) -> Looks:
-    """A library's real path and the `stamp` of each file that is read for a clip, given by its path."""
+    """The digest of a library's path and the `stamp` of each file read for a clip, given by its path."""
     return [library, *map(stamp, (path, *read_beside(path)))]
 
 

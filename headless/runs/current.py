@@ -24,7 +24,7 @@ from w2w.core.garments.cut import split_name
 from w2w.core.inside import inside
 from w2w.core.library.library import Clip
 
-from .clip_task import Looks, look, stamp
+from .clip_task import Looks, digest_of_path, look, stamp
 from .folder import DIVIDED, code_sha256
 from .own_files import LIST, is_whole
 from .records import forget_read, lists_in, read_records
@@ -56,7 +56,7 @@ def is_untouched(plan: RunPlan, body: Body, out: Path) -> bool:
     noted = _noted(out).get("looks")
     if not noted:
         return False
-    library = os.path.realpath(plan.library.folder)
+    library = digest_of_path(plan.library.folder)
     clips = [look(library, clip.path) for clip in plan.library.clips]
     with suppress(OSError):  # a folder is gone
         return noted == _looks(plan, body, out, clips, garment_stamps(plan)) and is_whole(out)
@@ -89,7 +89,7 @@ def _content(plan: RunPlan, made: Made, out: Path) -> dict[str, str]:
 
 def _looks_as_read(plan: RunPlan, made: Made, out: Path) -> list[Looks] | None:
     """How each clip looked before the run read it; None where that is not known of all."""
-    records, library = read_records(out), os.path.realpath(plan.library.folder)
+    records, library = read_records(out), digest_of_path(plan.library.folder)
     forget_read()
     found = []
     for result in made.clips:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import Executor
@@ -38,7 +37,7 @@ from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.results_folder import ClipResult, Study, StudyResults, advised
 from w2w.core.study import StudyConfig, place_patches
 
-from .clip_task import ClipTask
+from .clip_task import ClipTask, digest_of_path
 from .cluster import spread_over
 from .folder import (
     SUMMARY,
@@ -198,7 +197,7 @@ def _bake(
     ).hexdigest()
     out = out.resolve()
     records = read_records(out) if shard else tidy(out)
-    library = os.path.realpath(plan.library.folder)
+    library = digest_of_path(plan.library.folder)
     clips = {clip.name: clip for clip in plan.library.clips}
     results: dict[str, ClipResult] = {}
     due, own_files = [], []
