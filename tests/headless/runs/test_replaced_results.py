@@ -195,8 +195,10 @@ def doors(out, beside, drawn=False):
     found = {"status": call("status", out)}
     for name, command in commands.items():
         code, said = call(*command)
-        made = results(beside / "export") if name == "export" and code == 0 else results(out)
-        found[name] = None if code == 4 and SENTENCE in said else (code, said.replace(str(beside), ""), made)
+        made = results(out)
+        if name == "export" and code == 0:
+            said, made = "", results(beside / "export")  # it names its folder, of another length each time
+        found[name] = None if code == 4 and SENTENCE in said else (code, "".join(said.split()), made)
     for name, read in (("open_results", opened), ("stream", streamed)):
         try:
             found[name] = read(out)
