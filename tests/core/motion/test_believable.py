@@ -60,6 +60,23 @@ def fast(walk):
     return replace(walk, rotations=turns)
 
 
+def squatting(body, walk):
+    """A squat whose feet slide to and fro as the pelvis sinks, so that only heights tell how far it goes."""
+    bend = 1.2 * np.sin(np.pi * np.arange(120) / 119) ** 2
+    turns = np.tile(np.eye(3), (120, N_JOINTS, 1, 1))
+    for side in ("left", "right"):
+        for joint, sign in (("hip", -1), ("knee", 1)):
+            angle = sign * bend
+            turns[:, JOINT_INDEX[f"{side}_{joint}"]] = Rotation.from_rotvec(
+                np.outer(angle, [1, 0, 0])
+            ).as_matrix()
+    _, heads = joint_transforms(body, replace(walk, rotations=turns, pelvis=np.zeros((120, 3))))
+    path = np.zeros((120, 3))
+    path[:, 2] = -heads[:, :, 2].min(axis=1)
+    path[:, 0] = 0.2 * np.sin(np.arange(120) / 3)
+    return replace(walk, rotations=turns, pelvis=path)
+
+
 @pytest.mark.parametrize(("before", "after"), [(0, 0), (1, 0), (0, 1), (5, 0), (0, 5), (3, 2), (200, 0)])
 def test_rest_poses_at_the_ends_are_dropped(bundled_body, walk, before, after):
     for motion in (walk, fast(walk)):
@@ -133,7 +150,8 @@ def test_a_jump_of_a_hand_is_refused_with_frame_and_speed(bundled_body, walk):
 
 
 @pytest.mark.parametrize(("factor", "unit"), [
-    (10, "millimetres, not centimetres"), (100, "centimetres, not metres"), (1000, "millimetres, not metres"),
+    (10, "millimetres, not centimetres, or decimetres, not metres"),
+    (100, "centimetres, not metres"), (1000, "millimetres, not metres"),
 ])  # fmt: skip
 def test_a_travel_in_another_unit_is_refused_with_the_unit(bundled_body, walk, factor, unit):
     far = replace(walk, pelvis=factor * walk.pelvis)
@@ -143,6 +161,36 @@ def test_a_travel_in_another_unit_is_refused_with_the_unit(bundled_body, walk, f
         believed(bundled_body, far)
     with pytest.raises(UnusableMotion, match=rf"divide it by {factor}$"):
         believed(bundled_body, far)
+
+
+@pytest.mark.parametrize(("factor", "said"), [
+    (0.1, "centimetres, not millimetres, or metres, not decimetres: multiply it by 10"),
+    (0.01, "metres, not centimetres: multiply it by 100"),
+    (0.001, "metres, not millimetres: multiply it by 1000"),
+])  # fmt: skip
+def test_a_travel_too_small_for_the_body_is_refused_with_the_unit(bundled_body, walk, factor, said):
+    near = replace(walk, pelvis=factor * walk.pelvis)
+    with pytest.raises(UnusableMotion, match=rf"its pelvis moves by \S+ m, where .*looks like {said}$"):
+        believed(bundled_body, near)
+    believed(bundled_body, replace(walk, pelvis=0 * walk.pelvis + 1.0))  # in place
+
+
+def test_a_height_in_another_unit_is_refused_where_nobody_steps(bundled_body, walk):
+    squat = squatting(bundled_body, walk)
+    believed(bundled_body, squat)
+    for factor, said in ((10, "divide it by 10"), (0.01, "multiply it by 100")):
+        with pytest.raises(UnusableMotion, match=f"{said}$"):
+            believed(bundled_body, replace(squat, pelvis=factor * squat.pelvis))
+
+
+def test_a_wrong_frame_rate_is_not_taken_for_a_wrong_unit(bundled_body, walk):
+    """Legs that carry the pelvis as they should, but tens of times too fast."""
+    said = r"its frame rate, 1800, looks too high: give --pose-rate, or Frame Rate in Blender's import dialog"
+    with pytest.raises(UnusableMotion, match=said):
+        believed(bundled_body, replace(walk, rate=30 * RATE))
+    in_place = replace(fast(walk), pelvis=np.ones((120, 3)), rate=30 * RATE)
+    with pytest.raises(UnusableMotion, match=f"m/s.*: {said}"):
+        believed(bundled_body, in_place)
 
 
 def test_poses_in_degrees_are_refused(tmp_path, walk):

@@ -6,9 +6,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
+from w2w.core.motion.believable import believed
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
-from w2w.core.motion.source import SourceMotion
+from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.retargeting.retarget import on_the_ground, rest_alignment, retarget
 
 from .test_retarget import arms_at, as_source
@@ -79,6 +80,22 @@ def test_travel_in_centimetres_comes_out_in_metres(bundled_body, waving):
     _, heads = joint_transforms(bundled_body, retarget(source, bundled_body).motion)
     ours = heads[:, hips].mean(axis=1)
     np.testing.assert_allclose(ours - ours[0], path - path[0], atol=1e-9)
+
+
+def test_a_fall_in_millimetres_on_a_rig_in_centimetres_is_not_taken_for_one_in_metres(bundled_body, waving):
+    """A body that lies down sinks by a whole leg: ten times of that is no hundred."""
+    turns = waving.rotations.copy()
+    down = -np.pi / 2 * np.linspace(0, 1, len(turns))
+    turns[:, 0] = Rotation.from_rotvec(np.outer(down, [1, 0, 0])).as_matrix()
+    falling = Motion(turns, 0 * waving.pelvis, waving.rate)
+    falling.pelvis[:, 2] = -joint_transforms(bundled_body, falling)[1][:, :, 2].min(axis=1)
+    source = as_source(bundled_body, falling, arms_at(0))
+    path = source.matrices[:, 0, :3, 3].copy()
+    source.matrices[..., :3, 3] += 9 * path[:, None]
+    found = retarget(source, bundled_body).motion
+    np.testing.assert_allclose(np.ptp(found.pelvis[:, 2]), 10 * np.ptp(falling.pelvis[:, 2]), rtol=0.1)
+    with pytest.raises(UnusableMotion, match=r"divide it by 10$"):
+        believed(bundled_body, found)
 
 
 def rest_of(body, turns):

@@ -37,19 +37,26 @@ RESTING = np.cos(np.radians(20))
 """In a frame that shows the rest pose no joint is turned further against it."""
 
 TOO_FAR = 5.0
-OPPOSED = 0.5
-"""The pelvis travels in another unit than the body has if the lower foot moves against it, as a foot on the
-ground does (cosine of at least `OPPOSED`), but more than `TOO_FAR` times too little."""
+OPPOSED, BENT = 0.5, 0.9
+"""The pelvis travels in another unit than the body has if a foot on the ground moves against it (cosine of
+their steps at least `OPPOSED`), or it sinks as the body bends or lies down (correlation at least `BENT`), but
+more than `TOO_FAR` times too little or too much."""
 
-OFTEN, USUAL_FACTOR = 10, 100
-"""A motion too fast at one in so many steps is in another unit: centimetres if the feet do not tell."""
+LEAST_BEND = 0.1
+"""Metres between pelvis and lowest joint that come and go where a body bends."""
+
+OFTEN = 10
+"""A motion too fast at one in so many steps is in another unit or at another frame rate."""
 
 UNITS = {
-    10: "millimetres, not centimetres",
-    100: "centimetres, not metres",
-    1000: "millimetres, not metres",
+    10: (
+        "millimetres, not centimetres, or decimetres, not metres",
+        "centimetres, not millimetres, or metres, not decimetres",
+    ),
+    100: ("centimetres, not metres", "metres, not centimetres"),
+    1000: ("millimetres, not metres", "metres, not millimetres"),
 }
-"""What a translation looks like by how many times it is too large."""
+"""What a translation looks like by how many times it is too large, and too small."""
 
 FEET = [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]
 BODY = slice(0, min(BODY_HANDS))
@@ -142,7 +149,7 @@ def _undamaged(heads: np.ndarray, rate: float, first_frame: int) -> slice:
     early, late = bad[bad < most], bad[bad >= n_frames - 1 - most]
     start, stop = (early[-1] + 1 if len(early) else 0), (late[0] + 1 if len(late) else n_frames)
     if len(bad) > len(early) + len(late):
-        raise UnusableMotion(f"{_fastest(speeds, first_frame)}: {_advice(heads, bad)}")
+        raise UnusableMotion(f"{_fastest(speeds, first_frame)}: {_advice(heads, bad, rate)}")
     return slice(int(start), int(stop))
 
 
@@ -158,46 +165,65 @@ def _fastest(speeds: np.ndarray, first_frame: int) -> str:
     return f"its {name} moves at {at}, faster than {limit}"
 
 
-def _advice(heads: np.ndarray, bad: np.ndarray) -> str:
-    """What to do about a motion that is too fast at some steps."""
-    if OFTEN * len(bad) > len(heads):
-        factor, opposed = _travel(heads)
-        return _unit_advice(factor if opposed > OPPOSED / 2 and factor > TOO_FAR else USUAL_FACTOR)
-    return "it jumps there: cut it there, or correct its unit or frame rate"
+def _advice(heads: np.ndarray, bad: np.ndarray, rate: float) -> str:
+    """What to do about a motion that is too fast at some steps, though its legs tell of no other unit."""
+    if OFTEN * len(bad) <= len(heads):
+        return "it jumps there: cut it there, or correct its unit or frame rate"
+    travels = _speeds(heads[:, :1], rate) > FASTEST_PELVIS
+    if times_too_far(heads) or OFTEN * np.count_nonzero(travels) <= len(heads):
+        return (
+            f"its frame rate, {rate:g}, looks too high: give --pose-rate, or Frame Rate in Blender's import "
+            "dialog"
+        )
+    return f"{_unit_advice(100)} (if they are millimetres, by 1000)"
 
 
 def _refuse_unit(heads: np.ndarray, rate: float, first_frame: int) -> None:
     """Refuse a motion whose pelvis travels in another unit than the body."""
-    factor, opposed = _travel(heads)
-    if opposed > OPPOSED and factor > TOO_FAR:
-        speeds = _speeds(heads, rate)
-        step = int(speeds[:, 0].argmax())
+    factor = times_too_far(heads) or 1.0
+    if 1 / TOO_FAR <= factor <= TOO_FAR:
+        return
+    if factor < 1:
+        travel = np.ptp(heads[:, 0], axis=0).max()
         raise UnusableMotion(
-            f"its pelvis moves at {speeds[step, 0]:,.3g} m/s between frames {first_frame + step} and "
-            f"{first_frame + step + 1}, while its feet slide: {_unit_advice(factor)}"
+            f"its pelvis moves by {travel:.2g} m, where its legs walk or bend: {_unit_advice(factor)}"
         )
+    speeds = _speeds(heads, rate)
+    step = int(speeds[:, 0].argmax())
+    raise UnusableMotion(
+        f"its pelvis moves at {speeds[step, 0]:,.3g} m/s between frames {first_frame + step} and "
+        f"{first_frame + step + 1}, and its legs do not follow: {_unit_advice(factor)}"
+    )
 
 
 def _unit_advice(factor: float) -> str:
     """The likely unit of a travel that is so many times too large, and what to do."""
-    nearest = min(UNITS, key=lambda one: abs(np.log(factor / one)))
-    return f"its translation looks like {UNITS[nearest]}: divide it by {nearest}"
+    times = min(UNITS, key=lambda one: abs(abs(np.log(factor)) - np.log(one)))
+    large, small = UNITS[times]
+    if factor < 1:
+        return f"its translation looks like {small}: multiply it by {times}"
+    return f"its translation looks like {large}: divide it by {times}"
 
 
-def _travel(heads: np.ndarray) -> tuple[float, float]:
-    """How many times the pelvis travels further than the lower foot's motion against it; and their cosine."""
+def times_too_far(heads: np.ndarray) -> float:
+    """How many times as far the pelvis travels as the legs carry it; 0 where they do not tell."""
     feet = heads[:, FEET] - heads[:, :1]
     lower = feet[:-1, :, 2].argmin(axis=1)[:, None, None]
     foot = np.take_along_axis(np.diff(feet, axis=0), lower, axis=1)[:, 0]
     pelvis = np.diff(heads[:, 0], axis=0)
     length = np.linalg.norm(pelvis, axis=1)
     usual = length <= 10 * np.median(length)
-    foot, pelvis = foot[usual], pelvis[usual]
-    against = -float((foot * pelvis).sum())
-    if not against > 0:
-        return 0.0, 0.0
-    own, other = float((pelvis**2).sum()), float((foot**2).sum())
-    return own / against, against / np.sqrt(own * other)
+    if factor := _against(pelvis[usual], foot[usual], OPPOSED):
+        return factor
+    height, lowest = heads[:, 0, 2], (heads[:, :, 2] - heads[:, :1, 2]).min(axis=1)
+    bends = np.ptp(lowest) > LEAST_BEND
+    return _against(height - height.mean(), lowest - lowest.mean(), BENT) if bends else 0.0
+
+
+def _against(path: np.ndarray, other: np.ndarray, least: float) -> float:
+    """How many times as far a path goes as another one against it; 0 below the `least` cosine of the two."""
+    against, own = -float((path * other).sum()), float((path**2).sum())
+    return own / against if against > least * np.sqrt(own * float((other**2).sum())) else 0.0
 
 
 def _cut_words(part: slice, n_frames: int, why: str, first_frame: int, before: str = "") -> str:

@@ -9,7 +9,7 @@ thus all give the same motion.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -25,8 +25,9 @@ from ..body.skeleton import (
     midpoint,
     trunk_line,
 )
+from ..motion.believable import times_too_far
 from ..motion.motion import Motion
-from ..motion.skinning import on_the_ground, relative_to_parents
+from ..motion.skinning import joint_transforms, on_the_ground, relative_to_parents
 from ..motion.source import SourceMotion, UnusableMotion, unscaled_rotations
 from ..rotations import frame_of, smallest_rotation, unit
 from .bone_maps import BoneMap, best_match, missing_joints
@@ -99,6 +100,9 @@ def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> 
     scale = limb_length(body.joints) / length
     pelvis = _pelvis_path(source, matched, body, rotations[:, 0], scale)
     motion = Motion(relative_to_parents(rotations), pelvis, source.rate)
+    if _in_centimetres(body, motion):
+        pelvis = _pelvis_path(source, matched, body, rotations[:, 0], scale / CENTIMETRES)
+        motion = replace(motion, pelvis=pelvis)
     bones = {JOINT_NAMES[joint]: source.bones[bone] for joint, bone in sorted(matched.items())}
     return Retargeting(on_the_ground(body, motion), skeleton, bones, scale, alignment)
 
@@ -217,10 +221,16 @@ def _pelvis_path(
     """Path of the pelvis that puts the point between the hips where the source has it."""
     hips = [matched[JOINT_INDEX["left_hip"]], matched[JOINT_INDEX["right_hip"]]]
     path = source.matrices[:, hips][..., :3, 3].mean(axis=1) * scale
-    if np.ptp(np.percentile(path[:, 2], USUAL)) > ABSURD_BOB * limb_length(body.joints):
-        path /= CENTIMETRES
     offset = body.joints[0] - midpoint(body.joints, "hip")
     return path + turned @ offset
+
+
+def _in_centimetres(body: Body, motion: Motion) -> bool:
+    """Whether a motion travels in centimetres on a rig in metres, by its heights and what its legs tell."""
+    if np.ptp(np.percentile(motion.pelvis[:, 2], USUAL)) <= ABSURD_BOB * limb_length(body.joints):
+        return False
+    factor = times_too_far(joint_transforms(body, motion)[1])
+    return not 0 < factor < CENTIMETRES / 3
 
 
 def _moving_leg_length(source: SourceMotion, matched: dict[int, int]) -> float:
