@@ -36,7 +36,7 @@ EXAMPLE = "'female', 'male height=1.9 weight=95' or the path of an SMPL file"
 
 CORES = os.cpu_count() or 1
 
-PANEL = "Joint positions from video (csv, npy, npz, json)"
+PANEL = "What motion files do not say (rate and up: files of any kind; unit and joints: joint positions)"
 
 
 def option(kind: Any, about: str, *names: str, **other: Any) -> Any:

@@ -13,14 +13,14 @@ from w2w.core.wording import shown
 
 from .. import options
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
-from ..options import argument, option
+from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts
 from ..runs.own_files import new_file
 from ..runs.workers import load_alone
 from ..study_options import DEFAULTS, declared
 
 
 def synth(
-    clip: argument(Path, "CLIP", "A motion file: FBX, BVH or npz."),
+    clip: argument(Path, "CLIP", "A motion file: FBX, BVH, AMC, npz, or joints."),
     patch: option(str, "Where it sits: 'left wrist', 'sternum', 'pocket', a patch's name."),
     out: option(Path, "File to write (x-io: a folder).", "--out", "-o"),
     kind: option(str, f"{', '.join(FORMATS)}; the last two have units of their own.", "--format") = "csv",
@@ -35,6 +35,10 @@ def synth(
     acc_unit: option(str, "m/s2 or g.") = "m/s2",
     gyr_unit: option(str, "rad/s or deg/s.") = "rad/s",
     seed: declared("seed", help="Seed of the sensor's errors.") = 0,
+    pose_rate: PoseRate = None,
+    pose_unit: PoseUnit = "",
+    pose_up: PoseUp = "",
+    pose_joints: PoseJoints = "",
 ) -> None:
     """Write what one sensor would record of one clip: specific force and angular velocity, sensor frame.
 
@@ -54,11 +58,12 @@ def synth(
             further=_recorded_too(record, magnetic_dip, kind),
             seed=seed,
         )
+        pose = pose_facts(pose_rate, pose_unit, pose_up, pose_joints)
         body = Body.bundled()
         patches = sensor_at(body, patch, lambda body: place_patches(body, config))
     name = shown(clip.name)
     with ending(NOTHING_TO_DO, console, f"No signal of {name}: "):
-        _, motion, _ = load_alone(Clip(clip, name, shown(clip.stem), ""), body)
+        _, motion, _ = load_alone(Clip(clip, name, shown(clip.stem), ""), body, pose=pose)
         recording = record_at(body, patches, motion, config)
         if kind == "csv":
             write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)

@@ -95,6 +95,27 @@ def test_no_band_limit_is_cautioned_of(tmp_path):
         assert ("motion above half the sensor rate is folded back" in output) == cautioned
 
 
+def test_rate_and_up_of_a_file_that_says_neither_are_given(tmp_path):
+    time = np.arange(90) / 30
+    turns = np.tile(np.eye(3), (len(time), N_JOINTS, 1, 1))
+    turns[:, 16] = Rotation.from_euler("x", np.sin(6 * time)[:, None]).as_matrix()
+    turns[:, 0] = np.diag([1.0, -1.0, -1.0])
+    Motion(turns, np.zeros((len(time), 3)), 30.0).save(tmp_path / "wave.npz")
+    with np.load(tmp_path / "wave.npz") as stored:
+        kept = {name: stored[name] for name in ("poses", "trans")}
+    np.savez(tmp_path / "down.npz", **kept)
+    out = tmp_path / "out.csv"
+    options = ("synth", tmp_path / "down.npz", "--patch", "left wrist", "--sensor", "ideal", "--out", out)
+    code, output = call(*options)
+    assert (code, "give --pose-rate" in output) == (1, True), output
+    code, output = call(*options, "--pose-rate", 30)
+    assert (code, "give --pose-up" in output) == (1, True), output
+    code, output = call(*options, "--pose-rate", 30, "--pose-up", "-z")
+    assert code == 0, output
+    assert read_csv(out).n_samples == pytest.approx(297, abs=2)
+    assert call(*options, "--pose-up", "w")[0] == 2
+
+
 @pytest.mark.slow
 def test_bands_on_request(shared_data, tmp_path):
     shaken = {}
