@@ -28,7 +28,7 @@ import numpy as np
 from w2w.core.clip_files import NO_SIGNATURE, ClipWindows, Signatures
 from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions, set_tests
 from w2w.core.files import write_npz
-from w2w.core.motion.duplicates import POSES
+from w2w.core.motion.duplicates import WIDTH
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.selection.joint import GrownSet
@@ -122,7 +122,7 @@ def _rank(choice: argparse.Namespace) -> None:
     config = StudyConfig()
     with closing(Signatures(place)) as signatures:
         for _ in clips:
-            signatures.append(rng.normal(size=len(POSES)))
+            signatures.append(rng.normal(size=100 * WIDTH))
         labels = WindowLabels.of(same_motions(clips, found, signatures), found)
     spread = spread_over(choice.scheduler) or spread_here(multiprocessing.cpu_count(), n_clips * windows)
     utility = utility_map(files, labels.protocol(config), spread=spread)

@@ -149,7 +149,8 @@ def _notes(summary: dict[str, Any], clips: Sequence[Entry], n_patches: int) -> l
     about = [(entry["clip"], entry) for entry in clips if is_used(entry)]
     told = (notes.cut_sentence(about), notes.full_scale_sentence(about), *caught_sentences(about))
     copies = [(entry["file"], entry["same_motion_as"]) for entry in clips if "same_motion_as" in entry]
-    sentences = (notes.copies_sentence(copies), windows, summary.get("band_caution"), worn, *told)
+    cautions = (summary.get(name) for name in ("band_caution", "subject_caution"))
+    sentences = (notes.copies_sentence(copies), windows, *cautions, worn, *told)
     return labels + [f"{sentence}." for sentence in sentences if sentence]
 
 

@@ -26,7 +26,7 @@ from w2w.core.clip_files import (
 )
 from w2w.core.clip_ranking import LabelledClip, WindowLabels, copies_among, same_motions
 from w2w.core.files import write_json
-from w2w.core.findings.notes import copies_sentence
+from w2w.core.findings.notes import copies_sentence, subjects_sentence
 from w2w.core.findings.summary import config_content
 from w2w.core.garments.cover import FITTED
 from w2w.core.library.library import Clip, Library
@@ -246,6 +246,9 @@ def _rank(
     files: FilesToRank, pooling: Pooling, plan: RunPlan, out: Path, monitor: RunMonitor
 ) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
     config, engine = plan.config, plan.engine
+    ranked = same_motions(files.clips, files.windows, files.signatures)
+    if config.by_subject and (caution := subjects_sentence(ranked)):
+        monitor.console.print(f"{caution}.", style="bold yellow", markup=False)
     with monitor.bar("ranking patches", 100) as advance:
         done = 0
 
@@ -256,7 +259,6 @@ def _rank(
 
         n_windows = sum(len(found.is_test) for found in files.windows)
         spread = spread_over(engine.scheduler) or spread_here(engine.workers, n_windows)
-        ranked = same_motions(files.clips, files.windows, files.signatures)
         protocol = WindowLabels.of(ranked, files.windows).protocol(config)
         work = out.resolve() / WORK
         utility = utility_map(

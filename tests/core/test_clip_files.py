@@ -13,6 +13,7 @@ from w2w.core.clip_files import (
     write_features,
 )
 from w2w.core.imu.recording import ImuRecording
+from w2w.core.motion.duplicates import WIDTH
 from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.core.windows.windows import WindowSpec, cut_windows
 
@@ -45,7 +46,7 @@ def test_clips_in_one_order(tmp_path):
 
 def test_signatures_come_back_from_their_file_and_none_is_empty(tmp_path):
     rng = np.random.default_rng(1)
-    given = [rng.normal(size=length).astype(np.float32) for length in (5, 0, 7)]
+    given = [rng.normal(size=length).astype(np.float16) for length in (5, 0, 7)]
     kept = Signatures(tmp_path)
     for one in given:
         kept.append(one)
@@ -59,7 +60,7 @@ def test_signatures_come_back_from_their_file_and_none_is_empty(tmp_path):
 
 def test_motions_are_told_apart_by_signatures_in_a_file_as_by_those_in_memory(tmp_path):
     rng = np.random.default_rng(2)
-    rows = rng.normal(size=(6, 40)).astype(np.float32)
+    rows = rng.normal(size=(6, 5 * WIDTH)).astype(np.float16)
     rows[4] = rows[1]
     kept = Signatures(tmp_path)
     for row in rows:

@@ -9,7 +9,7 @@ import pytest
 from w2w.core.clip_files import ClipWindows, features_file, write_features
 from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions
 from w2w.core.library.library import Clip
-from w2w.core.motion.duplicates import POSES
+from w2w.core.motion.duplicates import WIDTH
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study import StudyConfig
 
@@ -23,7 +23,7 @@ def drawn(n_clips=12, n_windows=4):
     for number in range(n_clips):
         activity = ACTIVITIES[number % len(ACTIVITIES)]
         clips.append(Clip(Path(f"{number}.bvh"), f"{number}.bvh", f"clip_{number}", activity))
-        windows.append(ClipWindows(np.ones(n_windows, bool), rng.normal(size=len(POSES))))
+        windows.append(ClipWindows(np.ones(n_windows, bool), rng.normal(size=5 * WIDTH)))
         part = rng.normal(size=(n_windows, 2, 3)).astype(np.float32)
         part[..., number % len(ACTIVITIES)] += 4
         features.append(part)

@@ -102,7 +102,7 @@ class ClipWindows:
         return cls(**load_arrays(features_file(out, clip), needed, "does not hold a clip's windows"))
 
 
-NO_SIGNATURE = np.empty(0, dtype=np.float32)
+NO_SIGNATURE = np.empty(0, dtype=np.float16)
 
 
 class Signatures(Sequence[np.ndarray]):
@@ -115,7 +115,7 @@ class Signatures(Sequence[np.ndarray]):
     def append(self, signature: np.ndarray) -> None:
         """Add the next clip's, shape (K,), in single precision."""
         self._file.seek(self._ends[-1])
-        self._file.write(signature.astype(np.float32, copy=False).tobytes())
+        self._file.write(signature.astype(np.float16, copy=False).tobytes())
         self._ends.append(self._file.tell())
 
     def __len__(self) -> int:
@@ -124,7 +124,7 @@ class Signatures(Sequence[np.ndarray]):
     def __getitem__(self, clip: int) -> np.ndarray:  # type: ignore[override] - none asks for slices
         first, last = self._ends[range(len(self))[clip]], self._ends[clip + 1]
         self._file.seek(first)
-        return np.frombuffer(self._file.read(last - first), dtype=np.float32)
+        return np.frombuffer(self._file.read(last - first), dtype=np.float16)
 
     def close(self) -> None:
         """Let the file go."""

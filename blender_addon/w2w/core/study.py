@@ -16,7 +16,6 @@ from .imu.recording import ImuRecording
 from .imu.sensor import SensorModel
 from .imu.synthesis import Synthesis, synthesize
 from .imu.virtual import record_motion
-from .motion.duplicates import POSES, mirrored_signatures, move_alike
 from .motion.motion import Motion, low_passed, smoothed_root
 from .parameters import parameter, parameters_of, read_record
 from .patches.own_placements import with_placements
@@ -30,9 +29,6 @@ from .windows.windows import WindowSpec, cut_windows
 SIGNALS, RANKING, FILES = "Signals", "Ranking", "Bodies and files"
 WISHES = "Design constraints"
 """Headings of the options that few people need."""
-
-SAME_MOTION = 0.1
-"""Signatures nearer than this may show one motion: real downloads at other rates, or in place, are."""
 
 
 @dataclass(frozen=True)
@@ -272,5 +268,5 @@ def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, 
 
 
 def same_clips(names: Sequence[str], keys: Sequence[str], signatures: Sequence[np.ndarray]) -> np.ndarray:
-    """Which clips show one motion, by their keys or moving alike, mirrored or not; shape (C,), int."""
-    return same_motion_groups(names, keys, signatures, SAME_MOTION, mirrored_signatures, move_alike, POSES)
+    """Which clips show one motion, by their keys or a shared stretch, mirrored or not; shape (C,), int."""
+    return same_motion_groups(names, keys, signatures)

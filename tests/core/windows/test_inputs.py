@@ -10,7 +10,7 @@ from w2w.core.clip_files import ClipWindows
 from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions
 from w2w.core.files import write_npz
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.motion.duplicates import POSES
+from w2w.core.motion.duplicates import WIDTH
 from w2w.core.ranking import f1
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import score_patches
@@ -188,7 +188,7 @@ def test_ranking_from_files_equals_memory_and_holds_one_block(tmp_path):
         rows = clip == number
         paths.append(tmp_path / f"{number}.npz")
         write_npz(paths[-1], {"features": features[rows]})
-        signature = np.random.default_rng(number).normal(size=len(POSES))
+        signature = np.random.default_rng(number).normal(size=5 * WIDTH)
         clips.append(LabelledClip(f"clip {number}", activity[rows][0], "", str(number)))
         windows.append(ClipWindows(is_test[rows], signature))
     config = StudyConfig()

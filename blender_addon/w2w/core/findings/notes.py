@@ -4,8 +4,9 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from ..clip_ranking import LabelledClip
 from ..imu.sensor import FULL_SCALE
-from ..library.labels import LabelCheck
+from ..library.labels import LabelCheck, same_label
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.utility import UtilityMap
 
@@ -150,6 +151,21 @@ def cut_sentence(clips: Iterable[tuple[str, Mapping[str, Any]]]) -> str:
     if not found:
         return ""
     return f"{len(found)} clip{'' if len(found) == 1 else 's'} cut at the ends: {listed(found)}"
+
+
+def subjects_sentence(clips: Sequence[LabelledClip]) -> str:
+    """Names the subjects whose clips show motions of another subject's; "" without any."""
+    subjects: dict[str, set[str]] = {}
+    for clip in clips:
+        subjects.setdefault(clip.motion_key, set()).add(same_label(clip.subject))
+    shared = [clip for clip in clips if len(subjects[clip.motion_key]) > 1]
+    if not shared:
+        return ""
+    names = listed(sorted({clip.subject for clip in shared}))
+    return (
+        f"{len(shared)} clips of {names} show the same motion as another subject's clip: "
+        "each motion is tested with the first of its subjects, and never trained on then"
+    )
 
 
 def listed(words: Sequence[str], most: int = NAMED) -> str:

@@ -26,7 +26,7 @@ from ..results_folder import UTILITY, ClipResult, Study
 from ..windows.windows import WindowSpec
 from ..wording import plain_words
 from .advice_content import advice_content, interval_content, patch_content, rounded
-from .notes import few_clips, full_scale_sentence, label_content
+from .notes import few_clips, full_scale_sentence, label_content, subjects_sentence
 from .sources import shown_in, source_caution
 
 PLACEMENTS = "placements.csv"
@@ -115,6 +115,7 @@ def summary(study: Study) -> dict[str, Any]:
     """All findings of the study, for people and programs."""
     utility, patches = study.results.utility, study.results.patches
     garments = garment_content(study.results.out, study.config.garments, patches)
+    shared = subjects_sentence(study.results.clips) if study.config.by_subject else ""
     return {
         "clips": study_counts(study),
         "labelled_by": study.library.labelled_by,
@@ -130,6 +131,7 @@ def summary(study: Study) -> dict[str, Any]:
         "band_caution": study.config.synthesis.caution,
         "full_scale_clips": sum("at_full_scale" in result.details for result in study.used),
         "full_scale_caution": full_scale_sentence([(one.clip.name, one.details) for one in study.used]),
+        **({"subject_caution": shared} if shared else {}),
         **({"garments": garments} if garments else {}),
         **advice_content(study.advice, utility, patches),
         **map_content(utility, patches, study.config.placements),

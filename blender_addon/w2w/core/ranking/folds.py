@@ -44,27 +44,26 @@ def grouped_folds(activity: np.ndarray, group: np.ndarray, folds: int = 5, seed:
 def subject_folds(subject: np.ndarray, clip: np.ndarray) -> np.ndarray:
     """Fold of each window, shape (W,), int: one a subject (W,), however spelled, for leave-one-subject-out.
 
-    A ValueError says that a window has no subject, all have the same, or a clip (W,) has two.
+    `clip` (W,) is the clip or the clips that are one motion. One that several subjects show is in the fold of
+    the first, so that no copy is trained on when it is tested. A ValueError says that a window has no
+    subject, or that fewer than two remain.
     """
-    spelled, fold = np.unique(np.asarray(subject), return_inverse=True)
+    subject, clip = np.asarray(subject), np.asarray(clip)
+    spelled, fold = np.unique(subject, return_inverse=True)
     names, person = np.unique([same_label(name) for name in spelled.tolist()], return_inverse=True)
     fold = person[fold]
-    clips, clip_index = np.unique(np.asarray(clip), return_inverse=True)
-    pairs = np.unique(np.stack([clip_index, fold]), axis=1)
-    repeated = pairs[0, 1:][pairs[0, 1:] == pairs[0, :-1]]
-    if len(repeated):
-        raise ValueError(
-            f"clip {clips[repeated[0]]!r} belongs to more than one subject; "
-            "give clips names of their own, or cross-validate by clip"
-        )
+    clips, first, clip_index = np.unique(clip, return_index=True, return_inverse=True)
     if "" in names.tolist():
-        without = len(np.unique(clip_index[np.asarray(subject) == ""]))
+        without = len(np.unique(clip[names[fold] == ""]))
         raise ValueError(
             f"leave-one-subject-out needs a subject for every clip, and {without} of {len(clips)} have none: "
             "give labels with a column 'subject'"
         )
-    if len(names) < 2:
-        raise ValueError(f"leave-one-subject-out needs two subjects, and all clips are of {spelled[0]}")
+    left, fold = np.unique(fold[first][clip_index], return_inverse=True)
+    if len(left) < 2:
+        what = "clips" if len(names) < 2 else "motions"
+        whose = spelled[person == left[0]][0]
+        raise ValueError(f"leave-one-subject-out needs two subjects, and all {what} are of {whose}")
     return fold
 
 
@@ -132,8 +131,7 @@ def deal(
     rows = np.flatnonzero(np.isin(activity, candidates))
     fold = np.full(len(activity), ALWAYS_TRAIN)
     if subject is not None:
-        subject = np.asarray(subject)[rows]
-        fold[rows] = subject_folds(subject, clip[rows])
+        fold[rows] = subject_folds(np.asarray(subject)[rows], clip[rows])
         protocol = f"{SUBJECT_OUT} {len(np.unique(fold[rows]))} subjects out"
     else:
         n_folds = min(folds, len(np.unique(clip[rows])))

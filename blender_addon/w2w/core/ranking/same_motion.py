@@ -4,161 +4,236 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-AXES = 32
-"""Principal axes on which near signatures are sought: rows that are far apart there are far apart."""
+from ..motion.duplicates import WIDTH, mirrored_poses, share_stretch
+
+AXES = 8
+"""Principal axes of poses on which moments are compared."""
+
+LEVELLED = 4
+"""Axes of which a moment is marked when a clip crosses a level: copies cross it in the same pose."""
+
+SPACING = 0.5
+"""Distance of levels, in standard deviations of the axis."""
+
+AROUND = 3
+"""Frames before and after a moment at which its movement is looked at."""
+
+POSES, MOVES, BENT = 0.2, 0.1, 0.25
+"""Units of differences of poses and of movements; of large movements relative to `BENT` of the unit."""
+
+REACH = 1.0
+"""Greatest distance, in these units, of moments that are looked at closely."""
+
+ASKED = 8
+"""Moments of a clip for which near ones are sought, about; in the others it is found."""
+
+NEAREST, TRIES = 4, 2
+"""Nearest clips with which a clip is compared, and nearest moments of both at which they are, at most."""
 
 FOR_AXES = 2000
-"""Signatures from which the axes are found, at most; any axes would do, these part the most pairs."""
+"""Signatures from which the axes are found, at most."""
 
-ROWS_AT_ONCE = 2000
-"""Signatures put side by side at a time: all of them would double their memory, mirrored ones again."""
+CLIPS_AT_ONCE = 1000
+"""Signatures read at a time."""
 
 PRODUCTS = 4_000_000
-"""Products of projections held at a time, 32 MB."""
-
-PAIRS_AT_ONCE = 2_000
-"""Pairs whose distance is computed at a time."""
+"""Products of moments held at a time, 16 MB."""
 
 
 def same_motion_groups(
     clips: Sequence[str],
     keys: Sequence[str] | None = None,
     signatures: Sequence[np.ndarray] | None = None,
-    tolerance: float = 0.05,
-    mirrored: Callable[[np.ndarray], np.ndarray] | None = None,
-    alike: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
-    columns: np.ndarray | None = None,
 ) -> np.ndarray:
     """Number the distinct motions among C clips, in order of appearance, shape (C,), int.
 
-    Two clips are the same when their names or keys are equal or their signatures nearly are, and
-    sameness is passed on: if a equals b and b equals c, all three are one. An empty key or signature says
-    nothing.
+    Two clips are the same if their names or keys are equal or they share a stretch of one motion, mirrored or
+    not. Sameness is passed on: if a equals b and b equals c, all three are one. An empty key or signature
+    says nothing.
 
     Parameters
     ----------
-    signatures : sequence of ndarrays (K,), length C, optional
-        Description of each clip's motion, such as `motion_signature` gives.
-    tolerance : float
-        Greatest root mean square difference of two signatures of one motion, in units
-        of each column's standard deviation over the clips.
-    mirrored : callable, optional
-        Exchanges left and right of signatures (M, K): libraries hold the same motion mirrored,
-        and a mirrored copy made to train on would be the very clip tested.
-    alike : callable, optional
-        Says which of the pairs of signatures (M, K), (M, K) within the tolerance are one motion after all.
-    columns : ndarray of bool, shape (K,), optional
-        Those that the tolerance is about; all by default.
+    signatures : sequence of ndarrays, length C, optional
+        `motion_signature` of each clip.
     """
-    edges = [_equal_pairs(list(clips))]
+    joined = _Joined(len(clips))
+    joined.join_equal(list(clips))
     if keys is not None:
-        edges.append(_equal_pairs([key or None for key in keys]))
+        joined.join_equal([key or None for key in keys])
     if signatures is not None:
         digests = [hashlib.blake2b(row.tobytes()).digest() if len(row) else None for row in signatures]
-        equal = _equal_pairs(digests)
-        edges += [equal, _near_pairs(signatures, np.unique(equal[0]), tolerance, mirrored, alike, columns)]
-    first, second = np.concatenate(edges, axis=1)
-    graph = coo_array((np.ones(len(first)), (first, second)), shape=(len(clips), len(clips)))
-    _, component = connected_components(graph, directed=False)
-    _, appearance, number = np.unique(component, return_index=True, return_inverse=True)
+        distinct = joined.join_equal(digests)
+        _join_shared(signatures, distinct, joined)
+    roots = [joined.root(clip) for clip in range(len(clips))]
+    _, appearance, number = np.unique(roots, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(appearance))[number]
 
 
-def _equal_pairs(values: list) -> np.ndarray:
-    """Link each value other than None to its first occurrence: indices (2, M)."""
-    first: dict = {}
-    links = [(first.setdefault(value, i), i) for i, value in enumerate(values) if value is not None]
-    return np.array(links, dtype=np.int64).reshape(-1, 2).T
+class _Joined:
+    """Clips that are one motion (union-find)."""
+
+    def __init__(self, clips: int) -> None:
+        self._parent = list(range(clips))
+
+    def root(self, clip: int) -> int:
+        """The clip that stands for all that are one with this."""
+        while self._parent[clip] != clip:
+            self._parent[clip] = self._parent[self._parent[clip]]
+            clip = self._parent[clip]
+        return clip
+
+    def join(self, first: int, second: int) -> None:
+        """Make two clips one motion."""
+        self._parent[self.root(second)] = self.root(first)
+
+    def join_equal(self, values: list) -> np.ndarray:
+        """Join clips of equal values other than None; return the first clip of each value."""
+        first: dict = {}
+        for clip, value in enumerate(values):
+            if value is not None:
+                self.join(first.setdefault(value, clip), clip)
+        return np.array(list(first.values()), dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
-class _Rows:
-    """Some of the signatures, as they are or mirrored, put side by side (L, K) as they are asked for."""
+class _Moments:
+    """Moments at which clips cross a level: level, clip, frame (M,), pose and movement as prints (M, D)."""
 
-    signatures: Sequence[np.ndarray]
-    numbers: np.ndarray
-    mirrored: Callable[[np.ndarray], np.ndarray] | None = None
+    level: np.ndarray
+    clip: np.ndarray
+    frame: np.ndarray
+    prints: np.ndarray
 
-    def some(self, which: np.ndarray | slice) -> np.ndarray:
-        """Those of these places among `numbers`."""
-        rows = np.array([self.signatures[number] for number in self.numbers[which].tolist()])
-        return rows if self.mirrored is None else self.mirrored(rows)
+    def some(self, which: np.ndarray | slice) -> _Moments:
+        """A subset of the moments."""
+        return _Moments(self.level[which], self.clip[which], self.frame[which], self.prints[which])
 
-    def blocks(self) -> Iterator[np.ndarray]:
-        """All of them, `ROWS_AT_ONCE` at a time."""
-        for start in range(0, len(self.numbers), ROWS_AT_ONCE):
-            yield self.some(slice(start, start + ROWS_AT_ONCE))
-
-    def on(self, axes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lines (L, AXES) on axes (K, AXES), along the first of them, and which of the rows each is of."""
-        lines = np.concatenate([block.astype(np.float64) @ axes for block in self.blocks()])
-        order = np.argsort(lines[:, 0])
-        return lines[order], order
+    @classmethod
+    def joined(cls, parts: Sequence[_Moments]) -> _Moments:
+        """All moments by level, within it along the first number."""
+        names = ("level", "clip", "frame", "prints")
+        whole = cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+        return whole.some(np.lexsort((whole.prints[:, 0], whole.level)))
 
 
-def _near_pairs(
-    signatures: Sequence[np.ndarray],
-    distinct: np.ndarray,
-    tolerance: float,
-    mirrored: Callable[[np.ndarray], np.ndarray] | None,
-    alike: Callable[[np.ndarray, np.ndarray], np.ndarray] | None,
-    columns: np.ndarray | None,
-) -> np.ndarray:
-    """Index pairs (2, M) of distinct rows that differ by at most `tolerance`, columns standardised, and are
-    `alike`; of rows and mirrored rows too, where they can be mirrored."""
-    found = [np.empty((2, 0), dtype=np.int64)]
-    if not len(distinct):
-        return found[0]
-    told = _Rows(signatures, np.array([number for number, row in enumerate(signatures) if len(row)]))
-    mean = sum(rows.sum(axis=0, dtype=np.float64) for rows in told.blocks()) / len(told.numbers)
-    square = sum(((rows - mean) ** 2).sum(axis=0) for rows in told.blocks())
-    deviation = np.sqrt(square / len(told.numbers))
-    used = deviation > 0 if columns is None else columns & (deviation > 0)
-    scale = np.divide(1.0, deviation, where=used, out=np.zeros_like(deviation))
-    reach = tolerance * np.sqrt(used.sum())
-    rows = _Rows(signatures, distinct)
-    axes = _principal_axes(rows.some(slice(None, None, -(-len(distinct) // FOR_AXES))), used, scale)
-    lines, order = rows.on(axes)
-    for side in [rows] if mirrored is None else [rows, _Rows(signatures, distinct, mirrored)]:
-        side_lines, side_order = (lines, order) if side is rows else side.on(axes)
-        for i, j in _pairs_on_axes(side_lines, lines, reach):
-            i, j = side_order[i], order[j]
-            for start in range(0, len(i), PAIRS_AT_ONCE):
-                some = slice(start, start + PAIRS_AT_ONCE)
-                one, other = side.some(i[some]), rows.some(j[some])
-                near = np.linalg.norm((one - other) * scale, axis=1) <= reach
-                if alike is not None:
-                    near[near] = alike(one[near], other[near])
-                found.append(np.stack([i[some][near], j[some][near]]))
-    return distinct[np.concatenate(found, axis=1)]
+def _poses(signatures: Sequence[np.ndarray], clip: int) -> np.ndarray:
+    return signatures[clip].astype(np.float32).reshape(-1, WIDTH)
 
 
-def _principal_axes(rows: np.ndarray, used: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Axes (K, AXES) of rows (L, K) times `scale` (K,), of the columns that are used, (K,) of bool."""
-    scaled = rows[:, used] * scale[used]
-    centred = scaled - scaled.mean(axis=0)
-    principal = np.linalg.eigh(centred.T @ centred)[1][:, ::-1][:, :AXES]  # the greatest first
-    axes = np.zeros((len(scale), AXES))
-    axes[used, : min(AXES, used.sum())] = scale[used, None] * principal
-    return axes
+def _join_shared(signatures: Sequence[np.ndarray], distinct: np.ndarray, joined: _Joined) -> None:
+    """Join clips that share a stretch of one motion."""
+    if len(distinct) < 2:
+        return
+    sample = np.concatenate([_poses(signatures, clip) for clip in distinct[:: -(-len(distinct) // FOR_AXES)]])
+    sample = np.concatenate([sample, mirrored_poses(sample)])
+    mean = sample.mean(axis=0)
+    variances, axes = np.linalg.eigh(np.cov(sample - mean, rowvar=False))
+    axes, spacing = axes[:, ::-1][:, :AXES], SPACING * np.sqrt(np.maximum(variances[::-1][:LEVELLED], 1e-6))
+    as_is, mirrored = [], []
+    for start in range(0, len(distinct), CLIPS_AT_ONCE):
+        clips = distinct[start : start + CLIPS_AT_ONCE]
+        poses = [_poses(signatures, clip) for clip in clips]
+        clip = np.repeat(clips, [len(part) for part in poses])
+        frame = np.concatenate([np.arange(len(part)) for part in poses])
+        whole = np.concatenate(poses)
+        as_is.append(_moments((whole - mean) @ axes, clip, frame, spacing))
+        mirrored.append(_asked(_moments((mirrored_poses(whole) - mean) @ axes, clip, frame, spacing)))
+    base = _Moments.joined(as_is)
+    for side, is_mirrored in ((_asked(base), False), (_Moments.joined(mirrored), True)):
+        for first, second, moment, other in _candidates(side, base):
+            if joined.root(first) != joined.root(second):
+                one, two = (signatures[clip].reshape(-1, WIDTH) for clip in (first, second))
+                if share_stretch(one, two, moment, other, is_mirrored):
+                    joined.join(first, second)
 
 
-def _pairs_on_axes(a: np.ndarray, b: np.ndarray, reach: float) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Indices of lines (L, AXES) that are near one another, some at a time."""
+def _moments(lines: np.ndarray, clip: np.ndarray, frame: np.ndarray, spacing: np.ndarray) -> _Moments:
+    """Moments of clips whose poses on the axes are `lines` (F, AXES), one clip after another."""
+    found = []
+    inner = np.arange(AROUND, len(lines) - AROUND - 1)
+    inner = inner[clip[inner - AROUND] == clip[inner + AROUND + 1]]
+    for axis, step in enumerate(spacing):
+        height = np.floor(lines[:, axis] / step).astype(np.int64)
+        low, high = height[inner], height[inner + 1]
+        crossed = inner[low != high]
+        before, after = height[crossed], height[crossed + 1]
+        up = after > before
+        level = np.where(up, after, before)
+        share = (level * step - lines[crossed, axis]) / (lines[crossed + 1, axis] - lines[crossed, axis])
+        share = share[:, None].astype(np.float32)
+        start, middle, end = (
+            lines[crossed + by] * (1 - share) + lines[crossed + by + 1] * share for by in (-AROUND, 0, AROUND)
+        )
+        movement = (end - start) / MOVES
+        size = BENT * np.linalg.norm(movement, axis=1, keepdims=True)
+        movement *= np.arcsinh(size) / np.maximum(size, 1e-9)
+        pose = np.roll(middle, -1 - axis, axis=1) / POSES  # the axis itself says nothing more
+        prints = np.concatenate([pose, movement], axis=1).astype(np.float16)
+        code = (level * 2 + up) * LEVELLED + axis
+        at = (frame[crossed] + share[:, 0]).astype(np.float32)
+        found.append(_Moments(code.astype(np.int32), clip[crossed], at, prints))
+    return _Moments.joined(found)
+
+
+def _asked(moments: _Moments) -> _Moments:
+    """About `ASKED` moments of each clip."""
+    order = np.argsort(moments.clip, kind="stable")
+    _, start, count = np.unique(moments.clip[order], return_index=True, return_counts=True)
+    number = np.arange(len(order)) - np.repeat(start, count)
+    return moments.some(np.sort(order[number % np.repeat(np.maximum(count // ASKED, 1), count) == 0]))
+
+
+def _candidates(side: _Moments, base: _Moments) -> Iterator[tuple[int, int, float, float]]:
+    """Pairs of clips with near moments, the nearest first: both clips, and the frame of each."""
+    found = [np.empty((3, 0))]
+    for level in np.unique(side.level):
+        (one, two), (ours, theirs) = zip(
+            *(_at_level(moments, level) for moments in (side, base)), strict=True
+        )
+        for i, j, apart in _near(one, two):
+            other = side.clip[ours + i] != base.clip[theirs + j]
+            found.append(np.stack([ours + i, theirs + j, apart])[:, other])
+    i, j, apart = np.concatenate(found, axis=1)
+    i, j = i.astype(np.int64), j.astype(np.int64)
+    first, second = side.clip[i], base.clip[j]
+    order = np.lexsort((apart, second, first))
+    order = order[_rank([first[order], second[order]]) < TRIES]
+    nearest = order[_rank([first[order], second[order]]) == 0]
+    nearest = nearest[np.lexsort((apart[nearest], first[nearest]))]
+    nearest = nearest[_rank([first[nearest]]) < NEAREST]
+    pairs = first * (second.max(initial=0) + 1) + second
+    order = order[np.isin(pairs[order], pairs[nearest])]
+    for at in order[np.argsort(apart[order], kind="stable")].tolist():
+        yield int(first[at]), int(second[at]), float(side.frame[i[at]]), float(base.frame[j[at]])
+
+
+def _at_level(moments: _Moments, level: int) -> tuple[np.ndarray, int]:
+    """Prints of the moments at one level, and the number of the first of them."""
+    low, high = np.searchsorted(moments.level, [level, level + 1])
+    return moments.prints[low:high].astype(np.float32), int(low)
+
+
+def _rank(columns: Sequence[np.ndarray]) -> np.ndarray:
+    """Place of each row among the rows before it that are equal in these columns, which are sorted."""
+    number = np.arange(len(columns[0]))
+    new = np.append(True, np.any([np.diff(column) != 0 for column in columns], axis=0))[: len(number)]
+    return number - np.maximum.accumulate(np.where(new, number, 0)) if len(number) else number
+
+
+def _near(a: np.ndarray, b: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Indices of rows of a and b that are near one another, and how far they are apart, some at a time."""
+    if not len(a) or not len(b):
+        return
     half_a, half_b = ((part**2).sum(axis=1) / 2 for part in (a, b))
-    far = reach * (1 + 1e-6) + 1e-9  # of projections, which are no longer than what they are of
     step = max(1, PRODUCTS // len(b))
-    ends_a, ends_b = np.column_stack([a, -np.ones(len(a))]), np.column_stack([b, half_b])
     for start in range(0, len(a), step):
         block = slice(start, start + step)
-        low, high = np.searchsorted(b[:, 0], [a[block][0, 0] - far, a[block][-1, 0] + far])
-        near = ends_a[block] @ ends_b[low:high].T >= half_a[block, None] - far**2 / 2
-        i, j = np.divmod(np.flatnonzero(near), near.shape[1])  # hardly any are: quicker than np.nonzero
-        yield start + i, low + j
+        low, high = np.searchsorted(b[:, 0], [a[block][0, 0] - REACH, a[block][-1, 0] + REACH])
+        apart = half_a[block, None] + half_b[low:high] - a[block] @ b[low:high].T
+        i, j = np.divmod(np.flatnonzero(apart <= REACH**2 / 2), apart.shape[1])
+        yield start + i, low + j, apart[i, j]
