@@ -239,7 +239,7 @@ def _kinect(protocol: Protocol, library: Path, body: Body) -> Loaded:
 
 def distinct(found: Sequence[Moving]) -> list[Moving]:
     """Clips that show one motion, under the name and the mover of the first of them."""
-    signatures = np.array([motion_signature(moving.motion) for moving in found])
+    signatures = [motion_signature(moving.motion) for moving in found]
     groups = same_clips([moving.motion.clip for moving in found], [one.key for one in found], signatures)
     firsts = [found[int(np.flatnonzero(groups == group)[0])].motion for group in groups]
     return [
