@@ -40,7 +40,9 @@ def moving(joints, pace, number):
     turns = np.tile(np.eye(3), (len(time), N_JOINTS, 1, 1))
     angle = 0.7 * np.sin(2 * np.pi * pace * (1 + number / 30) * time + number)
     for joint in joints:
-        turns[:, joint] = Rotation.from_rotvec(angle[:, None] * [1.0, 0.3, 0.1]).as_matrix()
+        turns[:, joint] = Rotation.from_rotvec(
+            angle[:, None] * [1.0, 0.3 * (number % 4) - 0.3, 0.1]
+        ).as_matrix()
     return Motion(turns, np.tile([0.0, 0.0, 0.95], (len(time), 1)), 30.0)
 
 
