@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = {"benchmarks": "benchmarks", "studies/experiments": "w2w.studies.experiments"}
+EXPERIMENTS = "blender_addon/w2w/studies/experiments"
+FOLDERS = {"benchmarks": "benchmarks", EXPERIMENTS: "w2w.studies.experiments"}
 MODULES = [f"{name}.{path.stem}" for folder, name in FOLDERS.items() for path in ROOT.glob(f"{folder}/*.py")]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-TREES = {"blender_addon/w2w": "tests", "headless": "tests/headless", "studies": "tests/studies"}
+PACKAGE = ROOT / "blender_addon/w2w"
 TOGETHER = ("tests/scene", "tests/ui")
 """Folders of tests for all packages of a package."""
 OF_NO_PACKAGE = {ROOT / "tests/gui"}
@@ -19,9 +19,8 @@ def _folder_of_tests(tests: Path) -> Path:
 
 
 PACKAGES = [
-    (package.parent, _folder_of_tests(Path(tests, package.parent.relative_to(ROOT / tree))))
-    for tree, tests in TREES.items()
-    for package in sorted((ROOT / tree).rglob("__init__.py"))
+    (package.parent, _folder_of_tests(Path("tests", package.parent.relative_to(PACKAGE))))
+    for package in sorted(PACKAGE.rglob("__init__.py"))
     if any(package.parent.glob("[!_]*.py"))
 ]
 

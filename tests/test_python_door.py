@@ -7,7 +7,6 @@ import html
 import re
 import subprocess
 import sys
-import tomllib
 from dataclasses import replace
 from pathlib import Path
 
@@ -94,16 +93,6 @@ def test_importing_it_imports_nothing_heavy():
         [sys.executable, "-c", code], env={"PYTHONPATH": str(ROOT / "blender_addon")}, check=False
     )
     assert done.returncode == 0
-
-
-def test_the_packages_of_pip_are_those_of_the_tree():
-    listed = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"])
-    found = {".".join(path.parent.relative_to(ROOT / "blender_addon").parts) for path in
-             (ROOT / "blender_addon" / "w2w").rglob("__init__.py")}  # fmt: skip
-    for tree in ("headless", "studies"):
-        packages = (path.parent.relative_to(ROOT).parts for path in (ROOT / tree).rglob("__init__.py"))
-        found |= {".".join(("w2w", *parts)) for parts in packages}
-    assert listed == found | {"w2w.templates"}
 
 
 def test_signals_without_a_band_limit_are_warned_of(signals, few):

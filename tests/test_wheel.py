@@ -20,7 +20,7 @@ import w2w
 ROOT = Path(__file__).resolve().parents[1]
 NOT_THE_TREE = "import sys; sys.meta_path[:] = [one for one in sys.meta_path if 'Editable' not in str(one)]"
 """The environment of the tests has this tree installed, and would find in it what a wheel lacks."""
-PARTS = ("pyproject.toml", "README.md", "LICENSE", "assets", "blender_addon", "headless", "studies")
+PARTS = ("pyproject.toml", "setup.py", "README.md", "LICENSE", "assets", "blender_addon")
 
 
 @pytest.fixture(scope="module")
@@ -67,10 +67,8 @@ def test_the_wheel_has_one_name_and_every_file(wheel):
     with zipfile.ZipFile(wheel) as archive:
         names = {name for name in archive.namelist() if ".dist-info/" not in name}
     assert {name.split("/")[0] for name in names} == {"w2w"}
-    trees = {"blender_addon/w2w": "w2w", "headless": "w2w/headless", "studies": "w2w/studies"}
-    for tree, inside in trees.items():
-        modules = [path.relative_to(ROOT / tree).as_posix() for path in (ROOT / tree).rglob("*.py")]
-        assert {f"{inside}/{module}" for module in modules} <= names
+    tree = ROOT / "blender_addon"
+    assert {path.relative_to(tree).as_posix() for path in (tree / "w2w").rglob("*.py")} <= names
     templates = (
         f"templates/{name}" for name in ("body.npz", "demo.npz", "w2w_windows.py", "parquet_card.md")
     )
@@ -127,7 +125,7 @@ def test_it_and_its_command_work_far_from_the_tree(installed):
 @pytest.mark.slow
 def test_without_the_studies_it_works_and_says_how_to_get_them(installed):
     bare = installed.parent / "without studies"
-    shutil.copytree(installed, bare, ignore=shutil.ignore_patterns("studies"))
+    shutil.copytree(installed, bare, ignore=shutil.ignore_patterns("studies", "entry_points.txt"))
     start = f"{NOT_THE_TREE}; from w2w.headless.start import main; main()"
     assert python(bare, "-c", start, "sensors").returncode == 0
     listed = python(bare, "-c", start, "--help").stdout

@@ -116,7 +116,7 @@ told_what_is_missing() {
         failed "'make demo' works without the system's libraries, so this test is worth nothing"
     fi
     echo "$said"
-    for package in $(inside wearer "python3 -I headless/system_libraries.py" | tr ' ' '\n' | cut -d= -f2); do
+    for package in $(inside wearer "python3 -I blender_addon/w2w/headless/system_libraries.py" | tr ' ' '\n' | cut -d= -f2); do
         grep -q "sudo apt-get install .*\b$package\b" <<<"$said" || failed "the line to run does not name $package"
     done
     [ ! -e "$machine$home/.venv" ] || failed "the long step was begun before the libraries were looked for"

@@ -86,10 +86,10 @@ def build(
 def own_wheel(folder: Path) -> Path:
     """W2W itself as a wheel, without its studies."""
     tree = folder / "tree"
-    ignore = shutil.ignore_patterns("__pycache__", "build", ".*")
-    for part in ("assets", "blender_addon", "headless"):
+    ignore = shutil.ignore_patterns("__pycache__", "build", "studies", ".*")
+    for part in ("assets", "blender_addon"):
         shutil.copytree(PROJECT / part, tree / part, ignore=ignore)
-    for part in ("README.md", "LICENSE"):
+    for part in ("README.md", "LICENSE", "setup.py"):
         shutil.copy(PROJECT / part, tree)
     packaging = (PROJECT / "pyproject.toml").read_text(encoding="utf-8").split("[tool.ruff]")[0]
     kept = [line for line in packaging.splitlines(keepends=True) if "w2w.studies" not in line]

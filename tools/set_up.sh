@@ -24,7 +24,7 @@ fi
 # What pip does not bring: Debian leaves venv out of its Python, and Blender's module opens libraries of
 # the system, even without a window.
 needs="" packages=""
-for missing in $("$python" -I headless/system_libraries.py); do
+for missing in $("$python" -I blender_addon/w2w/headless/system_libraries.py); do
   needs="$needs ${missing%=*}" packages="$packages ${missing#*=}"
 done
 if [ ! -x "$venv/bin/python" ] && ! "$python" -I -c 'import ensurepip' 2>/dev/null; then
@@ -35,7 +35,7 @@ if [ -n "$packages" ]; then
   tools/install_packages.sh "Installing system packages:" "W2W needs what this machine lacks:$needs." $packages
 fi
 
-stamp="$venv/.ready-$({ cat pyproject.toml constraints.txt "$0"; echo "$bpy"; } | sha256sum | cut -c1-16)"
+stamp="$venv/.ready-$({ cat pyproject.toml setup.py constraints.txt "$0"; echo "$bpy"; } | sha256sum | cut -c1-16)"
 if [ -e "$stamp" ]; then
   exit 0
 fi

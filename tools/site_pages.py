@@ -38,9 +38,8 @@ def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
 
 def _command_line() -> str:
     """What every `--help` says, as typer writes it."""
-    return _said(
-        "typer", "--app", "APP", "headless.app", "utils", "docs", "--name", "w2w", "--title", "Command line"
-    )
+    app = ("--app", "APP", "w2w.headless.app")
+    return _said("typer", *app, "utils", "docs", "--name", "w2w", "--title", "Command line")
 
 
 def _api() -> str:

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import atexit
 import importlib
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # so that editors and type checkers see signatures
@@ -44,10 +43,6 @@ if TYPE_CHECKING:  # so that editors and type checkers see signatures
 
 __version__ = "0.1.0"
 """The one place where it is written for pip; a test holds the other files to it."""
-
-if (_above := Path(__file__).resolve().parents[1]).name == "blender_addon":
-    # `w2w.headless` is beside it in the source tree and in Blender's zip
-    __path__.append(str(_above.parent))
 
 _NAMES = {
     "api": ("open_results", "rank", "stream", "synthesize"),

@@ -14,7 +14,7 @@ from w2w.core.results_folder import ClipResult
 from w2w.headless.runs.folder import make_folders
 from w2w.headless.runs.monitor import EventLog, RunMonitor, read_state
 
-HEADLESS = Path(__file__).resolve().parents[2] / "headless"
+HEADLESS = Path(__file__).resolve().parents[2] / "blender_addon/w2w/headless"
 SEWN_TOGETHER = [
     *sorted((HEADLESS / "runs").glob("*.py")),
     HEADLESS / "commands/execute.py",

@@ -55,7 +55,7 @@ def test_a_bare_python_finds_what_is_missing(tmp_path):
     assert missing_libraries() == []
     (tmp_path / "libGL.so.1").write_text("no library")
     done = subprocess.run(
-        [sys.executable, "-I", ROOT / "headless" / "system_libraries.py"],
+        [sys.executable, "-I", ROOT / "blender_addon/w2w/headless/system_libraries.py"],
         env={"LD_LIBRARY_PATH": str(tmp_path)},
         capture_output=True,
         text=True,

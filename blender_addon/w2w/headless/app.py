@@ -8,7 +8,7 @@ import shutil
 import sys
 import tempfile
 from contextlib import suppress
-from importlib.util import find_spec
+from importlib.metadata import entry_points
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
@@ -35,7 +35,7 @@ PATHS = ("--out", "-o", "--plot")
 """Options that name what is written."""
 
 STUDIES = ("tables", "sweep", "dsads", "challenge", "demo-library", "study", "validate")
-"""Commands that need `w2w.studies`."""
+"""Commands of the studies, which come by the entry point `w2w.commands`."""
 
 PREFIX = "w2w-run-"
 
@@ -61,12 +61,12 @@ class _Commands(TyperGroup):
         return super().parse_args(ctx, args)
 
 
-def add_studies(app: typer.Typer) -> None:
-    """Add the commands of the studies or, where these are not installed, hints how to get them."""
-    if find_spec("w2w.studies") is not None:
-        from w2w.studies.commands import add_commands
-
-        add_commands(app, "Studies")
+def add_further_commands(app: typer.Typer) -> None:
+    """Add the commands that installed packages offer and, where the studies do not, hints how to get them."""
+    offered = entry_points(group="w2w.commands")
+    for one in offered:
+        one.load()(app)
+    if "studies" in offered.names:
         return
     anything = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
     for name in STUDIES:
@@ -113,7 +113,7 @@ for command in (run, demo, place, inspect, report, export, synth, sensors):
     APP.command()(command)
 APP.command("calibrate")(calibrate_sensor)
 APP.command()(status)
-add_studies(APP)
+add_further_commands(APP)
 
 
 def use_own_temporary_folder() -> None:

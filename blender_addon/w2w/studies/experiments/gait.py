@@ -40,7 +40,7 @@ from ..datasets.gait import GaitTrial, read_gait
 from ..datasets.gait_sites import SITES
 from .lever_arms import fitted_arm, lever_effects
 
-DATA = Path(__file__).resolve().parents[3] / "shared" / "data" / "imu" / "gait"
+DATA = Path(__file__).resolve().parents[5] / "shared" / "data" / "imu" / "gait"
 TRIAL = "S02-Trial-Walk-1"
 
 BVH_FRAMES = 2503

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from .system_libraries import missing_library
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[3]
 
 LIBRARIES = (
     "PIL", "filelock", "jinja2", "loky", "matplotlib", "numpy", "plyfile", "rich", "scipy", "threadpoolctl",

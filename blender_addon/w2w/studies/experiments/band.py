@@ -15,7 +15,7 @@ import numpy as np
 
 from ..datasets.gait import read_gait
 
-DEFAULT_FOLDER = Path(__file__).resolve().parents[3] / "shared" / "data" / "imu" / "gait"
+DEFAULT_FOLDER = Path(__file__).resolve().parents[5] / "shared" / "data" / "imu" / "gait"
 LIMITS_HZ = (5, 8, 10, 12, 15, 20)
 
 

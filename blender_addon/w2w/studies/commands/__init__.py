@@ -14,7 +14,7 @@ from .tables import tables
 from .validate import VALIDATE
 
 
-def add_commands(app: typer.Typer, panel: str) -> None:
+def add_commands(app: typer.Typer, panel: str = "Studies") -> None:
     """Add them to the command line, under a heading of their own."""
     for command in (tables, sweep, dsads, challenge):
         app.command(rich_help_panel=panel)(command)
