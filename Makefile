@@ -96,7 +96,7 @@ test-window-5.2:
 	W2W_DEBIAN=sid W2W_BLENDER_SANDBOX=$(CURDIR)/.sandbox/blender-5.2 $(MAKE) test-window
 
 # The report in headless Chromium; fails where it cannot run.
-IN_BROWSER = tests/headless/reports/test_report_in_browser.py
+IN_BROWSER = tests/report/test_report_in_browser.py
 test-report: setup
 	tools/chromium.sh
 	W2W_NEED_CHROMIUM=1 .venv/bin/python -m pytest $(IN_BROWSER)

@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PLANTED = {
-    "w2w/ui/jobs/text.py": "w2w.headless.reports.html",
+    "w2w/ui/jobs/text.py": "w2w.headless.commands.report",
     "w2w/core/wording.py": "w2w.scene.heatmap",
     "w2w/scene/heatmap.py": "w2w.ui.study.state",
     "w2w/ranking.py": "w2w.studies.paper.sets",

@@ -73,7 +73,7 @@ def test_the_wheel_has_one_name_and_every_file(wheel):
         f"templates/{name}" for name in ("body.npz", "demo.npz", "w2w_windows.py", "parquet_card.md")
     )
     tables = (f"studies/placements/paper_{name}.csv" for name in ("activities", "claims"))
-    page = "headless/reports/report_page/page.html"
+    page = "report/templates/page.html"
     assert {f"w2w/{name}" for name in (*templates, *tables, page)} <= names
     assert not [name for name in names if "make_body" in name]
 

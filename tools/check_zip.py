@@ -118,7 +118,7 @@ def _of_our_wheel(wheels: dict[str, bytes]) -> Iterator[str]:
             yield f"{name} belongs to the studies"
         if in_window and PROCESS_WIDE.search(code.decode()):
             yield f"{name} changes the environment of all of Blender"
-    for name in ("w2w/headless/reports/report_page/page.html", "w2w/templates/demo.npz"):
+    for name in ("w2w/report/templates/page.html", "w2w/templates/demo.npz"):
         if name not in content:
             yield f"W2W's wheel lacks {name}"
 

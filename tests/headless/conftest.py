@@ -36,11 +36,11 @@ from w2w.core.selection.advice import advise
 from w2w.core.selection.set_tests import SetTests
 from w2w.core.study import StudyConfig
 from w2w.drawing.body import BodyPictures
-from w2w.headless.reports import html, still_picture
 from w2w.headless.runs import workers
 from w2w.headless.runs.folder import make_folders
 from w2w.headless.runs.guard import end_with
 from w2w.headless.runs.study import write_config
+from w2w.report import page, still_picture
 
 
 class _Pool:
@@ -106,7 +106,7 @@ def made_once_here(tmp_path_factory) -> Iterator[None]:
         patch.setattr(study, "sample_patches", place)
         patch.setattr(Body, "load", staticmethod(kept))
         patch.setattr(still_picture, "BodyPictures", lru_cache(maxsize=4)(BodyPictures))
-        patch.setattr(html, "Environment", partial(Environment, bytecode_cache=templates))
+        patch.setattr(page, "Environment", partial(Environment, bytecode_cache=templates))
         patch.setattr(typer.testing, "_get_command", cache(get_command))
         yield
 

@@ -15,7 +15,7 @@ from w2w.core.imu.formats import write_recording
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.results_folder import StudyResults
 from w2w.headless.app import APP
-from w2w.ui.files.exports import report_steps, run_headless
+from w2w.ui.files.exports import report_steps
 from w2w.ui.jobs import jobs
 from w2w.ui.study import signal_cache
 from w2w.ui.study.state import patches_of
@@ -135,11 +135,6 @@ def test_esc_ends_the_report_and_leaves_nothing(opened: bpy.types.Object, tmp_pa
         pass
     steps.close()
     assert not list(tmp_path.glob("*.html"))
-
-
-def test_a_command_that_fails_says_why(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"w2w report failed: .*summary\.json is missing"):
-        list(run_headless(["report", str(tmp_path)], "writing", 0.0, 1.0))
 
 
 def test_nothing_can_be_exported_before_there_is_something(library: Path) -> None:

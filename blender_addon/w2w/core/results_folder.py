@@ -3,6 +3,7 @@
 
 import json
 import sys
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -37,6 +38,9 @@ from .wording import shown
 
 UTILITY = "utility.npz"
 """The whole ranking, with its intervals, confusions and predictions."""
+
+MOST_ACTIONS, SHOWN = 100, 3
+"""Clips up to which the Blender file holds the motions of all, and how many an activity it holds of more."""
 
 
 class UnfinishedError(ValueError):
@@ -136,6 +140,17 @@ class StudyResults:
     def summary(self) -> dict[str, Any]:
         """What `summary.json` says."""
         return json.loads(inside(self.out, "summary.json").read_text(encoding="utf-8"))
+
+    @property
+    def clips_in_blend(self) -> list[LabelledClip]:
+        """The clips whose motions `study.blend` holds: all, or of many the first of each activity."""
+        seen: Counter[str] = Counter()
+        kept = []
+        for clip in self.clips:
+            seen[clip.activity] += 1
+            if len(self.clips) <= MOST_ACTIONS or seen[clip.activity] <= SHOWN:
+                kept.append(clip)
+        return kept
 
     @cached_property
     def listed(self) -> tuple[Entry, ...]:

@@ -23,12 +23,12 @@ from .commands.demo import demo
 from .commands.export import export
 from .commands.inspect import inspect
 from .commands.place import place
+from .commands.report import report
 from .commands.run import run
 from .commands.sensors import sensors
 from .commands.status import status
 from .commands.synth import synth
 from .console import NOTHING_TO_DO, sentence_of
-from .reports.html import report
 from .stopping import always_when_stopped, ignore_signals, stop_on_signals
 
 PATHS = ("--out", "-o", "--plot")

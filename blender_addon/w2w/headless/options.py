@@ -206,18 +206,6 @@ def window_spec(window: float, stride: float | None) -> WindowSpec:
     return WindowSpec.of_length(window, stride)
 
 
-def window_warning(content: dict[str, Any], used: int) -> str:
-    """A sentence where most clips are shorter than a window; empty where they are not."""
-    shorter = content["clips_shorter"]
-    if 2 * shorter <= used:
-        return ""
-    return (
-        f"{shorter} of {used} clips are shorter than the window of {content['length_s']:g} s and are "
-        f"repeated to fill it. Half of the clips last {content['longest_useful_s']:g} s or more: use a "
-        "--window of at most that"
-    )
-
-
 def pose_facts(rate: float | None, unit: str, up: str, joints: str) -> PoseFacts:
     """The options for joint positions as `PoseFacts`; a ValueError says which is unknown."""
     return PoseFacts(rate, unit or None, up or None, joints or None)

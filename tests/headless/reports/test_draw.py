@@ -4,6 +4,7 @@
 import json
 import os
 import shutil
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -13,7 +14,7 @@ import pytest
 from w2w.core.clip_ranking import LabelledClip
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.results_folder import StudyResults
-from w2w.headless.reports.draw import clips_in_blend, draw_side_by_side, marked, write_pictures
+from w2w.headless.reports.draw import draw_side_by_side, marked, write_pictures
 from w2w.studies.commands.study_rehab import FIGURE, draw_figure
 from w2w.studies.paper.subsets import Subset
 
@@ -109,6 +110,7 @@ def test_pictures_and_file_mark_the_set_worn_together(drawn_results, tmp_path):
 
 def test_of_many_clips_three_an_activity_are_in_the_blender_file():
     clips = [LabelledClip(f"{activity}_{n}", activity, "", "") for activity in "abc" for n in range(40)]
-    kept = [clip.name for clip in clips_in_blend(clips)]
+    study = StudyResults(Path(), None, None, tuple(clips), {})
+    kept = [clip.name for clip in study.clips_in_blend]
     assert kept == [f"{activity}_{n}" for activity in "abc" for n in range(3)]
-    assert clips_in_blend(clips[:100]) == clips[:100]
+    assert replace(study, clips=tuple(clips[:100])).clips_in_blend == clips[:100]

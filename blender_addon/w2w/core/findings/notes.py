@@ -119,6 +119,18 @@ def label_content(check: LabelCheck) -> dict[str, Any]:
     }
 
 
+def window_warning(content: dict[str, Any], used: int) -> str:
+    """A sentence where most clips are shorter than a window; empty where they are not."""
+    shorter = content["clips_shorter"]
+    if 2 * shorter <= used:
+        return ""
+    return (
+        f"{shorter} of {used} clips are shorter than the window of {content['length_s']:g} s and are "
+        f"repeated to fill it. Half of the clips last {content['longest_useful_s']:g} s or more: use a "
+        "--window of at most that"
+    )
+
+
 def copies_sentence(copies: Sequence[tuple[str, str]]) -> str:
     """Names the clips that are copies, each with the first that shows its motion; empty without any."""
     if not copies:

@@ -21,11 +21,12 @@ from w2w.core.inside import inside
 from w2w.core.ranking.agreement import rank_agreement
 from w2w.core.ranking.folds import check_testable
 from w2w.core.results_folder import Study
+from w2w.report.page import REPORT
 
 from ..blender import NoBlenderError, check_installed
 from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, sentence_of
 from ..options import parse_bodies
-from ..reports import console_tables, draw, html
+from ..reports import console_tables, draw
 from ..runs import folder
 from ..runs.current import garment_stamps, is_current, is_untouched, note_current
 from ..runs.monitor import RunMonitor
@@ -33,6 +34,7 @@ from ..runs.own_files import ForeignFileError, check, claimed, remove_written
 from ..runs.study import RunPlan, StudyError, make_signals, rank_study, write_config
 from ..runs.workers import EngineError
 from ..study_options import StudyOptions
+from .report import write_report
 
 COMPARISON = "bodies.json"
 
@@ -140,7 +142,7 @@ def _execute(
                 write_results(study)
                 write_config(study)
                 if plan.report:
-                    html.write_report(out, by=None)
+                    write_report(out, by=None)
             # last, for Blender may fail to draw where all else is well
             failed = draw.draw_folder(out, study.results.utility.activities, monitor) if plan.pictures else {}
     except NO_RESULT as error:
@@ -148,7 +150,7 @@ def _execute(
         mark_changing(out)
         clips = error.clips if isinstance(error, StudyError) else ()
         if isinstance(error, StudyError):  # an earlier run's results would contradict the summary
-            results = {*folder.TABLES, draw.BLEND, html.REPORT, *plan.more} - {folder.SUMMARY, CLIP_LIST}
+            results = {*folder.TABLES, draw.BLEND, REPORT, *plan.more} - {folder.SUMMARY, CLIP_LIST}
             remove_written(out, lambda name: name in results or name.startswith(f"{folder.HEATMAPS}/"))
         with claimed(out, [folder.SUMMARY, CLIP_LIST]):
             write_failure(out, plan.library, sentence_of(error), clips)
@@ -204,7 +206,7 @@ def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, 
 
 def _written_by(plan: RunPlan) -> list[str]:
     """All that a run writes into its folder but clips, heatmaps and what its command adds."""
-    return [*folder.TABLES, *([draw.BLEND] if plan.pictures else ()), *([html.REPORT] if plan.report else ())]
+    return [*folder.TABLES, *([draw.BLEND] if plan.pictures else ()), *([REPORT] if plan.report else ())]
 
 
 def execute_bodies(

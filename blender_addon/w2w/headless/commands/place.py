@@ -19,16 +19,18 @@ from w2w.core.ranking.weights import check_counting, read_weights
 from w2w.core.results_folder import UTILITY, StudyResults, advised, compared, ranked_again
 from w2w.core.selection.advice import Advice
 from w2w.core.study import WISHES, StudyConfig
+from w2w.report.page import REPORT
 
 from .. import options
 from ..console import BUSY, USAGE, Terminal, ending
 from ..options import argument, option
-from ..reports import draw, html
+from ..reports import draw
 from ..reports.console_tables import show_answer, show_places, show_worn
 from ..runs.folder import HEATMAPS, FolderBusyError, only_run, picture_files
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import check, listed, new_file
 from ..study_options import declared
+from .report import write_report
 
 REDRAW = "place --redraw"
 """What a folder says that it is changed by."""
@@ -136,7 +138,7 @@ def copied(results: Path, folder: Path) -> Iterator[Path]:
 def check_redraw(study: StudyResults) -> None:
     """Refuse a results folder, by a ForeignFileError, in which a foreign file is where a choice is drawn."""
     files = [f"{HEATMAPS}/{file}" for file in picture_files(study.utility.activities)]
-    check(study.out, [draw.BLEND, html.REPORT, *files])
+    check(study.out, [draw.BLEND, REPORT, *files])
 
 
 def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice, console: Console) -> None:
@@ -160,7 +162,7 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
                 for name, change in changes.items():
                     before = json.loads((out / name).read_text(encoding="utf-8"))
                     write_json(out / name, {**before, **change})
-            html.write_report(out, by=None)
+            write_report(out, by=None)
             failed = draw.draw_folder(out, study.utility.activities, RunMonitor(console))
             mark_whole(out)
     except FolderBusyError as error:

@@ -75,7 +75,7 @@ def synth(
     if caution := config.synthesis.caution:
         console.print(f"Caution: {caution}.", style="yellow")
     if plot is not None:
-        from ..reports.signal_figure import signal_figure  # matplotlib is slow to import
+        from w2w.drawing.signal_figure import signal_figure  # matplotlib is slow to import
 
         subtitle = f"{config.sensor}, {recording.rate:g} Hz"
         signal_figure(plot, recording, title=f"{shown(clip.stem)}: {worn_at}", subtitle=subtitle)

@@ -22,12 +22,12 @@ from w2w.core.selection.advice import Advice
 from w2w.core.selection.answer import PlaceScore
 from w2w.core.windows.windows import WindowSpec
 from w2w.core.wording import capital
+from w2w.report.page import REPORT
 
 from ..console import show_left_out
-from ..options import window_warning
 from ..runs.folder import HEATMAPS
 from ..runs.study import RunPlan
-from . import draw, html
+from . import draw
 
 LISTED = 8
 """Most products, activities and reasons listed."""
@@ -92,7 +92,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
         if plan.pictures and name not in failed:
             console.print(f"{title} {out / name}")
     if plan.report:
-        console.print(f"Report:   {out / html.REPORT}")
+        console.print(f"Report:   {out / REPORT}")
     for name, why in failed.items():
         console.print(f"\nNo {name}: {why}.", style="red")
     if failed:
@@ -102,7 +102,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
 def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console: Console) -> None:
     """Say so where most clips are shorter than a window."""
     used = sum(result.used for result in results)
-    _say(window_warning(window_content(results, spec), used), console)
+    _say(notes.window_warning(window_content(results, spec), used), console)
 
 
 def _show_regions(results: StudyResults, console: Console) -> None:

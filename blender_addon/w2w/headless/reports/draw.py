@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import tempfile
 import threading
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -13,7 +12,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from w2w.core.clip_ranking import LabelledClip
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.files import folder_beside
 from w2w.core.results_folder import StudyResults
@@ -36,9 +34,6 @@ if TYPE_CHECKING:
     from w2w.drawing.heatmap import Scale
 
 BLEND = "study.blend"
-
-MOST_ACTIONS, SHOWN = 100, 3
-"""Clips up to which the Blender file holds the motions of all, and how many an activity it holds of more."""
 
 EXPECTED = "Expected F1"
 """What the colours of every heatmap mean."""
@@ -153,21 +148,8 @@ def write_blend(out: Path, to: Path) -> None:
         from w2w.scene.files.study_file import write_study
 
     study = StudyResults.load(out, by=None)
-    motions = (study.motion(clip.name) for clip in clips_in_blend(study.clips))
+    motions = (study.motion(clip.name) for clip in study.clips_in_blend)
     write_study(to / BLEND, study, motions, marked(study).order)
-
-
-def clips_in_blend(clips: Sequence[LabelledClip]) -> list[LabelledClip]:
-    """The clips whose motions the Blender file holds: all, or of many the first of each activity."""
-    if len(clips) <= MOST_ACTIONS:
-        return list(clips)
-    seen: Counter[str] = Counter()
-    kept = []
-    for clip in clips:
-        seen[clip.activity] += 1
-        if seen[clip.activity] <= SHOWN:
-            kept.append(clip)
-    return kept
 
 
 class Marked(NamedTuple):

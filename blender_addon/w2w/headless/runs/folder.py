@@ -202,17 +202,17 @@ HEADLESS = Path(__file__).resolve().parents[1]
 NO_SIGNALS = (
     "core/selection", "core/findings", "core/exports", "core/ranking", "core/clip_ranking.py",
     "core/results_folder.py", "core/windows/inputs.py", "scene/files", "scene/heatmap.py", "drawing",
-    "reports",
+    "report", "reports",
 )  # fmt: skip
 """Code that a clip's own files do not depend on, as it ranks, chooses and tells."""
 
 
 def _code() -> list[tuple[str, Path]]:
     """The code and templates that results depend on, each file by its name in the package."""
-    rooms = {"core": PACKAGE / "core", "scene": PACKAGE / "scene", "drawing": PACKAGE / "drawing"}
+    rooms = {name: PACKAGE / name for name in ("core", "scene", "drawing", "report")}
     rooms |= {name: HEADLESS / name for name in ("runs", "reports")}
     files = [(name, root, path) for name, root in rooms.items() for path in root.rglob("*.py")]
-    files += [("reports", HEADLESS / "reports", path) for path in HEADLESS.rglob("*.html")]
+    files += [("report", PACKAGE / "report", path) for path in (PACKAGE / "report").rglob("*.html")]
     templates = (*TEMPLATES.glob("*.np[yz]"), *TEMPLATES.rglob("*.json"))
     files += [("templates", TEMPLATES, path) for path in templates]
     return [(f"{name}/{path.relative_to(root).as_posix()}", path) for name, root, path in sorted(files)]

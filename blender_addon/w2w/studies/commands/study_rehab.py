@@ -23,12 +23,12 @@ from w2w.headless.commands.execute import check_folder, execute, refused
 from w2w.headless.options import sensor_settings
 from w2w.headless.reports.console_tables import show_labels
 from w2w.headless.reports.draw import MAX_LISTED, draw_side_by_side
-from w2w.headless.reports.html import title
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import claimed
 from w2w.headless.runs.study import RunPlan
 from w2w.headless.runs.workers import Engine
 from w2w.headless.study_options import declared
+from w2w.report.page import title
 
 from ..paper.sets import paper_sets
 from ..paper.subsets import Subset

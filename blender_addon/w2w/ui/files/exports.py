@@ -1,29 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Export: map, table, signals and report of the panel's study, as Python and the command line write them."""
 
-import subprocess
-import sys
 import tempfile
-import time
-from collections.abc import Generator, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
-from ...core.files import atomic_write, write_text
+from ...core.files import write_text
 from ...core.findings.summary import patch_table
 from ...core.imu.formats import FORMATS, HELD, write_recording
 from ...core.inside import file_name
 from ...core.library.library import unique_names
-from ...core.results_folder import stored_recording
+from ...core.results_folder import StudyResults, stored_recording
 from ...core.selection.advice import redundancy_clusters
 from ...core.selection.headline import mean_title
-from ...extension import NAME as EXTENSION
 from ...scene.heatmap import MEAN, ON_THESE_CLIPS
 from ..jobs import jobs
-from ..jobs.jobs import Step, Steps, in_thread, on_body, part
+from ..jobs.jobs import Steps, in_thread, on_body, part
 from ..steps.baking import ranked_clips
 from ..study import counting, operators, scores, signal_cache, state
 from ..viewport.legend import legend
@@ -31,8 +27,6 @@ from ..viewport.overlay import picks
 from .save_results import save_steps
 
 SUFFIXES = {"npz": ".npz", "csv": ".csv", "xsens": ".txt", "x-io": ""}
-
-ROOT = Path(__file__).resolve().parents[4]
 
 
 @on_body
@@ -114,35 +108,20 @@ def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None,
 
 @on_body
 def report_steps(mesh: bpy.types.Object, path: Path) -> Steps:
-    """Save the study for a while, and let the command line write its report."""
+    """Save the study for a while, and write its report in a thread."""
+
+    def write(told: Callable[[float], None]) -> None:
+        from ...report.page import report_page  # jinja2 and matplotlib are slow to import
+
+        page = report_page(StudyResults.load(folder))
+        told(1.0)  # ends it here where the job was cancelled
+        write_text(path, page)
+
     with tempfile.TemporaryDirectory(prefix="w2w_report_") as temporary:
         folder = Path(temporary) / "results"
         yield from part(save_steps(mesh, folder), 0.0, 0.7)
-        yield from run_headless(["report", str(folder)], f"writing {path.name}", 0.7, 1.0)
-        with atomic_write(path) as stream:
-            stream.write((folder / "report.html").read_bytes())
+        yield from in_thread(write, f"writing {path.name}", 0.7, 1.0)
     return f"Saved the report: {path}"
-
-
-def run_headless(arguments: Sequence[str], text: str, low: float, high: float) -> Generator[Step, None, None]:
-    """Run a `w2w` command in another process as steps of a job; ValueError with its words if it fails."""
-    program = [sys.executable, "-m", "headless"]
-    if bpy.app.binary_path:
-        program = [bpy.app.binary_path, "--background", "--addons", EXTENSION, "--command", "w2w"]
-    with tempfile.TemporaryFile() as said:
-        process = subprocess.Popen([*program, *arguments], cwd=ROOT, stdout=said, stderr=subprocess.STDOUT)
-        try:
-            while process.poll() is None:
-                time.sleep(jobs.POLL)
-                yield Step((low + high) / 2, text)
-        finally:
-            if process.poll() is None:
-                process.kill()
-            process.wait()
-        said.seek(0)
-        words = " ".join(said.read().decode("utf-8", "replace").split())
-    if process.returncode:
-        raise ValueError(f"w2w {arguments[0]} failed: {words[-300:] or process.returncode}")
 
 
 class Export(operators.AsksForFile, operators.StartsJob, operators.OnRanking):

@@ -24,8 +24,9 @@ from w2w.core.selection.answer import best_single
 from w2w.core.selection.headline import CANNOT_RANK, more_clips
 from w2w.core.wording import capital
 from w2w.headless.app import APP
+from w2w.headless.commands.report import write_report
 from w2w.headless.reports.console_tables import show_answer
-from w2w.headless.reports.html import as_script_json, packed, title, write_report
+from w2w.report.page import as_script_json, packed, title
 
 
 class Reader(HTMLParser):

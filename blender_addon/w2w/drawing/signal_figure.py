@@ -6,9 +6,9 @@ from pathlib import Path
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from w2w.core.files import atomic_write
-from w2w.core.imu.recording import ImuRecording
-from w2w.drawing.page import FAINT, HAIRLINE, INK, OWN_STYLE
+from ..core.files import atomic_write
+from ..core.imu.recording import ImuRecording
+from .page import FAINT, HAIRLINE, INK, OWN_STYLE
 
 COLOURS = {"w": "#7a8391", "x": "#d1495b", "y": "#2e8b57", "z": "#30638e"}
 """Told apart by lightness too, for colour-blind eyes."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`w2w report`: a finished study as one page that opens in any browser, without a network."""
+"""A finished study as one page that opens in any browser, without a network."""
 
 import base64
 import json
@@ -11,32 +11,26 @@ import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from w2w.core.body.body import Body
-from w2w.core.clip_list import Entry, is_used, read_clip_list
-from w2w.core.colours import colour_table
-from w2w.core.files import write_text
-from w2w.core.findings import notes
-from w2w.core.findings.summary import MOST_REGIONS, best_regions
-from w2w.core.garments.cover import garment_sentence
-from w2w.core.garments.on_cloth import caught_sentences
-from w2w.core.imu.wearing import wearing_sentences
-from w2w.core.patches.body_parts import PRODUCT_NAMED, PRODUCTS
-from w2w.core.patches.naming import resolve
-from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import StudyResults
-from w2w.core.selection import headline
-from w2w.core.selection.answer import product_places
-from w2w.core.wording import capital
-
-from ..console import USAGE, Terminal, ending
-from ..options import argument, option, window_warning
-from ..runs.own_files import claimed
-from .draw import clips_in_blend
+from ..core.body.body import Body
+from ..core.clip_list import Entry, is_used, read_clip_list
+from ..core.colours import colour_table
+from ..core.findings import notes
+from ..core.findings.summary import MOST_REGIONS, best_regions
+from ..core.garments.cover import garment_sentence
+from ..core.garments.on_cloth import caught_sentences
+from ..core.imu.wearing import wearing_sentences
+from ..core.patches.body_parts import PRODUCT_NAMED, PRODUCTS
+from ..core.patches.naming import resolve
+from ..core.patches.patches import PatchSet
+from ..core.ranking.utility import UtilityMap
+from ..core.results_folder import StudyResults
+from ..core.selection import headline
+from ..core.selection.answer import product_places
+from ..core.wording import capital
 
 REPORT = "report.html"
 
-PAGE = Path(__file__).resolve().parent / "report_page"
+PAGE = Path(__file__).resolve().parent / "templates"
 
 NUMBERED = 3
 """Products in the first screen, numbered on the body."""
@@ -44,38 +38,16 @@ NUMBERED = 3
 MAX_CONFUSED = 12
 """Activities up to which a table of mistakes can be read."""
 
-
-def report(
-    results: argument(Path, "RESULTS", "Results folder of a finished run."),
-    project: option(str | None, "Project name on the page.  [default: the run's]", "--title") = None,
-) -> None:
-    """Write `report.html` into a finished results folder: the heatmaps in 3D, the choice, the tables.
-
-    The page is one file and needs no network. `w2w run` writes it by itself.
-
-    Exit codes: 0 written, 2 the folder holds no finished run, 4 its run is unfinished.
-    """
-    console = Terminal()
-    with ending(USAGE, console):
-        path = write_report(results, project)
-    console.print(f"Report: {path}")
-
-
 NOTABLE = {"skipped", "same_motion_as", "cloth_caught", "cut", "at_full_scale"}
 """What of a clip the page tells."""
 
 
-def write_report(out: Path, project: str | None = None, *, by: str | None = "") -> Path:
-    """Write a finished study's `report.html` into its folder, under the run's title or another.
-
-    A ValueError says that the folder holds no finished run, or a foreign `report.html`; `by` is as in
-    `StudyResults.load`.
-    """
+def report_page(study: StudyResults, project: str | None = None) -> str:
+    """The page of a finished study, as HTML, under the run's title or another."""
     from .still_picture import still_picture  # matplotlib is slow to import
 
-    study = StudyResults.load(out, by=by)
     body, utility, summary = study.body(), study.utility, study.summary
-    config = json.loads((out / "config.json").read_text(encoding="utf-8"))
+    config = json.loads((study.out / "config.json").read_text(encoding="utf-8"))
     answer, best = summary["answer"], summary["best_single_patch"]["patch"]
     patch = answer["patch"]
     worn = summary["worn_together"]
@@ -87,13 +59,13 @@ def write_report(out: Path, project: str | None = None, *, by: str | None = "") 
     less = [each for each in answer["products"][NUMBERED:] if each["name"] == answer["compared_with"]]
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
-    notable = [entry for entry in read_clip_list(out) if NOTABLE & entry.keys()]
-    text = environment.get_template("page.html").render(
+    notable = [entry for entry in read_clip_list(study.out) if NOTABLE & entry.keys()]
+    return environment.get_template("page.html").render(
         project=study.parameters.get("title", "") if project is None else project.strip(),
         summary=summary,
         config=config,
         counts=notes.counts_sentence(summary["clips"], utility),
-        in_blend=len(clips_in_blend(study.clips)),
+        in_blend=len(study.clips_in_blend),
         mean_caution=headline.mean_caution(utility),
         spot_caution=headline.spot_caution(best, utility),
         answer=answer,
@@ -115,9 +87,6 @@ def write_report(out: Path, project: str | None = None, *, by: str | None = "") 
         scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in ("viewer.js", "page.js")],
         data=Markup(as_script_json(view_data(body, study.patches, utility, shown, patch))),
     )
-    with claimed(out, [REPORT]):
-        write_text(out / REPORT, text)
-    return out / REPORT
 
 
 def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list[dict[str, Any]]:
@@ -144,7 +113,7 @@ def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list
 def _notes(summary: dict[str, Any], clips: Sequence[Entry], n_patches: int) -> list[str]:
     """Notes on labels, copies, windows and garments."""
     labels = [f"Labels: {note}" for note in summary["labels"]["notes"]]
-    windows = window_warning(summary["windows"], summary["clips"]["used"])
+    windows = notes.window_warning(summary["windows"], summary["clips"]["used"])
     worn = garment_sentence(summary.get("garments", {}), n_patches)
     about = [(entry["clip"], entry) for entry in clips if is_used(entry)]
     told = (notes.cut_sentence(about), notes.full_scale_sentence(about), *caught_sentences(about))

@@ -19,8 +19,8 @@ from w2w.core.colours import score_range
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.results_folder import StudyResults, compared
-from w2w.headless.reports.html import write_report
-from w2w.headless.reports.still_picture import still_picture
+from w2w.headless.commands.report import write_report
+from w2w.report.still_picture import still_picture
 
 from .browser import find, settle, text
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from w2w.core.body.body import Body
-from w2w.core.colours import patch_colours, score_range
-from w2w.core.results_folder import StudyResults
-from w2w.drawing.body import BodyPictures, size_for
-from w2w.drawing.page import common_crop
+from ..core.body.body import Body
+from ..core.colours import patch_colours, score_range
+from ..core.results_folder import StudyResults
+from ..drawing.body import BodyPictures, size_for
+from ..drawing.page import common_crop
 
 PIXELS = 560
 """Height of the body."""

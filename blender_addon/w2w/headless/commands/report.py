@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w report`: write the page of a finished study."""
+
+from pathlib import Path
+
+from w2w.core.files import write_text
+from w2w.core.results_folder import StudyResults
+from w2w.report.page import REPORT, report_page
+
+from ..console import USAGE, Terminal, ending
+from ..options import argument, option
+from ..runs.own_files import claimed
+
+
+def report(
+    results: argument(Path, "RESULTS", "Results folder of a finished run."),
+    project: option(str | None, "Project name on the page.  [default: the run's]", "--title") = None,
+) -> None:
+    """Write `report.html` into a finished results folder: the heatmaps in 3D, the choice, the tables.
+
+    The page is one file and needs no network. `w2w run` writes it by itself.
+
+    Exit codes: 0 written, 2 the folder holds no finished run, 4 its run is unfinished.
+    """
+    console = Terminal()
+    with ending(USAGE, console):
+        path = write_report(results, project)
+    console.print(f"Report: {path}")
+
+
+def write_report(out: Path, project: str | None = None, *, by: str | None = "") -> Path:
+    """Write a finished study's `report.html` into its folder, under the run's title or another.
+
+    A ValueError says that the folder holds no finished run, or a foreign `report.html`; `by` is as in
+    `StudyResults.load`.
+    """
+    page = report_page(StudyResults.load(out, by=by), project)
+    with claimed(out, [REPORT]):
+        write_text(out / REPORT, page)
+    return out / REPORT
