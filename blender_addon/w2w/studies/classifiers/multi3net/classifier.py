@@ -2,24 +2,21 @@
 """The IMU branch of Multi3Net at every patch, all patches trained together; needs PyTorch."""
 
 import importlib.util
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import ClassVar, Self
 
 import numpy as np
 
-from w2w.core.windows.inputs import BLOCK_BYTES, PatchBlocks, as_blocks, spans
+from w2w.core.windows.inputs import PatchBlocks, as_blocks, spans
+
+from .settings import Settings
 
 HOW_TO_GET_TORCH = "the classifier multi3net needs PyTorch: get it with `pip install torch==2.13.0`"
 
-WARM_UP = 20
-"""Steps of learning-rate warm-up, before the cosine decay."""
-
 
 @dataclass(frozen=True)
-class Multi3Net:
+class Multi3Net(Settings):
     """A network a patch after the IMU branch of Multi3Net (Fortes Rey et al., ISWC 2024).
 
     Theirs: each channel of a window embedded by a linear layer, sinusoidal positional
@@ -49,46 +46,8 @@ class Multi3Net:
         If a size or share is not as it must be.
     """
 
-    width: int = 32  # numbers a channel is embedded in, a multiple of 8
-    hidden: int = 96  # units of the layer after the attention
-    embedding: int = 32  # numbers a window is described by, a multiple of 8
-    spectrum: int = 25  # lowest frequencies whose amplitude is embedded, too; 0 for the samples alone
-    learning_rate: float = 4e-3  # the highest of the schedule, or the initial one with early stopping
-    batch_size: int = 64
-    epochs: int = 80  # exactly, or at most with early stopping
-    weight_decay: float = 0.1  # decoupled from the gradient (AdamW; Loshchilov and Hutter 2019)
-    label_smoothing: float = 0.1  # share of a window's label that is spread over all activities
-    mixup: float = 0.3  # both parameters of its beta distribution (Zhang et al. 2018); 0 for no blending
-    early_stopping: bool = False  # with the next fold for validation; else it is trained on, and cosine decay
-    patience: int = 15  # epochs without a better validation F1 after which training of a patch stops
-    lr_patience: int = 8  # and those after which its learning rate is reduced
-    lr_factor: float = 0.5  # by which it is then multiplied
-    seed: int = 0  # of the initial weights, batches, mixup and dropout
-    group: int = 32  # patches trained together; changes nothing but memory and time
-    device: str = ""  # "cuda" or "cpu"; empty for a GPU where there is one
-    block_bytes: int = BLOCK_BYTES  # windows held at a time; changes nothing but memory
-    checkpoints: Path | None = None  # a folder of its own, made if missing; those of other work are removed
-    checkpoint_epochs: int = 20  # from one checkpoint to the next
-
     name: ClassVar[str] = "multi3net"
     inputs: ClassVar[str] = "windows"
-
-    def __post_init__(self) -> None:
-        for name in ("width", "embedding"):
-            size = getattr(self, name)
-            if size < 8 or size % 8:
-                raise ValueError(f"{name} must be a multiple of 8, one part for each head, not {size}")
-        counts = ("hidden", "batch_size", "epochs", "patience", "lr_patience", "group", "checkpoint_epochs")
-        shares = ("spectrum", "weight_decay", "label_smoothing", "mixup")
-        for name, least in (dict.fromkeys(counts, 1) | dict.fromkeys(shares, 0)).items():
-            if getattr(self, name) < least:
-                raise ValueError(f"{name} must be at least {least}, not {getattr(self, name)}")
-
-    def schedule(self, step: int, steps: int) -> float:
-        """Factor of the learning rate at a step: warm-up, then cosine decay; 1 with early stopping."""
-        if self.early_stopping:
-            return 1.0
-        return min(1.0, step / WARM_UP) * 0.5 * (1 + math.cos(math.pi * step / steps))
 
     @classmethod
     def full(cls, **changes: object) -> Self:

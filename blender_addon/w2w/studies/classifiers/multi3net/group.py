@@ -11,8 +11,8 @@ import torch
 
 from w2w.core.files import load_arrays, write_npz
 
-from .classifier import Multi3Net
 from .network import Examples, Network
+from .settings import Settings
 from .training import State, name_windows, train
 
 PROGRAM = 3
@@ -23,7 +23,7 @@ PROGRAM = 3
 class Group:
     """Some patches and one fold: trained together, saved together."""
 
-    settings: Multi3Net
+    settings: Settings
     windows: np.ndarray  # (W, P, samples, channels)
     labels: np.ndarray  # (W,), int
     train: np.ndarray  # int: indices of windows

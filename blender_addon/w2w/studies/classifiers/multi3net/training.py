@@ -14,8 +14,8 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from .classifier import Multi3Net
 from .network import Examples, Network
+from .settings import Settings
 
 PREDICTED_AT_ONCE = 256
 """Windows named in one go."""
@@ -105,7 +105,7 @@ class State:
 def train(
     network: Network,
     examples: Examples,
-    settings: Multi3Net,
+    settings: Settings,
     generator: Callable[[int], torch.Generator],
     state: State | None = None,
     after_epoch: Callable[[State], None] | None = None,
@@ -156,7 +156,7 @@ def _step(
     windows: Tensor,
     target: Tensor,
     masks: list[Tensor],
-    settings: Multi3Net,
+    settings: Settings,
     steps: int,
 ) -> Tensor:
     """One of all steps of Adam; the loss of each patch before it."""
@@ -174,7 +174,7 @@ def _step(
     return losses.detach()
 
 
-def _judge(state: State, score: Tensor, settings: Multi3Net) -> bool:
+def _judge(state: State, score: Tensor, settings: Settings) -> bool:
     """Keep better weights; else reduce the learning rate or stop; whether any stopped."""
     better = score > state.score
     state.best[state.patches[better]] = state.weights[better]
