@@ -20,6 +20,9 @@ PLANTED = {
 }
 """Modules, each with one that it must not import."""
 
+CIRCLE = "w2w/drawing/body.py", "w2w.drawing.heatmap"
+"""A module, and one that imports it."""
+
 
 @pytest.fixture(scope="module")
 def said(tmp_path_factory) -> str:
@@ -28,7 +31,7 @@ def said(tmp_path_factory) -> str:
     shutil.copytree(
         ROOT / "blender_addon", tree, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True
     )
-    for file, module in PLANTED.items():
+    for file, module in (*PLANTED.items(), CIRCLE):
         with (tree / file).open("a", encoding="utf-8") as stream:
             stream.write(f"\nimport {module}\n")
     lint = "from importlinter.cli import lint_imports_command; lint_imports_command()"
@@ -49,3 +52,8 @@ def test_a_forbidden_import_is_refused_by_file_and_line(said, file, module):
     importer = file.removesuffix(".py").replace("/", ".")
     line = len((ROOT / "blender_addon" / file).read_text(encoding="utf-8").splitlines()) + 2
     assert f"{importer} -> {module} (l.{line})" in said
+
+
+def test_a_circle_is_refused(said):
+    assert "No circle, in any room BROKEN" in said
+    assert "w2w.drawing" in said.partition("No circle, in any room\n")[2]
