@@ -17,7 +17,7 @@ def progress_bar(label: str) -> Callable[[float], None]:
         return lambda _: None
     from IPython.display import ProgressBar
 
-    class Labelled(ProgressBar):  # type: ignore[misc]
+    class Labelled(ProgressBar):
         def __repr__(self) -> str:
             return f"{label} {super().__repr__()}"
 

@@ -207,12 +207,14 @@ class Ranking:
                 f"constraints must be Constraints, such as Constraints(forbid=('head',)), not {constraints!r}"
             )
         constraints = constraints or Constraints()
-        wished = {"target": target, "max_places": max_sensors, "every_activity": every_activity}
-        config = replace(self.config, **wished, constraints=constraints)
+        wished: dict[str, Any] = {"target": target, "max_places": max_sensors}
+        config = replace(self.config, **wished, every_activity=every_activity, constraints=constraints)
         constraints.terms(self.patches)  # refuse wrong ones before the slow part
         if self._set_tests is None:
             raise ValueError("only the classifier 'ridge' chooses sets to wear together")
-        return choose_to_wear(self.utility, self.patches, self.body, config, self._set_tests).worn
+        worn = choose_to_wear(self.utility, self.patches, self.body, config, self._set_tests).worn
+        assert worn is not None  # sets were tested
+        return worn
 
     @cached_property
     def _set_tests(self) -> SetTests | None:

@@ -2,7 +2,7 @@
 """Labels of clips and their windows, by which the panel, the command line and Python rank patches."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 import numpy as np
@@ -49,13 +49,15 @@ class WindowLabels:
     def of(cls, clips: Sequence[LabelledClip], windows: Sequence[ClipWindows]) -> Self:
         """Labels of the windows of ranked clips, one clip after another."""
         counts = [len(found.is_test) for found in windows]
-        labels = ([getattr(clip, name) for clip in clips] for name in ("activity", "motion_key", "subject"))
-        is_test = np.concatenate([found.is_test for found in windows])
-        return cls(*(np.repeat(values, counts) for values in labels), is_test)
+        activity, motion, subject = (
+            np.repeat([getattr(clip, name) for clip in clips], counts)
+            for name in ("activity", "motion_key", "subject")
+        )
+        return cls(activity, motion, subject, np.concatenate([found.is_test for found in windows]))
 
     def some(self, rows: np.ndarray) -> Self:
         """Of some windows, by their numbers or a mask."""
-        return WindowLabels(self.activity[rows], self.motion[rows], self.subject[rows], self.is_test[rows])
+        return replace(self, **{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
     def protocol(self, config: StudyConfig) -> Protocol:
         """The protocol that the config asks for."""

@@ -251,7 +251,8 @@ def record_baked(
     others = further_signals(
         matrices, rate, config.synthesis, sensor, config.further, named.clip, config.seed, first_sensor
     )
-    return replace(sensor.apply(named, config.seed, first_sensor), **others)
+    further: dict[str, Any] = {**others}
+    return replace(sensor.apply(named, config.seed, first_sensor), **further)
 
 
 def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, np.ndarray]:

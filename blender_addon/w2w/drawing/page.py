@@ -5,11 +5,13 @@ import zlib
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import fontManager
 from matplotlib.patches import Rectangle
@@ -85,18 +87,24 @@ class _Laid(Artist):
         context.restore()
 
 
-def write(figure: Figure, x: float, y: float, text: str, size: float, color: str = INK, **style: str) -> Text:
+def write(figure: Figure, x: float, y: float, text: str, size: float, color: str = INK, **style: Any) -> Text:
     """Text on the page, placed in inches."""
     width, height = figure.get_size_inches()
     return figure.text(x / width, y / height, text, fontsize=size, color=color, fontfamily=FONT, **style)
 
 
+def _canvas(figure: Figure) -> FigureCanvasAgg:
+    """The figure's canvas, on which pages are drawn without a window."""
+    assert isinstance(figure.canvas, FigureCanvasAgg)
+    return figure.canvas
+
+
 def fit(figure: Figure, text: Text, width: float) -> None:
     """Shrink a text until it is at most `width` inches wide."""
-    renderer = figure.canvas.get_renderer()
+    renderer = _canvas(figure).get_renderer()
     # hinting makes widths jump, so one step may not be enough
     while (extent := text.get_window_extent(renderer).width / DPI) > width:
-        text.set_fontsize(min(width / extent, 0.98) * text.get_fontsize())
+        text.set_fontsize(min(width / extent, 0.98) * float(text.get_fontsize()))
 
 
 def save(figure: Figure, path: str | Path) -> None:
@@ -107,8 +115,9 @@ def save(figure: Figure, path: str | Path) -> None:
     kind = Path(path).suffix[1:].lower() or "png"
     with atomic_write(path) as stream:
         if kind == "png":
-            figure.canvas.draw()
-            drawn = Image.fromarray(np.asarray(figure.canvas.buffer_rgba()))
+            canvas = _canvas(figure)
+            canvas.draw()
+            drawn = Image.fromarray(np.asarray(canvas.buffer_rgba()))
             drawn.convert("RGB").save(stream, format="png", **PACKED)  # opaque: a quarter less to pack
         else:
             undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
@@ -139,7 +148,7 @@ def draw_markers(axes: Axes, anchors: np.ndarray, numbers: Sequence[int], scale:
         _draw_badge(axes, badge, number + 1)
 
 
-def _draw_badge(axes: Axes, centre: Sequence[float], number: int) -> None:
+def _draw_badge(axes: Axes, centre: tuple[float, float], number: int) -> None:
     """A white disc with a number, the same size on every page."""
     points = 2 * BADGE * 72
     axes.plot(
@@ -176,7 +185,7 @@ def draw_list(
     axes.set(xlim=(0, width), ylim=(0, height))
     start, stop, top = 0.34, width - 0.45, height - 0.3
     axes.text(start, height - 0.12, f"{label} reached", fontsize=9.5, color=FAINT, fontfamily=FONT)
-    style = {"fontfamily": FONT, "color": INK, "fontsize": 10 if row > 0.4 else 9}
+    style: dict[str, Any] = {"fontfamily": FONT, "color": INK, "fontsize": 10 if row > 0.4 else 9}
     for number, (name, score) in enumerate(zip(names, scores, strict=True)):
         bar = top - number * row - 0.5 * min(row, ROW) - 0.13
         _draw_badge(axes, (0.1, bar + 0.1), number + 1)

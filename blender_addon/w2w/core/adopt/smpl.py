@@ -124,8 +124,9 @@ def body_from_model(model: dict[str, Any], name: str, betas: np.ndarray | None =
     vertices, joints = on_the_ground(vertices @ Y_UP_TO_Z_UP.T, joints @ Y_UP_TO_Z_UP.T)
     faces = arrays["f"].astype(np.int64)
     mesh = recognise(faces, vertices)
-    numbered_so = mesh is not None and np.array_equal(mesh.order, np.arange(len(vertices)))
-    return Body(vertices, faces, joints, _normalised(weights), name, mesh.mirror if numbered_so else None)
+    in_order = mesh is not None and np.array_equal(mesh.order, np.arange(len(vertices)))
+    mirror = mesh.mirror if mesh is not None and in_order else None
+    return Body(vertices, faces, joints, _normalised(weights), name, mirror)
 
 
 def body_from_mesh(vertices: np.ndarray, polygons: np.ndarray, name: str) -> Body:
@@ -212,7 +213,7 @@ def _body_from_npz(path: Path, wanted: tuple[str, ...], betas: np.ndarray | None
     return body_from_model(model, path.stem, betas)
 
 
-def _shape_offsets(model: dict[str, Any], betas: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+def _shape_offsets(model: dict[str, Any], betas: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
     """How far betas move each vertex (Loper et al. 2015, eq. 8), shape (V, 3)."""
     if model.get(SHAPES) is None:
         raise BodyError(f"it lacks {SHAPES}, so betas cannot shape it")
@@ -263,7 +264,8 @@ def _landmarks(template: Body) -> tuple[np.ndarray, np.ndarray]:
         members = np.flatnonzero(np.isin(part, [JOINT_INDEX[joint] for joint in joints]))
         same[smpl_vertex] = int(members[np.argmax(template.vertices[members] @ np.array(direction, float))])
     for site in SENSOR_SITES:
-        same.setdefault(site.smpl_vertex, site.vertex(template))
+        if site.smpl_vertex is not None:
+            same.setdefault(site.smpl_vertex, site.vertex(template))
     return np.array(list(same.values())), np.array(list(same))
 
 

@@ -67,12 +67,12 @@ def recognise(polygons: np.ndarray, vertices: np.ndarray) -> SmplMesh | None:
         return None
     if sizes[4]:
         faces = _cut(walk)
-        walk = canonical_walk(faces, N_VERTICES)
+        walk = _walked(faces)
     order, number = np.empty(N_VERTICES, dtype=np.intp), np.empty(N_VERTICES, dtype=np.int32)
     order[_numbering("smpl_vertex")] = walk.vertices
     number[order] = np.arange(N_VERTICES)
     # seen from inside, left and right change places: the same walk meets each vertex's mirror image
-    reflected = canonical_walk([face[::-1] for face in faces], N_VERTICES)
+    reflected = _walked([face[::-1] for face in faces])
     mirror = np.empty(N_VERTICES, dtype=np.int32)
     mirror[number[walk.vertices]] = number[reflected.vertices]
     return SmplMesh(order, number[np.array(faces)], mirror)
@@ -104,6 +104,13 @@ def canonical_walk(faces: list[tuple[int, ...]], n_vertices: int) -> Walk | None
     return walk if len(walk.vertices) == n_vertices and len(walk.corners) == len(faces) else None
 
 
+def _walked(faces: list[tuple[int, ...]]) -> Walk:
+    """The walk over the faces of a mesh that has been recognised."""
+    walk = canonical_walk(faces, N_VERTICES)
+    assert walk is not None
+    return walk
+
+
 def walk_digest(walk: Walk, n_vertices: int) -> str:
     """SHA-256 of a walk's faces, written in the numbers the walk gave their vertices."""
     return hashlib.sha256(_code(walk, n_vertices).tobytes()).hexdigest()
@@ -112,7 +119,7 @@ def walk_digest(walk: Walk, n_vertices: int) -> str:
 def _cut(walk: Walk) -> list[tuple[int, ...]]:
     """Triangles of a mesh of quads, each cut the way SMPL has it."""
     from_first = iter(np.unpackbits(_numbering("cut"), count=N_QUADS).tolist())
-    triangles = []
+    triangles: list[tuple[int, ...]] = []
     for face in walk.corners:
         if len(face) == 3:
             triangles.append(face)

@@ -70,9 +70,9 @@ def write_pose_pack(folder: Path, signals: WornSignals, method: str) -> int:
             parts.setdefault(part, []).append(torch.from_numpy(np.ascontiguousarray(values)))
     if not names:
         raise ValueError(f"every clip is shorter than {FEWEST_FRAMES} frames at {RATE_HZ:g} Hz")
-    for part, values in parts.items():
+    for part, tensors in parts.items():
         with atomic_write(folder / f"{part}.pt") as stream:
-            torch.save(values, stream)
+            torch.save(tensors, stream)
     sensors = list(signals.names)
     write_json(folder / "clips.json", {"rate_hz": RATE_HZ, "up": "y", "sensors": sensors, "clips": names})
     return len(names)

@@ -150,7 +150,9 @@ class WornSignals:
                 moved, rested = self._orientations(sampled), self._orientations(still)
             else:  # the errors are the clip's: a calibration in it has them, too
                 moved = _as_read(recording.orientation)
-                rested = _as_read(record(self.body, self.patches, still, config).orientation)
+                at_rest = record(self.body, self.patches, still, config).orientation
+                assert at_rest is not None
+                rested = _as_read(at_rest)
             yield Worn(recording, sampled, moved, rested[0])
 
     def _orientations(self, motion: Motion) -> np.ndarray:

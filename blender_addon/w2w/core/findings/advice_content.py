@@ -12,6 +12,7 @@ from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
 from ..selection.answer import Answer, PlaceScore
 from ..selection.headline import as_good_as, confidence_sentence, mean_sentence, more_clips
+from ..selection.joint import JointSet
 from ..selection.promise import Promise
 from .notes import interval_caution
 
@@ -38,7 +39,7 @@ def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> di
         "more_clips_per_activity": more_clips(utility),
         "map_sentence": confidence_sentence(utility, advice.best),
         "interval_caution": interval_caution(utility),
-        "worn_together": None if advice.worn is None else worn_content(advice, utility, patches),
+        "worn_together": None if advice.worn is None else worn_content(advice.worn, advice, utility, patches),
     }
 
 
@@ -70,9 +71,9 @@ def place_content(score: PlaceScore, patches: PatchSet) -> dict[str, Any]:
     }
 
 
-def worn_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
+def worn_content(worn: JointSet, advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
     """Patches chosen to be worn together, with the expected F1 of the first, the first two, and so on."""
-    worn, made = advice.worn, advice.worn.promise
+    made = worn.promise
     return {
         "sentence": worn.sentence(),
         "target": worn.target,
@@ -91,7 +92,7 @@ def worn_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict
             for number, patch in enumerate(worn.order, start=1)
         ],
         "alternatives": [[called(patch, advice, patches) for patch in some] for some in advice.alternatives],
-        "next_sensor": next_worn(advice, patches),
+        "next_sensor": next_worn(worn, advice, patches),
     }
 
 
@@ -100,9 +101,8 @@ def called(patch: int, advice: Advice, patches: PatchSet) -> str:
     return advice.products.get(int(patch), patches.names[patch])
 
 
-def next_worn(advice: Advice, patches: PatchSet) -> dict[str, Any] | None:
+def next_worn(worn: JointSet, advice: Advice, patches: PatchSet) -> dict[str, Any] | None:
     """The best sensor to add to a set; None where no more sensors are allowed."""
-    worn = advice.worn
     made = worn.with_next
     if made is None:
         return None

@@ -55,6 +55,7 @@ def write_results(study: Study) -> None:
 
 def write_placements(out: Path, cards: Sequence[dict[str, Any]], patches: PatchSet) -> None:
     """Write where each recommended sensor goes; `w2w run --placements` reads it."""
+    rows: list[Sequence[object]]
     rows = [("name", "spot", "words", "arrow", "slip_cm", "turn_deg", "patch", "vertex")]
     for one in cards:
         at = (one["patch"], int(patches.vertices[one["patch"]]))
@@ -101,7 +102,7 @@ def patch_table(utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) ->
     Patches of one `cluster` say the same.
     """
     others = (*BEFORE_ACTIVITIES, *AFTER_ACTIVITIES)
-    rows = [[*BEFORE_ACTIVITIES, *apart(utility.activities, others), *AFTER_ACTIVITIES]]
+    rows: list[list[object]] = [[*BEFORE_ACTIVITIES, *apart(utility.activities, others), *AFTER_ACTIVITIES]]
     for patch, region in enumerate(patches.regions):
         means = (utility.mean, utility.mean_low, utility.mean_high)
         scores = [*utility.f1[patch], *(values[patch] for values in (*means, *utility.expected))]

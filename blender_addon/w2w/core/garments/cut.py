@@ -105,8 +105,9 @@ def _trousers(body: Body) -> np.ndarray:
 
 def _heights(body: Body) -> tuple[float, float]:
     """Height of the hip joints and of the shoulder joints."""
-    joints = ([JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in ("hip", "shoulder"))
-    return tuple(float(body.joints[pair, 2].mean()) for pair in joints)
+    pairs = ([JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in ("hip", "shoulder"))
+    hip, shoulder = (float(body.joints[pair, 2].mean()) for pair in pairs)
+    return hip, shoulder
 
 
 def _in_part(body: Body, part: str) -> np.ndarray:
@@ -144,7 +145,7 @@ def _holding_edge(kind: str, points: np.ndarray, faces: np.ndarray) -> np.ndarra
     if kind == "tshirt":  # in the T-pose the sleeves' ends are as high, but far from the middle
         height -= np.abs(points[border, 0] - np.median(points[:, 0]))
     means = {loop: height[loops == loop].mean() for loop in np.unique(loops)}
-    return border[loops == max(means, key=means.get)]
+    return border[loops == max(means, key=means.__getitem__)]
 
 
 def _soft_normals(body: Body, skin: np.ndarray, average: csr_matrix) -> np.ndarray:

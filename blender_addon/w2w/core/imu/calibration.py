@@ -107,14 +107,14 @@ class Calibration:
 
     def sensor(self, base: SensorModel, name: str) -> SensorModel:
         """The sensor with what was found: how it sat, its tissue and its noise; the rest as it was."""
-        worn = self.turn.inv().as_rotvec(degrees=True)
+        x, y, z = (round(float(angle), 3) for angle in self.turn.inv().as_rotvec(degrees=True))
         hertz, damping, gain = self.tissue or (None, base.soft_tissue_damping, base.soft_tissue_gain)
         return replace(
             base,
             name=name,
             accelerometer=replace(base.accelerometer, noise_density=self.acc_noise),
             gyroscope=replace(base.gyroscope, noise_density=self.gyr_noise),
-            worn_turn_deg=tuple(round(float(angle), 3) for angle in worn),
+            worn_turn_deg=(x, y, z),
             mounting_turn_deg=0.0,
             fixed_misalignment_deg=0.0,
             soft_tissue_hz=hertz,
@@ -142,8 +142,8 @@ def calibrate(pairs: Sequence[Pair], longest_shift_s: float = 0.5) -> Calibratio
         tissue, _ = fits[late]
         shifts -= late
     rate = pairs[0][0].rate
-    noise = (rest_noise([getattr(real, kind)[:, 0] for real, _ in pairs], rate) for kind in ("acc", "gyr"))
-    return Calibration(turn, tissue, *noise, tuple((shifts / rate).tolist()))
+    acc, gyr = (rest_noise([getattr(real, kind)[:, 0] for real, _ in pairs], rate) for kind in ("acc", "gyr"))
+    return Calibration(turn, tissue, acc, gyr, tuple((shifts / rate).tolist()))
 
 
 def ridden(made: ImuRecording, tissue: Tissue | None) -> ImuRecording:
@@ -218,8 +218,8 @@ def fit_tissue(pairs: Sequence[Pair]) -> tuple[Tissue | None, float]:
     for part in np.unique(parts):
         one = _best(moments[:, parts != part].sum(axis=1))
         here = moments[one[0]][parts == part].sum(axis=0)
-        before += here[0]
-        after += _left(here, one[1])
+        before += float(here[0])
+        after += float(_left(here, one[1]))
     helps = len(np.unique(parts)) > 1 and after < (1 - LEAST_GAIN) * before
     number, gain = _best(moments.sum(axis=1))
     if not helps or tried[number][0] == SOFTEST_HZ:

@@ -4,6 +4,7 @@
 import hashlib
 import math
 from functools import lru_cache
+from typing import Any, cast
 
 import numpy as np
 import scipy
@@ -51,7 +52,7 @@ class _Words(ISeedSequence):
     def __init__(self, words: np.ndarray) -> None:
         self._words = words
 
-    def generate_state(self, n_words: int, dtype: type = np.uint32) -> np.ndarray:  # noqa: ARG002
+    def generate_state(self, n_words: int, dtype: Any = np.uint32) -> np.ndarray:  # noqa: ARG002
         """The words, for the generator that wants just these."""
         assert n_words == SFC64_WORDS
         return self._words
@@ -92,7 +93,7 @@ class SensorStreams:
         return self._constants[:, CONSTANTS[name]].reshape(len(self._states), *shape)
 
     def _bits(self, part: str) -> list[np.random.SFC64]:
-        return [np.random.SFC64(_Words(words)) for words in self._states[:, PARTS.index(part)]]
+        return [np.random.SFC64(cast(Any, _Words(words))) for words in self._states[:, PARTS.index(part)]]
 
 
 def _normal(words: np.ndarray) -> np.ndarray:

@@ -6,7 +6,9 @@ single-precision values.
 """
 
 import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -66,7 +68,7 @@ def read_csv(path: str | Path) -> ImuRecording:
     """
     lines = text_tables.text_lines(path)
     n_facts = next((k for k, line in enumerate(lines) if not line.startswith("#")), len(lines))
-    facts = dict(text_tables.parse_fact(line) for line in lines[:n_facts] if ":" in line)
+    facts: dict[str, Any] = dict(text_tables.parse_fact(line) for line in lines[:n_facts] if ":" in line)
     columns = text_tables.read_table(lines[n_facts:], ",", COLUMNS, path)
     if not {"acc_unit", "gyr_unit"} <= facts.keys():
         raise ValueError(
@@ -78,7 +80,7 @@ def read_csv(path: str | Path) -> ImuRecording:
         for reading in READINGS[2:]
         if facts.get(f"{reading.name}_unit") == reading.unit and set(reading.channels) <= set(columns)
     ]
-    held = {
+    held: dict[str, Any] = {
         reading.name: text_tables.one_sensor(columns, reading.channels)
         for reading in (*READINGS[:2], *further)
     }
@@ -87,8 +89,8 @@ def read_csv(path: str | Path) -> ImuRecording:
     return ImuRecording(
         rate=float(facts.get("rate_hz") or text_tables.rate_of_stamps(columns["time_s"], path, 1e-6)),
         sites=(facts["site"],) if facts.get("site") else (),
-        **{name: facts.get(name, "") for name in ("activity", "subject", "clip")},
         **held,
+        **{name: facts.get(name, "") for name in ("activity", "subject", "clip")},
     )
 
 
@@ -114,6 +116,7 @@ def write_recording(path: str | Path, recording: ImuRecording, format: str = "",
     if kind == "npz":
         recording.save(path)
     else:
+        writers: dict[str, Callable[[str | Path, ImuRecording, int], object]]
         writers = {"csv": write_csv, "xsens": write_xsens_txt, "x-io": write_x_io}
         writers[kind](path, recording, sensor)
 

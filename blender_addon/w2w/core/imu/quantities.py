@@ -76,7 +76,7 @@ class Quantity:
                 return inf
         written = WRITTEN.fullmatch(value.strip())
         unit = None if written is None else self._unit(written[2])
-        if unit is None:
+        if written is None or unit is None:
             known = ", ".join(f"'{known}'" for known in self.units if known)
             as_text = f", or text such as '{self.least + 1:g} {list(self.units)[-1]}' (units: {known})"
             raise ValueError(

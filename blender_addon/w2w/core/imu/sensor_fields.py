@@ -75,7 +75,9 @@ GIVEN_ELSEWHERE = {
 def sensor_with(base: SensorModel, content: Mapping[str, Any], name: str) -> SensorModel:
     """A sensor with the fields that JSON content gives and the others of `base`; errors name a wrong one."""
     _refuse_unknown(content, (*OTHERS, *TRIADS, *WHOLE), "")
-    given = {field: WHOLE[field].read(content[field], field) for field in WHOLE if field in content}
+    given: dict[str, Any] = {
+        field: WHOLE[field].read(content[field], field) for field in WHOLE if field in content
+    }
     given["zero_phase"] = content.get("zero_phase", base.zero_phase)
     if not isinstance(given["zero_phase"], bool):
         raise ValueError(f"'zero_phase' must be true or false, not {given['zero_phase']}")
@@ -109,7 +111,9 @@ def _read_triad(content: Any, kind: str, quantities: Mapping[str, Quantity], bas
     if not isinstance(content, Mapping):
         raise ValueError(f"'{kind}' must be an object with fields such as 'noise_density', not {content}")
     _refuse_unknown(content, tuple(quantities), f"{kind}.")
-    given = {field: quantities[field].read(value, f"{kind}.{field}") for field, value in content.items()}
+    given: dict[str, Any] = {
+        field: quantities[field].read(value, f"{kind}.{field}") for field, value in content.items()
+    }
     for one, other in (("lowpass_hz", "lowpass_of_rate"), ("lowpass_of_rate", "lowpass_hz")):
         if given.get(one) is not None:
             if given.get(other) is not None:
@@ -160,9 +164,10 @@ class Figure(NamedTuple):
         if value <= self.most:  # rounding may not carry it out of its range
             plain = min(plain, self.quantity.most)
         held = self.quantity.read(None if not plain and self.quantity.may_be_off else plain, self.label)
-        if not self.kind:
-            return replace(model, **{self.field: held})
-        return replace(model, **{self.kind: replace(getattr(model, self.kind), **{self.field: held})})
+        changed: dict[str, Any] = {self.field: held}
+        if self.kind:
+            changed = {self.kind: replace(getattr(model, self.kind), **changed)}
+        return replace(model, **changed)
 
 
 RANGE = "Readings are clipped to this; 0 for no limit"

@@ -75,12 +75,12 @@ def spline_windows(
     time_constant = penalty ** (1 / (2 * SMOOTHNESS)) / np.sin(np.pi / (2 * SMOOTHNESS))
     reach = int(np.ceil(max(INTERPOLATION_REACH, SMOOTHING_REACH * time_constant)))
     n_samples = count_resampled(n_frames, rate, sample_rate)
-    step = Fraction(rate / sample_rate).limit_denominator(10_000)
-    exact = abs(float(step) * sample_rate / rate - 1) < 1e-12
+    ratio = Fraction(rate / sample_rate).limit_denominator(10_000)
+    exact = abs(float(ratio) * sample_rate / rate - 1) < 1e-12
     block = WINDOW_SAMPLES
-    if exact and step.denominator < 2 * WINDOW_SAMPLES:
-        block = -(-WINDOW_SAMPLES // step.denominator) * step.denominator
-    step = step.numerator / step.denominator if exact else rate / sample_rate
+    if exact and ratio.denominator < 2 * WINDOW_SAMPLES:
+        block = -(-WINDOW_SAMPLES // ratio.denominator) * ratio.denominator
+    step = ratio.numerator / ratio.denominator if exact else rate / sample_rate
     for start in range(0, n_samples, block):
         stop = min(start + block, n_samples)
         begin, end = start * step, (stop - 1) * step

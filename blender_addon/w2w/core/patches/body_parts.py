@@ -131,8 +131,8 @@ def find_patches(regions: Sequence[str], names: Sequence[str], wish: str) -> np.
         return patches_named(regions, words)
     except ValueError:
         meant = [p.region.removeprefix("*").strip() for p in PLACEMENTS if p.name == rest]
-        known = any(rest and set(rest.split()) <= set(stem.split()) for stem in ALL)
-        if not (meant or known):
+        is_stem = any(rest and set(rest.split()) <= set(stem.split()) for stem in ALL)
+        if not (meant or is_stem):
             parts = ", ".join([*SIDES, MIDDLE, *PARTS])
             raise ValueError(
                 f"no patch is called {wish!r}: write a part of the body ({parts}), a product "

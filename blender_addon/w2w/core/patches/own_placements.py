@@ -134,7 +134,8 @@ def read_placements(path: str | Path) -> dict[str, int | str | tuple[float, floa
             elif row["vertex"]:
                 found[row["name"]] = int(row["vertex"])
             else:
-                found[row["name"]] = tuple(map(float, position))
+                x, y, z = map(float, position)
+                found[row["name"]] = (x, y, z)
         except ValueError as error:
             raise ValueError(f"{path}, line {line}: {error if row['spot'] else wrong}") from None
     if not found:

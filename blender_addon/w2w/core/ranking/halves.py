@@ -151,7 +151,8 @@ def plan(
     pairs, always = [], kinds[:, 0] == ALWAYS_TRAIN
     for number, side in enumerate(sides, start=1):
         if (_in_two_folds(labels, fold, side) & _in_two_folds(labels, fold, ~side)).any():
-            pairs.append(tuple(trial(always | (kinds[:, number] == s), side == s) for s in (False, True)))
+            first, second = (trial(always | (kinds[:, number] == s), side == s) for s in (False, True))
+            pairs.append((first, second))
     return Plan(block, tuple(splits), whole, tuple(pairs), True, 4.0, clips, vote)
 
 

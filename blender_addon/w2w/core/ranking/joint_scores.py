@@ -70,7 +70,7 @@ class JointScores:
     def _is_wide(self, worn: int) -> bool:
         """Windows are few, or fewer than features worn, in some training."""
         fewest = np.array(min(len(dual.training.trained) for dual in self._duals))
-        return bool(few(fewest, self._width)) or worn * self._width > fewest
+        return bool(few(fewest, self._width) or worn * self._width > fewest)
 
     def adding_by_features(self, worn: Sequence[int]) -> Callable[[int], np.ndarray]:
         """Scores (V, A) by the patches worn and one more."""
@@ -243,7 +243,7 @@ class _Primal:
         shared = None if worn is None else self._shared(worn[0], own)
         for number, dual in enumerate(self._duals):
             gram, means = with_ridge(own.gram[number], dual.ridge * count), own.means[number]
-            if worn is not None:
+            if worn is not None and shared is not None:
                 base = worn[1][number]
                 crossed = multiply_lower(base.inverse, shared[number])
                 add_square(gram, crossed, -1.0)

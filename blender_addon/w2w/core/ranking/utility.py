@@ -3,7 +3,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -81,7 +81,7 @@ class UtilityMap:
     left_out : dict of str to str
         Activities not tested, each with the reason.
     weights : ndarray, shape (A,), optional
-        What each activity counts in every mean over activities, 0 for background; all alike by default.
+        What each activity counts in every mean over activities, 0 for background; 1 each by default.
     half_f1 : ndarray, shape (P, 2, A, N), float32, or None
         F1 by window on the halves (single subjects of two or three) that choose sets for each other; None
         where nothing was halved.
@@ -113,7 +113,7 @@ class UtilityMap:
     classifier: str
     protocol: str
     left_out: dict[str, str]
-    weights: np.ndarray | None = None
+    weights: np.ndarray = field(default_factory=lambda: np.empty(0))
     half_f1: np.ndarray | None = None
 
     def __repr__(self) -> str:
@@ -121,7 +121,7 @@ class UtilityMap:
         return f"<UtilityMap: {n_patches} patches, {n_activities} activities, {self.classifier}>"
 
     def __post_init__(self) -> None:
-        if self.weights is None:
+        if not len(self.weights):
             object.__setattr__(self, "weights", np.ones(len(self.activities)))
 
     @property
@@ -167,7 +167,7 @@ class UtilityMap:
 
     def save(self, path: str | Path) -> None:
         """Write an npz that `load` reads."""
-        arrays = {field.name: getattr(self, field.name) for field in fields(self)}
+        arrays: dict[str, Any] = {one.name: getattr(self, one.name) for one in fields(self)}
         arrays["activities"] = np.array(self.activities, dtype=np.str_)
         arrays["left_out"] = np.array(json.dumps(self.left_out, ensure_ascii=False))
         if alike(self.weights):
@@ -177,9 +177,11 @@ class UtilityMap:
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read a file that `save` wrote; a ValueError if it is not a utility map."""
-        names = [field.name for field in fields(cls) if field.name not in OPTIONAL]
+        names = [one.name for one in fields(cls) if one.name not in OPTIONAL]
         content = load_arrays(path, names, "is not a utility map", OPTIONAL)
-        found = {name: values if values.ndim else values.item() for name, values in content.items()}
+        found: dict[str, Any] = {
+            name: values if values.ndim else values.item() for name, values in content.items()
+        }
         found["activities"] = tuple(found["activities"].tolist())
         found["left_out"] = json.loads(found["left_out"])
         return cls(**found)

@@ -146,7 +146,8 @@ def choose_together(
     promises, choose = Promises(tests, terms), ByHalves(every_activity > 0)
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
         order = grown.up_to(size)
-        made = promises.of(order, choose, tuple(float(values[order[0]]) for values in expected))
+        alone, low, high = (float(values[order[0]]) for values in expected)
+        made = promises.of(order, choose, (alone, low, high))
         enough, reached = _enough(tests, terms, target, every_activity, order, made)
         if reached or (len(order) > fewest(order, terms.required) and made.mean[-1] <= made.mean[-2]):
             break

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -39,8 +39,8 @@ class Promise:
 
     def first(self, count: int) -> Promise:
         """Of the first `count` sizes."""
-        values = (self.f1, self.mean, self.low, self.high, self.raw)
-        return Promise(*(of_size[:count] for of_size in values), self.known)
+        by_size = ("f1", "mean", "low", "high", "raw")
+        return replace(self, **{name: getattr(self, name)[:count] for name in by_size})
 
     def text(self) -> str:
         """The whole set's expected F1 in words."""

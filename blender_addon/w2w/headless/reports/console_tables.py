@@ -188,7 +188,7 @@ def show_worn(advice: Advice, patches: PatchSet, console: Console) -> None:
         instead = " or ".join(called(other, advice, patches) for other in others)
         text = f"  {number + 1}. {called(patch, advice, patches)}: F1 {f1}{' so far' * (number > 0)}"
         console.print(f"{text}; instead: {instead}" if instead else text)
-    if following := next_worn(advice, patches):
+    if following := next_worn(worn, advice, patches):
         console.print(f"{capital(following['sentence'])}.")
 
 

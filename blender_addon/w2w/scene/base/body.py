@@ -228,6 +228,6 @@ def triangles_of(mesh: bpy.types.Mesh) -> np.ndarray:
 
 def read_values(items: bpy.types.bpy_prop_collection, name: str, size: int, dtype: type) -> np.ndarray:
     """One property of all items of a collection, as a flat array of this size."""
-    values = np.empty(size, dtype=dtype)
+    values: np.ndarray = np.empty(size, dtype=dtype)
     items.foreach_get(name, values)
     return values

@@ -9,7 +9,7 @@ import zlib
 from collections import OrderedDict
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
 from ...core.files import most_unpacked
@@ -24,7 +24,7 @@ MOST_PACKED = 2**30
 
 T = TypeVar("T", PatchSet, UtilityMap)
 
-_unpacked: OrderedDict[str, PatchSet | UtilityMap] = OrderedDict()
+_unpacked: OrderedDict[str, Any] = OrderedDict()
 _packed: WeakKeyDictionary[PatchSet | UtilityMap, tuple[str, str]] = WeakKeyDictionary()
 """Text and key of values that were packed."""
 

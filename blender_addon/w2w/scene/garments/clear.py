@@ -158,7 +158,8 @@ def _caps(faces: np.ndarray, n_vertices: int) -> tuple[list[tuple[int, int, int]
     """Triangles from each rim of a surface to a further vertex in its middle, and the rims."""
     sides = {(int(a), int(b)) for face in faces for a, b in zip(face, np.roll(face, -1), strict=True)}
     onward = {b: a for a, b in sides if (b, a) not in sides}
-    caps, rims = [], []
+    caps: list[tuple[int, int, int]] = []
+    rims: list[list[int]] = []
     while onward:
         rim = []
         vertex = next(iter(onward))

@@ -104,7 +104,7 @@ def deviation(within: np.ndarray, whole: np.ndarray) -> np.ndarray:
     return np.sqrt(np.where(variance > NEVER_VARIES, variance, np.inf))
 
 
-def with_ridge(matrix: np.ndarray, ridge: float | np.ndarray) -> np.ndarray:
+def with_ridge(matrix: np.ndarray, ridge: float | np.floating | np.ndarray) -> np.ndarray:
     """The matrix itself, the ridge, or one for each row, added to its diagonal."""
     diagonal = np.einsum("ii->i", matrix)
     diagonal += np.asarray(ridge, dtype=np.float32)
