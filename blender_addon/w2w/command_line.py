@@ -1,14 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`blender --command w2w ...`: the whole `w2w` command line, from the installed extension alone."""
 
-import sys
-from importlib.machinery import PathFinder
-from pathlib import Path
-
 import bpy
-
-FOLDER = Path(__file__).resolve().parents[1]
-"""The folder that `w2w` is imported from."""
 
 _registered: list[object] = []
 
@@ -32,8 +25,6 @@ def run(arguments: list[str]) -> int:
     int
         The exit code.
     """
-    if PathFinder.find_spec("w2w") is None:  # the tree itself is the extension, and workers look for it, too
-        sys.path.append(str(FOLDER))
-    from w2w.headless.start import run_arguments
+    from .headless.start import run_arguments
 
     return run_arguments(arguments)

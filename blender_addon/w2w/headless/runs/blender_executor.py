@@ -20,6 +20,8 @@ from typing import Any
 
 import cloudpickle
 
+from w2w.core.body.body import PACKAGE
+
 from .blender_worker import read_frame, write_frame
 
 WORKER = Path(__file__).with_name("blender_worker.py")
@@ -144,7 +146,8 @@ class _Worker:
             if not line:
                 raise BrokenProcessPool("a worker could not start")
         self._session_folder = read_frame(self.process.stdout).decode()
-        write_frame(self.process.stdin, pickle.dumps((Path.cwd(), sys.path)))
+        # where the tree itself is the extension, `w2w` is not on the path
+        write_frame(self.process.stdin, pickle.dumps((Path.cwd(), [*sys.path, str(PACKAGE.parent)])))
 
     def ask(self, call: bytes) -> tuple[bool, Any]:
         """Whether a call succeeded, and what it returned or raised."""
