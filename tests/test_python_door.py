@@ -18,7 +18,6 @@ from sklearn.neighbors import KNeighborsClassifier
 from typer.testing import CliRunner
 
 import w2w
-from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.naming import place
@@ -27,36 +26,14 @@ from w2w.studies.paper.joint_test import multi_sensor_check
 from w2w.studies.paper.subsets import exact_subset, greedy_subset
 
 from .clip_lists import skipped_clips
+from .made_door import ARM, LEG, moving
 
 ROOT = Path(__file__).resolve().parents[1]
-ARM = (16, 18)
-LEG = (1, 4)
-
-
-def moving(joints, pace, number):
-    """Some joints swing, the rest of the body stands."""
-    time = np.arange(120) / 30
-    turns = np.tile(np.eye(3), (len(time), N_JOINTS, 1, 1))
-    angle = 0.7 * np.sin(2 * np.pi * pace * (1 + number / 30) * time + number)
-    for joint in joints:
-        turns[:, joint] = Rotation.from_rotvec(
-            angle[:, None] * [1.0, 0.3 * (number % 4) - 0.3, 0.1]
-        ).as_matrix()
-    return Motion(turns, np.tile([0.0, 0.0, 0.95], (len(time), 1)), 30.0)
 
 
 @pytest.fixture(scope="module")
-def library(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("door") / "MY_CLIPS"
-    rows = ["file,activity,subject"]
-    for activity, joints, pace in (("waving", ARM, 1.5), ("stirring", ARM, 0.6), ("kicking", LEG, 1.0)):
-        (folder / activity).mkdir(parents=True)
-        for number in range(4):
-            file = folder / activity / f"{activity} {number}.npz"
-            moving(joints, pace, number).save(file)
-            rows.append(f"{activity}/{file.name},{activity},person {number % 2}")
-    (folder.parent / "labels.csv").write_text("\n".join(rows) + "\n")
-    return folder
+def library(door):
+    return door / "MY_CLIPS"
 
 
 @pytest.fixture(scope="module")
@@ -410,11 +387,6 @@ def test_bvh_comes_in_without_blender_and_for_fbx_a_sentence_says_how_to_get_it(
 @pytest.mark.slow
 def test_the_documents_examples_run(library, monkeypatch):
     monkeypatch.chdir(library.parent)
-    run = [sys.executable, "-m", "headless", "run", "MY_CLIPS", "--out", "RESULTS", "--patches", "24"]
-    subprocess.run(
-        [*run, "--no-pictures", "--no-report", "--workers", "1"],
-        check=True, capture_output=True, env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin"},
-    )  # fmt: skip
     text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     assert len(blocks) == 12

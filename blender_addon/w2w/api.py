@@ -102,6 +102,13 @@ def synthesize(
     ------
     ValueError
         If the sensor is unknown, the patches are of another body, or a motion is too short.
+
+    Examples
+    --------
+    >>> patches = w2w.sample_patches(w2w.Body.bundled(), 24)
+    >>> signals = w2w.synthesize(w2w.load("MY_CLIPS"), patches, sensor="bmi270")
+    >>> signals[0].acc.shape
+    (199, 24, 3)
     """
     if not isinstance(motions, Motions):
         several = (motions,) if isinstance(motions, Motion) else tuple(motions)
@@ -172,6 +179,12 @@ def rank(
     ValueError
         If fewer than two activities can be tested, no clip shows a given activity, or the classifier, the
         windows or the folds are not valid; the message says why.
+
+    Examples
+    --------
+    >>> signals = w2w.synthesize(w2w.load("MY_CLIPS"), w2w.sample_patches(w2w.Body.bundled(), 24))
+    >>> w2w.rank(signals, folds=3).f1.shape
+    (24, 3)
     """
     if not isinstance(signals, Signals) or not len(signals):
         raise ValueError("signals must come from synthesize, of one motion at least")
@@ -235,10 +248,24 @@ def _left_out(activities: Set[str], utility: UtilityMap, copies: Sequence[tuple[
 def open_results(folder: str | Path) -> Ranking:
     """Read the ranking that `w2w run` left in a results folder.
 
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of a finished run.
+
+    Returns
+    -------
+    Ranking
+
     Raises
     ------
     ValueError
         If it is not the folder of a finished run; the message says what is missing or unfinished.
+
+    Examples
+    --------
+    >>> w2w.open_results("RESULTS").names[:2]
+    ('right palm', 'left toes')
     """
     study = StudyResults.load(Path(folder))
     config = study.config()
@@ -267,6 +294,11 @@ def stream(folder: str | Path, placements: Sequence[str] | None = None) -> Itera
     ------
     ValueError
         If it is not the folder of a finished run, or a name means no place.
+
+    Examples
+    --------
+    >>> [recording.sites for recording in w2w.stream("RESULTS", ["left toes"])][:1]
+    [('left toes',)]
     """
     study = StudyResults.load(Path(folder))
     chosen = None

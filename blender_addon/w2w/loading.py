@@ -66,6 +66,12 @@ def load_body(path: str | Path, betas: Sequence[float] | None = None) -> Body:
         If W2W cannot use the body; the message says why.
     ModuleNotFoundError
         If reading it needs Blender's Python module, which is missing.
+
+    Examples
+    --------
+    >>> w2w.Body.bundled().save("body.npz")
+    >>> w2w.load_body("body.npz")
+    <Body 'neutral': 1.73 m, 6890 vertices>
     """
     path = Path(path)
     if path.suffix.lower() == ".npz" and betas is None:
@@ -118,6 +124,12 @@ def load(
     -----
     UserWarning
         If labels that differ only in case, blanks or the like count as one.
+
+    Examples
+    --------
+    >>> motions = w2w.load("MY_CLIPS", labels="labels.csv")
+    >>> motions[0].activity, motions[0].subject
+    ('kicking', 'person 0')
     """
     body = Body.bundled() if body is None else body
     if not isinstance(body, Body):

@@ -77,6 +77,14 @@ class Ranking:
         Clips that took no part, each with the reason.
     left_out : dict of str to str
         Activities of the clips that are not ranked, each with the reason.
+
+    Examples
+    --------
+    >>> ranking = w2w.open_results("RESULTS")
+    >>> ranking.activities
+    ('kicking', 'stirring', 'waving')
+    >>> ranking.f1.shape
+    (24, 3)
     """
 
     utility: UtilityMap

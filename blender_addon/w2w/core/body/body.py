@@ -57,6 +57,12 @@ class Body:
     ValueError
         If shapes disagree, a face names a vertex that does not exist, a value is not
         finite or the weights of a vertex do not sum to 1.
+
+    Examples
+    --------
+    >>> body = w2w.Body.bundled()
+    >>> body
+    <Body 'neutral': 1.73 m, 6890 vertices>
     """
 
     vertices: np.ndarray

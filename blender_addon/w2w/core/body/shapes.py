@@ -125,6 +125,12 @@ def shaped(
     ValueError
         If a parameter is out of its range, a height or weight cannot be reached, or the
         body is not the bundled one.
+
+    Examples
+    --------
+    >>> tall = w2w.shaped(w2w.Body.bundled(), height=1.85)
+    >>> round(float(np.ptp(tall.vertices[:, 2])), 2)
+    1.85
     """
     given = {"gender": gender, "muscle": muscle, "age": age, "arms": arms, "legs": legs}
     given |= {name: value for name, value in (("height", height), ("weight", weight)) if value is not None}

@@ -111,6 +111,14 @@ def write_recording(path: str | Path, recording: ImuRecording, format: str = "",
     ------
     ValueError
         If the format is unknown.
+
+    Examples
+    --------
+    >>> at_rest = np.tile([0.0, 0.0, 9.81], (100, 1, 1))
+    >>> recording = w2w.ImuRecording(at_rest, np.zeros((100, 1, 3)), rate=50.0)
+    >>> w2w.write_recording("at_rest.csv", recording)
+    >>> w2w.read_recording("at_rest.csv").rate
+    50.0
     """
     kind = _format_of(Path(path), format)
     if kind == "npz":
@@ -134,6 +142,14 @@ def read_recording(path: str | Path, format: str = "") -> ImuRecording:  # noqa:
     ------
     ValueError
         If the format is unknown or the file does not hold it.
+
+    Examples
+    --------
+    >>> at_rest = np.tile([0.0, 0.0, 9.81], (100, 1, 1))
+    >>> recording = w2w.ImuRecording(at_rest, np.zeros((100, 1, 3)), rate=50.0)
+    >>> w2w.write_recording("at_rest.csv", recording)
+    >>> w2w.read_recording("at_rest.csv").rate
+    50.0
     """
     readers = {"npz": ImuRecording.load, "csv": read_csv, "xsens": read_xsens_txt, "x-io": read_x_io}
     return readers[_format_of(Path(path), format)](path)

@@ -61,6 +61,11 @@ def preset(name: str) -> SensorModel:
     ------
     ValueError
         If there is no such preset; the message lists them.
+
+    Examples
+    --------
+    >>> w2w.preset("BMI270").accelerometer.full_scale  # 8 g, m/s2
+    78.4532
     """
     if not isinstance(name, str):
         raise ValueError(
@@ -92,6 +97,13 @@ def read_sensor(path: str | Path) -> SensorModel:
         If the file cannot be read.
     ValueError
         If it is not such a file; the message names the field, its unit and range.
+
+    Examples
+    --------
+    >>> Path("mine.json").write_text('{"like": "bmi270", "name": "mine"}') > 0
+    True
+    >>> w2w.read_sensor("mine.json").name
+    'mine'
     """
     path = Path(path)
     try:

@@ -67,6 +67,12 @@ class ImuRecording:
     ------
     ValueError
         If shapes disagree, a value is infinite, or the rate is not positive.
+
+    Examples
+    --------
+    >>> at_rest = np.tile([0.0, 0.0, 9.81], (100, 1, 1))
+    >>> w2w.ImuRecording(at_rest, np.zeros((100, 1, 3)), rate=50.0, activity="resting", clip="on the desk")
+    <ImuRecording 'on the desk', 'resting': 100 samples of 1 sensors at 50 Hz>
     """
 
     acc: np.ndarray

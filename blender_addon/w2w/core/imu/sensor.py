@@ -129,6 +129,11 @@ class SensorModel:
         Its damping ratio.
     soft_tissue_gain : float
         Part of the sensor's motion that goes through the tissue, 0 to 1.
+
+    Examples
+    --------
+    >>> w2w.SensorModel("loose band", mounting_turn_deg=10.0, mounting_shift_m=0.01).mounting_turn_deg
+    10.0
     """
 
     name: str = "ideal"

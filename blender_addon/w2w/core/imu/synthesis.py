@@ -64,6 +64,11 @@ class Synthesis:
     ------
     ValueError
         If a parameter is out of its range; the message names it.
+
+    Examples
+    --------
+    >>> w2w.Synthesis(rate_hz=100.0, cutoff_hz=20.0).rate_hz
+    100.0
     """
 
     rate_hz: float = parameter(

@@ -49,6 +49,11 @@ class PoseFacts:
     ------
     ValueError
         If a fact is out of its range; the message names it.
+
+    Examples
+    --------
+    >>> w2w.load("MY_CLIPS", pose=w2w.PoseFacts(rate=30.0, up="y"))  # where files do not say it
+    <Motions: 12 of 3 activities, 0 files skipped>
     """
 
     rate: float | None = None

@@ -54,6 +54,12 @@ class Motion:
     ------
     ValueError
         If shapes disagree, a value is not finite, or the rate is not positive.
+
+    Examples
+    --------
+    >>> t_pose = np.tile(np.eye(3), (60, 24, 1, 1))
+    >>> w2w.Motion(t_pose, np.tile([0.0, 0.0, 0.95], (60, 1)), rate=30.0, activity="standing", clip="T-pose")
+    <Motion 'T-pose', 'standing': 60 frames at 30 Hz>
     """
 
     rotations: np.ndarray

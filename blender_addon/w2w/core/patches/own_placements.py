@@ -37,6 +37,11 @@ def patches_at(body: Body, placements: Mapping[str, int | str | Sequence[float]]
     ValueError
         If there are none, a name is empty or given twice, a vertex is not the body's, a position is
         more than 5 cm from the skin, or two placements are at the same vertex.
+
+    Examples
+    --------
+    >>> w2w.patches_at(w2w.Body.bundled(), {"ring": 4000}).regions
+    ('right index finger',)
     """
     if not isinstance(placements, Mapping):
         raise ValueError(f"placements are given as {{'strap pod': 1234}}, not as {placements!r}")

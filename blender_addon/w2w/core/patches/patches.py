@@ -49,6 +49,12 @@ class PatchSet:
         Share of each patch in the value at each vertex; rows sum to 1.
     own_names : tuple of str
         Where they were given, as by `patches_at`; else patches are named by region.
+
+    Examples
+    --------
+    >>> patches = w2w.sample_patches(w2w.Body.bundled(), 24)
+    >>> patches.names[:2]
+    ('right palm', 'left toes')
     """
 
     vertices: np.ndarray
@@ -174,6 +180,11 @@ def sample_patches(body: Body, n: int = DEFAULT_PATCHES, seed: int = 0) -> Patch
     ValueError
         If `n` is more than the number of vertices or less than that of the mesh's separate
         pieces, or a vertex belongs to no face.
+
+    Examples
+    --------
+    >>> w2w.sample_patches(w2w.Body.bundled(), 24)
+    <PatchSet: 24 patches in 24 regions>
     """
     _check(body, n)
     graph = StripGraph.of(body.vertices, body.faces)

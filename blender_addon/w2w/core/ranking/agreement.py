@@ -72,6 +72,11 @@ def rank_agreement(
     ------
     ValueError
         If the scores are not two lists of equal length, or of fewer than three.
+
+    Examples
+    --------
+    >>> w2w.rank_agreement([1, 2, 3, 4], [1, 2, 4, 3]).spearman
+    0.8
     """
     first, second = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     if first.ndim != 1 or first.shape != second.shape:

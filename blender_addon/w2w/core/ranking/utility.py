@@ -85,6 +85,11 @@ class UtilityMap:
     half_f1 : ndarray, shape (P, 2, A, N), float32, or None
         F1 by window on the halves (single subjects of two or three) that choose sets for each other; None
         where nothing was halved.
+
+    Examples
+    --------
+    >>> w2w.open_results("RESULTS").utility
+    <UtilityMap: 24 patches, 3 activities, ridge>
     """
 
     activities: tuple[str, ...]

@@ -44,6 +44,11 @@ class Constraints:
     ------
     ValueError
         If a wish is no list of words, or a cost is not positive.
+
+    Examples
+    --------
+    >>> w2w.Constraints(forbid=("head", "hand"), costs=(("wrist", 0.5),)).forbid
+    ('head', 'hand')
     """
 
     only: tuple[str, ...] = parameter(

@@ -63,6 +63,11 @@ class WindowSpec:
     ------
     ValueError
         If a length is not positive, the stride exceeds the length, or `short` is unknown.
+
+    Examples
+    --------
+    >>> w2w.WindowSpec(length_s=3.0, stride_s=1.5).stride_s
+    1.5
     """
 
     length_s: float = parameter(

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""All that `import w2w` offers is documented: the parameters of its signature and an example that runs."""
+
+import doctest
+import inspect
+from pathlib import Path
+
+import griffe
+import numpy as np
+import pytest
+
+import w2w
+
+NAMES = sorted(set(w2w.__all__) - {"__version__", "register", "unregister"})
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_documented_parameters_are_those_of_the_signature(name):
+    thing = getattr(w2w, name)
+    sections = griffe.parse_numpy(griffe.Docstring(inspect.getdoc(thing)))
+    listed = [
+        part.strip()
+        for section in sections
+        if section.kind.value in ("parameters", "attributes")
+        for one in section.value
+        for part in one.name.split(",")
+    ]
+    assert listed == list(inspect.signature(thing).parameters)
+
+
+@pytest.mark.later
+@pytest.mark.parametrize("name", NAMES)
+def test_the_example_runs(name, door, monkeypatch):
+    monkeypatch.chdir(door)
+    thing = getattr(w2w, name)
+    names = {"w2w": w2w, "np": np, "Path": Path, name: thing}
+    (example,) = doctest.DocTestFinder(recurse=False).find(thing, name, globs=names)
+    assert example.examples
+    assert doctest.DocTestRunner().run(example).failed == 0
