@@ -4,6 +4,8 @@
 
 # Compiled modules are kept even where the environment says otherwise: the tests start hundreds of processes.
 export PYTHONDONTWRITEBYTECODE :=
+# Programs in tools/ import each other.
+export PYTHONSAFEPATH :=
 
 .PHONY: check demo docs notebooks test test-slow test-studies docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
 
