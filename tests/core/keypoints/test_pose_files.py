@@ -171,6 +171,16 @@ def test_seventeen_joints_that_make_no_body_must_be_named(tmp_path):
     assert found.joint_set == JOINT_SETS["mm-fit-17"]
 
 
+@pytest.mark.parametrize("unseen_joints", [("wrist",), ("ankle",), ("elbow", "wrist")])
+def test_joints_that_are_never_seen_make_no_other_set(tmp_path, walk, bundled_body, unseen_joints):
+    joint_set = JOINT_SETS["coco-17"]
+    positions = seen_as(joint_set, bundled_body, walk)
+    for joint in unseen_joints:
+        positions[:, [number for number, name in enumerate(joint_set.joints) if joint in name]] = np.nan
+    np.save(tmp_path / "a.npy", positions)
+    assert read_joints(tmp_path / "a.npy", PoseFacts(rate=30.0, up="z")).joint_set == joint_set
+
+
 def pictured(positions, width, scores):
     """The first two of three coordinates in a picture `width` wide, and a score of each joint as third."""
     seen = positions[..., [0, 2]] / np.ptp(positions[..., [0, 2]], axis=(0, 1)).max()
@@ -253,7 +263,7 @@ RANDOM = np.random.default_rng(0).normal(size=(20, 20, 3))
         ("a.npy", RANDOM[0, 0], "it has shape (3,)"),
         ("a.npy", np.zeros((5, 0, 3)), "it holds 0 joints"),
         ("a.npy", RANDOM[:2], "a pose, not a motion: 2 frames"),
-        ("a.npy", np.full((9, 20, 3), np.nan), "hips and shoulders are never seen together"),
+        ("a.npy", np.full((9, 20, 3), np.nan), "never seen together: nobody is in it"),
         ("a.npy", RANDOM * 1e12, "beyond any unit of length"),
         ("a.npy", np.array(["x"] * 60).reshape(1, 20, 3), "its positions are no numbers"),
         ("a.npy", b"no npy", "a.npy is damaged or no npy file"),

@@ -193,6 +193,16 @@ def test_a_wrong_frame_rate_is_not_taken_for_a_wrong_unit(bundled_body, walk):
         believed(bundled_body, in_place)
 
 
+def test_a_jump_of_joint_positions_is_no_other_unit(tmp_path, bundled_body, walk):
+    """Path and body have one unit there; a jump is smoothed before it is looked at."""
+    _, heads = joint_transforms(bundled_body, walk)
+    heads[60:, :, 1] += 4.0
+    facts = {"fps": np.array(RATE), "unit": np.array("m"), "up": np.array("z")}
+    write_npz(tmp_path / "a.npz", {"positions": heads, "joint_set": np.array("smpl-24")} | facts)
+    with pytest.raises(UnusableMotion, match=r"m/s between .*: it jumps there: .* correct its frame rate"):
+        carry(read_motion(tmp_path / "a.npz"), bundled_body)
+
+
 def test_poses_in_degrees_are_refused(tmp_path, walk):
     walk.save(tmp_path / "walk.npz")
     with np.load(tmp_path / "walk.npz") as stored:

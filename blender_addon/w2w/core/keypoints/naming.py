@@ -131,20 +131,21 @@ def _by_steadiness(fitting: list[str], positions: np.ndarray) -> str:
 
 
 def _unsteadiness(joint_set: JointSet, positions: np.ndarray) -> tuple[float, float]:
-    """How much the limbs' bones change in length, and differ between the sides, as part of their length."""
-    middles, changes = [], []
-    for start, end in BONES:
+    """How much limbs' bones, where seen, change in length and differ between the sides, as part of it."""
+    middles, changes = np.full((2, len(BONES)), np.nan)
+    for number, (start, end) in enumerate(BONES):
         ends = [positions[:, list(joint_set.members(name))].mean(axis=1) for name in (start, end)]
         with np.errstate(invalid="ignore"):
             found = np.linalg.norm(ends[1].astype(np.float64) - ends[0], axis=1)
         found = found[np.isfinite(found) & (found > 0)]
-        if not len(found):
-            return np.inf, np.inf
-        middles.append(float(np.median(found)))
-        changes.append(float(np.median(np.abs(found - middles[-1]))) / middles[-1])
-    left, right = np.split(np.array(middles), 2)
-    apart = np.abs(left - right) / (left + right)
-    return float(np.mean(changes)), float(np.mean(apart))
+        if len(found):
+            middles[number] = np.median(found)
+            changes[number] = np.median(np.abs(found - middles[number])) / middles[number]
+    left, right = np.split(middles, 2)
+    apart = (np.abs(left - right) / (left + right))[np.isfinite(left + right)]
+    if not len(apart):
+        return np.inf, np.inf
+    return float(np.nanmean(changes)), float(np.mean(apart))
 
 
 def plain_joint(name: str) -> str:

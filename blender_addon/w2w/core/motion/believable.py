@@ -69,19 +69,27 @@ class Believed(NamedTuple):
     cut: str  # which frames at the ends were cut off and why, in words; "" where none were
 
 
-def believed(body: Body, motion: Motion, rest: np.ndarray | None = None, first_frame: int = 0) -> Believed:
+def believed(
+    body: Body,
+    motion: Motion,
+    rest: np.ndarray | None = None,
+    first_frame: int = 0,
+    path_apart: bool = True,
+) -> Believed:
     """The motion without rest poses and damage at its ends.
 
     `rest` (24, 3, 3) are the joints' world rotations in the skeleton's rest pose, by default the T-pose's;
-    `first_frame` is the number of the first frame in the file. Raises UnusableMotion, with frame, speed and
+    `first_frame` is the number of the first frame in the file. Where the file has no `path_apart` from the
+    joints, both are in one unit. Raises UnusableMotion, with frame, speed and
     likely unit, if the rest still moves as no body does, or does not move.
     """
     turned, heads = joint_transforms(body, motion)
     rest = np.tile(np.eye(3), (N_JOINTS, 1, 1)) if rest is None else rest
     part = moving_part(heads, shows_rest(turned[:, BODY], rest[BODY]), motion.rate)
     said = _cut_words(part, len(heads), "a rest pose", first_frame)
-    _refuse_unit(heads[part], motion.rate, first_frame + part.start)
-    whole = _undamaged(heads[part], motion.rate, first_frame + part.start)
+    if path_apart:
+        _refuse_unit(heads[part], motion.rate, first_frame + part.start)
+    whole = _undamaged(heads[part], motion.rate, first_frame + part.start, path_apart)
     if whole.stop - whole.start < part.stop - part.start:
         speed = _speeds(heads[part], motion.rate).max()
         why = f"damaged (up to {speed:,.0f} m/s)"
@@ -141,7 +149,7 @@ def _too_fast(speeds: np.ndarray) -> np.ndarray:
     return np.flatnonzero((speeds[:, 0] > FASTEST_PELVIS) | (speeds.max(axis=1) > FASTEST_JOINT))
 
 
-def _undamaged(heads: np.ndarray, rate: float, first_frame: int) -> slice:
+def _undamaged(heads: np.ndarray, rate: float, first_frame: int, path_apart: bool) -> slice:
     """The frames between those near the ends at which a body would be too fast."""
     n_frames, speeds = len(heads), _speeds(heads, rate)
     bad = _too_fast(speeds)
@@ -149,7 +157,7 @@ def _undamaged(heads: np.ndarray, rate: float, first_frame: int) -> slice:
     early, late = bad[bad < most], bad[bad >= n_frames - 1 - most]
     start, stop = (early[-1] + 1 if len(early) else 0), (late[0] + 1 if len(late) else n_frames)
     if len(bad) > len(early) + len(late):
-        raise UnusableMotion(f"{_fastest(speeds, first_frame)}: {_advice(heads, bad, rate)}")
+        raise UnusableMotion(f"{_fastest(speeds, first_frame)}: {_advice(heads, bad, rate, path_apart)}")
     return slice(int(start), int(stop))
 
 
@@ -165,10 +173,12 @@ def _fastest(speeds: np.ndarray, first_frame: int) -> str:
     return f"its {name} moves at {at}, faster than {limit}"
 
 
-def _advice(heads: np.ndarray, bad: np.ndarray, rate: float) -> str:
+def _advice(heads: np.ndarray, bad: np.ndarray, rate: float, path_apart: bool) -> str:
     """What to do about a motion that is too fast at some steps, though its legs tell of no other unit."""
     if OFTEN * len(bad) <= len(heads):
-        return "it jumps there: cut it there, or correct its unit or frame rate"
+        return f"it jumps there: cut it there, or correct its {'unit or ' * path_apart}frame rate"
+    if not path_apart:
+        return f"it jumps there, or its frame rate, {rate:g}, is too high: cut it there, or give --pose-rate"
     travels = _speeds(heads[:, :1], rate) > FASTEST_PELVIS
     if times_too_far(heads) or OFTEN * np.count_nonzero(travels) <= len(heads):
         return (

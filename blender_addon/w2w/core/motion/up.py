@@ -87,7 +87,10 @@ class Sight:
         hips, shoulders, ankles = (limbs[part].mean(axis=1) for part in ("hip", "shoulder", "ankle"))
         trunk = unit(shoulders - hips)
         if not (seen := np.isfinite(trunk).all(axis=1)).any():
-            raise ValueError("hips and shoulders are never seen together: nothing shows which way is up")
+            raise ValueError(
+                "its hips and shoulders are never seen together: nobody is in it, or its joints are in "
+                "another order (--pose-joints)"
+            )
         mean = trunk[seen].mean(axis=0)
         upwards = np.where(np.isfinite(ankles), unit(shoulders - ankles), trunk)[seen]
         upright = upwards @ _AXES.T > UPRIGHT  # (T, 6)

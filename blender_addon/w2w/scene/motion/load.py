@@ -104,7 +104,7 @@ def carry(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:
     """
     if isinstance(source, JointPositions):
         fit = source.fit(body)
-        kept = believed(body, fit.motion)
+        kept = believed(body, fit.motion, path_apart=False)
         return Carried(kept.motion, "", source.joint_set.name, fit.scale, kept.cut)
     if isinstance(source, Motion):
         kept = believed(body, on_the_ground(body, source))
