@@ -164,7 +164,6 @@ def test_a_travel_in_another_unit_is_refused_with_the_unit(bundled_body, walk, f
 
 
 @pytest.mark.parametrize(("factor", "said"), [
-    (0.1, "centimetres, not millimetres, or metres, not decimetres: multiply it by 10"),
     (0.01, "metres, not centimetres: multiply it by 100"),
     (0.001, "metres, not millimetres: multiply it by 1000"),
 ])  # fmt: skip
@@ -173,6 +172,15 @@ def test_a_travel_too_small_for_the_body_is_refused_with_the_unit(bundled_body, 
     with pytest.raises(UnusableMotion, match=rf"its pelvis moves by \S+ m, where .*looks like {said}$"):
         believed(bundled_body, near)
     believed(bundled_body, replace(walk, pelvis=0 * walk.pelvis + 1.0))  # in place
+
+
+def test_legs_that_kick_in_a_handstand_are_a_motion(bundled_body, walk):
+    """They move the pelvis against the feet by far less than feet on a ground do."""
+    turns = walk.rotations.copy()
+    turns[:, 0] = np.diag([1.0, -1.0, -1.0]) @ turns[:, 0]
+    for share in (0.05, 0.1, 0.2):
+        path = [1.0, 1.0, 1.0] + share * (walk.pelvis - walk.pelvis[0]) * [1.0, -1.0, -1.0]
+        believed(bundled_body, replace(walk, rotations=turns, pelvis=path))
 
 
 def test_a_height_in_another_unit_is_refused_where_nobody_steps(bundled_body, walk):

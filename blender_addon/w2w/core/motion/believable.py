@@ -36,11 +36,12 @@ STILL = 2e-5
 RESTING = np.cos(np.radians(20))
 """In a frame that shows the rest pose no joint is turned further against it."""
 
-TOO_FAR = 5.0
+TOO_FAR, TOO_SHORT = 5.0, 1 / 20
 OPPOSED, BENT = 0.5, 0.9
 """The pelvis travels in another unit than the body has if a foot on the ground moves against it (cosine of
 their steps at least `OPPOSED`), or it sinks as the body bends or lies down (correlation at least `BENT`), but
-more than `TOO_FAR` times too little or too much."""
+more than `TOO_FAR` times too little, or at least 1 / `TOO_SHORT` times too much: legs that kick in a
+handstand move the pelvis by a tenth."""
 
 LEAST_BEND = 0.1
 """Metres between pelvis and lowest joint that come and go where a body bends."""
@@ -191,7 +192,7 @@ def _advice(heads: np.ndarray, bad: np.ndarray, rate: float, path_apart: bool) -
 def _refuse_unit(heads: np.ndarray, rate: float, first_frame: int) -> None:
     """Refuse a motion whose pelvis travels in another unit than the body."""
     factor = times_too_far(heads) or 1.0
-    if 1 / TOO_FAR <= factor <= TOO_FAR:
+    if TOO_SHORT <= factor <= TOO_FAR:
         return
     if factor < 1:
         travel = np.ptp(heads[:, 0], axis=0).max()
