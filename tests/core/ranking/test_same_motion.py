@@ -100,3 +100,8 @@ def test_the_search_holds_no_second_copy_of_the_signatures(monkeypatch):
     tracemalloc.stop()
     assert len(np.unique(found)) == 2000
     assert peak < sum(one.nbytes for one in signatures)
+
+
+def test_signatures_of_an_earlier_version_are_refused():
+    with pytest.raises(ValueError, match="an earlier version of W2W made the signals"):
+        same_motion_groups(["a", "b"], None, [np.zeros(1441, np.float32)] * 2)

@@ -60,12 +60,19 @@ def same_motion_groups(
     ----------
     signatures : sequence of ndarrays, length C, optional
         `motion_signature` of each clip.
+
+    Raises
+    ------
+    ValueError
+        If a signature is none of today's, as in folders of earlier versions.
     """
     joined = _Joined(len(clips))
     joined.join_equal(list(clips))
     if keys is not None:
         joined.join_equal([key or None for key in keys])
     if signatures is not None:
+        if any(len(row) % WIDTH for row in signatures):
+            raise ValueError("an earlier version of W2W made the signals of these clips: make them again")
         digests = [hashlib.blake2b(row.tobytes()).digest() if len(row) else None for row in signatures]
         distinct = joined.join_equal(digests)
         _join_shared(signatures, distinct, joined)
