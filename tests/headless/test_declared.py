@@ -19,7 +19,7 @@ def _help(width: int) -> str:
 
 def test_every_parameter_has_its_option_with_its_help_and_the_common_ones_come_first():
     printed = _help(160)
-    common, *others = re.split(r"─ (?=Bodies and files|Signals|Ranking|Design|Joint|How)", printed)
+    common, *others = re.split(r"─ (?=Bodies and files|Signals|Ranking|Design|What|How)", printed)
     for name, parameter in parameters_of(StudyConfig).items():
         if parameter.group is None:
             continue

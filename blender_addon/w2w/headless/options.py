@@ -36,7 +36,7 @@ EXAMPLE = "'female', 'male height=1.9 weight=95' or the path of an SMPL file"
 
 CORES = os.cpu_count() or 1
 
-PANEL = "What motion files do not say (rate and up: files of any kind; unit and joints: joint positions)"
+PANEL = "What motion files do not say"
 
 
 def option(kind: Any, about: str, *names: str, **other: Any) -> Any:
@@ -56,13 +56,13 @@ PoseRate = option(
     max=2000,
     rich_help_panel=PANEL,
 )
-PoseUnit = option(str, f"Unit of the positions: {', '.join(UNITS)}.", rich_help_panel=PANEL)
+PoseUnit = option(str, f"Unit of joint positions: {', '.join(UNITS)}.", rich_help_panel=PANEL)
 PoseUp = option(
     str,
     f"Axis of the files that points up: {', '.join(UPS)}.  [default: by format, or all files together]",
     rich_help_panel=PANEL,
 )
-PoseJoints = option(str, f"Joint set: {', '.join(JOINT_SETS)}.", rich_help_panel=PANEL)
+PoseJoints = option(str, f"Joint set of joint positions: {', '.join(JOINT_SETS)}.", rich_help_panel=PANEL)
 
 Stride = option(
     float | None,
