@@ -48,7 +48,7 @@ def main(zip_path: str, report: str) -> None:
 
 
 def make_library(folder: Path) -> Path:
-    """Two motions of each of two activities: one arm or one leg swings."""
+    """Three motions of each of two activities: one arm or one leg swings, about an axis of each motion."""
     import numpy as np
     from scipy.spatial.transform import Rotation
 
@@ -60,7 +60,7 @@ def make_library(folder: Path) -> Path:
         for number in range(3):
             angles = (0.8 + 0.1 * number) * np.sin(2 * np.pi * (0.8 + 0.1 * number) * time)
             rotations = np.tile(np.eye(3), (len(time), 24, 1, 1))
-            rotations[:, joint] = Rotation.from_rotvec(angles[:, None] * [1.0, 0.2, 0.0]).as_matrix()
+            rotations[:, joint] = Rotation.from_rotvec(angles[:, None] * [1.0, 0.6 * number, 0.0]).as_matrix()
             pelvis = np.tile([0.0, 0.0, 0.95], (len(time), 1))
             Motion(rotations, pelvis, 30.0).save(folder / activity / f"{activity} {number}.npz")
     return folder
