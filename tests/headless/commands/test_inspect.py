@@ -80,6 +80,19 @@ WALKING = "mixamo/Conqster__TheBarMan/Walking.fbx"
 
 
 @pytest.mark.later
+@pytest.mark.parametrize(
+    ("file", "left_out"),
+    [
+        ("root_glitch.bvh", "frames 0 to 6 cut off: damaged"),
+        ("cmu_07_01.fbx", "frame 0 cut off: a rest pose"),
+    ],
+)
+def test_frames_that_are_left_out_are_named(shared_cases, file, left_out):
+    code, output = inspect(shared_cases / file)
+    assert code == 0
+    assert f"left out {left_out}" in output
+
+
 def test_takes_that_are_not_used_are_named(shared_data, tmp_path):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.import_scene.fbx(filepath=str(shared_data / WALKING))

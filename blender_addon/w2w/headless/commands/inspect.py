@@ -62,6 +62,7 @@ def inspect(
     table = Table(show_header=False, box=None, title=shown(file), title_justify="left")
     up = f"{pose.up}, as given" if pose.up else seen.sentence() or getattr(source, "up", "")
     stands = [("up", up)] if up else []
+    stands += [("left out", details["cut"])] if "cut" in details else []
     for row in (*_about_source(source, details, body), *stands, *_about_motion(motion, details, body)):
         table.add_row(*row)
     console.print(table)
