@@ -196,16 +196,17 @@ def test_the_body_is_named_and_worked_without_a_mouse(page):
     assert text(page, "#seen") == "Seen from the back"
 
 
-def test_an_activity_of_two_clips_shows_a_caution_for_its_interval(browser, sparse_results):
-    browser.get(write_report(sparse_results).as_uri())
-    settle(browser)
+def test_an_activity_of_two_clips_shows_a_caution_for_its_interval_and_the_means(page, sparse_results):
+    assert "too few" not in text(page, "#ranked")
+    page.get(write_report(sparse_results).as_uri())
+    settle(page)
     caution = "from 2 clips only: too few for an interval"
-    assert "too few" not in text(browser, "#ranked")
-    titles = [label.text for label in browser.find_elements("css selector", "#maps label")]
-    choose(browser, "map", titles.index("Jump"))
-    assert "too few clips" in text(browser, "#ranked tbody tr")
-    assert caution in text(browser, "#readout")
-    assert text(browser, ".kind") == "Smart <b>shirt</b> · where to wear"
+    assert "too few clips" in text(page, "#ranked tbody tr")
+    titles = [label.text for label in page.find_elements("css selector", "#maps label")]
+    choose(page, "map", titles.index("Jump"))
+    assert "too few clips" in text(page, "#ranked tbody tr")
+    assert caution in text(page, "#readout")
+    assert text(page, ".kind") == "Smart <b>shirt</b> · where to wear"
 
 
 def test_a_place_in_a_table_turns_the_body_to_it(page):
