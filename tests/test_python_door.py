@@ -186,6 +186,18 @@ def test_subjects_are_left_out_one_at_a_time(signals):
     assert w2w.rank(signals, by_subject=True).utility.protocol == "leave one of 2 subjects out"
 
 
+def test_a_motion_of_two_subjects_is_warned_of_and_tested_with_the_first(few):
+    made = [moving(joints, 1.0, number) for joints in (ARM, LEG) for number in range(4)]
+    labels = [
+        (name, f"person {number % 2}", f"{name} {number}") for name in ("a", "b") for number in range(4)
+    ]
+    motions = [one.labelled(*label) for one, label in zip(made, labels, strict=True)]
+    motions.append(replace(made[0].labelled("a", "person 1", "copy"), rate=30.5))
+    with pytest.warns(UserWarning, match="2 clips of person 0 and person 1 show the same motion"):
+        ranking = w2w.rank(w2w.synthesize(motions, few, sensor="ideal"), by_subject=True)
+    assert ranking.utility.protocol == "leave one of 2 subjects out"
+
+
 def test_an_own_estimator_ranks_by_features_or_windows(signals):
     by_features = w2w.rank(signals, folds=2, classifier=w2w.EstimatorClassifier(KNeighborsClassifier(1)))
     assert by_features.mean.max() > 0.9

@@ -18,6 +18,7 @@ from .core.findings.notes import (
     copies_sentence,
     full_scale_sentence,
     left_out_sentences,
+    subjects_sentence,
 )
 from .core.imu.presets import DEFAULT_SENSOR
 from .core.imu.recording import ImuRecording
@@ -226,6 +227,8 @@ def rank(
     pooling = Pooling.on(signals.motions.body, signals.patches)
     progress = progress or progress_bar("Ranking patches")
     ranked = same_motions(used, found)
+    if by_subject and (shared := subjects_sentence(ranked)):
+        warnings.warn(shared, stacklevel=2)
     windowed = WindowLabels.of(ranked, found)
     utility = utility_map(whole, windowed.protocol(config), classifier, progress=progress, pooling=pooling)
     left_out = _left_out(activities, utility, copies_among(used, ranked))

@@ -244,6 +244,24 @@ def test_wrong_use_is_explained(arguments, code, message, tmp_path, monkeypatch)
     assert message in " ".join(result.output.split())
 
 
+@pytest.mark.later
+def test_a_motion_of_two_subjects_is_said_and_the_run_goes_on(motions, tmp_path):
+    shutil.copy(motions / "slow" / "slow_0.npz", motions / "slow" / "copy.npz")
+    files = sorted(path.relative_to(motions).as_posix() for path in motions.rglob("*.npz"))
+    people = {file: "AB"[number % 2] for number, file in enumerate(files)}
+    people |= {"slow/slow_0.npz": "A", "slow/copy.npz": "B"}
+    rows = [f"{file},{file.split('/')[0]},{people[file]}" for file in files]
+    (motions / "labels.csv").write_text("\n".join(["file,activity,subject", *rows]) + "\n")
+    out = tmp_path / "out"
+    ended = run(
+        "run", motions, "--out", out, "--by-subject", "--patches", "8", "--no-pictures", "--no-report"
+    )
+    assert ended.exit_code == 0
+    said = "2 clips of A and B show the same motion as another subject's clip"
+    assert said in " ".join(ended.output.split())
+    assert json.loads((out / "summary.json").read_text())["subject_caution"].startswith(said)
+
+
 def test_subjects_that_are_not_there_are_missed_before_any_work(motions, tmp_path):
     ended = run("run", motions, "--out", tmp_path / "out", "--by-subject")
     code, said = ended.exit_code, " ".join(ended.output.split())
