@@ -150,10 +150,13 @@ def blenders(process: subprocess.Popen) -> list[psutil.Process]:
 
 def disturbed(command: list[str], out: Path, signal_number: int) -> int:
     """Send a signal to a run as it works on clips; its exit code, once its workers are gone too."""
-    records = out / ".w2w" / "clips"
-    before = len(list(records.glob("*.json")))
+
+    def records() -> set[str]:
+        return {path.name for path in (out / ".w2w" / "clips").glob("*.json")}
+
+    before = records()
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    while len(list(records.glob("*.json"))) == before:
+    while records() <= before:  # the run itself first moves an earlier one's records away
         assert process.poll() is None
         time.sleep(0.05)
     main, *workers = blenders(process)
