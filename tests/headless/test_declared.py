@@ -5,9 +5,11 @@ import re
 
 import pytest
 
+from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.parameters import parameters_of
 from w2w.core.study import StudyConfig
 from w2w.headless.app import APP
+from w2w.headless.runs.clip_task import Engine
 from w2w.headless.study_options import DEFAULTS, NAMES, StudyOptions
 
 typer_testing = pytest.importorskip("typer.testing")
@@ -35,6 +37,13 @@ def test_help_fits_narrow_consoles():
     assert max(map(len, _help(80).splitlines())) <= 80
 
 
+def test_how_a_run_is_done_is_as_its_options_say():
+    asked = StudyOptions(workers=3, clip_limit=20.0, verify=True, signals=False, pose_rate=30.0)
+    pose = PoseFacts(rate=30.0)
+    assert asked.engine() == Engine(workers=3, limit_s=20.0, pose=pose, verify=True, signals=False)
+
+
 def test_without_options_a_study_has_its_declared_defaults():
     assert StudyOptions().config() == StudyConfig()
+    assert StudyOptions(workers=1).engine() == Engine()
     assert (DEFAULTS.band, DEFAULTS.only, DEFAULTS.costs, DEFAULTS.root_band) == (10.0, "", None, None)

@@ -36,7 +36,7 @@ def demo(
     """
     console = Terminal()
     library, monitor = out / "library", RunMonitor(console)
-    plan = RunPlan(Library(library, (), ""), StudyConfig(seed=seed, target=TARGET), Engine(workers))
+    plan = RunPlan(Library(library, (), ""), StudyConfig(seed=seed, target=TARGET), Engine(workers=workers))
     with refused(monitor):
         check_folder(plan, out / "results")
         write_library(library, clips)

@@ -29,7 +29,7 @@ Looks = list[str | list[int]]
 """What `look` gives."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Engine:
     """Who does the clips, and how they are read.
 

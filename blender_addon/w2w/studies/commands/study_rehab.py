@@ -87,7 +87,7 @@ def rehab(
             background=tuple(BACKGROUND),
             seed=seed,
         )
-        plan = RunPlan(Library(library, (), ""), config, Engine(workers), pictures, more=(FIGURE,))
+        plan = RunPlan(Library(library, (), ""), config, Engine(workers=workers), pictures, more=(FIGURE,))
         check_folder(plan, out / "results")
         if quality:
             check_folder(plan, out / "quality")
