@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from w2w import Body, load, rank, sample_patches, synthesize
 from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.motion import Motion, at_rate
-from w2w.core.study import same_clips
+from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.studies.sweep.augmentation import at_tempo, mirrored
 
 RNG = np.random.default_rng(0)
@@ -61,7 +61,7 @@ KINDS = {
 def groups_of(motions: list[Motion]) -> list[int]:
     """The number of each clip's motion."""
     signatures = [motion_signature(motion) for motion in motions]
-    return same_clips([str(n) for n in range(len(motions))], [""] * len(motions), signatures).tolist()
+    return same_motion_groups([str(n) for n in range(len(motions))], [""] * len(motions), signatures).tolist()
 
 
 def by_chance(motions: list[Motion]) -> None:

@@ -12,10 +12,11 @@ from .library.library import Clip
 from .ranking.classifiers.ridge import Ridge
 from .ranking.halves import Protocol
 from .ranking.pooling import Pooling
+from .ranking.same_motion import same_motion_groups
 from .ranking.utility import UtilityMap
 from .ranking.weights import counting
 from .selection.set_tests import SetTests
-from .study import StudyConfig, same_clips
+from .study import StudyConfig
 from .windows.inputs import PatchBlocks
 
 
@@ -76,7 +77,7 @@ def same_motions(
 ) -> tuple[LabelledClip, ...]:
     """The clips, each with the first that shows the same motion; `signatures` where `windows` lack them."""
     names, keys = [clip.name for clip in clips], [clip.motion_key for clip in clips]
-    groups = same_clips(names, keys, signatures or [found.signature for found in windows])
+    groups = same_motion_groups(names, keys, signatures or [found.signature for found in windows])
     first = np.unique(groups, return_index=True)[1]
     return tuple(
         LabelledClip(clip.name, clip.activity, clip.subject, clips[int(first[group])].name)

@@ -20,7 +20,6 @@ from .motion.motion import Motion, low_passed, smoothed_root
 from .parameters import parameter, parameters_of, read_record
 from .patches.own_placements import with_placements
 from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
-from .ranking.same_motion import same_motion_groups
 from .ranking.utility import inputs_of
 from .selection.constraints import Constraints
 from .windows.features import further_features, window_features
@@ -266,8 +265,3 @@ def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, 
         others = further_features(recording, config.windows, config.further.features)
         features = np.concatenate([features, others], axis=2)
     return features, windows.is_test
-
-
-def same_clips(names: Sequence[str], keys: Sequence[str], signatures: Sequence[np.ndarray]) -> np.ndarray:
-    """Which clips show one motion, by their keys or a shared stretch, mirrored or not; shape (C,), int."""
-    return same_motion_groups(names, keys, signatures)

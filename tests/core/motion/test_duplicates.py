@@ -17,8 +17,9 @@ from w2w.core.clip_files import ClipWindows
 from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions
 from w2w.core.motion.duplicates import WIDTH, mirrored_poses, motion_signature, share_stretch
 from w2w.core.motion.motion import at_rate, demo_motions
+from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.core.ranking.utility import utility_map
-from w2w.core.study import StudyConfig, describe, place_patches, record, same_clips
+from w2w.core.study import StudyConfig, describe, place_patches, record
 from w2w.loading import load
 from w2w.studies.sweep.augmentation import at_tempo, mirrored, scaled
 
@@ -162,7 +163,7 @@ def test_few_clips_are_grouped_too(waving, clips):
 
 def groups_of(motions):
     signatures = [motion_signature(motion) for motion in motions]
-    return same_clips([str(n) for n in range(len(motions))], [""] * len(motions), signatures).tolist()
+    return same_motion_groups([str(n) for n in range(len(motions))], [""] * len(motions), signatures).tolist()
 
 
 @pytest.fixture(scope="module")
@@ -253,6 +254,6 @@ def test_of_all_real_motions_only_downloads_of_one_are_one(shared_data):
 def test_signatures_that_say_nothing_join_no_clips(waving):
     told = motion_signature(waving)
     untold = [np.empty(0)] * 4
-    groups = same_clips([str(n) for n in range(6)], ["", "", "k", "k", "", ""], [*untold, told, told])
+    groups = same_motion_groups([str(n) for n in range(6)], ["", "", "k", "k", "", ""], [*untold, told, told])
     assert groups.tolist() == [0, 1, 2, 2, 3, 3]
-    assert same_clips(["a", "b"], ["", ""], untold[:2]).tolist() == [0, 1]
+    assert same_motion_groups(["a", "b"], ["", ""], untold[:2]).tolist() == [0, 1]

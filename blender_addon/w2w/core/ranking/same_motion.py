@@ -71,14 +71,18 @@ def same_motion_groups(
     if keys is not None:
         joined.join_equal([key or None for key in keys])
     if signatures is not None:
-        if any(len(row) % WIDTH for row in signatures):
-            raise ValueError("an earlier version of W2W made the signals of these clips: make them again")
-        digests = [hashlib.blake2b(row.tobytes()).digest() if len(row) else None for row in signatures]
-        distinct = joined.join_equal(digests)
+        distinct = joined.join_equal([_digest(row) for row in signatures])
         _join_shared(signatures, distinct, joined)
     roots = [joined.root(clip) for clip in range(len(clips))]
     _, appearance, number = np.unique(roots, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(appearance))[number]
+
+
+def _digest(signature: np.ndarray) -> bytes | None:
+    """A hash of a signature, None of an empty one; a ValueError refuses one of an earlier version."""
+    if len(signature) % WIDTH:
+        raise ValueError("an earlier version of W2W made the signals of these clips: make them again")
+    return hashlib.blake2b(signature.tobytes()).digest() if len(signature) else None
 
 
 class _Joined:

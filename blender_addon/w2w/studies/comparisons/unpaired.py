@@ -26,7 +26,7 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.body_parts import patches_named
 from w2w.core.patches.patches import PatchSet, sample_patches
-from w2w.core.study import same_clips
+from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.headless.runs.clip import load_clip
 
 from ..datasets.utd_mhad import read_utd_mhad
@@ -240,7 +240,9 @@ def _kinect(protocol: Protocol, library: Path, body: Body) -> Loaded:
 def distinct(found: Sequence[Moving]) -> list[Moving]:
     """Clips that show one motion, under the name and the mover of the first of them."""
     signatures = [motion_signature(moving.motion) for moving in found]
-    groups = same_clips([moving.motion.clip for moving in found], [one.key for one in found], signatures)
+    groups = same_motion_groups(
+        [moving.motion.clip for moving in found], [one.key for one in found], signatures
+    )
     firsts = [found[int(np.flatnonzero(groups == group)[0])].motion for group in groups]
     return [
         moving._replace(motion=moving.motion.labelled(moving.motion.activity, first.subject, first.clip))
