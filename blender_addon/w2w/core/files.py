@@ -15,7 +15,7 @@ from contextvars import ContextVar
 from errno import ENOENT
 from pathlib import Path
 from tokenize import TokenError
-from typing import Any, BinaryIO
+from typing import IO, Any, BinaryIO
 from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo, is_zipfile
 
 import numpy as np
@@ -177,10 +177,11 @@ def read_arrays(
     try:
         with ZipFile(path) as archive:
             members = {name: f"{name}.npy" for name in names if f"{name}.npy" in archive.NameToInfo}
-            for name, member in members.items() if check is not None else ():
-                with _described(name), archive.open(member) as stream:
-                    shape = read_header(stream)[0]
-                check(shape)
+            for name, member in members.items():
+                if check is not None:
+                    with _described(name), archive.open(member) as stream:
+                        shape = read_header(stream)[0]
+                    check(shape)
             size, held = sum(archive.getinfo(member).file_size for member in members.values()), archive.fp
             if size > min(most_bytes, most_unpacked(held.seek(0, os.SEEK_END) if held else 0)):
                 raise ValueError(f"it would unpack to {size / 2**30:.1f} GiB, more than any motion needs")
@@ -235,7 +236,7 @@ def read_npy(path: str | Path, check: Check | None = None) -> np.ndarray:
         raise ValueError(f"{path} is damaged or no npy file of numbers or text") from error
 
 
-def _read_values(stream: BinaryIO, held: int) -> np.ndarray:
+def _read_values(stream: IO[bytes], held: int) -> np.ndarray:
     """The array of an npy stream that holds `held` bytes, whatever its header claims.
 
     Parses the header once; numpy's own `read_array` would have to do so again.
@@ -246,12 +247,13 @@ def _read_values(stream: BinaryIO, held: int) -> np.ndarray:
         raise ValueError("it claims more than it holds, or other things than numbers and text")
     data = np.empty(size, dtype=np.uint8)
     for start in range(0, size, PIECE):
-        piece = data[start : start + PIECE]
-        if stream.readinto(piece) != len(piece):
+        piece = stream.read(min(PIECE, size - start))
+        if len(piece) < min(PIECE, size - start):
             raise ValueError("it holds less than it claims")
-    array = np.ndarray(shape, dtype, data, order="F" if is_fortran else "C")
+        data[start : start + PIECE] = np.frombuffer(piece, dtype=np.uint8)
+    array: np.ndarray = np.ndarray(shape, dtype, data, order="F" if is_fortran else "C")
     if dtype.kind == "U":  # on characters that do not exist Python fails with an internal error
-        letters = data.view(np.dtype(np.uint32).newbyteorder(dtype.byteorder))
+        letters = data.view(f"{dtype.byteorder}u4")
         if (letters > MAX_CHARACTER).any():
             raise ValueError("it holds characters that do not exist")
     return array
@@ -268,7 +270,7 @@ def _fault(path: str | Path, error: Exception) -> str:
     return "it is damaged" if is_zipfile(path) else "it is no zip archive, which an npz file is"
 
 
-def read_header(stream: BinaryIO) -> tuple[tuple[int, ...], bool, np.dtype]:
+def read_header(stream: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype]:
     """Shape, whether the order is Fortran's, and dtype of an npy stream, left at the first value."""
     version = npy.read_magic(stream)
     read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0

@@ -13,7 +13,7 @@ import zlib
 from collections import OrderedDict
 from collections.abc import Callable, Collection
 from pathlib import Path
-from typing import Any, BinaryIO, ClassVar
+from typing import IO, Any, ClassVar
 from zipfile import ZipFile, is_zipfile
 
 import numpy as np
@@ -38,6 +38,9 @@ class _State:
 
     def __setstate__(self, state: Any) -> None:
         self.state = state if isinstance(state, dict) else {}
+
+    def array(self) -> np.ndarray:
+        raise RefusedPickleError("it holds an object that is no array")
 
 
 class _SparseMatrix(_State):
@@ -98,7 +101,7 @@ def _reconstructed(kind: type, _base: Any, _state: Any) -> _State:
 class _JoblibArray(_State):
     """joblib's place for an array whose bytes follow."""
 
-    def read(self, stream: BinaryIO) -> np.ndarray:
+    def read(self, stream: IO[bytes]) -> np.ndarray:
         shape, dtype = tuple(self.state["shape"]), self.state["dtype"]
         if not isinstance(dtype, np.dtype) or dtype.hasobject:
             raise RefusedPickleError("it holds an array of no numbers")
@@ -186,10 +189,15 @@ class _ArrayUnpickler(pickle.Unpickler):
         return _stand_in(module, name)
 
 
-class _ResultUnpickler(pickle._Unpickler):  # type: ignore[name-defined, misc]  # joblib's own is one, too
+_fill: Callable[[Any], None] = pickle._Unpickler.dispatch[pickle.BUILD[0]]
+
+
+class _ResultUnpickler(pickle._Unpickler):  # joblib's own is one, too
     """Unpickles what joblib or torch wrote: their arrays lie in the stream, or in a zip as storages."""
 
-    def __init__(self, stream: BinaryIO, storage: Callable[[Any], np.ndarray] | None = None) -> None:
+    stack: list[Any]
+
+    def __init__(self, stream: IO[bytes], storage: Callable[[Any], np.ndarray] | None = None) -> None:
         super().__init__(stream, encoding="latin1")
         self._stream, self._storage = stream, storage
 
@@ -205,12 +213,12 @@ class _ResultUnpickler(pickle._Unpickler):  # type: ignore[name-defined, misc]  
         """Fill an object; an array of joblib's follows in the stream."""
         if isinstance(self.stack[-2], type) or not isinstance(self.stack[-2], (_State, np.ndarray, np.dtype)):
             raise RefusedPickleError("it fills something that is no array")
-        super().load_build()
+        _fill(self)
         if isinstance(self.stack[-1], _JoblibArray):
             self.stack[-1] = self.stack[-1].read(self._stream)
 
-    dispatch: ClassVar = {
-        **pickle._Unpickler.dispatch,  # type: ignore[attr-defined]
+    dispatch: ClassVar[dict[int, Callable[[Any], None]]] = {
+        **pickle._Unpickler.dispatch,
         pickle.BUILD[0]: load_build,
     }
 
@@ -256,7 +264,7 @@ def _read_torch(path: str | Path) -> Any:
         return _ResultUnpickler(io.BytesIO(archive.read(pickled)), storage).load()
 
 
-def read_arrays(stream: BinaryIO, wanted: Collection[str]) -> dict[str, Any]:
+def read_arrays(stream: IO[bytes], wanted: Collection[str]) -> dict[str, Any]:
     """Contents of a pickled model by name; those `wanted` as ndarrays, from numpy, scipy.sparse or chumpy.
 
     Raises RefusedPickleError if it is no pickled dict, is damaged, or names anything but arrays.
@@ -302,7 +310,7 @@ def read_npy_object(path: str | Path) -> Any:
     return content.item() if isinstance(content, np.ndarray) and content.size == 1 else content
 
 
-def _load(stream: BinaryIO) -> Any:
+def _load(stream: IO[bytes]) -> Any:
     try:
         return _ArrayUnpickler(stream, encoding="latin1").load()
     except RefusedPickleError:

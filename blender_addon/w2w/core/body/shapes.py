@@ -139,9 +139,9 @@ def shaped(
         if not (isinstance(value, Real) and low <= value <= high):
             raise ValueError(f"{name} must lie between {low:g} and {high:g}, not {value!r}")
     targets = bundled_targets()
-    if not targets.fit(body):
+    if body.mirror is None or not targets.fit(body):
         raise ValueError(f"{body.name!r} cannot be reshaped: the shape targets fit only W2W's bundled body")
-    vertices, joints = _moved(body, targets, given)
+    vertices, joints = _moved(body, body.mirror, targets, given)
     floor = np.array([0.0, 0.0, vertices[:, 2].min()])
     return replace(body, vertices=vertices - floor, joints=joints - floor, name=_name(body.name, given))
 
@@ -163,7 +163,9 @@ def mass(body: Body) -> float:
     return DENSITY * volume(body.vertices, body.faces)
 
 
-def _moved(body: Body, targets: ShapeTargets, given: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+def _moved(
+    body: Body, mirror: np.ndarray, targets: ShapeTargets, given: dict[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
     """Vertices and joints moved by targets, as tall and as stout as it takes to reach height and weight."""
     height, weight = given.get("height"), given.get("weight")
 
@@ -171,7 +173,7 @@ def _moved(body: Body, targets: ShapeTargets, given: dict[str, float]) -> tuple[
         shares = _shares(targets.names, given, tallness, stoutness)
         half = np.tensordot(shares, targets.vertices, axes=1)
         moves = np.empty_like(body.vertices)
-        moves[body.mirror[: len(half)]] = half * [-1, 1, 1]
+        moves[mirror[: len(half)]] = half * [-1, 1, 1]
         moves[: len(half)] = half
         return body.vertices + moves
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from ..motion.source import UnusableMotion
-from ..motion.up import UPS
+from ..motion.up import UPS, Up
 from ..wording import shown
 from .joint_sets import JOINT_SETS
 
@@ -58,7 +58,7 @@ class PoseFacts:
 
     rate: float | None = None
     unit: str | None = None
-    up: str | None = None
+    up: Up | None = None
     joint_set: str | None = None
 
     def __post_init__(self) -> None:
@@ -88,7 +88,7 @@ def facts_of(content: Mapping[str, Any]) -> PoseFacts:
     return PoseFacts(**{name: _fact(name, value) for name, value in given.items()})
 
 
-def _fact(name: str, value: Any) -> float | str:
+def _fact(name: str, value: Any) -> Any:
     if name == "rate":
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise ValueError(f"the pose's rate must be a number of frames a second, not {value!r}")

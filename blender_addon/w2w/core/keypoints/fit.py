@@ -41,18 +41,18 @@ class _Limb(NamedTuple):
     parts: tuple[str, ...]  # its landmarks from the trunk outwards
     hinges: dict[str, np.ndarray]  # axis of the elbow or knee in the T-pose, by side
     twist: float  # greatest angles of the upper segment, the hinge and the end, radians
-    bend: np.ndarray
+    bend: tuple[float, float]
     cone: float
 
 
 _X, _Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 _ARM = _Limb(
     "spine3", ("shoulder", "elbow", "wrist", "hand"), {"left": -_Z, "right": _Z},
-    np.radians(100), np.radians((-10, 150)), np.radians(80),
+    np.radians(100), (np.radians(-10), np.radians(150)), np.radians(80),
 )  # fmt: skip
 _LEG = _Limb(
     "pelvis", ("hip", "knee", "ankle", "toe"), {"left": _X, "right": _X},
-    np.radians(60), np.radians((-10, 155)), np.radians(60),
+    np.radians(60), (np.radians(-10), np.radians(155)), np.radians(60),
 )  # fmt: skip
 
 
@@ -206,7 +206,8 @@ def _limb_rotations(
 ) -> None:
     """An arm's or a leg's segments, from the trunk outwards."""
     upper, lower, end, tip = (JOINT_INDEX[f"{side}_{part}".replace("toe", "foot")] for part in limb.parts)
-    bones, seen = (_bones(found, side, limb.parts) for found in (joints, points))
+    bones = [joints[f"{side} {end}"] - joints[f"{side} {start}"] for start, end in pairwise(limb.parts)]
+    seen = _seen_bones(points, side, limb.parts)
     hinge, trunk = limb.hinges[side], world[:, JOINT_INDEX[limb.carrier]]
     if seen[0] is None:
         world[:, [upper, lower, end, tip]] = trunk[:, None]
@@ -221,8 +222,8 @@ def _limb_rotations(
     world[:, upper] = trunk @ swing_and_twist(bones[0], hinge, direction, evidence, limb.twist, rate)
     world[:, lower] = world[:, upper]
     if seen[1] is not None:
-        bend = hinge_bend(bones[1], hinge, _seen_from(world[:, upper], seen[1]), *limb.bend, OUT_OF_PLANE)
-        world[:, lower] = world[:, upper] @ bend
+        below = _seen_from(world[:, upper], seen[1])
+        world[:, lower] = world[:, upper] @ hinge_bend(bones[1], hinge, below, *limb.bend, OUT_OF_PLANE)
     palm = [points.get(f"{side} {part}") for part in ("thumb side", "little finger side")]
     if limb is _ARM and palm[0] is not None and palm[1] is not None:
         # across the T-pose's hand, from little finger to thumb, is forward
@@ -238,9 +239,9 @@ def _limb_rotations(
     world[:, tip] = world[:, end]
 
 
-def _bones(found: Points, side: str, parts: tuple[str, ...]) -> list[np.ndarray | None]:
+def _seen_bones(points: Points, side: str, parts: tuple[str, ...]) -> list[np.ndarray | None]:
     """Vectors from each part to the next; None where either is missing."""
-    ends = [found.get(f"{side} {part}") for part in parts]
+    ends = [points.get(f"{side} {part}") for part in parts]
     return [None if a is None or b is None else b - a for a, b in pairwise(ends)]
 
 

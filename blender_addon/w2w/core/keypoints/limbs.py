@@ -46,7 +46,7 @@ def swing_and_twist(
     reference = swing @ unit(hinge - rest * (hinge @ rest) / (rest @ rest))
     across = np.cross(axis, reference)
     noise = DIRECTION_NOISE**2
-    pull, weight = 0.0, 0.0
+    pull, weight = np.zeros(len(axis), dtype=complex), np.zeros(len(axis))
     for shown, trust in evidence:
         cosine, sine = ((shown * basis).sum(axis=1) for basis in (reference, across))
         square = cosine**2 + sine**2

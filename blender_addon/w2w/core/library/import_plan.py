@@ -8,12 +8,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..wording import shown
-from .labels import NO_LABELS, LabelCheck, read_labels
+from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
 from .library import (
     LABELS,
     MOTION_SUFFIXES,
     Clip,
-    LibraryError,
     activity_of,
     as_label,
     is_motion,

@@ -67,8 +67,8 @@ def _local_matrices(text: BvhText) -> np.ndarray:
             order = "".join(name[0] for name in turns)
             turning.setdefault(order, []).append((number, list(turns.values())))
     for order, those in turning.items():  # all joints of one order at once: there are few orders
-        numbers, columns = map(list, zip(*those, strict=True))
-        local[:, numbers, :3, :3] = _turns(order, text.values[:, columns])
+        numbers, angles = map(list, zip(*those, strict=True))
+        local[:, numbers, :3, :3] = _turns(order, text.values[:, angles])
     return local
 
 

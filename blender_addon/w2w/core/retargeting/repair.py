@@ -142,8 +142,11 @@ def flat_footed(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:
     """
     rest = source.rest.copy()
     for side in ("left", "right"):
-        knee, ankle, toe = (matched.get(JOINT_INDEX[f"{side}_{part}"]) for part in ("knee", "ankle", "foot"))
-        frame = None if toe is None else _on_its_foot(source.matrices[:, [knee, ankle, toe]][..., :3, 3])
+        knee, ankle = (matched[JOINT_INDEX[f"{side}_{part}"]] for part in ("knee", "ankle"))
+        toe = matched.get(JOINT_INDEX[f"{side}_foot"])
+        if toe is None:
+            continue
+        frame = _on_its_foot(source.matrices[:, [knee, ankle, toe]][..., :3, 3])
         if frame is None:
             continue
         stance, resting = (unscaled_rotations(m[[ankle, toe]]) for m in (source.matrices[frame], source.rest))

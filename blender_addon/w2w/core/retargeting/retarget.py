@@ -118,7 +118,7 @@ def matched_joints(source: SourceMotion, maps: Iterable[BoneMap] = ()) -> tuple[
     maps = tuple(maps)
     bone_map, matched = best_match(source.bones, maps)
     missing = missing_joints(matched)
-    if not missing:
+    if bone_map is not None and not missing:
         return bone_map.name, matched if bone_map in maps else with_whole_spine(source, matched)
     matched = match_by_structure(source)
     if missing_joints(matched):
@@ -159,7 +159,7 @@ def rest_alignment(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
 
 def _torso_frame(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
     """Rotation from the body's rest axes (left +x, up +z) to those of the source's torso."""
-    left = sum(unit(rest[on_left] - rest[on_right]) for on_left, on_right in ACROSS)
+    left = np.sum([unit(rest[on_left] - rest[on_right]) for on_left, on_right in ACROSS], axis=0)
     trunk = unit(trunk_line(rest))
     if trunk[2] >= UPRIGHT:
         return frame_of(left, np.array([0.0, 0.0, 1.0]))
