@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import bpy
@@ -17,9 +18,19 @@ from w2w.scene.base.patches import patch_empties
 from w2w.ui.jobs import jobs, preferences
 from w2w.ui.steps import baking
 from w2w.ui.steps.baking import bake_steps
-from w2w.ui.study import signal_cache
-from w2w.ui.study.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of, utility_of
+from w2w.ui.study import signal_cache, state
+from w2w.ui.study.state import (
+    BAKED,
+    STALE,
+    bake_settings,
+    config_of,
+    patches_of,
+    rank_settings,
+    state_of,
+    utility_of,
+)
 
+from ..drifting import WithDrift
 from ..sensor_steps import assert_same_to_one_step
 from .made_study import make_study
 
@@ -41,6 +52,26 @@ def test_another_sensor_makes_signals_stale_and_the_old_one_brings_them_back(lib
     assert {state_of(clip, bake_settings(study)) for clip in study.clips} == {STALE}
     study.sensor = "bmi270"
     assert {state_of(clip, bake_settings(study)) for clip in study.clips} == {BAKED}
+
+
+def test_a_new_parameter_makes_signals_stale_with_no_more_than_its_declaration(
+    library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body = make_study(library, "motions patches signals")
+    study, ranked = body.w2w, rank_settings(body.w2w)
+
+    def states() -> set[str]:
+        return {state_of(clip, bake_settings(study)) for clip in study.clips}
+
+    study.parameters = json.dumps(StudyConfig().as_dict())
+    assert states() == {BAKED}
+    monkeypatch.setattr(state, "StudyConfig", WithDrift)
+    study.parameters = json.dumps(WithDrift(drift=2.0).as_dict())
+    assert states() == {STALE}
+    assert rank_settings(study) != ranked
+    drifting = bake_settings(study)
+    study.parameters = json.dumps(WithDrift(drift=2.0, target=0.8, folds=3, title="other").as_dict())
+    assert bake_settings(study) == drifting
 
 
 def test_a_fault_of_ours_at_one_clip_costs_that_clip_alone(

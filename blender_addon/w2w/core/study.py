@@ -29,6 +29,10 @@ SIGNALS, RANKING, FILES = "Signals", "Ranking", "Bodies and files"
 WISHES = "Design constraints"
 """Headings of the options that few people need."""
 
+NOT_IN_SIGNALS = ("classifier", "folds", "by_subject", "background", "weights", "target", "every_activity")
+NOT_IN_SIGNALS += ("max_places", "constraints", "title")  # what only ranks, chooses and tells
+NOT_IN_SIGNALS += ("patches", "placements", "sensor", "own_sensor")  # said by the patches, and by the model
+
 
 @dataclass(frozen=True)
 class StudyConfig:
@@ -138,14 +142,11 @@ class StudyConfig:
         return preset(self.sensor)
 
     def signal_parameters(self) -> dict[str, Any]:
-        """The parameters that signals and features depend on; the others only rank and choose."""
-        names = ("patches", "synthesis", "root_band_hz", "windows", "seed")
-        chosen = {name: plain(getattr(self, name)) for name in names}
-        chosen["sensor_model"] = plain(self.sensor_model())
-        for name, unused in (("placements", ()), ("garments", ()), ("further", NOTHING)):
-            if getattr(self, name) != unused:
-                chosen[name] = plain(getattr(self, name))
-        return chosen
+        """The parameters that signals and features depend on beside the body and its patches.
+
+        A new field counts unless `NOT_IN_SIGNALS` names it.
+        """
+        return {name: value for name, value in self.as_dict().items() if name not in NOT_IN_SIGNALS}
 
     def as_dict(self) -> dict[str, Any]:
         """Every parameter as plain values, the sensor's own ones spelled out."""

@@ -12,7 +12,9 @@ from typer.testing import CliRunner
 from benchmarks.resume import UNLIKE
 from w2w.headless.app import APP
 from w2w.headless.commands import execute
+from w2w.headless.study_options import StudyOptions
 
+from ...drifting import WithDrift
 from ..conftest import write_motions
 
 OPTIONS = ["--patches", "8", "--workers", "1", "--no-pictures", "--window", "1"]
@@ -174,6 +176,19 @@ def test_motions_that_are_read_otherwise_are_ranked_anew(ranked):
     assert "Nothing has changed" not in run(library, out, "--folds", "2", "--pose-rate", "20")
     assert len(times) == 1
     assert (out / "utility.csv").read_bytes() != before
+
+
+def test_a_new_parameter_has_signals_made_anew_with_no_more_than_its_declaration(ranked, monkeypatch):
+    library, out, times = ranked
+    config, features = StudyOptions.config, sorted((out / ".w2w" / "features").iterdir())
+    for drift, made, ranked_times in ((0.0, True, 1), (0.0, False, 1), (2.0, True, 2)):
+        monkeypatch.setattr(
+            StudyOptions, "config", lambda options, d=drift: WithDrift(**vars(config(options)), drift=d)
+        )
+        before = [path.stat().st_mtime_ns for path in features]
+        run(library, out, *QUICK)
+        assert all((path.stat().st_mtime_ns > at) == made for path, at in zip(features, before, strict=True))
+        assert len(times) == ranked_times
 
 
 @pytest.mark.slow

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The garments of a study's body, and bakers of patches that garments may cover."""
 
-import hashlib
 import json
 from collections.abc import Callable, Generator
 from functools import partial
@@ -29,12 +28,12 @@ def worn_by(study: bpy.types.PropertyGroup) -> list[bpy.types.Object]:
 
 
 def wardrobe_text(study: bpy.types.PropertyGroup) -> str:
-    """A hash of what is quickly read of the garments that signals depend on; empty without garments."""
+    """What is quickly read of the garments that signals depend on; empty without garments."""
     parts = []
     for item in worn_by(study):
         modifiers = " ".join(f"{modifier.type}:{modifier.show_viewport}" for modifier in item.modifiers)
         parts.append(f"{item.name} {len(item.data.vertices)} {modifiers}")
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:12] if parts else ""
+    return "\n".join(parts)
 
 
 def baker_steps(

@@ -144,14 +144,6 @@ def keep_further(study: bpy.types.PropertyGroup, further: FurtherSensors) -> Non
     study.magnetic_dip = further.dip_deg
 
 
-def further_text(study: bpy.types.PropertyGroup) -> str:
-    """Settings of the further sensors that signals and features depend on; empty where none is recorded."""
-    if not study.record:
-        return ""
-    record, by = (",".join(_in_order(chosen, ())) for chosen in (study.record, study.recognise_by))
-    return f" record={record} by={by} dip={study.magnetic_dip:g}"
-
-
 def _in_order(chosen: set[str], run: tuple[str, ...]) -> tuple[str, ...]:
     """In the run's own order where it is the same choice: features follow it."""
     return run if chosen == set(run) else tuple(name for name in FURTHER if name in chosen)

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
 import bpy
@@ -29,7 +30,7 @@ from ...scene.files.packing import unpack
 from .counting import LEFT_OUT, counted_in, is_reweighed
 from .declared import as_given, config_values
 from .garments import wardrobe_text, worn_by
-from .sensors import OWN, further_of, further_text, own_sensor
+from .sensors import OWN, further_of, own_sensor
 
 Group = bpy.types.PropertyGroup
 
@@ -92,8 +93,19 @@ def body_of_object(item: bpy.types.Object | None) -> bpy.types.Object | None:
 def config_of(study: Group) -> StudyConfig:
     """The study's parameters as core takes them; what the panel does not show is as in the run opened."""
     run = run_of(study)
-    length = as_given(study.window_s, run.windows.length_s)
     background, weights = counted_in(study, run)
+    return replace(
+        _config_of_signals(study, run),
+        background=background,
+        weights=weights,
+        placements=own_placed(study),
+        constraints=constraints_of(study),
+    )
+
+
+def _config_of_signals(study: Group, run: StudyConfig) -> StudyConfig:
+    """The parameters without those that only rank by the activities' names and choose."""
+    length = as_given(study.window_s, run.windows.length_s)
     sensor: dict[str, str | SensorModel] = {"sensor": study.sensor}
     if study.sensor == OWN:
         sensor = {"sensor": own_sensor(study).name, "own_sensor": own_sensor(study)}
@@ -104,17 +116,18 @@ def config_of(study: Group) -> StudyConfig:
         **sensor,
         further=further_of(study, run.further, bool(garments)),
         windows=run.windows if length == run.windows.length_s else WindowSpec.of_length(length),
-        background=background,
-        weights=weights,
-        placements=own_placed(study),
         garments=garments,
-        constraints=constraints_of(study),
     )
 
 
 def run_of(study: Group) -> StudyConfig:
     """The parameters of the run that a study was opened from; the usual ones where it was not."""
-    return StudyConfig.from_dict(json.loads(study.parameters)) if study.parameters else StudyConfig()
+    return _run(study.parameters)
+
+
+@lru_cache(maxsize=8)  # panels ask at every drawing
+def _run(parameters: str) -> StudyConfig:
+    return StudyConfig.from_dict(json.loads(parameters or "{}"))
 
 
 def constraints_of(study: Group) -> Constraints:
@@ -212,10 +225,16 @@ def unreadable_ranking(study: Group) -> str:
 
 
 def bake_settings(study: Group) -> str:
-    """All that signals depend on besides the body and the motion."""
-    text = f"{study.patches_key} {study.sensor} {study.rate:g} {study.seed} {study.window_s:g}"
-    parts = (text + _signals_text(study), _shape_text(study.shape), wardrobe_text(study))
-    return " ".join(part for part in parts if part)
+    """All that signals depend on besides body and motion: the patches' key, and a hash of the rest."""
+    counting = [name for name in RANGES if getattr(study.shape, f"set_{name}", True)]
+    shape = tuple((name, getattr(study.shape, name)) for name in counting)
+    config = _config_of_signals(study, run_of(study))
+    return f"{study.patches_key} {_digest(config, shape, wardrobe_text(study))}"
+
+
+@lru_cache(maxsize=8)  # panels ask at every drawing
+def _digest(config: StudyConfig, *others: object) -> str:
+    return hashlib.sha256(repr((config.signal_parameters(), others)).encode()).hexdigest()[:24]
 
 
 def kept_patches(study: Group, clip: Group) -> int:
@@ -223,25 +242,6 @@ def kept_patches(study: Group, clip: Group) -> int:
     before, _, count = study.patches_before.partition(" ")
     key, _, rest = bake_settings(study).partition(" ")
     return int(count) if before and key != before and clip.baked_as == f"{before} {rest}" else 0
-
-
-def _signals_text(study: Group) -> str:
-    """The own part, what is not as at first of the bands, and what is recorded beside."""
-    usual = study.bl_rna.properties
-    changed = [name for name in ("band", "root_band") if getattr(study, name) != usual[name].default]
-    parts = [f"{name}={getattr(study, name):g}" for name in changed]
-    if study.sensor == OWN:
-        parts.append(study.own_sensor_text)
-    return "".join(f" {part}" for part in parts) + further_text(study)
-
-
-def _shape_text(shape: Group) -> str:
-    """The sliders that are not where they were at first; a slider that does not count is left out."""
-    counting = [name for name in RANGES if getattr(shape, f"set_{name}", True)]
-    values = {name: getattr(shape, name) for name in counting}
-    always = [name for name in counting if not hasattr(shape, f"set_{name}")]
-    usual = {name: shape.bl_rna.properties[name].default for name in always}
-    return " ".join(f"{name}={value:g}" for name, value in values.items() if value != usual.get(name))
 
 
 def rank_settings(study: Group) -> str:
