@@ -31,7 +31,7 @@ from w2w.core.ranking.agreement import spearman_rows
 from w2w.core.ranking.f1 import ClipUnits, clip_resamples, f1_scores
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, maker, utility_map
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.core.windows.inputs import BLOCK_BYTES, ITEM_BYTES, ArrayBlocks, PatchBlocks, SomeWindows
 from w2w.studies.classifiers.multi3net.classifier import Multi3Net
 

@@ -19,8 +19,8 @@ from collections.abc import Callable
 from pathlib import Path
 from zipfile import ZipFile
 
-from w2w.core.clip_files import divide, features_file, motion_file, signals_file
 from w2w.core.files import write_npz
+from w2w.core.study.clip_files import divide, features_file, motion_file, signals_file
 
 PER_ZIP = 128
 CONTENT = {"values": [1.0] * 4000}

@@ -24,7 +24,8 @@ from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.study import StudyConfig, record
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.signals import record
 from w2w.core.windows.features import further_features, window_features
 from w2w.core.windows.windows import TooShortError, cut_windows
 from w2w.headless.options import sensor_settings

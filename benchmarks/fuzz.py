@@ -224,7 +224,8 @@ def fuzz_readers(place: Path, cases: int, seed: int) -> Counter[str]:
 def fuzz_blender(place: Path, cases: int, seed: int) -> Counter[str]:
     """Damaged FBX and BVH files as a library: what became of each clip."""
     from w2w.core.body.body import Body
-    from w2w.core.study import StudyConfig, place_patches
+    from w2w.core.study.config import StudyConfig
+    from w2w.core.study.signals import place_patches
     from w2w.headless.runs.clip import WORK
     from w2w.headless.runs.clip_task import ClipTask, Engine
     from w2w.headless.runs.folder import make_folders

@@ -20,7 +20,7 @@ import numpy as np
 from w2w.core.patches.naming import DEFAULT_SIDE
 from w2w.core.ranking.f1 import ClipUnits, clip_resamples, f1_scores
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.studies.classifiers.multi3net.classifier import Multi3Net
 from w2w.studies.placements.placement_patches import placement_patches
 

@@ -25,14 +25,14 @@ from typing import Any
 
 import numpy as np
 
-from w2w.core.clip_files import NO_SIGNATURE, ClipWindows, Signatures
-from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions, set_tests
 from w2w.core.files import write_npz
 from w2w.core.motion.duplicates import WIDTH
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.selection.joint import GrownSet
-from w2w.core.study import StudyConfig
+from w2w.core.study.clip_files import NO_SIGNATURE, ClipWindows, Signatures
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motions, set_tests
 from w2w.core.windows.features import feature_names
 from w2w.core.windows.inputs import FeatureFiles
 from w2w.headless.runs.cluster import spread_over

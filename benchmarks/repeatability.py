@@ -43,19 +43,19 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import spearmanr
 
-from w2w.core.clip_ranking import WindowLabels, set_tests
 from w2w.core.imu.virtual import at_patches
 from w2w.core.patches.strip_graph import SkinDistances
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import CLASSIFIERS, UtilityMap, utility_map
-from w2w.core.results_folder import StudyResults
 from w2w.core.selection.answer import product_patches
 from w2w.core.selection.constraints import Terms
 from w2w.core.selection.joint import ByHalves, GrownSet
 from w2w.core.selection.promise import Promises, random_sets
 from w2w.core.selection.set_tests import SetTests
-from w2w.core.study import StudyConfig
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.ranking import WindowLabels, set_tests
+from w2w.core.study.results import StudyResults
 from w2w.core.windows.inputs import PatchBlocks, SomePatches, SomeWindows
 from w2w.studies.paper.promised import greedy_by_half
 from w2w.studies.paper.subsets import checked_terms, greedy_order

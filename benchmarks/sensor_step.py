@@ -17,17 +17,17 @@ from pathlib import Path
 
 import numpy as np
 
-from w2w.core.clip_files import signals_file
-from w2w.core.clip_ranking import set_tests
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.virtual import at_patches
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
-from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise
 from w2w.core.selection.headline import short
-from w2w.core.study import describe
+from w2w.core.study.clip_files import signals_file
+from w2w.core.study.ranking import set_tests
+from w2w.core.study.results import StudyResults
+from w2w.core.study.signals import describe
 from w2w.core.windows.inputs import ArrayBlocks
 
 from .repeatability import CASES, prepared

@@ -19,13 +19,13 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from w2w.core.clip_ranking import set_tests
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.joint_scores import JointScores
 from w2w.core.ranking.pooling import Pooling
-from w2w.core.results_folder import StudyResults
 from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.joint import LARGEST_SET, GrownSet, choose_together
+from w2w.core.study.ranking import set_tests
+from w2w.core.study.results import StudyResults
 
 BASELINE_CANDIDATES = 4
 

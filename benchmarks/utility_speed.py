@@ -38,7 +38,7 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.agreement import rank_agreement
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.core.windows.features import window_features
 from w2w.core.windows.windows import WindowSpec, cut_windows
 from w2w.studies.classifiers.multi3net.classifier import Multi3Net

@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 
 from w2w.core.parameters import parameter
-from w2w.core.study import StudyConfig
+from w2w.core.study.config import StudyConfig
 
 
 @dataclass(frozen=True)

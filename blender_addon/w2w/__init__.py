@@ -21,7 +21,14 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # so that editors and type checkers see signatures
-    from .api import open_results as open_results, rank as rank, stream as stream, synthesize as synthesize
+    from .api.loading import load as load, load_body as load_body
+    from .api.ranking import Ranking as Ranking
+    from .api.signals import (
+        open_results as open_results,
+        rank as rank,
+        stream as stream,
+        synthesize as synthesize,
+    )
     from .core.body.body import Body as Body
     from .core.body.shapes import shaped as shaped
     from .core.imu.formats import read_recording as read_recording, write_recording as write_recording
@@ -38,14 +45,12 @@ if TYPE_CHECKING:  # so that editors and type checkers see signatures
     from .core.ranking.utility import UtilityMap as UtilityMap
     from .core.selection.constraints import Constraints as Constraints
     from .core.windows.windows import WindowSpec as WindowSpec
-    from .loading import load as load, load_body as load_body
-    from .ranking import Ranking as Ranking
 
 __version__ = "0.1.0"
 """The one place where it is written for pip; a test holds the other files to it."""
 
 _NAMES = {
-    "api": ("open_results", "rank", "stream", "synthesize"),
+    "api.signals": ("open_results", "rank", "stream", "synthesize"),
     "core.body.body": ("Body",),
     "core.body.shapes": ("shaped",),
     "core.imu.formats": ("read_recording", "write_recording"),
@@ -62,8 +67,8 @@ _NAMES = {
     "core.ranking.utility": ("UtilityMap",),
     "core.selection.constraints": ("Constraints",),
     "core.windows.windows": ("WindowSpec",),
-    "loading": ("load", "load_body"),
-    "ranking": ("Ranking",),
+    "api.loading": ("load", "load_body"),
+    "api.ranking": ("Ranking",),
 }
 """Public names by their modules inside this package."""
 

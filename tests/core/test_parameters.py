@@ -9,9 +9,9 @@ from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.presets import preset
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.parameters import parameters_of
-from w2w.core.results_folder import StudyResults
 from w2w.core.selection.constraints import Constraints
-from w2w.core.study import StudyConfig
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.results import StudyResults
 from w2w.core.windows.windows import WindowSpec
 
 

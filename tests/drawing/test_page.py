@@ -12,7 +12,7 @@ from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import utility_map
-from w2w.core.study import StudyConfig
+from w2w.core.study.config import StudyConfig
 from w2w.drawing import draw_heatmap, heatmap, signal_figure
 from w2w.studies.comparisons import figures
 from w2w.studies.placements import placement_figure

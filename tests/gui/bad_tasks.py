@@ -22,9 +22,10 @@ find_libraries()
 import numpy as np  # noqa: E402
 
 from w2w.core.body.body import Body  # noqa: E402
-from w2w.core.clip_files import WORK  # noqa: E402
 from w2w.core.library.library import read_library  # noqa: E402
-from w2w.core.study import StudyConfig, place_patches  # noqa: E402
+from w2w.core.study.clip_files import WORK  # noqa: E402
+from w2w.core.study.config import StudyConfig  # noqa: E402
+from w2w.core.study.signals import place_patches  # noqa: E402
 from w2w.headless.runs.clip_task import ClipTask, Engine  # noqa: E402
 from w2w.headless.runs.folder import make_folders  # noqa: E402
 from w2w.headless.runs.workers import run_alone, run_tasks  # noqa: E402

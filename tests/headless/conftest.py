@@ -20,10 +20,8 @@ from loky import ProcessPoolExecutor, process_executor
 from scipy.spatial.transform import Rotation
 from typer.main import get_command
 
-from w2w.core import study
 from w2w.core.body.body import Body
 from w2w.core.body.skeleton import N_JOINTS
-from w2w.core.clip_ranking import LabelledClip
 from w2w.core.findings.summary import write_results
 from w2w.core.library.library import Clip, Library
 from w2w.core.motion.motion import Motion
@@ -31,10 +29,12 @@ from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
-from w2w.core.results_folder import ClipResult, Study, StudyResults
 from w2w.core.selection.advice import advise
 from w2w.core.selection.set_tests import SetTests
-from w2w.core.study import StudyConfig
+from w2w.core.study import signals
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.ranking import LabelledClip
+from w2w.core.study.results import ClipResult, Study, StudyResults
 from w2w.drawing.body import BodyPictures
 from w2w.headless.runs import workers
 from w2w.headless.runs.folder import make_folders
@@ -103,7 +103,7 @@ def made_once_here(tmp_path_factory) -> Iterator[None]:
 
     templates = FileSystemBytecodeCache(str(tmp_path_factory.mktemp("templates")))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(study, "sample_patches", place)
+        patch.setattr(signals, "sample_patches", place)
         patch.setattr(Body, "load", staticmethod(kept))
         patch.setattr(still_picture, "BodyPictures", lru_cache(maxsize=4)(BodyPictures))
         patch.setattr(page, "Environment", partial(Environment, bytecode_cache=templates))

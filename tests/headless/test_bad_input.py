@@ -214,7 +214,8 @@ def test_events_for_machines(library, tmp_path):
 
 def test_signals_too_large_for_the_memory_are_refused_before_they_are_made(bundled_body, tmp_path):
     from w2w.core.library.library import Clip
-    from w2w.core.study import StudyConfig, place_patches
+    from w2w.core.study.config import StudyConfig
+    from w2w.core.study.signals import place_patches
     from w2w.headless.runs.clip import WORK, do_clip
     from w2w.headless.runs.clip_task import ClipTask, Engine
     from w2w.headless.runs.folder import make_folders

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks import classifier_agreement
-from w2w.core.clip_ranking import LabelledClip, WindowLabels
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import utility_map
+from w2w.core.study.ranking import LabelledClip, WindowLabels
 from w2w.core.windows.inputs import ArrayBlocks
 
 COUNTS = {"walk": 6, "wave": 5, "bow": 2}

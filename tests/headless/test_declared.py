@@ -7,7 +7,7 @@ import pytest
 
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.parameters import parameters_of
-from w2w.core.study import StudyConfig
+from w2w.core.study.config import StudyConfig
 from w2w.headless.app import APP
 from w2w.headless.runs.clip_task import Engine
 from w2w.headless.study_options import DEFAULTS, NAMES, StudyOptions

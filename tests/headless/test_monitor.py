@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from w2w.core.library.library import Clip, Library
-from w2w.core.results_folder import ClipResult
+from w2w.core.study.results import ClipResult
 from w2w.headless.runs.folder import make_folders
 from w2w.headless.runs.monitor import EventLog, RunMonitor, read_state
 

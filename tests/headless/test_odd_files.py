@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from w2w.core.library.library import Clip
-from w2w.core.study import StudyConfig
+from w2w.core.study.config import StudyConfig
 from w2w.headless.app import APP
 from w2w.headless.runs.clip import do_clip, file_sha256, record_death, work_in_worker
 from w2w.headless.runs.clip_task import ClipTask

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.headless.app import APP
 
 from .conftest import write_motions

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from w2w.api.ranking import Ranking
 from w2w.core.files import write_npz
 from w2w.core.findings.summary import patch_table
 from w2w.core.patches.patches import PatchSet
@@ -19,7 +20,6 @@ from w2w.headless.app import APP
 from w2w.headless.options import _folder_name
 from w2w.headless.runs import study
 from w2w.headless.runs.folder import picture_names
-from w2w.ranking import Ranking
 from w2w.studies.placements.score_table import ScoreRow, score_table
 from w2w.studies.placements.score_text import _cell, write_scores
 

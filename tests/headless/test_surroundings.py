@@ -16,8 +16,9 @@ from typer.testing import CliRunner
 from benchmarks.resume import hashes
 from w2w.core.files import write_npz
 from w2w.core.library.library import Clip, Library
-from w2w.core.results_folder import ClipResult
-from w2w.core.study import StudyConfig, place_patches
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.results import ClipResult
+from w2w.core.study.signals import place_patches
 from w2w.headless.app import APP
 from w2w.headless.commands import execute
 from w2w.headless.commands.status import describe

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from w2w.core.library.library import Clip
 from w2w.core.motion.motion import LABELS, Motion
 from w2w.core.motion.up import Ups
-from w2w.core.study import StudyConfig
+from w2w.core.study.config import StudyConfig
 from w2w.headless.app import APP
 from w2w.headless.runs.clip_task import ClipTask, Engine
 

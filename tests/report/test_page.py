@@ -18,10 +18,10 @@ from typer.testing import CliRunner
 from w2w.core.patches.own_placements import placement_vertices, read_placements
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import StudyResults
 from w2w.core.selection.advice import advise
 from w2w.core.selection.answer import best_single
 from w2w.core.selection.headline import CANNOT_RANK, more_clips
+from w2w.core.study.results import StudyResults
 from w2w.core.wording import capital
 from w2w.headless.app import APP
 from w2w.headless.commands.report import write_report

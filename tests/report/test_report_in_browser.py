@@ -18,7 +18,8 @@ from w2w.core.body.body import Body
 from w2w.core.colours import score_range
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import StudyResults, compared
+from w2w.core.study.choosing import compared
+from w2w.core.study.results import StudyResults
 from w2w.headless.commands.report import write_report
 from w2w.report.still_picture import still_picture
 

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.study import StudyConfig, record
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.signals import record
 from w2w.scene.base.actions import read_action
 from w2w.scene.base.body import armature_of, body_of
 from w2w.scene.base.patches import patch_empties

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.headless.app import APP
 from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs

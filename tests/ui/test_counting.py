@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.weights import mean_over
-from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import mean_sentence
+from w2w.core.study.results import StudyResults
 from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs
 from w2w.ui.panels.steps import W2W_PT_utility

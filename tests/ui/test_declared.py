@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.parameters import parameters_of
-from w2w.core.study import StudyConfig
+from w2w.core.study.config import StudyConfig
 from w2w.ui.panels.properties import W2W_PG_study
 from w2w.ui.study.declared import as_given, declared
 

@@ -10,10 +10,10 @@ import pytest
 from typer.testing import CliRunner
 
 import w2w
-from w2w.core.clip_files import signals_file
 from w2w.core.imu.formats import write_recording
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.clip_files import signals_file
+from w2w.core.study.results import StudyResults
 from w2w.headless.app import APP
 from w2w.ui.files.exports import report_steps
 from w2w.ui.jobs import jobs

@@ -11,11 +11,12 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.clip_files import features_file
 from w2w.core.imu.formats import read_recording
 from w2w.core.imu.further import NOTHING, FurtherSensors
 from w2w.core.imu.recording import FURTHER, ImuRecording
-from w2w.core.study import StudyConfig, describe, record
+from w2w.core.study.clip_files import features_file
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.signals import describe, record
 from w2w.headless.study_options import StudyOptions
 from w2w.scene.base.actions import read_action
 from w2w.scene.base.body import armature_of, body_of

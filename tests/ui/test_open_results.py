@@ -11,10 +11,10 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.clip_files import mark_changing, motion_file, signals_file
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.skinning import patch_matrices
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.clip_files import mark_changing, motion_file, signals_file
+from w2w.core.study.results import StudyResults
 from w2w.scene.bake import PatchBaker
 from w2w.scene.base.body import armature_of, body_of
 from w2w.scene.base.steps import without_pauses

@@ -10,9 +10,9 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.clip_files import signals_file
 from w2w.core.files import write_npz
 from w2w.core.imu.recording import ImuRecording
+from w2w.core.study.clip_files import signals_file
 from w2w.ui.files.open_results import misses_folder
 from w2w.ui.jobs import jobs
 from w2w.ui.study import signal_cache

@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.own_placements import read_placements
-from w2w.core.results_folder import StudyResults
-from w2w.core.study import place_patches, record_baked
+from w2w.core.study.results import StudyResults
+from w2w.core.study.signals import place_patches, record_baked
 from w2w.headless.app import APP
 from w2w.scene.base.body import body_of
 from w2w.scene.base.patches import empties_by_patch

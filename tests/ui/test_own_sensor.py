@@ -13,7 +13,8 @@ import pytest
 
 from w2w.core.imu.presets import preset, read_sensor
 from w2w.core.imu.synthesis import Synthesis
-from w2w.core.study import StudyConfig, record
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.signals import record
 from w2w.headless.study_options import StudyOptions
 from w2w.scene.base.actions import read_action
 from w2w.scene.base.body import armature_of, body_of

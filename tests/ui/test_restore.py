@@ -15,11 +15,11 @@ import numpy as np
 import pytest
 
 import w2w as extension
-from w2w.core.clip_files import STORED, features_file, signals_file
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.patches.body_parts import find_patches
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.clip_files import STORED, features_file, signals_file
+from w2w.core.study.results import StudyResults
 from w2w.scene.base.body import armature_of
 from w2w.scene.base.patches import patch_empties
 from w2w.scene.files.study_file import RECORD, read_record

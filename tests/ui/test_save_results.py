@@ -19,7 +19,7 @@ import w2w
 from w2w.core.files import file_sha256
 from w2w.core.findings.summary import versions
 from w2w.core.motion.skinning import patch_matrices
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.headless.app import APP
 from w2w.ui.files.save_results import save_steps
 from w2w.ui.jobs import jobs

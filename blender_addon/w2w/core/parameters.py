@@ -66,9 +66,13 @@ def parameter(default: Any, help: str, name: str = "", **about: Any) -> Any:  # 
     return field(default=default, metadata={DECLARED: Parameter(help, name, **about)})
 
 
-@cache
 def parameters_of(record: type) -> dict[str, Parameter]:
     """All parameters that a record and the records in it declare, by name."""
+    return _parameters_of(record)
+
+
+@cache
+def _parameters_of(record: type) -> dict[str, Parameter]:
     return dict(_declared(record, ()))
 
 

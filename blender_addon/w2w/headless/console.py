@@ -11,7 +11,7 @@ from rich.text import Text
 
 from w2w.core.findings.notes import left_out_sentences
 from w2w.core.motion.source import UnusableMotion
-from w2w.core.results_folder import UnfinishedError
+from w2w.core.study.results import UnfinishedError
 from w2w.core.wording import harmless
 
 NOTHING_TO_DO = 1

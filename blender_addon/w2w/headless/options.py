@@ -21,7 +21,7 @@ from w2w.core.imu.synthesis import CONVENTIONS, Synthesis
 from w2w.core.keypoints.facts import UNITS, UPS, PoseFacts
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.selection.constraints import Constraints, read_costs
-from w2w.core.study import RANKING
+from w2w.core.study.config import RANKING
 from w2w.core.windows.windows import WindowSpec
 from w2w.scene.base.output import quiet_output
 

@@ -18,7 +18,7 @@ from w2w.core.ranking.utility import inputs_of, unavailable
 from w2w.core.ranking.weights import read_weights
 from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.selection.constraints import Constraints
-from w2w.core.study import FILES, StudyConfig
+from w2w.core.study.config import FILES, StudyConfig
 
 from . import options
 from .options import option

@@ -12,7 +12,6 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
 from ..core.body.body import Body
-from ..core.clip_list import Entry, is_used, read_clip_list
 from ..core.colours import colour_table
 from ..core.findings import notes
 from ..core.findings.summary import MOST_REGIONS, best_regions
@@ -23,9 +22,10 @@ from ..core.patches.body_parts import PRODUCT_NAMED, PRODUCTS
 from ..core.patches.naming import resolve
 from ..core.patches.patches import PatchSet
 from ..core.ranking.utility import UtilityMap
-from ..core.results_folder import StudyResults
 from ..core.selection import headline
 from ..core.selection.answer import product_places
+from ..core.study.clip_list import Entry, is_used, read_clip_list
+from ..core.study.results import StudyResults
 from ..core.wording import capital
 
 REPORT = "report.html"

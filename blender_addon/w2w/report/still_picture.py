@@ -10,7 +10,7 @@ from PIL import Image
 
 from ..core.body.body import Body
 from ..core.colours import patch_colours, score_range
-from ..core.results_folder import StudyResults
+from ..core.study.results import StudyResults
 from ..drawing.body import BodyPictures, size_for
 from ..drawing.page import common_crop
 

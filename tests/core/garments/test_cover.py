@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from w2w.core.clip_files import WORK
 from w2w.core.garments.cover import (
     FITTED,
     Cover,
@@ -18,6 +17,7 @@ from w2w.core.garments.cover import (
 from w2w.core.garments.cut import cut
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.patches.patches import sample_patches
+from w2w.core.study.clip_files import WORK
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,8 @@ import pytest
 from w2w.core.garments.on_cloth import ClothSensors
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.patches.patches import sample_patches
-from w2w.core.study import StudyConfig, record, record_baked
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.signals import record, record_baked
 
 from ...sensor_steps import assert_same_to_one_step
 

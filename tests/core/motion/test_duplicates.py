@@ -12,15 +12,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from w2w.api.loading import load
 from w2w.core.body.body import Body
-from w2w.core.clip_files import ClipWindows
-from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions
 from w2w.core.motion.duplicates import WIDTH, mirrored_poses, motion_signature, share_stretch
 from w2w.core.motion.motion import at_rate, demo_motions
 from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.core.ranking.utility import utility_map
-from w2w.core.study import StudyConfig, describe, place_patches, record
-from w2w.loading import load
+from w2w.core.study.clip_files import ClipWindows
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motions
+from w2w.core.study.signals import describe, place_patches, record
 from w2w.studies.sweep.augmentation import at_tempo, mirrored, scaled
 
 

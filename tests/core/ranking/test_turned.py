@@ -6,7 +6,7 @@ import pytest
 
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.turned import TURNS, may_turn
-from w2w.core.results_folder import TURNED_CLIPS, _evenly
+from w2w.core.study.choosing import TURNED_CLIPS, _evenly
 
 RATE, CLIPS = 50.0, 12
 

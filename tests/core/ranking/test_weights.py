@@ -6,7 +6,6 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from w2w.core.clip_ranking import LabelledClip, WindowLabels
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.weights import (
@@ -18,7 +17,8 @@ from w2w.core.ranking.weights import (
 )
 from w2w.core.selection.answer import best_single
 from w2w.core.selection.headline import mean_sentence, mean_title
-from w2w.core.study import StudyConfig
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.ranking import LabelledClip, WindowLabels
 from w2w.studies.placements.comparison import compare_patches
 from w2w.studies.placements.score_table import score_table
 

@@ -6,8 +6,6 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from w2w.core.clip_files import ClipWindows
-from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions
 from w2w.core.files import write_npz
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.duplicates import WIDTH
@@ -16,7 +14,9 @@ from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import score_patches
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.study import StudyConfig
+from w2w.core.study.clip_files import ClipWindows
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motions
 from w2w.core.windows.inputs import (
     ArrayBlocks,
     FeatureFiles,

@@ -14,7 +14,7 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.vendor_formats import read_xsens_txt
 from w2w.core.motion.motion import Motion
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.headless.app import APP
 
 from ...orientation_sto import read_orientation_sto

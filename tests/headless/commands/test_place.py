@@ -16,10 +16,10 @@ from w2w.core.files import file_sha256
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.turned import TURNS
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import StudyResults
 from w2w.core.selection.answer import Scored, answer
 from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.headline import as_good_as
+from w2w.core.study.results import StudyResults
 from w2w.headless.app import APP
 from w2w.headless.runs.folder import only_run
 from w2w.scene.files.study_file import read_record

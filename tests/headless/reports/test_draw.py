@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from w2w.core.clip_ranking import LabelledClip
 from w2w.core.colours import patch_colours, score_range, span_note
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.ranking import LabelledClip
+from w2w.core.study.results import StudyResults
 from w2w.headless.reports.draw import draw_side_by_side, marked, write_pictures
 from w2w.studies.commands.study_rehab import FIGURE, draw_figure
 from w2w.studies.paper.subsets import Subset

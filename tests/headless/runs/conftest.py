@@ -16,7 +16,8 @@ import pytest
 
 from w2w.core.body.body import Body
 from w2w.core.library.library import read_library
-from w2w.core.study import StudyConfig, place_patches
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.signals import place_patches
 from w2w.headless.runs.clip import WORK
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import make_folders

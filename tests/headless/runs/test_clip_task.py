@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from w2w.core.body.body import Body
-from w2w.core.clip_files import WORK
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.library.library import Clip, read_library
 from w2w.core.motion.motion import Motion
-from w2w.core.study import StudyConfig, place_patches
+from w2w.core.study.clip_files import WORK
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.signals import place_patches
 from w2w.headless.runs import clip, clip_task, records
 from w2w.headless.runs.clip import do_clip
 from w2w.headless.runs.clip_task import ClipTask, Engine

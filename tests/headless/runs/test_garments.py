@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from w2w.core.clip_files import WORK
 from w2w.core.garments.cover import FITTED, load_covers
 from w2w.core.patches.patches import sample_patches
-from w2w.core.study import StudyConfig
+from w2w.core.study.clip_files import WORK
+from w2w.core.study.config import StudyConfig
 from w2w.headless.runs.garments import fit_garments, parse_garments
 
 

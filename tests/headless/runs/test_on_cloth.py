@@ -15,7 +15,7 @@ from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.garments.cut import cut
 from w2w.core.imu.presets import DEFAULT_SENSOR, preset
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.headless.app import APP
 from w2w.scene.base.body import add_body, add_skinned
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from w2w.core.body.body import PACKAGE
-from w2w.core.clip_files import WORK
 from w2w.core.library.library import read_library
+from w2w.core.study.clip_files import WORK
 from w2w.headless.runs.clip import do_clip
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import HEADLESS, code_of_signals

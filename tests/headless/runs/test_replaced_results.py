@@ -18,8 +18,8 @@ from typer.testing import CliRunner
 
 import w2w
 from benchmarks.resume import UNLIKE, hashes
-from w2w.core.clip_files import CHANGING, mark_changing
-from w2w.core.results_folder import UnfinishedError
+from w2w.core.study.clip_files import CHANGING, mark_changing
+from w2w.core.study.results import UnfinishedError
 from w2w.headless.app import APP
 from w2w.headless.commands import execute, place
 from w2w.headless.runs import workers

@@ -6,8 +6,8 @@ import shutil
 import pytest
 from typer.testing import CliRunner
 
-from w2w.core.clip_files import motion_file
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.clip_files import motion_file
+from w2w.core.study.results import StudyResults
 from w2w.headless.app import APP
 from w2w.headless.runs import folder
 

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from w2w.core.findings.sources import Shown, source_caution
 from w2w.core.library.library import Clip, Library, read_library
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.headless.app import APP
 from w2w.studies.commands.study_mixamo import show_placements
 from w2w.studies.commands.study_rehab import by_quality, headings, rehab_takes

@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from w2w.core.clip_files import features_file, write_features
-from w2w.core.clip_ranking import LabelledClip
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking import utility
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.clip_files import features_file, write_features
+from w2w.core.study.ranking import LabelledClip
+from w2w.core.study.results import StudyResults
 from w2w.headless.runs.folder import make_folders
 from w2w.studies.classifiers.multi3net.classifier import Multi3Net
 from w2w.studies.paper.joint_test import sensors_together

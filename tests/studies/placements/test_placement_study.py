@@ -7,7 +7,7 @@ import shutil
 import pytest
 from rich.console import Console
 
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.studies.placements.placement_study import (
     CLAIMS,
     FIGURE,

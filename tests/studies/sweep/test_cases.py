@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from w2w.core.clip_files import ClipWindows
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.clip_files import ClipWindows
+from w2w.core.study.results import StudyResults
 from w2w.headless.app import APP
 from w2w.studies.sweep.cases import FACTORS, cases
 from w2w.studies.sweep.maps import SweepMaps

@@ -9,7 +9,8 @@ import pytest
 from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.imu.virtual import record_motion
 from w2w.core.patches.patches import sample_patches
-from w2w.core.study import StudyConfig, record
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.signals import record
 from w2w.studies.sweep.augmentation import SWITCHES, Augmentation, body_variant, copies_of
 
 IDEAL, REAL = StudyConfig(sensor="ideal"), StudyConfig(sensor=DEFAULT_SENSOR)

@@ -19,8 +19,9 @@ from ..motion.skinning import patch_matrices
 from ..patches.naming import place, resolve
 from ..patches.own_placements import patches_at
 from ..patches.patches import PatchSet
-from ..results_folder import StudyResults
-from ..study import StudyConfig, record
+from ..study.config import StudyConfig
+from ..study.results import StudyResults
+from ..study.signals import record
 from ..wording import plain_words
 
 ALL = "all"

@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ..clip_files import WORK, ClipWindows, features_file, motion_file, signals_file
 from ..files import folder_beside, write_json
 from ..garments.cover import FITTED, Cover, save_covers
 from ..motion.motion import Motion
 from ..patches.patches import PatchSet
-from ..results_folder import ClipResult, Study, StudyResults, stored_recording
+from ..study.clip_files import WORK, ClipWindows, features_file, motion_file, signals_file
+from ..study.results import ClipResult, Study, StudyResults, stored_recording
 from .summary import config_content, write_results
 
 FOLDERS = ("motions", "signals", f"{WORK}/features")

@@ -4,11 +4,11 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from ..clip_ranking import LabelledClip
 from ..imu.sensor import FULL_SCALE
 from ..library.labels import LabelCheck, same_label
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.utility import UtilityMap
+from ..study.ranking import LabelledClip
 
 TOO_FEW = "too few clips"
 """In a table's cell, instead of an interval."""

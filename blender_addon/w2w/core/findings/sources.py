@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..results_folder import Study
+from ..study.results import Study
 from .notes import NAMED, listed
 
 ALONE = 0.8

@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 
 from ..body.body import PACKAGE
-from ..clip_files import WORK
-from ..clip_list import CLIP_LIST, Entry, write_clip_list
 from ..csv_tables import apart, csv_text
 from ..files import DIGITS, file_sha256, write_json, write_text
 from ..garments.cover import garment_content
 from ..library.library import Library
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
-from ..results_folder import UTILITY, ClipResult, Study
+from ..study.clip_files import WORK
+from ..study.clip_list import CLIP_LIST, Entry, write_clip_list
+from ..study.results import UTILITY, ClipResult, Study
 from ..windows.windows import WindowSpec
 from ..wording import plain_words
 from .advice_content import advice_content, interval_content, patch_content, rounded

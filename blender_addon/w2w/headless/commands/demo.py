@@ -9,7 +9,7 @@ from w2w.core.csv_tables import csv_text
 from w2w.core.files import write_text
 from w2w.core.library.library import LABELS, Library, read_library
 from w2w.core.motion.motion import DEMO_CLIPS, demo_motions
-from w2w.core.study import StudyConfig
+from w2w.core.study.config import StudyConfig
 
 from ..console import Terminal
 from ..options import CORES, option

@@ -12,15 +12,15 @@ from typing import Any
 import typer
 
 from w2w.core.body.body import Body
-from w2w.core.clip_files import WORK, mark_changing, mark_whole
-from w2w.core.clip_list import CLIP_LIST
 from w2w.core.files import json_number, write_json
 from w2w.core.findings.advice_content import patch_content
 from w2w.core.findings.summary import study_counts, write_failure, write_results
 from w2w.core.inside import inside
 from w2w.core.ranking.agreement import rank_agreement
 from w2w.core.ranking.folds import check_testable
-from w2w.core.results_folder import Study
+from w2w.core.study.clip_files import WORK, mark_changing, mark_whole
+from w2w.core.study.clip_list import CLIP_LIST
+from w2w.core.study.results import Study
 from w2w.report.page import REPORT
 
 from ..blender import NoBlenderError, check_installed

@@ -8,7 +8,7 @@ from pathlib import Path
 from w2w.core.exports import arrays, bids, biomechanics, parquet, pose_packs
 from w2w.core.exports.study_signals import ALL, StudySignals, WornSignals, placed
 from w2w.core.inside import inside
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.core.wording import capital, shown
 
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending

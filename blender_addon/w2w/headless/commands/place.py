@@ -11,14 +11,15 @@ from pathlib import Path
 import typer
 from rich.console import Console
 
-from w2w.core.clip_files import WORK, mark_changing, mark_whole
 from w2w.core.files import UNFINISHED, folder_beside, write_json
 from w2w.core.findings.advice_content import advice_content
 from w2w.core.findings.summary import PLACEMENTS, map_content, write_map, write_placements
 from w2w.core.ranking.weights import check_counting, read_weights
-from w2w.core.results_folder import UTILITY, StudyResults, advised, compared, ranked_again
 from w2w.core.selection.advice import Advice
-from w2w.core.study import WISHES, StudyConfig
+from w2w.core.study.choosing import advised, compared, ranked_again
+from w2w.core.study.clip_files import WORK, mark_changing, mark_whole
+from w2w.core.study.config import WISHES, StudyConfig
+from w2w.core.study.results import UTILITY, StudyResults
 from w2w.report.page import REPORT
 
 from .. import options

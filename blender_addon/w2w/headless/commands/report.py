@@ -4,7 +4,7 @@
 from pathlib import Path
 
 from w2w.core.files import write_text
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.report.page import REPORT, report_page
 
 from ..console import USAGE, Terminal, ending

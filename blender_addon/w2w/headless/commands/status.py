@@ -8,9 +8,9 @@ from pathlib import Path
 import typer
 from filelock import FileLock, Timeout
 
-from w2w.core.clip_files import WORK
 from w2w.core.inside import ForeignFileError, inside
-from w2w.core.results_folder import check_finished
+from w2w.core.study.clip_files import WORK
+from w2w.core.study.results import check_finished
 
 from ..console import USAGE, Terminal, ending
 from ..options import argument

@@ -8,7 +8,8 @@ from w2w.core.imu.formats import FORMATS, HELD, write_csv, write_recording
 from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.virtual import sensor_at
 from w2w.core.library.library import Clip
-from w2w.core.study import StudyConfig, place_patches, record as record_at
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.signals import place_patches, record as record_at
 from w2w.core.wording import shown
 
 from .. import options

@@ -16,10 +16,10 @@ from w2w.core.garments.on_cloth import caught_sentences
 from w2w.core.library.library import Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import ClipResult, Study, StudyResults
 from w2w.core.selection import headline
 from w2w.core.selection.advice import Advice
 from w2w.core.selection.answer import PlaceScore
+from w2w.core.study.results import ClipResult, Study, StudyResults
 from w2w.core.windows.windows import WindowSpec
 from w2w.core.wording import capital
 from w2w.report.page import REPORT

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.files import folder_beside
-from w2w.core.results_folder import StudyResults
 from w2w.core.selection.answer import best_single
 from w2w.core.selection.headline import mean_title
+from w2w.core.study.results import StudyResults
 from w2w.core.wording import capital
 from w2w.scene.base.output import output_to
 

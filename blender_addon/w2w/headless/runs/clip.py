@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from w2w.core.body.body import Body
-from w2w.core.clip_files import WORK, mark_changing, write_features
 from w2w.core.files import file_sha256
 from w2w.core.garments.cover import FITTED, Cover, load_covers
 from w2w.core.garments.on_cloth import ClothSensors, caught_content
@@ -23,9 +22,10 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import SourceMotion, UnusableMotion, readable_size, reason_of, unreadable
 from w2w.core.motion.up import BY_ITSELF, Ups
 from w2w.core.patches.patches import PatchSet
-from w2w.core.results_folder import ClipResult
 from w2w.core.retargeting.bone_maps import BoneMap
-from w2w.core.study import describe, measured, record
+from w2w.core.study.clip_files import WORK, mark_changing, write_features
+from w2w.core.study.results import ClipResult
+from w2w.core.study.signals import describe, measured, record
 from w2w.core.threads import unthreaded_products
 from w2w.scene.base.output import quiet_output
 

@@ -11,7 +11,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from w2w.core.clip_files import WORK, features_file, motion_file, signals_file
 from w2w.core.files import file_sha256
 from w2w.core.keypoints.facts import PoseFacts, side_car
 from w2w.core.keypoints.pose_files import NO_FACTS
@@ -20,7 +19,8 @@ from w2w.core.motion.source import UnusableMotion
 from w2w.core.motion.up import BY_ITSELF, Ups
 from w2w.core.readers.asf_amc import AMC_SUFFIX, skeleton_file
 from w2w.core.retargeting.bone_maps import BoneMap
-from w2w.core.study import StudyConfig
+from w2w.core.study.clip_files import WORK, features_file, motion_file, signals_file
+from w2w.core.study.config import StudyConfig
 from w2w.core.wording import name_bytes
 
 from .guard import LIMIT_S, MEMORY

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from w2w.core.ranking.f1 import Spread
-from w2w.core.results_folder import ClipResult
+from w2w.core.study.results import ClipResult
 
 from .clip import try_alone, work_in_worker
 from .clip_task import ClipTask

@@ -16,13 +16,13 @@ from pathlib import Path
 from typing import Any
 
 from w2w.core.body.body import Body
-from w2w.core.clip_files import WORK
 from w2w.core.files import file_sha256, write_json
 from w2w.core.findings.summary import versions
 from w2w.core.garments.cover import FITTED
 from w2w.core.garments.cut import split_name
 from w2w.core.inside import inside
 from w2w.core.library.library import Clip
+from w2w.core.study.clip_files import WORK
 
 from .clip_task import Looks, digest_of_path, look, stamp
 from .folder import DIVIDED, code_sha256

@@ -16,11 +16,11 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from w2w.core.body.body import PACKAGE, TEMPLATES
-from w2w.core.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide, mark_changing
-from w2w.core.clip_list import CLIP_LIST
 from w2w.core.files import UNFINISHED, file_sha256
 from w2w.core.findings.summary import PLACEMENTS
 from w2w.core.library.library import Library, unique_names
+from w2w.core.study.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide, mark_changing
+from w2w.core.study.clip_list import CLIP_LIST
 
 from .own_files import check, remove_own
 from .records import Records, given_names, read_records, tidy
@@ -200,9 +200,9 @@ HEADLESS = Path(__file__).resolve().parents[1]
 
 
 NO_SIGNALS = (
-    "core/selection", "core/findings", "core/exports", "core/ranking", "core/clip_ranking.py",
-    "core/results_folder.py", "core/windows/inputs.py", "scene/files", "scene/heatmap.py", "drawing",
-    "report", "reports",
+    "core/selection", "core/findings", "core/exports", "core/ranking", "core/study/ranking.py",
+    "core/study/results.py", "core/study/choosing.py", "core/windows/inputs.py", "scene/files",
+    "scene/heatmap.py", "drawing", "report", "reports",
 )  # fmt: skip
 """Code that a clip's own files do not depend on, as it ranks, chooses and tells."""
 

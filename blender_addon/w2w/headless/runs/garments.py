@@ -6,13 +6,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from w2w.core.body.body import Body
-from w2w.core.clip_files import mark_changing
 from w2w.core.files import file_sha256
 from w2w.core.garments.cover import FITTED, Cover, cover, save_covers, without_overlap
 from w2w.core.garments.cut import KINDS, cut, split_name
 from w2w.core.inside import inside
 from w2w.core.patches.patches import PatchSet
-from w2w.core.study import StudyConfig
+from w2w.core.study.clip_files import mark_changing
+from w2w.core.study.config import StudyConfig
 from w2w.scene.base.output import quiet_output
 
 from ..blender import forget_scripts_path, needs_blender

@@ -16,9 +16,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from tempfile import mkdtemp
 
-from w2w.core.clip_files import WORK
 from w2w.core.files import UNFINISHED, file_sha256, told_of_writes, write_text
 from w2w.core.inside import ForeignFileError, checked, inside
+from w2w.core.study.clip_files import WORK
 from w2w.core.wording import shown
 
 LIST = f"{WORK}/written.sha256"

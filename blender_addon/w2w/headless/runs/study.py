@@ -15,16 +15,6 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
-from w2w.core.clip_files import (
-    NO_SIGNATURE,
-    WORK,
-    ClipWindows,
-    FilesToRank,
-    Signatures,
-    mark_changing,
-    ranking_inputs,
-)
-from w2w.core.clip_ranking import LabelledClip, WindowLabels, copies_among, same_motions
 from w2w.core.files import write_json
 from w2w.core.findings.notes import copies_sentence, subjects_sentence
 from w2w.core.findings.summary import config_content
@@ -34,8 +24,20 @@ from w2w.core.motion.up import UPSIDE_DOWN, mostly_head_down
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.results_folder import ClipResult, Study, StudyResults, advised
-from w2w.core.study import StudyConfig, place_patches
+from w2w.core.study.choosing import advised
+from w2w.core.study.clip_files import (
+    NO_SIGNATURE,
+    WORK,
+    ClipWindows,
+    FilesToRank,
+    Signatures,
+    mark_changing,
+    ranking_inputs,
+)
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.ranking import LabelledClip, WindowLabels, copies_among, same_motions
+from w2w.core.study.results import ClipResult, Study, StudyResults
+from w2w.core.study.signals import place_patches
 
 from .clip_task import ClipTask, digest_of_path
 from .cluster import spread_over

@@ -29,8 +29,8 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of, unreadable
 from w2w.core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups
 from w2w.core.ranking.f1 import Spread
-from w2w.core.results_folder import ClipResult
 from w2w.core.retargeting.bone_maps import BoneMap
+from w2w.core.study.results import ClipResult
 
 from ..blender import NoBlenderError, inside_blender
 from ..stopping import deaf_children, when_stopped

@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import NamedTuple
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
-from ...core.clip_files import WORK, signals_key
-from ...core.clip_list import CLIP_LIST
 from ...core.files import DAMAGED, folder_beside, most_unpacked
 from ...core.motion.motion import Motion
-from ...core.results_folder import UTILITY, StudyResults
+from ...core.study.clip_files import WORK, signals_key
+from ...core.study.clip_list import CLIP_LIST
+from ...core.study.results import UTILITY, StudyResults
 from .. import heatmap
 from ..base.actions import set_scene_rate, show_action, write_action
 from ..base.body import add_body
@@ -149,7 +149,7 @@ class SceneNames(NamedTuple):
 
     collections: tuple[str, str]  # of all patches, and of the chosen ones
     actions: Mapping[str, str]  # by clip
-    signals: Mapping[str, str]  # by clip, the key of `core.clip_files.signals_key`
+    signals: Mapping[str, str]  # by clip, the key of `core.study.clip_files.signals_key`
 
 
 def keys_of(study: StudyResults) -> dict[str, str]:

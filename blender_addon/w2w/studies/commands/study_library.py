@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from w2w.core.library.library import Library, read_library
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.headless.commands.execute import ended, execute_bodies, ready_for, refused
 from w2w.headless.console import NOTHING_TO_DO
 from w2w.headless.reports.console_tables import show_labels

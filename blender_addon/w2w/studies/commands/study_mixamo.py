@@ -17,8 +17,8 @@ from w2w.core.files import write_text
 from w2w.core.library.labels import same_label
 from w2w.core.library.library import Library, read_library
 from w2w.core.ranking.weights import check_counting
-from w2w.core.results_folder import StudyResults
-from w2w.core.study import place_patches
+from w2w.core.study.results import StudyResults
+from w2w.core.study.signals import place_patches
 from w2w.headless.commands.execute import execute_bodies, ready_for, refused
 from w2w.headless.runs.own_files import claimed, keep_apart
 from w2w.headless.runs.study import RunPlan

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from w2w.core.files import write_json
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.core.wording import capital
 from w2w.headless import options
 from w2w.headless.console import USAGE

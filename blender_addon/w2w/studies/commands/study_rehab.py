@@ -16,9 +16,9 @@ from w2w.core.body.body import Body
 from w2w.core.colours import patch_colours, score_range
 from w2w.core.library.library import Library, read_library
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import StudyResults
 from w2w.core.selection.answer import best_single
-from w2w.core.study import StudyConfig
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.results import StudyResults
 from w2w.headless.commands.execute import check_folder, execute, refused
 from w2w.headless.options import sensor_settings
 from w2w.headless.reports.console_tables import show_labels

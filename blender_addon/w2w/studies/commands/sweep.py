@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.headless.console import NOTHING_TO_DO, USAGE
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import check, claimed

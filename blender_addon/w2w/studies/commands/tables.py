@@ -13,7 +13,7 @@ import typer
 
 from w2w.core.csv_tables import read_table
 from w2w.core.library.labels import by_label
-from w2w.core.results_folder import StudyResults
+from w2w.core.study.results import StudyResults
 from w2w.headless.console import USAGE, show_left_out
 from w2w.headless.runs.own_files import check, claimed, new_file
 

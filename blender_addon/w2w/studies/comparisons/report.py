@@ -11,7 +11,7 @@ import numpy as np
 from w2w.core.csv_tables import apart, csv_text
 from w2w.core.files import DIGITS, json_number, write_json, write_text
 from w2w.core.ranking.agreement import Agreement
-from w2w.core.study import plain
+from w2w.core.study.config import plain
 
 from ..validation.protocol import Found
 from ..validation.regret import Regret

@@ -21,7 +21,6 @@ from pathlib import Path
 import numpy as np
 
 from w2w.core.body.body import Body
-from w2w.core.clip_files import WORK
 from w2w.core.garments.cover import FITTED, load_covers
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.naming import resolve
@@ -29,7 +28,8 @@ from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.agreement import spearman_rows
 from w2w.core.ranking.f1 import ClipCounts, ClipUnits
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import UTILITY
+from w2w.core.study.clip_files import WORK
+from w2w.core.study.results import UTILITY
 
 from .garment_intervals import (
     RESAMPLES,

@@ -14,8 +14,8 @@ from w2w.core.files import DIGITS
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.halves import Protocol
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.results_folder import StudyResults
 from w2w.core.selection.promise import Promise
+from w2w.core.study.results import StudyResults
 from w2w.core.windows.inputs import PatchBlocks, as_blocks
 
 from .subsets import ROUNDING

@@ -9,9 +9,10 @@ from typing import Any
 from w2w.core.files import DIGITS
 from w2w.core.findings.advice_content import expected_content, patch_content
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.results_folder import StudyResults, prepared_tests
 from w2w.core.selection.constraints import fewest
-from w2w.core.study import StudyConfig
+from w2w.core.study.choosing import prepared_tests
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.results import StudyResults
 
 from .joint_test import joint_content, sensors_together, together_content
 from .promised import LargePromises, exact_by_half, greedy_by_half, promised

@@ -9,8 +9,8 @@ from pathlib import Path
 from rich.console import Console
 
 from w2w.core.files import write_text
-from w2w.core.results_folder import StudyResults
 from w2w.core.selection.headline import CANNOT_RANK, mean_sentence
+from w2w.core.study.results import StudyResults
 
 from .activity_groups import PAPER_GROUPS
 from .placement_patches import UNUSUAL, placement_patches

@@ -23,7 +23,8 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.virtual import record_motion
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet
-from w2w.core.study import StudyConfig, measured
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.signals import measured
 
 SWITCHES = ("tempo", "amplitude", "warp", "mirror", "bodies", "remount", "noise")
 """Names of the parts of an `Augmentation`."""

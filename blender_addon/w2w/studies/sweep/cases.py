@@ -11,7 +11,7 @@ from w2w.core.body.skeleton import JOINT_NAMES
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.motion.motion import Motion
-from w2w.core.study import StudyConfig
+from w2w.core.study.config import StudyConfig
 
 from .augmentation import SWITCHES, Augmentation, at_tempo, scaled
 

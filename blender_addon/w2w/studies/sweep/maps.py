@@ -15,7 +15,12 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import shaped
-from w2w.core.clip_files import (
+from w2w.core.files import write_json
+from w2w.core.motion.motion import Motion
+from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.pooling import Pooling
+from w2w.core.ranking.utility import UtilityMap, inputs_of, utility_map
+from w2w.core.study.clip_files import (
     WORK,
     ClipWindows,
     features_file,
@@ -23,14 +28,10 @@ from w2w.core.clip_files import (
     ranking_inputs,
     write_features,
 )
-from w2w.core.clip_ranking import LabelledClip, WindowLabels
-from w2w.core.files import write_json
-from w2w.core.motion.motion import Motion
-from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.pooling import Pooling
-from w2w.core.ranking.utility import UtilityMap, inputs_of, utility_map
-from w2w.core.results_folder import StudyResults
-from w2w.core.study import describe, place_patches, plain, record
+from w2w.core.study.config import plain
+from w2w.core.study.ranking import LabelledClip, WindowLabels
+from w2w.core.study.results import StudyResults
+from w2w.core.study.signals import describe, place_patches, record
 from w2w.core.threads import unthreaded_products
 from w2w.core.windows.windows import TooShortError
 from w2w.headless.blender import inside_blender

@@ -14,9 +14,9 @@ from ...core.findings.summary import patch_table
 from ...core.imu.formats import FORMATS, HELD, write_recording
 from ...core.inside import file_name
 from ...core.library.library import unique_names
-from ...core.results_folder import StudyResults, stored_recording
 from ...core.selection.advice import redundancy_clusters
 from ...core.selection.headline import mean_title
+from ...core.study.results import StudyResults, stored_recording
 from ...scene.heatmap import MEAN, ON_THESE_CLIPS
 from ..jobs import jobs
 from ..jobs.jobs import Steps, in_thread, on_body, part

@@ -10,9 +10,9 @@ from bpy.props import StringProperty
 
 from ...core.body.body import Body
 from ...core.body.regions import regions_of
-from ...core.clip_files import STORED
 from ...core.inside import ForeignFileError
-from ...core.results_folder import StudyResults
+from ...core.study.clip_files import STORED
+from ...core.study.results import StudyResults
 from ...scene.base.actions import show_action, write_action
 from ...scene.base.patches import place_patches
 from ...scene.files.packing import pack

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import bpy
 
-from ...core.clip_files import signals_key
 from ...core.findings.new_folder import check_new, write_folder
 from ...core.library.library import Clip, Library, unique_names
-from ...core.results_folder import ClipResult, Study
+from ...core.study.clip_files import signals_key
+from ...core.study.results import ClipResult, Study
 from ...scene.base.actions import read_action
 from ...scene.base.body import armature_of
 from ..jobs.jobs import Step, Steps, in_thread, on_body, part

@@ -9,7 +9,7 @@ from pathlib import Path
 import bpy
 from bpy.props import IntProperty, StringProperty
 
-from ...core.clip_files import WORK
+from ...core.study.clip_files import WORK
 from ...core.threads import use_threads
 from ...extension import NAME as EXTENSION
 

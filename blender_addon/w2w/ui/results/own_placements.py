@@ -15,7 +15,7 @@ import bpy
 from ...core.findings.summary import own_scores
 from ...core.patches import own_placements as core
 from ...core.patches.patches import PatchSet
-from ...core.study import StudyConfig
+from ...core.study.config import StudyConfig
 from ...core.wording import plain_words
 from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch

@@ -11,10 +11,10 @@ import bpy
 import numpy as np
 
 from ...core.body.body import Body
-from ...core.clip_files import STORED
-from ...core.clip_list import CLIP_LIST, Entry, is_used
-from ...core.results_folder import StudyResults
-from ...core.study import StudyConfig
+from ...core.study.clip_files import STORED
+from ...core.study.clip_list import CLIP_LIST, Entry, is_used
+from ...core.study.config import StudyConfig
+from ...core.study.results import StudyResults
 from ...core.wording import shown
 from ...scene.base.body import armature_of, in_body_space
 from ...scene.base.patches import empties_by_patch

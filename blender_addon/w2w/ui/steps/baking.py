@@ -11,8 +11,6 @@ import numpy as np
 from bpy.props import EnumProperty
 
 from ...core.body.regions import regions_of
-from ...core.clip_files import ClipWindows, ranking_inputs
-from ...core.clip_ranking import LabelledClip, WindowLabels, copies_among, same_motions
 from ...core.findings.notes import copies_sentence
 from ...core.garments.on_cloth import HAS_CAUGHT
 from ...core.imu.recording import ImuRecording
@@ -21,7 +19,9 @@ from ...core.motion.duplicates import motion_signature
 from ...core.motion.source import reason_of
 from ...core.ranking.pooling import Pooling
 from ...core.ranking.utility import UtilityMap, utility_map
-from ...core.study import describe, record_baked
+from ...core.study.clip_files import ClipWindows, ranking_inputs
+from ...core.study.ranking import LabelledClip, WindowLabels, copies_among, same_motions
+from ...core.study.signals import describe, record_baked
 from ...core.wording import capital
 from ...scene.bake import PatchBaker
 from ...scene.files.packing import pack

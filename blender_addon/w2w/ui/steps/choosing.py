@@ -12,14 +12,15 @@ import bpy
 import numpy as np
 
 from ...core.body.body import Body
-from ...core.clip_files import ClipWindows
-from ...core.clip_ranking import same_motions
 from ...core.findings.advice_content import advice_content
 from ...core.ranking.pooling import Pooling
 from ...core.ranking.utility import UtilityMap, utility_map
-from ...core.results_folder import StudyResults, advised
 from ...core.selection.advice import Advice
-from ...core.study import StudyConfig
+from ...core.study.choosing import advised
+from ...core.study.clip_files import ClipWindows
+from ...core.study.config import StudyConfig
+from ...core.study.ranking import same_motions
+from ...core.study.results import StudyResults
 from ...core.wording import capital
 from ..jobs.jobs import Step, Steps, in_thread, on_body
 from ..results import results

@@ -8,7 +8,7 @@ import numpy as np
 from bpy.props import BoolProperty, IntProperty
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 
-from ...core.study import place_patches as sample
+from ...core.study.signals import place_patches as sample
 from ...scene.base.patches import empties_by_patch, place_patches, remove_patches
 from ...scene.base.playback import EvaluatedVertices
 from ...scene.files.packing import pack

@@ -9,7 +9,7 @@ import numpy as np
 from ...core.library.labels import same_label
 from ...core.ranking.utility import UtilityMap
 from ...core.ranking.weights import counting
-from ...core.study import StudyConfig
+from ...core.study.config import StudyConfig
 from .declared import as_given
 
 COUNTED, BACKGROUND, LEFT_OUT = "COUNTED", "BACKGROUND", "LEFT_OUT"

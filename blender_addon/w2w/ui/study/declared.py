@@ -8,7 +8,7 @@ import bpy
 
 from ...core.parameters import Parameter, parameters_of
 from ...core.ranking.utility import CLASSIFIERS
-from ...core.study import StudyConfig
+from ...core.study.config import StudyConfig
 
 SINGLE, DIGITS = 1e-6, 7
 """Relative error and significant digits of a property, which is in single precision."""

@@ -12,11 +12,11 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...core.clip_files import STORED, features_file, signals_file, signals_key, write_features
 from ...core.files import load_arrays
 from ...core.imu.recording import ImuRecording
 from ...core.inside import ForeignFileError
-from ...core.results_folder import stored_recording
+from ...core.study.clip_files import STORED, features_file, signals_file, signals_key, write_features
+from ...core.study.results import stored_recording
 from ..jobs.preferences import SIGNALS_SUFFIX, cache_folder
 
 Place = tuple[Path, str]

@@ -15,13 +15,13 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.body.shapes import RANGES
-from ...core.clip_files import WORK
 from ...core.imu.sensor import SensorModel
 from ...core.inside import inside
 from ...core.patches.patches import PatchSet
 from ...core.ranking.utility import UtilityMap, unavailable
 from ...core.selection.constraints import Constraints
-from ...core.study import StudyConfig
+from ...core.study.clip_files import WORK
+from ...core.study.config import StudyConfig
 from ...core.windows.windows import WindowSpec
 from ...core.wording import capital
 from ...scene.base.body import body_of

@@ -290,7 +290,7 @@ def test_without_torch_it_says_how_to_get_it_and_nothing_else_needs_it():
         patch.setitem(sys.modules, "torch", None)
         with pytest.raises(ValueError, match=r"needs PyTorch: get it with `pip install torch==2\.13\.0`"):
             SMALL.predict_folds(windows, labels, fold, np.ones(len(labels), bool))
-    code = "import sys, w2w.core.study, w2w.headless.commands.run; assert 'torch' not in sys.modules"
+    code = "import sys, w2w.core.study.config, w2w.headless.commands.run; assert 'torch' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 

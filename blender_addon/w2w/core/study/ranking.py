@@ -7,17 +7,17 @@ from typing import Any, Self
 
 import numpy as np
 
+from ..library.library import Clip
+from ..ranking.classifiers.ridge import Ridge
+from ..ranking.halves import Protocol
+from ..ranking.pooling import Pooling
+from ..ranking.same_motion import same_motion_groups
+from ..ranking.utility import UtilityMap
+from ..ranking.weights import counting
+from ..selection.set_tests import SetTests
+from ..windows.inputs import PatchBlocks
 from .clip_files import ClipWindows
-from .library.library import Clip
-from .ranking.classifiers.ridge import Ridge
-from .ranking.halves import Protocol
-from .ranking.pooling import Pooling
-from .ranking.same_motion import same_motion_groups
-from .ranking.utility import UtilityMap
-from .ranking.weights import counting
-from .selection.set_tests import SetTests
-from .study import StudyConfig
-from .windows.inputs import PatchBlocks
+from .config import StudyConfig
 
 
 @dataclass(frozen=True)

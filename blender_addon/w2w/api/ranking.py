@@ -15,23 +15,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .core.body.body import Body
-from .core.clip_ranking import WindowLabels, set_tests
-from .core.csv_tables import apart, csv_text
-from .core.files import write_text
-from .core.findings.notes import interval_caution
-from .core.patches.naming import resolve
-from .core.patches.patches import PatchSet
-from .core.ranking.pooling import Pooling
-from .core.ranking.utility import UtilityMap
-from .core.results_folder import choose_to_wear
-from .core.selection.answer import Answer, PlaceScore, Scored, answer, compare
-from .core.selection.constraints import Constraints
-from .core.selection.headline import mean_title, short, spot_caution
-from .core.selection.joint import JointSet
-from .core.selection.set_tests import SetTests
-from .core.study import StudyConfig
-from .core.windows.inputs import PatchBlocks
+from ..core.body.body import Body
+from ..core.csv_tables import apart, csv_text
+from ..core.files import write_text
+from ..core.findings.notes import interval_caution
+from ..core.patches.naming import resolve
+from ..core.patches.patches import PatchSet
+from ..core.ranking.pooling import Pooling
+from ..core.ranking.utility import UtilityMap
+from ..core.selection.answer import Answer, PlaceScore, Scored, answer, compare
+from ..core.selection.constraints import Constraints
+from ..core.selection.headline import mean_title, short, spot_caution
+from ..core.selection.joint import JointSet
+from ..core.selection.set_tests import SetTests
+from ..core.study.choosing import choose_to_wear
+from ..core.study.config import StudyConfig
+from ..core.study.ranking import WindowLabels, set_tests
+from ..core.windows.inputs import PatchBlocks
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -296,7 +296,7 @@ class Ranking:
         ValueError
             If the activity was not ranked.
         """
-        from .drawing import draw_heatmap
+        from ..drawing import draw_heatmap
 
         by_activity, mean = (self.utility.expected_f1, self.expected) if expected else (self.f1, self.mean)
         if activity is None:

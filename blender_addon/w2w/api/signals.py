@@ -11,32 +11,27 @@ from typing import Any, overload
 
 import numpy as np
 
-from .core.body.body import Body
-from .core.clip_files import ClipWindows
-from .core.clip_ranking import LabelledClip, WindowLabels, copies_among, same_motions
-from .core.findings.notes import (
-    copies_sentence,
-    full_scale_sentence,
-    left_out_sentences,
-    subjects_sentence,
-)
-from .core.imu.presets import DEFAULT_SENSOR
-from .core.imu.recording import ImuRecording
-from .core.imu.sensor import SensorModel
-from .core.imu.synthesis import Synthesis
-from .core.imu.virtual import record_motion
-from .core.library.labels import spelled_once
-from .core.motion.duplicates import motion_signature
-from .core.motion.motion import Motion
-from .core.patches.naming import resolve
-from .core.patches.patches import PatchSet
-from .core.ranking.pooling import Pooling
-from .core.ranking.utility import UtilityMap, inputs_of, utility_map
-from .core.ranking.weights import check_counting
-from .core.results_folder import StudyResults
-from .core.study import StudyConfig
-from .core.windows.features import window_features
-from .core.windows.windows import TooShortError, WindowSpec, cut_windows
+from ..core.body.body import Body
+from ..core.findings.notes import copies_sentence, full_scale_sentence, left_out_sentences, subjects_sentence
+from ..core.imu.presets import DEFAULT_SENSOR
+from ..core.imu.recording import ImuRecording
+from ..core.imu.sensor import SensorModel
+from ..core.imu.synthesis import Synthesis
+from ..core.imu.virtual import record_motion
+from ..core.library.labels import spelled_once
+from ..core.motion.duplicates import motion_signature
+from ..core.motion.motion import Motion
+from ..core.patches.naming import resolve
+from ..core.patches.patches import PatchSet
+from ..core.ranking.pooling import Pooling
+from ..core.ranking.utility import UtilityMap, inputs_of, utility_map
+from ..core.ranking.weights import check_counting
+from ..core.study.clip_files import ClipWindows
+from ..core.study.config import StudyConfig
+from ..core.study.ranking import LabelledClip, WindowLabels, copies_among, same_motions
+from ..core.study.results import StudyResults
+from ..core.windows.features import window_features
+from ..core.windows.windows import TooShortError, WindowSpec, cut_windows
 from .loading import Motions, warn_of_spellings
 from .notebook import progress_bar, tracked
 from .ranking import Ranking

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from w2w.notebook import progress_bar, tracked
+from w2w.api.notebook import progress_bar, tracked
 
-NOTEBOOKS = sorted((Path(__file__).resolve().parents[1] / "docs" / "notebooks").glob("*.ipynb"))
+NOTEBOOKS = sorted((Path(__file__).resolve().parents[2] / "docs" / "notebooks").glob("*.ipynb"))
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -1,37 +1,32 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A study's parameters and the order of its steps, from a motion to a recommendation."""
+"""A study's parameters."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
 from numbers import Real
 from typing import Any, Self
 
 import numpy as np
 
-from .body.body import Body
-from .garments.on_cloth import ClothSensors
-from .imu.further import NOTHING, FurtherSensors, further_signals
-from .imu.presets import DEFAULT_SENSOR, preset
-from .imu.recording import ImuRecording
-from .imu.sensor import SensorModel
-from .imu.synthesis import Synthesis, synthesize
-from .imu.virtual import record_motion
-from .motion.motion import Motion, low_passed, smoothed_root
-from .parameters import parameter, parameters_of, read_record
-from .patches.own_placements import with_placements
-from .patches.patches import DEFAULT_PATCHES, PatchSet, sample_patches
-from .ranking.utility import inputs_of
-from .selection.constraints import Constraints
-from .windows.features import further_features, window_features
-from .windows.windows import WindowSpec, cut_windows
+from ..imu.further import NOTHING, FurtherSensors
+from ..imu.presets import DEFAULT_SENSOR, preset
+from ..imu.sensor import SensorModel
+from ..imu.synthesis import Synthesis
+from ..parameters import parameter, parameters_of, read_record
+from ..patches.patches import DEFAULT_PATCHES
+from ..ranking.utility import inputs_of
+from ..selection.constraints import Constraints
+from ..windows.windows import WindowSpec
 
 SIGNALS, RANKING, FILES = "Signals", "Ranking", "Bodies and files"
 WISHES = "Design constraints"
 """Headings of the options that few people need."""
 
-NOT_IN_SIGNALS = ("classifier", "folds", "by_subject", "background", "weights", "target", "every_activity")
-NOT_IN_SIGNALS += ("max_places", "constraints", "title")  # what only ranks, chooses and tells
-NOT_IN_SIGNALS += ("patches", "placements", "sensor", "own_sensor")  # said by the patches, and by the model
+NOT_IN_SIGNALS = (
+    "classifier", "folds", "by_subject", "background", "weights", "target", "every_activity", "max_places",
+    "constraints", "title",  # what only ranks, chooses and tells
+    "patches", "placements", "sensor", "own_sensor",  # said by the patches, and by the model
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -179,90 +174,3 @@ def plain(value: Any) -> Any:
     if isinstance(value, list | tuple | np.ndarray):
         return [plain(item) for item in value]
     return value
-
-
-def place_patches(body: Body, config: StudyConfig) -> PatchSet:
-    """The study's patches on its body, and its own placements after them.
-
-    Raises
-    ------
-    ValueError
-        If a placement cannot be: the message says why.
-    """
-    patches = sample_patches(body, config.patches, config.seed)
-    return with_placements(body, patches, dict(config.placements)) if config.placements else patches
-
-
-def record(
-    body: Body,
-    patches: PatchSet,
-    motion: Motion,
-    config: StudyConfig,
-    on_cloth: ClothSensors | None = None,
-    chosen: Sequence[int] | None = None,
-) -> ImuRecording:
-    """Recording of sensors on all patches, or the `chosen`, through one motion.
-
-    `on_cloth` says how all those on garments move. ValueError if the motion is too short for the synthesis.
-    """
-    motion, sensor = measured(motion, config), config.sensor_model()
-    if on_cloth is None:
-        return record_motion(
-            body, patches, motion, config.synthesis, sensor, config.seed, config.further, chosen
-        )
-    ideal = record_motion(body, patches, motion, config.synthesis)
-    return sensor.apply(on_cloth.over(ideal, config.synthesis), seed=config.seed)
-
-
-def measured(motion: Motion, config: StudyConfig) -> Motion:
-    """The motion with its root's path band-limited, where the config asks for it and the frames hold more."""
-    if config.root_band_hz is None or config.root_band_hz >= motion.rate / 2:
-        return motion
-    return smoothed_root(motion, config.root_band_hz)
-
-
-def record_baked(
-    matrices: np.ndarray,
-    rate: float,
-    patches: PatchSet,
-    labels: tuple[str, str, str],
-    config: StudyConfig,
-    root: np.ndarray | None = None,
-    on_cloth: ClothSensors | None = None,
-    first_sensor: int = 0,
-) -> ImuRecording:
-    """Recording of sensors on all patches of a surface that Blender has moved.
-
-    `matrices`, shape (T, N, 4, 4), are the patches' in the world, `labels` activity, subject and clip.
-    `first_sensor` is the number of the first where the patches are the last of a larger set. `root`, shape
-    (T, 3), is the path of the body's root in the world. ValueError if it is to be band-limited and not known,
-    or if the motion is too short for the synthesis.
-    """
-    if config.root_band_hz is not None and config.root_band_hz < rate / 2:
-        if root is None or on_cloth is not None:
-            raise ValueError("its root cannot be told from its surface: set the root band to 0")
-        matrices = matrices.copy()
-        matrices[..., :3, 3] += (low_passed(root, rate, config.root_band_hz) - root)[:, None]
-    ideal = synthesize(matrices, rate, config.synthesis)
-    if on_cloth is not None:
-        ideal = on_cloth.over(ideal, config.synthesis)
-    named = ImuRecording(ideal.acc, ideal.gyr, ideal.rate, patches.names, *labels)
-    sensor = config.sensor_model()
-    others = further_signals(
-        matrices, rate, config.synthesis, sensor, config.further, named.clip, config.seed, first_sensor
-    )
-    further: dict[str, Any] = {**others}
-    return replace(sensor.apply(named, config.seed, first_sensor), **further)
-
-
-def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, np.ndarray]:
-    """Windows of a recording as features, shape (W, N, D), float32, and which may be tested on, shape (W,).
-
-    Windows to test on do not overlap. TooShortError if the recording does not fill one window.
-    """
-    windows = cut_windows(recording, config.windows)
-    features = window_features(windows.signals, recording.rate)
-    if config.further.features:
-        others = further_features(recording, config.windows, config.further.features)
-        features = np.concatenate([features, others], axis=2)
-    return features, windows.is_test

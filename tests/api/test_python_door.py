@@ -25,10 +25,10 @@ from w2w.headless.app import APP
 from w2w.studies.paper.joint_test import multi_sensor_check
 from w2w.studies.paper.subsets import exact_subset, greedy_subset
 
-from .clip_lists import skipped_clips
-from .made_door import ARM, LEG, moving
+from ..clip_lists import skipped_clips
+from ..made_door import ARM, LEG, moving
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -335,7 +335,7 @@ def test_a_part_of_motions_or_signals_is_used_like_the_whole(signals, ranking):
 def test_beside_a_clone_the_package_is_found(tmp_path):
     """And not the folder, whose own `__init__.py` is the extension's door."""
     (tmp_path / "w2w").symlink_to(ROOT, target_is_directory=True)
-    code = "import w2w, w2w.loading; assert w2w.loading.load is w2w.load; print(w2w.Body.bundled().name)"
+    code = "import w2w; from w2w.api.loading import load; assert load is w2w.load; w2w.Body.bundled()"
     run = [sys.executable, "-c", code]
     done = subprocess.run(run, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

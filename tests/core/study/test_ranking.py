@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from w2w.core.clip_files import ClipWindows, features_file, write_features
-from w2w.core.clip_ranking import LabelledClip, WindowLabels, same_motions
 from w2w.core.library.library import Clip
 from w2w.core.motion.duplicates import WIDTH
 from w2w.core.ranking.utility import utility_map
-from w2w.core.study import StudyConfig
+from w2w.core.study.clip_files import ClipWindows, features_file, write_features
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motions
 
 ACTIVITIES = ("walk", "run", "jump")
 

@@ -13,12 +13,12 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from .files import DAMAGED, load_arrays, write_npz, write_text
-from .inside import inside
-from .library.library import WORK_FOLDER, Clip
-from .ranking.utility import inputs_of
-from .windows.inputs import FeatureFiles, PatchBlocks, WindowFiles
-from .windows.windows import WindowSpec
+from ..files import DAMAGED, load_arrays, write_npz, write_text
+from ..inside import inside
+from ..library.library import WORK_FOLDER, Clip
+from ..ranking.utility import inputs_of
+from ..windows.inputs import FeatureFiles, PatchBlocks, WindowFiles
+from ..windows.windows import WindowSpec
 
 WORK = WORK_FOLDER
 """Folder inside the output folder for what a later run can take up again."""
@@ -121,7 +121,7 @@ class Signatures(Sequence[np.ndarray]):
     def __len__(self) -> int:
         return len(self._ends) - 1
 
-    def __getitem__(self, clip: int) -> np.ndarray:  # type: ignore[override] - none asks for slices
+    def __getitem__(self, clip: int) -> np.ndarray:  # type: ignore[override]  # no slices
         first, last = self._ends[range(len(self))[clip]], self._ends[clip + 1]
         self._file.seek(first)
         return np.frombuffer(self._file.read(last - first), dtype=np.float16)

@@ -10,16 +10,16 @@ from typing import Self, overload
 
 import numpy as np
 
-from .core.body.body import Body
-from .core.findings.notes import merged_sentence
-from .core.keypoints.facts import PoseFacts
-from .core.keypoints.pose_files import NO_FACTS
-from .core.library.labels import LabelCheck
-from .core.library.library import activity_of, is_joint_file, read_library
-from .core.motion.motion import SMPL_SUFFIXES, Motion
-from .core.motion.source import UnusableMotion
-from .core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
-from .core.retargeting.bone_maps import BoneMap
+from ..core.body.body import Body
+from ..core.findings.notes import merged_sentence
+from ..core.keypoints.facts import PoseFacts
+from ..core.keypoints.pose_files import NO_FACTS
+from ..core.library.labels import LabelCheck
+from ..core.library.library import activity_of, is_joint_file, read_library
+from ..core.motion.motion import SMPL_SUFFIXES, Motion
+from ..core.motion.source import UnusableMotion
+from ..core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
+from ..core.retargeting.bone_maps import BoneMap
 from .notebook import tracked
 
 
@@ -78,7 +78,7 @@ def load_body(path: str | Path, betas: Sequence[float] | None = None) -> Body:
         with suppress(ValueError):  # an SMPL model is an npz too
             return Body.load(path)
     with _needs_blender(path.name):
-        from .scene.body.adopt import adopt_file
+        from ..scene.body.adopt import adopt_file
     return adopt_file(str(path), None if betas is None else np.asarray(betas, dtype=np.float64))
 
 
@@ -145,7 +145,7 @@ def load(
         if not motion.activity:
             motion = motion.labelled(activity_of(path.name), motion.subject, motion.clip or path.stem)
         return Motions((motion,), body, (), ("",))
-    from .scene.motion.load import look_up
+    from ..scene.motion.load import look_up
 
     library = read_library(path, labels)
     warn_of_spellings(library.check)
@@ -182,8 +182,8 @@ def warn_of_spellings(check: LabelCheck) -> None:
 
 def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups) -> Motion:
     """One file on the body; a ValueError where it cannot be used, or needs a module that is missing."""
-    from .scene.base.output import quiet_output
-    from .scene.motion.load import carry, read_motion
+    from ..scene.base.output import quiet_output
+    from ..scene.motion.load import carry, read_motion
 
     try:
         if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):

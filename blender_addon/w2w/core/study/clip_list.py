@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from .files import atomic_write
-from .inside import checked, inside
+from ..files import atomic_write
+from ..inside import checked, inside
 
 CLIP_LIST = "clips.jsonl"
 

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sensors are chosen in a ranked study, which other weights rank again."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..body.body import Body
+from ..patches.card import DROP
+from ..patches.patches import PatchSet
+from ..ranking.classifiers.ridge import Ridge
+from ..ranking.pooling import Pooling
+from ..ranking.turned import may_turn
+from ..ranking.utility import UtilityMap, utility_map
+from ..ranking.weights import counting, weights_of
+from ..selection.advice import Advice, advise
+from ..selection.answer import PlaceScore, Scored, compare
+from ..selection.set_tests import SetTests
+from ..windows.windows import cut_windows
+from .clip_files import WORK
+from .config import StudyConfig, plain
+from .ranking import WindowLabels, set_tests
+from .results import StudyResults
+
+
+def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
+    """The study with a mean over other activities or by other weights, as a run would rank it.
+
+    It takes `background` and `weights` of the config; where they change nothing, it is the same study.
+    Signals stay as they are; with the ridge it takes seconds. ValueError if no activity counts that can be
+    tested.
+    """
+    activities = study.utility.activities
+    wanted = weights_of(activities, counting(activities, config.background, config.weights))
+    parameters = {**study.parameters, "background": list(config.background), "weights": plain(config.weights)}
+    study = replace(study, parameters=parameters)
+    if np.array_equal(wanted, study.utility.weights):
+        return study
+    pooling = Pooling.on(study.body(), study.patches)
+    inputs, ranked_as = study.inputs(config.classifier), study.config()
+    protocol = study.labels().protocol(ranked_as)
+    utility = utility_map(inputs, protocol, ranked_as.classifier, work=study.out / WORK, pooling=pooling)
+    return replace(study, utility=utility)
+
+
+def prepared_tests(
+    study: StudyResults, config: StudyConfig, pooling: Pooling | None = None
+) -> SetTests | None:
+    """Tests that sets of a study's patches are chosen and judged by; None for classifiers that are too slow.
+
+    `pooling` is over the skin of the study's body, which takes seconds to make.
+    """
+    pooling = pooling or Pooling.on(study.body(), study.patches)
+    return set_tests(study.inputs(config.classifier), study.labels(), config, pooling, utility=study.utility)
+
+
+def choose_to_wear(
+    utility: UtilityMap, patches: PatchSet, body: Body, config: StudyConfig, tests: SetTests | None
+) -> Advice:
+    """Choose the best spot and the patches to wear together, with `tests` from `prepared_tests`.
+
+    The config is the run's, or has another target and other constraints; ValueError if they cannot be met.
+    """
+    wishes = config.target, config.every_activity, config.max_places, config.constraints
+    return advise(utility, patches, body, tests, *wishes)
+
+
+def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:
+    """One sensor on products and at places by name, best first; ValueError where a word means nothing."""
+    return compare(Scored(study.utility, study.patches, study.body()), words)
+
+
+def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> Advice:
+    """Choose in a ranked study, as `choose_to_wear`: the step of a run, of `w2w place` and of the panel."""
+    tests = prepared_tests(study, config, pooling)
+    advice = choose_to_wear(study.utility, study.patches, study.body(), config, tests)
+    if config.classifier != Ridge.name or config.further.features:
+        return advice
+    turns = _turns(study, config, [one.patch for one in advice.cards])
+    cards = [replace(one, turn_deg=turn) for one, turn in zip(advice.cards, turns, strict=True)]
+    return replace(advice, cards=tuple(cards))
+
+
+TURNED_CLIPS = 200
+"""Clips of an activity, evenly taken, that say how far sensors may turn: memory stays small with many."""
+
+
+def _evenly(activities: Sequence[str]) -> list[int]:
+    """Numbers of the clips that are taken of each activity, ascending."""
+    numbers = [[n for n, name in enumerate(activities) if name == one] for one in set(activities)]
+    taken = ((of[k * len(of) // TURNED_CLIPS] for k in range(TURNED_CLIPS)) for of in numbers)
+    return sorted({n for of in taken for n in of})
+
+
+def _turns(study: StudyResults, config: StudyConfig, patches: Sequence[int]) -> list[int]:
+    """How far the sensor on each patch may be turned, degrees."""
+    numbers = _evenly([clip.activity for clip in study.clips])
+    labels = WindowLabels.of([study.clips[n] for n in numbers], [study.windows[n] for n in numbers])
+    recordings = (study.recording(n, patches) for n in numbers)
+    cut = np.concatenate([cut_windows(one, config.windows).signals for one in recordings])
+    rate, protocol = config.synthesis.rate_hz, labels.protocol(config)
+    return [may_turn(cut[:, card], rate, protocol, DROP) for card in range(len(patches))]
