@@ -60,14 +60,16 @@ class MadeClip:
 
 
 def make_clip(
-    activity: str, rate: float, pace: float, size: float, stature: float, travels: bool
+    activity: str, rate: float, pace: float, size: float, lag: float, stature: float, travels: bool = False
 ) -> MadeClip:
-    """Walking, waving or squatting for `SECONDS`; `pace` in Hz, `size` scales how far joints turn."""
+    """Walking, waving or squatting for `SECONDS`; `pace` in Hz, `size` scales how far joints turn, and upper
+    arms are `lag` radians ahead of the rest."""
     figure = Figure(stature=stature)
     rest = figure.rest()
     time = np.arange(round(SECONDS * rate) + 1) / rate
     phase = 2 * np.pi * pace * time
-    local, rise = {"walking": _walking, "waving": _waving, "squatting": _squatting}[activity](phase, size)
+    move = {"walking": _walking, "waving": _waving, "squatting": _squatting}[activity]
+    local, rise = move(phase, size, lag)
     hips = rest[0] + np.stack([0 * time, -SPEED * time * travels, rise * figure.thigh], axis=1)
     turns, heads = posed(rest, local, hips)
     return MadeClip(activity, rest, turns, heads, rate)
@@ -95,34 +97,34 @@ def lowered_arms(angle: float, n_frames: int) -> dict[str, np.ndarray]:
     return {f"{side}Arm": _about("y", np.full(n_frames, sign * angle)) for side, sign in SIGNS.items()}
 
 
-def _walking(phase: np.ndarray, size: float) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def _walking(phase: np.ndarray, size: float, lag: float) -> tuple[dict[str, np.ndarray], np.ndarray]:
     local = lowered_arms(1.25, len(phase))
     for side, sign in SIGNS.items():
         swing = sign * size * np.sin(phase)
         local[f"{side}UpLeg"] = _about("x", -0.5 * swing)
         local[f"{side}Leg"] = _about("x", 0.4 * size * (1 - np.cos(phase + sign)))
-        local[f"{side}Arm"] = _about("x", 0.4 * swing) @ local[f"{side}Arm"]
+        local[f"{side}Arm"] = _about("x", 0.4 * sign * size * np.sin(phase + lag)) @ local[f"{side}Arm"]
         local[f"{side}ForeArm"] = _about("z", -sign * (0.3 + 0.2 * size * (1 + np.cos(phase))))
     local["Spine1"] = _about("z", 0.1 * size * np.sin(phase))
     return local, 0.03 * np.cos(2 * phase)
 
 
-def _waving(phase: np.ndarray, size: float) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def _waving(phase: np.ndarray, size: float, lag: float) -> tuple[dict[str, np.ndarray], np.ndarray]:
     local = lowered_arms(1.3, len(phase))
-    local["RightArm"] = _about("y", 0.5 + 0.15 * size * np.sin(phase))
+    local["RightArm"] = _about("y", 0.5 + 0.3 * size * np.sin(phase + lag))
     local["RightForeArm"] = _about("y", 0.6 + 0.5 * size * np.sin(2 * phase))
     local["Spine"] = _about("y", 0.03 * size * np.sin(phase))
     return local, 0 * phase
 
 
-def _squatting(phase: np.ndarray, size: float) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def _squatting(phase: np.ndarray, size: float, lag: float) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Ankles stay under the hips: the knee turns twice as far as hip and ankle."""
-    bend = 0.6 * size * (1 - np.cos(0.6 * phase))
+    bend, ahead = (0.6 * size * (1 - np.cos(angle)) for angle in (0.6 * phase, 0.6 * phase + lag))
     local = lowered_arms(1.2, len(phase))
     for side in SIGNS:
         local[f"{side}UpLeg"], local[f"{side}Leg"] = _about("x", -bend), _about("x", 2 * bend)
         local[f"{side}Foot"] = _about("x", -bend)
-        local[f"{side}Arm"] = _about("x", -bend) @ local[f"{side}Arm"]
+        local[f"{side}Arm"] = _about("x", -ahead) @ local[f"{side}Arm"]
     local["Spine"] = _about("x", 0.4 * bend)
     return local, -2.004 * (1 - np.cos(bend))
 
@@ -351,9 +353,9 @@ def make_clips() -> dict[str, MadeClip]:
     """What is in every file of `FILES`."""
     random = np.random.default_rng(11)
     clips = {}
-    for file, (_, asked) in FILES.items():
+    for number, (file, (_, asked)) in enumerate(FILES.items()):
         pace, size, stature = random.uniform((0.8, 0.85, 1.55), (1.2, 1.15, 1.9))
-        settings = {"pace": pace, "size": size, "stature": stature, "travels": False} | asked
+        settings = {"pace": pace, "size": size, "lag": number / 2, "stature": stature} | asked
         clips[file] = make_clip(file.split("/")[0], **settings)
     return clips
 

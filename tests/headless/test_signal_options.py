@@ -27,7 +27,8 @@ def w2w(*arguments):
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
-    """Two activities of three clips each: an arm swings slowly or fast while the root shakes."""
+    """Two activities of three clips each: an arm swings slowly or fast about the clip's axis while the root
+    shakes."""
     folder = tmp_path_factory.mktemp("library")
     rng = np.random.default_rng(3)
     time = np.arange(150) / 50
@@ -35,7 +36,8 @@ def library(tmp_path_factory):
         (folder / activity).mkdir()
         for clip in range(3):
             poses = np.zeros((150, 72))
-            poses[:, 3 * 17] = (0.8 + 0.1 * clip) * np.sin(2 * np.pi * speed * time)
+            swing = (0.8 + 0.1 * clip) * np.sin(2 * np.pi * speed * time)
+            poses[:, 3 * 17 : 3 * 18] = swing[:, None] * [1.0, 0.6 * clip, 0.0]
             trans = np.zeros((150, 3)) + [0, 0, 1] + 0.002 * rng.normal(size=(150, 3))
             arrays = {"poses": poses, "trans": trans, "mocap_framerate": np.array(50.0)}
             write_npz(folder / activity / f"{clip}.npz", arrays)
