@@ -8,6 +8,8 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # beside other workers a second thread only waits, busily
+
 import numpy as np
 import pytest
 from filelock import FileLock
