@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import addon_utils
@@ -72,6 +73,17 @@ def test_a_later_import_spells_labels_as_the_list_does(library: Path) -> None:
     for _ in import_steps(body, [item._replace(activity=f" {item.activity.upper()} ")]):
         pass
     assert body.w2w.clips[len(body.w2w.clips) - 1].activity == item.activity
+
+
+def test_a_rest_pose_that_is_dropped_is_said(library: Path, tmp_path: Path) -> None:
+    motion = Motion.load(library / "kicking/kicking 1.npz")
+    turns, place = motion.rotations[:1] * 0 + np.eye(3), motion.pelvis[:1]
+    rotations = np.concatenate([turns, turns, motion.rotations])
+    pelvis = np.concatenate([place, place, motion.pelvis])
+    replace(motion, rotations=rotations, pelvis=pelvis).save(tmp_path / "led.npz")
+    make_study(library, "")
+    bpy.ops.w2w.import_motions(directory=str(tmp_path), files=[{"name": "led.npz"}])
+    assert jobs.message.text.endswith("1 clip cut at the ends: led.npz (frames 0 to 1 cut off: a rest pose)")
 
 
 def test_relabelling_ticked_clips_relabels_their_actions(library: Path) -> None:

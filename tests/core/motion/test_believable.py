@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Motions that a body can make: what is cut off at the ends, what is refused, what is kept."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,8 @@ def walk(bundled_body):
     for side, sign in (("left", 1), ("right", -1)):
         hip = Rotation.from_rotvec(np.outer(sign * swing, [1, 0, 0]))
         turns[:, JOINT_INDEX[f"{side}_hip"]] = hip.as_matrix()
+        lifted = np.maximum(0, sign * np.cos(2 * np.pi * time))
+        turns[:, JOINT_INDEX[f"{side}_knee"]] = Rotation.from_rotvec(np.outer(lifted, [1, 0, 0])).as_matrix()
         arm = Rotation.from_rotvec(np.outer(-sign * swing, [1, 0, 0]))
         hangs = Rotation.from_rotvec([0, sign * np.radians(75), 0])
         turns[:, JOINT_INDEX[f"{side}_shoulder"]] = (arm * hangs).as_matrix()
@@ -150,7 +153,9 @@ def test_a_jump_of_a_hand_is_refused_with_frame_and_speed(bundled_body, walk):
 
 
 @pytest.mark.parametrize(("factor", "unit"), [
-    (10, "millimetres, not centimetres, or decimetres, not metres"),
+    (3.28, "centimetres, not inches, or feet, not metres"),
+    (10, "millimetres, not centimetres, or inches, not feet"),
+    (30.48, "centimetres, not feet, or inches, not metres"),
     (100, "centimetres, not metres"), (1000, "millimetres, not metres"),
 ])  # fmt: skip
 def test_a_travel_in_another_unit_is_refused_with_the_unit(bundled_body, walk, factor, unit):
@@ -159,13 +164,14 @@ def test_a_travel_in_another_unit_is_refused_with_the_unit(bundled_body, walk, f
         UnusableMotion, match=rf"its pelvis moves at .* m/s.*: its translation looks like {unit}: "
     ):
         believed(bundled_body, far)
-    with pytest.raises(UnusableMotion, match=rf"divide it by {factor}$"):
+    with pytest.raises(UnusableMotion, match=rf"divide it by (\S+ or )?{factor:g}( or \S+)?$"):
         believed(bundled_body, far)
 
 
 @pytest.mark.parametrize(("factor", "said"), [
     (0.01, "metres, not centimetres: multiply it by 100"),
     (0.001, "metres, not millimetres: multiply it by 1000"),
+    (1 / 2.54, "inches, not centimetres, or metres, not feet: multiply it by 2.54 or 3.28"),
 ])  # fmt: skip
 def test_a_travel_too_small_for_the_body_is_refused_with_the_unit(bundled_body, walk, factor, said):
     near = replace(walk, pelvis=factor * walk.pelvis)
@@ -189,7 +195,7 @@ def test_legs_that_kick_in_a_handstand_are_a_motion(bundled_body, walk):
 def test_a_height_in_another_unit_is_refused_where_nobody_steps(bundled_body, walk):
     squat = squatting(bundled_body, walk)
     believed(bundled_body, squat)
-    for factor, said in ((10, "divide it by 10"), (0.01, "multiply it by 100")):
+    for factor, said in ((10, "divide it by 10 or 12"), (0.01, "multiply it by 100")):
         with pytest.raises(UnusableMotion, match=f"{said}$"):
             believed(bundled_body, replace(squat, pelvis=factor * squat.pelvis))
 
@@ -204,14 +210,34 @@ def test_a_wrong_frame_rate_is_not_taken_for_a_wrong_unit(bundled_body, walk):
         believed(bundled_body, in_place)
 
 
-def test_a_jump_of_joint_positions_is_no_other_unit(tmp_path, bundled_body, walk):
-    """Path and body have one unit there; a jump is smoothed before it is looked at."""
-    _, heads = joint_transforms(bundled_body, walk)
-    heads[60:, :, 1] += 4.0
+def carry_joints(tmp_path, body, heads):
+    """Joint positions (T, 24, 3) as a file, carried to the body."""
     facts = {"fps": np.array(RATE), "unit": np.array("m"), "up": np.array("z")}
     write_npz(tmp_path / "a.npz", {"positions": heads, "joint_set": np.array("smpl-24")} | facts)
-    with pytest.raises(UnusableMotion, match=r"m/s between .*: it jumps there: .* correct its frame rate"):
-        carry(read_motion(tmp_path / "a.npz"), bundled_body)
+    return carry(read_motion(tmp_path / "a.npz"), body)
+
+
+@pytest.mark.parametrize("far", [0.4, 4.0])
+def test_a_jump_of_joint_positions_is_refused_and_is_no_other_unit(tmp_path, bundled_body, walk, far):
+    """Path and body have one unit there; smoothing hides a jump of less than a metre."""
+    _, heads = joint_transforms(bundled_body, walk)
+    heads[60:, :, 1] += far
+    said = r"m/s between frames 59 and 60, .*: it jumps there: .* correct its frame rate"
+    with pytest.raises(UnusableMotion, match=said):
+        carry_joints(tmp_path, bundled_body, heads)
+    heads[62:, :, 1] -= far  # two frames that smoothing mends
+    assert carry_joints(tmp_path, bundled_body, heads).cut == ""
+
+
+def test_rest_poses_and_damage_at_the_ends_of_joint_positions_are_dropped(tmp_path, bundled_body, walk):
+    """A single frame, too, which smoothing would mix with those beside it."""
+    _, heads = joint_transforms(bundled_body, with_frames(walk, 1))
+    heads[-6:] += 0.4
+    kept = carry_joints(tmp_path, bundled_body, heads)
+    assert kept.motion.n_frames == walk.n_frames - 6
+    assert re.fullmatch(
+        r"frame 0 cut off: a rest pose; frames 115 to 120 cut off: damaged \(up to \d\d m/s\)", kept.cut
+    )
 
 
 def test_poses_in_degrees_are_refused(tmp_path, walk):
@@ -221,6 +247,41 @@ def test_poses_in_degrees_are_refused(tmp_path, walk):
     write_npz(tmp_path / "walk.npz", arrays | {"poses": np.degrees(arrays["poses"])})
     with pytest.raises(UnusableMotion, match="they look like degrees: multiply them by pi / 180"):
         read_amass(tmp_path / "walk.npz")
+
+
+def rewrite_bvh(path, change):
+    """Change the numbers (T, C) of a BVH file."""
+    head, _, frames = path.read_text().partition("Frame Time: ")
+    time, *rows = frames.splitlines()
+    values = change(np.array([row.split() for row in rows], dtype=float))
+    text = "\n".join(" ".join(f"{value:.6f}" for value in row) for row in values)
+    path.write_text(f"{head}Frame Time: {time}\n{text}\n")
+
+
+@pytest.mark.parametrize(("factor", "said"), [
+    (0.01, "metres, not centimetres: multiply it by 100"),
+    (1 / 12, "centimetres, not millimetres, or feet, not inches: multiply it by 10 or 12"),
+    (1 / 3.28, "inches, not centimetres, or metres, not feet: multiply it by 2.54 or 3.28"),
+])  # fmt: skip
+def test_a_bvh_s_root_in_another_unit_than_its_offsets_is_refused(tmp_path, bundled_body, walk, factor, said):
+    """Its path is compared with the legs as the file has it: little of it is left on the body."""
+    file = tmp_path / "a.bvh"
+    write_bvh(file, bundled_body, walk, scale=100, t_pose=False)
+    assert carry(read_motion(file), bundled_body).motion.n_frames == walk.n_frames
+    rewrite_bvh(file, lambda values: values * np.r_[[factor] * 3, np.ones(values.shape[1] - 3)])
+    with pytest.raises(UnusableMotion, match=f"its pelvis moves .*legs .*looks like {said}$"):
+        carry(read_motion(file), bundled_body)
+    rewrite_bvh(file, lambda values: values * np.r_[np.zeros(3), np.ones(values.shape[1] - 3)])
+    carry(read_motion(file), bundled_body)  # in place
+
+
+def test_a_bvh_in_radians_is_refused(tmp_path, bundled_body, walk):
+    write_bvh(tmp_path / "a.bvh", bundled_body, walk)
+    rewrite_bvh(
+        tmp_path / "a.bvh", lambda values: np.concatenate([values[:, :3], np.radians(values[:, 3:])], 1)
+    )
+    with pytest.raises(UnusableMotion, match=r"turn by up to \S+ degrees: its angles look like radians"):
+        read_motion(tmp_path / "a.bvh")
 
 
 def test_one_constant_pose_is_a_pose(tmp_path, bundled_body, walk):
@@ -240,12 +301,13 @@ def test_the_demos_motions_are_kept_whole(bundled_body):
 
 
 @pytest.mark.parametrize(("before", "after"), [(1, 0), (3, 2)])
-def test_files_of_one_motion_lose_the_same_frames(tmp_path, bundled_body, walk, before, after):
+def test_files_of_one_motion_lose_the_same_frames_and_say_so(tmp_path, bundled_body, walk, before, after):
     posed = with_frames(walk, before, after, pelvis=bundled_body.joints[0])
     posed.save(tmp_path / "a.npz")
     write_bvh(tmp_path / "a.bvh", bundled_body, posed, t_pose=False)
     for name in ("a.npz", "a.bvh"):
-        kept = carry(read_motion(tmp_path / name), bundled_body).motion
+        kept, *_, cut = carry(read_motion(tmp_path / name), bundled_body)
+        assert cut == believed(bundled_body, posed).cut != ""
         turn = (np.swapaxes(kept.rotations, -1, -2) @ walk.rotations)[:, LIMBS]
         assert np.degrees(Rotation.from_matrix(turn.reshape(-1, 3, 3)).magnitude()).max() < 0.1
 

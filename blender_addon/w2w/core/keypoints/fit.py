@@ -26,6 +26,9 @@ CUTOFF_HZ = 6.0
 """Band of the joints' paths by default: holds voluntary movement. Noisy pose wants less: 3 Hz for
 UTD-MHAD's Kinect (docs/evidence/validation.md)."""
 
+UNSMOOTHED_HZ = 1e6
+"""A band above that of any joints: their paths stay as they were seen."""
+
 TRUNK_LIMIT, HEAD_CONE, OUT_OF_PLANE, FOREARM_TWIST = np.radians((100, 60, 20, 95))
 """Greatest angles here and in `_Limb`, a little beyond the active ranges of healthy adults (American Academy
 of Orthopaedic Surgeons, Joint Motion, 1965), so that noise about a straight knee is not cut on one side."""

@@ -22,7 +22,7 @@ from ..motion.up import BY_ITSELF, UPS, Kind, Up, Ups
 from ..pickles import read_npy_object
 from ..wording import shown
 from .facts import SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
-from .fit import KeypointFit, fit_keypoints, seen_joints
+from .fit import CUTOFF_HZ, KeypointFit, fit_keypoints, seen_joints
 from .joint_sets import JOINT_SETS, JointSet
 from .naming import RawPose, plain_joint, told_by
 from .paths import REQUIRED
@@ -127,13 +127,13 @@ class JointPositions:
         """Number of frames."""
         return len(self.positions)
 
-    def fit(self, body: Body) -> KeypointFit:
-        """The motion of a body that moves like these joints.
+    def fit(self, body: Body, cutoff_hz: float = CUTOFF_HZ) -> KeypointFit:
+        """The motion of a body that moves like these joints, whose paths' band is limited.
 
         Raises UnusableMotion if there is no body in them, or none of a human's size in their unit.
         """
         with reading(ValueError, np.linalg.LinAlgError):
-            found = fit_keypoints(self.positions, self.rate, self.joint_set, body, self.up)
+            found = fit_keypoints(self.positions, self.rate, self.joint_set, body, self.up, cutoff_hz)
         height = self.height(body, found)
         if height is not None and not SHORTEST_M <= height <= TALLEST_M:
             raise UnusableMotion(

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from ..body.body import Body
 from ..body.skeleton import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS
@@ -33,31 +34,45 @@ SMALLEST_JUMP = 0.02
 STILL = 2e-5
 """Steps below `SMALLEST_JUMP`, in skeleton sizes, are no jumps; those below `STILL` are no movement."""
 
+REST_POSE = "a rest pose"
+
 RESTING = np.cos(np.radians(20))
 """In a frame that shows the rest pose no joint is turned further against it."""
 
-TOO_FAR, TOO_SHORT = 5.0, 1 / 20
-OPPOSED, BENT = 0.5, 0.9
-"""The pelvis travels in another unit than the body has if a foot on the ground moves against it (cosine of
-their steps at least `OPPOSED`), or it sinks as the body bends or lies down (correlation at least `BENT`), but
-more than `TOO_FAR` times too little, or at least 1 / `TOO_SHORT` times too much: legs that kick in a
-handstand move the pelvis by a tenth."""
+OPPOSED, CLOSELY, BENT = 0.5, 0.8, 0.9
+"""A path tells of its unit if a foot that the body stands on moves against it (cosine of their steps at least
+`OPPOSED`), or it sinks as the body bends or lies down (correlation at least `BENT`)."""
+
+NEAR, WIDE = (0.55, 2.2), (0.2, 5.0)
+"""A path goes so many times as far as the legs carry it, or is in another unit: `NEAR` where the feet move
+against it `CLOSELY`, else `WIDE`, as feet that slide or leave the ground carry a body further."""
+
+STOOD_ON = 0.1
+"""Metres that a foot which the body stands on is above its lowest joint at most."""
 
 LEAST_BEND = 0.1
 """Metres between pelvis and lowest joint that come and go where a body bends."""
 
+MENDED = 5
+"""Frames of which the middle place counts where joints are not smoothed yet: two that jump are outliers."""
+
 OFTEN = 10
 """A motion too fast at one in so many steps is in another unit or at another frame rate."""
 
-UNITS = {
-    10: (
-        "millimetres, not centimetres, or decimetres, not metres",
-        "centimetres, not millimetres, or metres, not decimetres",
-    ),
-    100: ("centimetres, not metres", "metres, not centimetres"),
-    1000: ("millimetres, not metres", "metres, not millimetres"),
-}
-"""What a translation looks like by how many times it is too large, and too small."""
+UNITS = (
+    (2.54, "centimetres", "inches"),
+    (3.28, "feet", "metres"),
+    (10, "millimetres", "centimetres"),
+    (12, "inches", "feet"),
+    (30.48, "centimetres", "feet"),
+    (39.37, "inches", "metres"),
+    (100, "centimetres", "metres"),
+    (1000, "millimetres", "metres"),
+)
+"""How many of one unit another has."""
+
+ALIKE = 1.5
+"""Units are told apart where their lengths differ by more."""
 
 FEET = [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]
 BODY = slice(0, min(BODY_HANDS))
@@ -75,33 +90,52 @@ def believed(
     motion: Motion,
     rest: np.ndarray | None = None,
     first_frame: int = 0,
+    cut: str = "",
+    path: np.ndarray | None = None,
     path_apart: bool = True,
 ) -> Believed:
     """The motion without rest poses and damage at its ends.
 
     `rest` (24, 3, 3) are the joints' world rotations in the skeleton's rest pose, by default the T-pose's;
-    `first_frame` is the number of the first frame in the file. Where the file has no `path_apart` from the
-    joints, both are in one unit. Raises UnusableMotion, with frame, speed and
-    likely unit, if the rest still moves as no body does, or does not move.
+    `first_frame` is the number of the first frame in the file, and `cut` says what was cut off before. `path`
+    (T, 3) is the pelvis's as the file has it, by default the motion's; where it is not `path_apart` from the
+    joints, both are in one unit.
+
+    Raises UnusableMotion, with frame, speed and likely unit, if the rest still moves as no body does, or does
+    not move.
     """
     turned, heads = joint_transforms(body, motion)
-    rest = np.tile(np.eye(3), (N_JOINTS, 1, 1)) if rest is None else rest
-    part = moving_part(heads, shows_rest(turned[:, BODY], rest[BODY]), motion.rate)
-    said = _cut_words(part, len(heads), "a rest pose", first_frame)
+    part = moving_part(heads, _rests(turned, rest), motion.rate)
+    cut = cut_words(part, len(heads), REST_POSE, first_frame, cut)
     if path_apart:
-        _refuse_unit(heads[part], motion.rate, first_frame + part.start)
-    whole = _undamaged(heads[part], motion.rate, first_frame + part.start, path_apart)
-    if whole.stop - whole.start < part.stop - part.start:
-        speed = _speeds(heads[part], motion.rate).max()
-        why = f"damaged (up to {speed:,.0f} m/s)"
-        said = _cut_words(whole, part.stop - part.start, why, first_frame + part.start, said)
-    kept = slice(part.start + whole.start, part.start + whole.stop)
-    refuse_few_frames(kept.stop - kept.start, " of motion" if said else "")
+        path = heads[:, 0] if path is None else path
+        _refuse_unit(heads[part], path[part], motion.rate, first_frame + part.start)
+    kept, cut = _undamaged(heads, part, motion.rate, first_frame, cut, path_apart)
+    refuse_few_frames(kept.stop - kept.start, " of motion" if cut else "")
     refuse_still(heads[kept], turned[kept, :, :, 1])
-    if not said:
-        return Believed(motion, "")
+    if kept == slice(0, len(heads)):
+        return Believed(motion, cut)
     left = replace(motion, rotations=motion.rotations[kept], pelvis=motion.pelvis[kept])
-    return Believed(on_the_ground(body, left), said)
+    return Believed(on_the_ground(body, left), cut)
+
+
+def unbroken(body: Body, motion: Motion) -> tuple[slice, str]:
+    """The frames of a motion of joints as they were seen, less rest poses and damage at its ends, in words.
+
+    Smoothing would hide a jump of the whole body, which is refused; it mends that of a limb, or of a frame.
+    """
+    turned, heads = joint_transforms(body, motion)
+    part = moving_part(heads, _rests(turned, None), motion.rate)
+    place = median_filter(heads[:, :1], (MENDED, 1, 1), mode="nearest")
+    cut = cut_words(part, len(heads), REST_POSE)
+    return _undamaged(place, part, motion.rate, 0, cut, path_apart=False)
+
+
+def _rests(turned: np.ndarray, rest: np.ndarray | None) -> np.ndarray:
+    """The frames, shape (T,), of world rotations (T, 24, 3, 3) that show the skeleton's rest pose."""
+    return shows_rest(
+        turned[:, BODY], np.tile(np.eye(3), (N_JOINTS, 1, 1))[BODY] if rest is None else rest[BODY]
+    )
 
 
 def shows_rest(turned: np.ndarray, rest: np.ndarray) -> np.ndarray:
@@ -150,8 +184,11 @@ def _too_fast(speeds: np.ndarray) -> np.ndarray:
     return np.flatnonzero((speeds[:, 0] > FASTEST_PELVIS) | (speeds.max(axis=1) > FASTEST_JOINT))
 
 
-def _undamaged(heads: np.ndarray, rate: float, first_frame: int, path_apart: bool) -> slice:
-    """The frames between those near the ends at which a body would be too fast."""
+def _undamaged(
+    heads: np.ndarray, part: slice, rate: float, first_frame: int, cut: str, path_apart: bool
+) -> tuple[slice, str]:
+    """The frames of a part between those near its ends at which a body would be too fast; adds to `cut`."""
+    heads, first_frame = heads[part], first_frame + part.start
     n_frames, speeds = len(heads), _speeds(heads, rate)
     bad = _too_fast(speeds)
     most = min(round(LONGEST_CUT_S * rate), n_frames // 4)
@@ -159,7 +196,9 @@ def _undamaged(heads: np.ndarray, rate: float, first_frame: int, path_apart: boo
     start, stop = (early[-1] + 1 if len(early) else 0), (late[0] + 1 if len(late) else n_frames)
     if len(bad) > len(early) + len(late):
         raise UnusableMotion(f"{_fastest(speeds, first_frame)}: {_advice(heads, bad, rate, path_apart)}")
-    return slice(int(start), int(stop))
+    why = f"damaged (up to {speeds.max(initial=0.0):,.0f} m/s)"
+    said = cut_words(slice(start, stop), n_frames, why, first_frame, cut)
+    return slice(int(part.start + start), int(part.start + stop)), said
 
 
 def _fastest(speeds: np.ndarray, first_frame: int) -> str:
@@ -181,7 +220,7 @@ def _advice(heads: np.ndarray, bad: np.ndarray, rate: float, path_apart: bool) -
     if not path_apart:
         return f"it jumps there, or its frame rate, {rate:g}, is too high: cut it there, or give --pose-rate"
     travels = _speeds(heads[:, :1], rate) > FASTEST_PELVIS
-    if times_too_far(heads) or OFTEN * np.count_nonzero(travels) <= len(heads):
+    if times_too_far(heads, heads[:, 0])[0] or OFTEN * np.count_nonzero(travels) <= len(heads):
         return (
             f"its frame rate, {rate:g}, looks too high: give --pose-rate, or Frame Rate in Blender's import "
             "dialog"
@@ -189,55 +228,60 @@ def _advice(heads: np.ndarray, bad: np.ndarray, rate: float, path_apart: bool) -
     return f"{_unit_advice(100)} (if they are millimetres, by 1000)"
 
 
-def _refuse_unit(heads: np.ndarray, rate: float, first_frame: int) -> None:
+def _refuse_unit(heads: np.ndarray, path: np.ndarray, rate: float, first_frame: int) -> None:
     """Refuse a motion whose pelvis travels in another unit than the body."""
-    factor = times_too_far(heads) or 1.0
-    if TOO_SHORT <= factor <= TOO_FAR:
+    factor, (least, most) = times_too_far(heads, path)
+    if not factor or least <= factor <= most:
         return
     if factor < 1:
-        travel = np.ptp(heads[:, 0], axis=0).max()
+        travel = np.ptp(path, axis=0).max()
         raise UnusableMotion(
             f"its pelvis moves by {travel:.2g} m, where its legs walk or bend: {_unit_advice(factor)}"
         )
-    speeds = _speeds(heads, rate)
-    step = int(speeds[:, 0].argmax())
+    speeds = _speeds(path[:, None], rate)[:, 0]
+    step = int(speeds.argmax())
     raise UnusableMotion(
-        f"its pelvis moves at {speeds[step, 0]:,.3g} m/s between frames {first_frame + step} and "
+        f"its pelvis moves at {speeds[step]:,.3g} m/s between frames {first_frame + step} and "
         f"{first_frame + step + 1}, and its legs do not follow: {_unit_advice(factor)}"
     )
 
 
 def _unit_advice(factor: float) -> str:
-    """The likely unit of a travel that is so many times too large, and what to do."""
-    times = min(UNITS, key=lambda one: abs(abs(np.log(factor)) - np.log(one)))
-    large, small = UNITS[times]
-    if factor < 1:
-        return f"its translation looks like {small}: multiply it by {times}"
-    return f"its translation looks like {large}: divide it by {times}"
+    """The likely units of a travel that is so many times too large, and what to do."""
+    apart = {unit: abs(abs(np.log(factor)) - np.log(unit[0])) for unit in UNITS}
+    likely = [unit for unit in UNITS if apart[unit] < np.log(ALIKE)] or [min(UNITS, key=apart.__getitem__)]
+    names = [f"{small}, not {large}" if factor > 1 else f"{large}, not {small}" for _, small, large in likely]
+    do = "divide" if factor > 1 else "multiply"
+    times = " or ".join(f"{times:g}" for times, *_ in likely)
+    return f"its translation looks like {', or '.join(names)}: {do} it by {times}"
 
 
-def times_too_far(heads: np.ndarray) -> float:
-    """How many times as far the pelvis travels as the legs carry it; 0 where they do not tell."""
-    feet = heads[:, FEET] - heads[:, :1]
+def times_too_far(heads: np.ndarray, path: np.ndarray) -> tuple[float, tuple[float, float]]:
+    """How many times as far a path (T, 3) goes as the legs carry it, and the range in which a body's may.
+
+    The first is 0 where the legs do not tell.
+    """
+    feet, lowest = heads[:, FEET] - heads[:, :1], (heads[:, :, 2] - heads[:, :1, 2]).min(axis=1)
     lower = feet[:-1, :, 2].argmin(axis=1)[:, None, None]
     foot = np.take_along_axis(np.diff(feet, axis=0), lower, axis=1)[:, 0]
-    pelvis = np.diff(heads[:, 0], axis=0)
-    length = np.linalg.norm(pelvis, axis=1)
-    usual = length <= 10 * np.median(length)
-    if factor := _against(pelvis[usual], foot[usual], OPPOSED):
-        return factor
-    height, lowest = heads[:, 0, 2], (heads[:, :, 2] - heads[:, :1, 2]).min(axis=1)
-    bends = np.ptp(lowest) > LEAST_BEND
-    return _against(height - height.mean(), lowest - lowest.mean(), BENT) if bends else 0.0
+    steps = np.diff(path, axis=0)
+    length = np.linalg.norm(steps, axis=1)
+    stands = (feet[:-1, :, 2].min(axis=1) < lowest[:-1] + STOOD_ON) & (length <= 10 * np.median(length))
+    cosine, factor = _against(steps[stands], foot[stands])
+    if cosine > OPPOSED:
+        return factor, NEAR if cosine > CLOSELY else WIDE
+    height = path[:, 2]
+    cosine, factor = _against(height - height.mean(), lowest - lowest.mean())
+    return factor if cosine > BENT and np.ptp(lowest) > LEAST_BEND else 0.0, WIDE
 
 
-def _against(path: np.ndarray, other: np.ndarray, least: float) -> float:
-    """How many times as far a path goes as another one against it; 0 below the `least` cosine of the two."""
-    against, own = -float((path * other).sum()), float((path**2).sum())
-    return own / against if against > least * np.sqrt(own * float((other**2).sum())) else 0.0
+def _against(path: np.ndarray, other: np.ndarray) -> tuple[float, float]:
+    """Cosine of a path and another one that goes against it, and how many times as far it goes."""
+    against, own, others = -float((path * other).sum()), float((path**2).sum()), float((other**2).sum())
+    return (against / np.sqrt(own * others), own / against) if against > 0 else (0.0, 0.0)
 
 
-def _cut_words(part: slice, n_frames: int, why: str, first_frame: int, before: str = "") -> str:
+def cut_words(part: slice, n_frames: int, why: str, first_frame: int = 0, before: str = "") -> str:
     """Which frames are cut off at the ends, added to what was said before."""
     ends = [(0, part.start), (part.stop, n_frames)]
     ranges = [(first_frame + a, first_frame + b - 1) for a, b in ends if b > a]

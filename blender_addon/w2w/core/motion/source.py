@@ -31,6 +31,7 @@ class SourceMotion:
     other_takes: tuple[str, ...] = ()  # names of takes of the file that move, too, and are not read
     up: str = ""  # the file's own axis that is up, where it was looked for or given
     first_frame: int = 0  # number of the first frame in the file, where those before it are left out
+    cut: str = ""  # which frames are left out and why, in words
 
     @property
     def n_frames(self) -> int:

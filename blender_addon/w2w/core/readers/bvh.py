@@ -5,13 +5,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ..motion.source import TO_Z_UP, SourceMotion, people_in, refuse_pose
+from ..motion.source import TO_Z_UP, SourceMotion, UnusableMotion, people_in, refuse_pose
 from ..motion.up import Up
 from ..retargeting.repair import repaired
 from ..wording import shown
 from .bvh_text import BvhText, read_bvh_text
 
 BVH_SUFFIX = ".bvh"
+
+LEAST_TURN = 0.1
+"""Angles below it, in whatever unit, are a skeleton that is moved by positions, or still."""
 
 
 def read_bvh(path: str | Path, rate: float | None = None, up: Up | None = None) -> SourceMotion:
@@ -22,9 +25,24 @@ def read_bvh(path: str | Path, rate: float | None = None, up: Up | None = None) 
     Raises UnusableMotion, with the reason, if the file cannot be used.
     """
     path = Path(path)
-    motion = as_it_stands(read_bvh_text(path, rate), shown(path.stem))
+    text = read_bvh_text(path, rate)
+    _refuse_radians(text)
+    motion = as_it_stands(text, shown(path.stem))
     refuse_pose(motion)
     return repaired(motion, up)
+
+
+def _refuse_radians(text: BvhText) -> None:
+    """Refuse angles in which no joint but a root ever turns as far as a body does in any motion."""
+    inner = [
+        joint.parent >= 0 and name.endswith("rotation") for joint in text.joints for name in joint.channels
+    ]
+    widest = np.abs(text.values[:, inner]).max(initial=0.0)
+    if LEAST_TURN < widest <= 2 * np.pi:
+        raise UnusableMotion(
+            f"its joints turn by up to {widest:.2g} degrees: its angles look like radians: multiply all of "
+            "its rotations by 180 / pi"
+        )
 
 
 def as_it_stands(text: BvhText, take: str) -> SourceMotion:

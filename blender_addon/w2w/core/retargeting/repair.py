@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..body.skeleton import BODY_HANDS, JOINT_INDEX, trunk_line
-from ..motion.believable import moving_part, shows_rest
+from ..motion.believable import REST_POSE, cut_words, moving_part, shows_rest
 from ..motion.source import TO_Z_UP, SourceMotion, unscaled_rotations
 from ..motion.up import LIMBS, Kind, Sight, Up, stood
 from ..rotations import smallest_rotation, unit
@@ -66,7 +66,8 @@ def _moving(source: SourceMotion, matched: dict[int, int]) -> SourceMotion:
         unscaled_rotations(matrices) for matrices in (source.matrices[:, body], source.rest[body])
     )
     part = moving_part(source.matrices[:, bones][..., :3, 3], shows_rest(turned, rest), source.rate)
-    return replace(source, matrices=source.matrices[part], first_frame=part.start)
+    cut = cut_words(part, source.n_frames, REST_POSE)
+    return replace(source, matrices=source.matrices[part], first_frame=part.start, cut=cut)
 
 
 def _file_up(source: SourceMotion, matched: dict[int, int]) -> Up:

@@ -77,6 +77,7 @@ class Retargeting:
     bones: dict[str, str]  # joint -> source bone, for the joints that have one
     scale: float  # body metres in one unit of the source, by the length of the legs
     rest: np.ndarray  # (24, 3, 3), world rotation of each joint in the source's rest pose
+    path: np.ndarray  # (T, 3) of the source's own pelvis, body metres
 
 
 def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> Retargeting:
@@ -100,11 +101,12 @@ def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> 
     scale = limb_length(body.joints) / length
     pelvis = _pelvis_path(source, matched, body, rotations[:, 0], scale)
     motion = Motion(relative_to_parents(rotations), pelvis, source.rate)
+    path = source.matrices[:, matched[0], :3, 3] * scale
     if _in_centimetres(body, motion):
         pelvis = _pelvis_path(source, matched, body, rotations[:, 0], scale / CENTIMETRES)
-        motion = replace(motion, pelvis=pelvis)
+        motion, path = replace(motion, pelvis=pelvis), path / CENTIMETRES
     bones = {JOINT_NAMES[joint]: source.bones[bone] for joint, bone in sorted(matched.items())}
-    return Retargeting(on_the_ground(body, motion), skeleton, bones, scale, alignment)
+    return Retargeting(on_the_ground(body, motion), skeleton, bones, scale, alignment, path)
 
 
 def matched_joints(source: SourceMotion, maps: Iterable[BoneMap] = ()) -> tuple[str, dict[int, int]]:
@@ -229,7 +231,8 @@ def _in_centimetres(body: Body, motion: Motion) -> bool:
     """Whether a motion travels in centimetres on a rig in metres, by its heights and what its legs tell."""
     if np.ptp(np.percentile(motion.pelvis[:, 2], USUAL)) <= ABSURD_BOB * limb_length(body.joints):
         return False
-    factor = times_too_far(joint_transforms(body, motion)[1])
+    heads = joint_transforms(body, motion)[1]
+    factor = times_too_far(heads, heads[:, 0])[0]
     return not 0 < factor < CENTIMETRES / 3
 
 

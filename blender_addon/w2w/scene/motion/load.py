@@ -4,6 +4,7 @@
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from heapq import nsmallest
 from operator import itemgetter
 from pathlib import Path
@@ -12,10 +13,11 @@ from zlib import crc32
 
 from ...core.body.body import Body
 from ...core.keypoints.facts import PoseFacts
+from ...core.keypoints.fit import UNSMOOTHED_HZ
 from ...core.keypoints.likely_rest import with_likely_rest
 from ...core.keypoints.pose_files import NO_FACTS, JointPositions, read_joints
 from ...core.library.library import UP_SUFFIXES, is_joint_file
-from ...core.motion.believable import believed
+from ...core.motion.believable import believed, unbroken
 from ...core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
 from ...core.motion.skinning import on_the_ground
 from ...core.motion.source import SourceMotion
@@ -103,12 +105,13 @@ def carry(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:
     the joints make no body, or no body moves so.
     """
     if isinstance(source, JointPositions):
-        fit = source.fit(body)
-        kept = believed(body, fit.motion, path_apart=False)
+        part, cut = unbroken(body, source.fit(body, UNSMOOTHED_HZ).motion)
+        fit = replace(source, positions=source.positions[part]).fit(body)
+        kept = believed(body, fit.motion, None, part.start, cut, path_apart=False)
         return Carried(kept.motion, "", source.joint_set.name, fit.scale, kept.cut)
     if isinstance(source, Motion):
         kept = believed(body, on_the_ground(body, source))
         return Carried(kept.motion, "", "SMPL", 1.0, kept.cut)
     found = retarget(with_likely_rest(source, body, maps), body, maps)
-    kept = believed(body, found.motion, found.rest, source.first_frame)
+    kept = believed(body, found.motion, found.rest, source.first_frame, source.cut, found.path)
     return Carried(kept.motion, source.take, found.bone_map, found.scale, kept.cut)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import bpy
 
 from ...core.files import file_sha256
+from ...core.findings.notes import cut_sentence
 from ...core.keypoints.facts import PoseFacts
 from ...core.library.import_plan import ImportPlan, same_files
 from ...core.library.labels import same_label
@@ -89,6 +90,7 @@ def import_steps(
     wanted = _spelled_as_listed(mesh.w2w, wanted)
     failed = unlabelled = 0
     down: list[tuple[int, bool]] = []
+    cut: list[tuple[str, dict[str, str]]] = []
     try:
         for number, item in enumerate(wanted):
             yield Step(number / len(wanted), item.shown)
@@ -100,6 +102,8 @@ def import_steps(
                     source = yield from as_steps(frames, item.shown, number / count, (number + 1) / count)
                 carried = carry(source, body, maps)
                 add_clip(mesh, armature, carried, item)
+                if carried.cut:
+                    cut.append((item.shown, {"cut": carried.cut}))
                 if item.take is None and item.up is None:
                     down.append((carried.motion.n_frames, carried.motion.head_down))
                 unlabelled += not item.activity
@@ -115,7 +119,8 @@ def import_steps(
         raise
     mesh.w2w.clip_index = before
     lists.list_labels(mesh.w2w)
-    return _outcome(len(wanted) - failed, failed, len(left_out), unlabelled, twice)
+    said = [_outcome(len(wanted) - failed, failed, len(left_out), unlabelled, twice), cut_sentence(cut)]
+    return "; ".join(filter(None, said))
 
 
 def _spelled_as_listed(study: bpy.types.PropertyGroup, wanted: Sequence[Wanted]) -> list[Wanted]:
