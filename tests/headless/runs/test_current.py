@@ -5,6 +5,7 @@ import hashlib
 import json
 import os
 import shutil
+from dataclasses import replace
 
 import pytest
 from typer.testing import CliRunner
@@ -51,11 +52,11 @@ def test_sizes_and_times_tell_that_nothing_has_changed(ranked, monkeypatch):
         assert "Nothing has changed" in run(library, out, "--folds", "2")
         return bool(read)
 
-    clip, features = sorted(library.rglob("*.npz"))[0], sorted((out / ".w2w" / "features").iterdir())[0]
+    motion, features = sorted(library.rglob("*.npz"))[0], sorted((out / ".w2w" / "features").iterdir())[0]
     status = (out / ".w2w" / "state.json").read_bytes()
     assert not looked_into()
     assert (out / ".w2w" / "state.json").read_bytes() == status
-    clip.touch()
+    motion.touch()
     assert looked_into()
     assert not looked_into()
     assert run(library, out, "--folds", "2", "--log-json").count('"event": "clip"') == 8
@@ -66,15 +67,35 @@ def test_sizes_and_times_tell_that_nothing_has_changed(ranked, monkeypatch):
     assert not looked_into()
     (out / ".w2w" / "patches.npz").unlink()
     assert looked_into()
-    clip.touch()
+    motion.touch()
     with monkeypatch.context() as patch:
         patch.setattr(
-            execute, "make_signals", lambda *given: (make(*given), read.append(1), clip.touch())[0]
+            execute, "make_signals", lambda *given: (make(*given), read.append(1), motion.touch())[0]
         )  # its file changes again after the run has read it
         assert looked_into()
     assert looked_into()
     assert not looked_into()
     assert not times
+
+
+def test_a_clip_that_was_not_done_is_tried_again_though_nothing_looks_otherwise(ranked, monkeypatch):
+    library, out, _ = ranked
+    make = execute.make_signals
+
+    def killed(*given):
+        made = make(*given)
+        first = replace(made.clips[0], reason="not done yet", details={}, source_sha256="")
+        return replace(made, clips=(first, *made.clips[1:]))
+
+    def used():
+        return json.loads((out / "summary.json").read_text())["clips"]["used"]
+
+    with monkeypatch.context() as patch:
+        patch.setattr(execute, "make_signals", killed)
+        run(library, out, *QUICK)
+    assert used() == 7
+    assert "Nothing has changed" not in run(library, out, *QUICK)
+    assert used() == 8
 
 
 def swap(one, other):

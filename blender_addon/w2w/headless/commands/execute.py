@@ -28,7 +28,7 @@ from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, sentence_of
 from ..options import parse_bodies
 from ..reports import console_tables, draw
 from ..runs import folder
-from ..runs.current import garment_stamps, is_current, is_untouched, note_current
+from ..runs.current import is_current, is_untouched, looks_of_inputs, note_current
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import ForeignFileError, check, claimed, remove_written
 from ..runs.study import RunPlan, StudyError, make_signals, rank_study, write_config
@@ -67,14 +67,15 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study 
     """
     with _in_folder(out, monitor):
         check(out, ())
+        inputs = looks_of_inputs(plan)
         # a program that reads events is told of every clip
-        done = not (plan.again or monitor.log.stream) and is_untouched(plan, body, out)
+        done = not (plan.again or monitor.log.stream) and is_untouched(body, out, inputs)
         if not done:
             check_folder(plan, out)
             folder.make_folders(out, len(plan.library.clips))
         monitor.begin(plan.library, body.name, out, kept=not done)
         with folder.only_run(out / WORK):
-            study, failed = (None, {}) if done else _execute(plan, body, out, monitor)
+            study, failed = (None, {}) if done else _execute(plan, body, out, inputs, monitor)
             mark_whole(out)
     if study is None:
         clips = _say_unchanged(out, monitor)
@@ -125,14 +126,13 @@ def _in_folder(out: Path, monitor: RunMonitor) -> Iterator[None]:
 
 
 def _execute(
-    plan: RunPlan, body: Body, out: Path, monitor: RunMonitor
+    plan: RunPlan, body: Body, out: Path, inputs: str, monitor: RunMonitor
 ) -> tuple[Study | None, dict[str, str]]:
     """The study, None where its results are all there, and what could not be drawn, with the reason."""
-    garments = garment_stamps(plan)
     try:
         made = make_signals(plan, body, out, monitor)
         if not plan.again and is_current(plan, made, out):
-            note_current(plan, made, out, garments)
+            note_current(plan, made, out, inputs)
             monitor.announce("finished")
             return None, {}
         with claimed(out, _written_by(plan)):
@@ -160,7 +160,7 @@ def _execute(
             console_tables.show_window_warning(clips, plan.config.windows, monitor.console)
         raise
     if not failed:
-        note_current(plan, made, out, garments)
+        note_current(plan, made, out, inputs)
     monitor.announce("finished", "; ".join(f"no {name}: {why}" for name, why in failed.items()))
     return study, failed
 

@@ -156,7 +156,7 @@ def _do_clip(task: ClipTask, looks: Looks) -> ClipResult:
     except OSError:
         if task.clip.path.exists():
             raise  # the output folder's fault: the disk is full or gone
-        return ClipResult(task.clip, "it went away while it was being read", {}, source)
+        return ClipResult(task.clip, "it went away while it was being read", {}, "")
     except NoBlenderError:
         raise  # no fault of the clip's, so no record of it
     except Exception as error:  # even a fault of ours costs this clip, not the night
@@ -171,7 +171,7 @@ def _out_of_memory(task: ClipTask, source: str, looks: Looks) -> ClipResult:
     allowed = allowed_memory()
     if allowed < task.engine.memory:
         reason = f"it takes more than the {allowed / 2**30:.1f} GiB of memory that W2W may use here (ulimit)"
-        return ClipResult(task.clip, reason, {}, source)
+        return ClipResult(task.clip, reason, {}, "")
     reason = f"it needs more than {task.engine.memory / 2**30:g} GiB of memory (see --clip-memory)"
     return _conclude(task, ClipResult(task.clip, reason, {}, source), looks)
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
 from operator import attrgetter
 from pathlib import Path
@@ -24,10 +24,10 @@ from w2w.core.inside import inside
 from w2w.core.library.library import Clip
 from w2w.core.study.clip_files import WORK
 
-from .clip_task import Looks, digest_of_path, look, stamp
+from .clip_task import digest_of_path, look, stamp
 from .folder import DIVIDED, code_sha256
 from .own_files import LIST, is_whole
-from .records import forget_read, lists_in, read_records
+from .records import lists_in
 from .study import Made, RunPlan
 
 CURRENT = f"{WORK}/current.json"
@@ -36,30 +36,28 @@ CURRENT = f"{WORK}/current.json"
 PLACED = (f"{WORK}/body.npz", f"{WORK}/patches.npz", FITTED)
 
 
-def note_current(plan: RunPlan, made: Made, out: Path, garments: list[list[int]]) -> None:
+def note_current(plan: RunPlan, made: Made, out: Path, inputs: str) -> None:
     """Note what the results in a folder, which are all there now, were made of.
 
-    `garments` are `garment_stamps` before the run read them; how clips looked then is in their records.
+    `inputs` is `looks_of_inputs` before the run read any of them: a file that changed since looks otherwise.
     """
-    clips = _looks_as_read(plan, made, out)
-    looks = "" if clips is None else _looks(plan, made.body, out, clips, garments)
+    # what no hash is known of was not read, and perhaps could be now
+    is_settled = all(one.source_sha256 or not stamp(one.clip.path) for one in made.clips)
+    looks = _looks(made.body, out, inputs) if is_settled else ""
     write_json(out / CURRENT, _content(plan, made, out) | {"looks": looks})
 
 
-def garment_stamps(plan: RunPlan) -> list[list[int]]:
-    """The `stamp` of each garment's file."""
-    return [stamp(Path(file)) for garment in plan.config.garments if (file := split_name(garment)[0])]
+def looks_of_inputs(plan: RunPlan) -> str:
+    """A digest of how a study is made, of its labels, and of the looks of its clips and garments."""
+    library, garments = digest_of_path(plan.library.folder), map(split_name, plan.config.garments)
+    clips = [(*_labels(clip), look(library, clip.path)) for clip in plan.library.clips]
+    return _digest([_study(plan), *clips, *(stamp(Path(file)) for file, *_ in garments if file)])
 
 
-def is_untouched(plan: RunPlan, body: Body, out: Path) -> bool:
+def is_untouched(body: Body, out: Path, inputs: str) -> bool:
     """Whether the results are all there and, by the looks of all files, would come out the same."""
-    noted = _noted(out).get("looks")
-    if not noted:
-        return False
-    library = digest_of_path(plan.library.folder)
-    clips = [look(library, clip.path) for clip in plan.library.clips]
     with suppress(OSError):  # a folder is gone
-        return noted == _looks(plan, body, out, clips, garment_stamps(plan)) and is_whole(out)
+        return _noted(out).get("looks") == _looks(body, out, inputs) and is_whole(out)
     return False
 
 
@@ -87,33 +85,13 @@ def _content(plan: RunPlan, made: Made, out: Path) -> dict[str, str]:
     }
 
 
-def _looks_as_read(plan: RunPlan, made: Made, out: Path) -> list[Looks] | None:
-    """How each clip looked before the run read it; None where that is not known of all."""
-    records, library = read_records(out), digest_of_path(plan.library.folder)
-    forget_read()
-    found = []
-    for result in made.clips:
-        try:
-            source = records[result.clip.name]["source"]
-            looks = source["looks"] if source["sha256"] == result.source_sha256 else []
-        except (KeyError, TypeError):
-            looks = []
-        if not looks and stamp(result.clip.path):  # it was not read, and perhaps could be now
-            return None
-        found.append(looks or look(library, result.clip.path))
-    return found
-
-
-def _looks(plan: RunPlan, body: Body, out: Path, clips: Sequence[Looks], garments: list[list[int]]) -> str:
-    """A digest of labels, the looks of clips and garments, and sizes and times of the folder's files."""
+def _looks(body: Body, out: Path, inputs: str) -> str:
+    """A digest of the inputs' looks, the body, and sizes and times of the folder's files."""
     arrays = (body.vertices, body.faces, body.joints, body.weights)
-    parts = [_study(plan), body.name]
-    parts += [hashlib.sha256(array).hexdigest() for array in arrays]
-    parts += [(*_labels(clip), looks) for clip, looks in zip(plan.library.clips, clips, strict=True)]
+    parts = [inputs, body.name, *(hashlib.sha256(array).hexdigest() for array in arrays)]
     for folder in DIVIDED:
         parts += _files_below(out, folder)
-    shared = (*(out / name for name in (LIST, *PLACED)), *lists_in(out))
-    return _digest([*parts, *garments, *map(stamp, shared)])
+    return _digest([*parts, *map(stamp, (*(out / name for name in (LIST, *PLACED)), *lists_in(out)))])
 
 
 def _study(plan: RunPlan) -> tuple[Any, ...]:

@@ -165,7 +165,7 @@ def remove_leftovers(out: Path, library: set[str], used: set[str], records: Reco
     if found or features:
         mark_changing(out)
     for files in found.values():
-        remove_own(out, {name: {value} for name, value in files.items()})
+        remove_own(out, files)
     if found:
         tidy(out, found)  # a record of no use stays, or its clip would be tried again
     for file in features:

@@ -21,7 +21,7 @@ from w2w.core.study.clip_files import WORK, mark_changing, motion_file, signals_
 from w2w.core.study.results import ClipResult
 
 from .clip_task import ClipTask, Looks
-from .own_files import remove_own
+from .own_files import Hashes, remove_own
 
 Record = dict[str, Any]
 
@@ -77,8 +77,8 @@ def write_record(task: ClipTask, result: ClipResult, looks: Looks, files: tuple[
         nameless = unfinished(path)
         names[path.relative_to(task.out).as_posix()] = nameless if nameless.exists() else path
     if before := last_record(task):
-        others = given_names(task.out, task.clip.name, before).items()
-        remove_own(task.out, {name: {value} for name, value in others if name not in names})
+        others = given_names(task.out, task.clip.name, before)
+        remove_own(task.out, {name: hashes for name, hashes in others.items() if name not in names})
     key = task.key(result.source_sha256)
     changed = bool(looks) and task.look() != looks
     content = {
@@ -213,15 +213,13 @@ def _list_file(out: Path, shard: str = "") -> Path:
     return out / WORK / ".".join(filter(None, (LIST, shard, "jsonl")))
 
 
-def given_names(out: Path, clip: str, record: Record) -> dict[str, str]:
+def given_names(out: Path, clip: str, record: Record) -> Hashes:
     """Hashes of the motion and signals that a record names, which is believed about no other file."""
-    paths, files = (motion_file(out, clip), signals_file(out, clip)), record.get("files")
-    names = [path.relative_to(out).as_posix() for path in paths]
-    if isinstance(files, Mapping):
-        _check_names(out, clip, record)
-    if not isinstance(files, Mapping):
-        return dict.fromkeys(names, "")  # the record is damaged, but ours
-    return {name: str(files[name]) for name in names if name in files}
+    names = [file(out, clip).relative_to(out).as_posix() for file in (motion_file, signals_file)]
+    if not isinstance(files := record.get("files"), Mapping):
+        return {name: set() for name in names}  # the record is damaged, but ours
+    _check_names(out, clip, record)
+    return {name: {str(files[name])} for name in names if name in files}
 
 
 def untouched(task: ClipTask, record: Record | None) -> ClipResult | None:
