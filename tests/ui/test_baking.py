@@ -55,6 +55,25 @@ def test_another_sensor_makes_signals_stale_and_the_old_one_brings_them_back(lib
     assert {state_of(clip, bake_settings(study)) for clip in study.clips} == {BAKED}
 
 
+def test_undo_of_a_bake_and_a_file_saved_before_it_find_their_signals(library: Path, tmp_path: Path) -> None:
+    body, saved = make_study(library, "motions patches signals"), tmp_path / "before.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(saved), copy=True)
+    body.w2w.sensor = "watch"
+    bpy.ops.ed.undo_push(message="Sensor")
+    assert bpy.ops.w2w.bake_signals() == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="Bake Signals")
+    watch = [clip.signals for clip in body.w2w.clips]
+    bpy.ops.ed.undo()
+    clips = bpy.context.scene.w2w.body.w2w.clips
+    assert all(signal_cache.has(clip) and clip.signals not in watch for clip in clips)
+    bpy.ops.ed.redo()
+    clips = bpy.context.scene.w2w.body.w2w.clips
+    assert all(signal_cache.has(clip) and clip.signals in watch for clip in clips)
+    bpy.ops.wm.open_mainfile(filepath=str(saved))
+    clips = bpy.context.scene.w2w.body.w2w.clips
+    assert all(signal_cache.has(clip) and clip.signals not in watch for clip in clips)
+
+
 def test_a_new_parameter_makes_signals_stale_with_no_more_than_its_declaration(
     library: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

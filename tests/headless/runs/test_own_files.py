@@ -271,7 +271,8 @@ from pathlib import Path
 from w2w.core.body.body import Body
 from w2w.core.files import file_sha256
 from w2w.core.library.library import read_library
-from w2w.core.study import StudyConfig, place_patches
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.signals import place_patches
 from w2w.headless.runs.clip import do_clip
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import TABLES, make_folders, remove_leftovers
