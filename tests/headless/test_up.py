@@ -59,6 +59,7 @@ def test_a_library_head_down_is_refused_and_turned_when_told(motions, tmp_path):
     assert code == 1
     assert "Up: z, 8 files of AMASS." in output
     assert "No result: trunks point down in most of the frames: give --pose-up" in output
+    assert not (tmp_path / "out").exists()  # before any signals
     code, output = call("run", motions, "--out", tmp_path / "out", *OPTIONS, "--pose-up", "-z")
     assert code == 0, output
     turned = [Motion.load(path) for path in sorted((tmp_path / "out" / "motions").glob("*.npz"))]

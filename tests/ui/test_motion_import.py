@@ -75,6 +75,22 @@ def test_a_later_import_spells_labels_as_the_list_does(library: Path) -> None:
     assert body.w2w.clips[len(body.w2w.clips) - 1].activity == item.activity
 
 
+def test_labels_typed_in_the_list_are_spelled_as_others_are(library: Path) -> None:
+    clips = make_study(library, "motions").w2w.clips
+    for typed in (" Kicking ", "KICKING", "kicking"):
+        clips[-1].activity = typed
+        assert clips[-1].activity == clips[-1].action["activity"] == "kicking"
+    clips[-1].activity = "KICKING"
+    assert jobs.message.text == "'kicking' and 'KICKING' count as one activity, 'kicking'"
+    clips[0].subject, clips[1].subject = "Zoe\u0301", "zo\u00e9"
+    assert {clips[0].subject, clips[1].subject} == {"Zo\u00e9"}
+    clips[-1].selected = True
+    bpy.ops.w2w.relabel_clips(activity="Kick ing")
+    assert clips[-1].activity == "Kick ing"
+    bpy.ops.w2w.relabel_clips(activity="KickinG")
+    assert clips[-1].activity == "kicking"
+
+
 def test_a_rest_pose_that_is_dropped_is_said(library: Path, tmp_path: Path) -> None:
     motion = Motion.load(library / "kicking/kicking 1.npz")
     turns, place = motion.rotations[:1] * 0 + np.eye(3), motion.pelvis[:1]

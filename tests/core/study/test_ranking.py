@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from w2w.core.findings.notes import subjects_sentence
 from w2w.core.library.library import Clip
 from w2w.core.motion.duplicates import WIDTH
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study.clip_files import ClipWindows, features_file, write_features
 from w2w.core.study.config import StudyConfig
-from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motions
+from w2w.core.study.ranking import LabelledClip, WindowLabels, known_motions, same_motions
 
 ACTIVITIES = ("walk", "run", "jump")
 
@@ -63,3 +64,17 @@ def test_a_clips_windows_are_read_back_and_cannot_be_changed(tmp_path):
     assert found.signature.tolist() == signature.tolist()
     with pytest.raises(AttributeError):
         found.is_test = None
+
+
+def test_a_motion_of_two_subjects_is_known_by_its_file_or_its_key_before_it_is_read(tmp_path):
+    clips = []
+    for number, (content, subject, key) in enumerate(
+        [("a", "Anna", ""), ("a", "Ben", ""), ("b", "Anna", "k"), ("c", "Cleo", "k"), ("d", "Dan", "")]
+    ):
+        path = tmp_path / f"{number}.bvh"
+        path.write_text(content)
+        clips.append(Clip(path, path.name, path.stem, "walk", subject, key))
+    known = known_motions(clips)
+    assert [clip.motion_key for clip in known] == ["0", "0", "2", "2", "4"]
+    assert subjects_sentence(known).startswith("4 clips of Anna, Ben and Cleo show the same motion")
+    assert subjects_sentence(known_motions(clips[1:3])) == ""

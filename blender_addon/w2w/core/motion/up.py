@@ -77,6 +77,7 @@ class Sight:
     hips: np.ndarray  # (6,) height of the hips above the lowest joint, median
     travel: np.ndarray  # (6, 3) range of the hips along x, y and z while the body is upright along each
     along: Up  # the axis nearest to the trunk's mean direction
+    frames: int  # in which hips and shoulders are seen
 
     @classmethod
     def of(cls, joints: np.ndarray, limbs: Mapping[str, np.ndarray]) -> Self:
@@ -110,6 +111,7 @@ class Sight:
             np.median(place @ _AXES.T - heights, axis=0),
             np.array(travel),
             UPS[int((mean @ _AXES.T).argmax())],
+            int(seen.sum()),
         )
 
     def up(self, kind: Kind) -> tuple[Up, bool]:
@@ -191,6 +193,7 @@ class Votes(Ups):
     """What the files of a library say of the axis that is up: read each with it, then ask for the `ups`."""
 
     cast: dict[Kind, list[Sight]] = field(default_factory=lambda: defaultdict(list))
+    others: list[str] = field(default_factory=list)  # files whose format says the axis
 
     def of(self, kind: Kind, seen: Sight) -> Up:
         """Take down how a file looks."""
@@ -210,6 +213,16 @@ class Votes(Ups):
             how = "" if up == kind.usual else ", by their feet"
             parts.append(f"{up}, {len(seen)} file{'s' * (len(seen) != 1)} of {kind.name}{how}")
         return "; ".join(parts)
+
+    @property
+    def head_down(self) -> bool:
+        """Whether people hang head down in most frames of the files looked at, and there are no others."""
+        down = [
+            (one.frames, bool(one.upright[UPS.index(self._axis(kind)) - 3] >= MOSTLY))
+            for kind, seen in self.cast.items()
+            for one in seen
+        ]
+        return not self.others and mostly_head_down(down)
 
     def _axis(self, kind: Kind) -> Up:
         seen = self.cast[kind]

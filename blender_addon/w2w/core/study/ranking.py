@@ -7,6 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from ..library.import_plan import same_files
 from ..library.library import Clip
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.halves import Protocol
@@ -78,6 +79,18 @@ def same_motions(
     """The clips, each with the first that shows the same motion; `signatures` where `windows` lack them."""
     names, keys = [clip.name for clip in clips], [clip.motion_key for clip in clips]
     groups = same_motion_groups(names, keys, signatures or [found.signature for found in windows])
+    return _by_motion(clips, groups)
+
+
+def known_motions(clips: Sequence[Clip]) -> tuple[LabelledClip, ...]:
+    """As `same_motions`, by what is known before the files are read: equal keys and equal files."""
+    first, name_of = same_files([clip.path for clip in clips]), {clip.path: clip.name for clip in clips}
+    names = [name_of[first.get(clip.path, clip.path)] for clip in clips]
+    return _by_motion(clips, same_motion_groups(names, [clip.motion_key for clip in clips]))
+
+
+def _by_motion(clips: Sequence[Clip | LabelledClip], groups: np.ndarray) -> tuple[LabelledClip, ...]:
+    """The clips, each with the first of its group."""
     first = np.unique(groups, return_index=True)[1]
     return tuple(
         LabelledClip(clip.name, clip.activity, clip.subject, clips[int(first[group])].name)

@@ -5,18 +5,21 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+from w2w.core.findings.notes import subjects_sentence
 from w2w.core.library.labels import same_label
 from w2w.core.library.library import Library, read_library
+from w2w.core.motion.up import UPSIDE_DOWN
 from w2w.core.ranking.weights import check_counting
+from w2w.core.study.ranking import known_motions
 from w2w.scene.motion.load import look_up
 
-from ..console import Terminal
+from ..console import NOTHING_TO_DO, Terminal
 from ..options import argument, option, words
 from ..reports.console_tables import show_labels
 from ..runs.own_files import keep_apart
 from ..runs.study import RunPlan
 from ..study_options import RUN, StudyOptions, with_study_options
-from .execute import execute_bodies, execute_shard, ready_for, refused
+from .execute import ended, execute_bodies, execute_shard, ready_for, refused
 
 
 @with_study_options
@@ -68,13 +71,17 @@ def run(
         plan = RunPlan(found, config, engine, asked.pictures, asked.report, verbose=asked.verbose)
         bodies = ready_for(plan, asked, out)
         plan = replace(plan, again=asked.strict or asked.verify or len(bodies) > 1)
+    if up := seen.sentence():
+        console.print(f"Up: {up}.")
+    if seen.head_down:
+        raise ended(f"No result: {UPSIDE_DOWN}.", NOTHING_TO_DO, monitor)
     if shard:
         execute_shard(plan, bodies, out, (part, parts), monitor)
         monitor.log("finished", exit_code=0)
         return
     show_labels(found, console, asked.verbose)
-    if up := seen.sentence():
-        console.print(f"Up: {up}.")
+    if config.by_subject and (caution := subjects_sentence(known_motions(found.clips))):
+        console.print(f"{caution}.", style="bold yellow", markup=False)
     execute_bodies(plan, bodies, out, asked.strict, monitor)
     monitor.log("finished", exit_code=0)
 

@@ -84,7 +84,12 @@ def look_up(files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS) -> Vo
     votes = Votes()
     if pose.up is not None:
         return votes
-    asked = [(crc32(file.encode()), file, path) for file, path in files if file.lower().endswith(UP_SUFFIXES)]
+    asked = []
+    for file, path in files:
+        if file.lower().endswith(UP_SUFFIXES):
+            asked.append((crc32(file.encode()), file, path))
+        else:
+            votes.others.append(file)
     before: Counter[str] = Counter()
     ranked = []
     for number, file, path in sorted(asked, key=itemgetter(0, 1)):

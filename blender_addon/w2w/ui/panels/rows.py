@@ -8,6 +8,7 @@ from collections.abc import Callable
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
+from ...core.findings.notes import merged_sentence
 from ...core.wording import capital
 from ...scene import heatmap
 from ...scene.base.body import armature_of
@@ -48,11 +49,29 @@ def _then_redraw(change: Callable[[bpy.types.Object], None]) -> Callable[[Group,
 
 
 def relabel(clip: Group, _context: bpy.types.Context) -> None:
-    """The motion's label travels with its action, and is among the activities."""
+    """The motion's label travels with its action, and is among the activities, spelled as they are."""
+    spell(clip, "activity")
     if clip.action is not None:
         clip.action["activity"] = clip.activity
     if not state.is_silent():
         lists.list_labels(clip.id_data.w2w)
+
+
+def spell_subject(clip: Group, _context: bpy.types.Context) -> None:
+    """Spell the subject as other clips have it."""
+    spell(clip, "subject")
+
+
+def spell(clip: Group, what: str) -> None:
+    """Spell a label that was typed as other clips have it, and say so."""
+    study, typed = clip.id_data.w2w, getattr(clip, what)
+    spelled = lists.listed_spelling(study, typed, what, {clip.name})
+    if state.is_silent() or spelled == typed:
+        return
+    with state.without_updates():
+        setattr(clip, what, spelled)
+    if typed.strip() != spelled:
+        jobs.message = jobs.Message(capital(merged_sentence(spelled, (spelled, typed), what)), False)
 
 
 def show_armature(study: Group, _context: bpy.types.Context) -> None:
@@ -164,7 +183,11 @@ class W2W_PG_clip(Group):
         description="What the motion shows; clips with the same label are one activity",
         update=relabel,
     )
-    subject: StringProperty(name="Subject", description="Who moves, where that is known")
+    subject: StringProperty(
+        name="Subject",
+        description="Who moves, where that is known",
+        update=spell_subject,
+    )
     action: PointerProperty(type=bpy.types.Action, name="Action", description="The motion on the body")
     n_frames: IntProperty(name="Frames", description="Frames of the motion")
     rate: FloatProperty(name="Frame Rate", description="Frames per second of the motion")

@@ -11,7 +11,7 @@ import numpy as np
 from bpy.props import EnumProperty
 
 from ...core.body.regions import regions_of
-from ...core.findings.notes import copies_sentence
+from ...core.findings.notes import copies_sentence, subjects_sentence
 from ...core.garments.on_cloth import HAS_CAUGHT
 from ...core.imu.recording import ImuRecording
 from ...core.imu.virtual import at_patches
@@ -148,7 +148,10 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     parts = [f"Ranked {len(utility.mean)} patches, {utility.protocol}"]
     if utility.left_out:
         parts.append(f"Left out: {_some(list(utility.left_out.values()))}")
-    return ". ".join(filter(None, [*parts, copies_sentence(copies_among(used, ranked))]))
+    parts.append(copies_sentence(copies_among(used, ranked)))
+    if config.by_subject:
+        parts.append(subjects_sentence(ranked))
+    return ". ".join(filter(None, parts))
 
 
 def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:

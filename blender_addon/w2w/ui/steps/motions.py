@@ -163,10 +163,10 @@ class W2W_OT_relabel_clips(operators.OnClips, bpy.types.Operator):
         return context.window_manager.invoke_props_dialog(self)
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
-        label = self.activity.strip()
-        if not label:
+        if not self.activity.strip():
             raise ValueError("Type an activity: clips without one cannot be ranked")
         clips = state.selected(body.w2w)
+        label = lists.listed_spelling(body.w2w, self.activity, "activity", {clip.name for clip in clips})
         with state.without_updates():
             for clip in clips:
                 clip.activity = label

@@ -5,15 +5,17 @@ A choice is kept as `w2w place` writes it.
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from functools import lru_cache
 from typing import Any
 
 import bpy
 
+from ...core.library.labels import same_label
 from ...core.patches.body_parts import MIDDLE, PARTS, PLACEMENTS, PRODUCT_NAMED, SIDES, find_patches
 from ...core.patches.patches import PatchSet
 from ...core.selection.constraints import Constraints
+from ...core.wording import composed
 from .counting import list_activities
 from .state import COST, FORBID, MUST, ONLY, advice_settings, run_of, usable, without_updates
 
@@ -27,6 +29,14 @@ def list_labels(study: bpy.types.PropertyGroup) -> None:
         return
     with without_updates():
         list_activities(study, labels, run_of(study))
+
+
+def listed_spelling(study: bpy.types.PropertyGroup, typed: str, what: str, but: Container[str]) -> str:
+    """How an ``activity`` or ``subject`` is spelled in the list, `but` for clips of some names."""
+    listed = (getattr(clip, what) for clip in study.clips if clip.name not in but)
+    return next(
+        (label for label in listed if same_label(label) == same_label(typed)), composed(typed).strip()
+    )
 
 
 def list_wishes(study: bpy.types.PropertyGroup, constraints: Constraints) -> None:
