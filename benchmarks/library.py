@@ -29,7 +29,8 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 
-from .fbx_variants import LABELS, write_library
+from tests.robustness.fbx_variants import LABELS, write_library
+
 from .library_road import road
 from .watched_run import Seen, cluster, run_arguments, watched
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
+from tests.robustness.fbx_variants import LABELS
 from w2w.core.body.body import Body
 from w2w.core.library.library import read_library
 from w2w.core.study.config import StudyConfig
@@ -23,8 +24,6 @@ from w2w.headless.runs.clip import WORK, do_clip
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import make_folders
 from w2w.scene.base.output import quiet_output
-
-from .fbx_variants import LABELS
 
 
 def road(folder: Path, files: int) -> None:

@@ -7,10 +7,11 @@ import bpy
 import numpy as np
 import pytest
 
-from benchmarks.fbx_variants import rewrite
 from w2w.core.library.library import Clip
 from w2w.core.motion.source import UnusableMotion
 from w2w.headless.runs.workers import load_alone
+
+from ..robustness.fbx_variants import rewrite
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 

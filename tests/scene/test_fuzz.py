@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Damaged files get a sentence from every reader; `python -m benchmarks.fuzz` tries far more of them."""
+"""Damaged files get a sentence from every reader; `python -m tests.robustness.fuzz` tries far more."""
 
 import pytest
 
-from benchmarks.fuzz import fuzz_readers
+from ..robustness.fuzz import fuzz_readers
 
 
 @pytest.mark.usefixtures("shared_data")

@@ -44,7 +44,7 @@ def test_gyroscopes_read_what_the_worn_ones_read(found):
 
 @pytest.mark.slow
 def test_accelerometers_come_as_close_as_the_bvh_allows(found):
-    """`studies.experiments.gait_limits`: its own bones with lever arms fitted to these sensors reach .57."""
+    """Its own bones with lever arms fitted to these sensors reach .57 (docs/evidence/signals.md)."""
     road, smoothed, vicon = found
     assert mean(road, "acc_r") >= 0.55
     assert mean(smoothed, "acc_r") >= mean(road, "acc_r") + 0.05

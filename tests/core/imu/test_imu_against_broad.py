@@ -6,10 +6,10 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation, Slerp
 
-from benchmarks import broad
 from w2w.core.filtering import butterworth
 from w2w.core.imu.synthesis import Synthesis, synthesize
 from w2w.studies.datasets.broad import BroadTrial, read_broad
+from w2w.studies.experiments import broad
 from w2w.studies.paper.differences import synthesize_by_differences
 
 POSE_RATE = 60.0
@@ -64,10 +64,10 @@ def test_without_any_fit_it_is_still_close(trial):
 def test_it_comes_closer_than_its_peers(trial):
     """With latency and lever arm out of the way, which hide the methods, and alike for all."""
     pytest.importorskip("imusim")
-    times, pose = broad.pose_at(trial, POSE_RATE)
-    methods = broad.methods(trial.recording.rate, LOWPASS_HZ)
+    times, pose = broad.pose_at(trial)
+    methods = broad.methods(trial.recording.rate)
     ours, *peers = (
-        broad.score(trial, methods[name](times, pose), LOWPASS_HZ)["shifted, lever arm"]
+        broad.score(trial, methods[name](times, pose))["shifted, lever arm"]
         for name in ("W2W splines", "plain central differences", "x-io imusim 1.1.2")
     )
     for peer in peers:

@@ -9,6 +9,7 @@ from .study_library import library
 from .study_mixamo import mixamo
 from .study_paper import paper
 from .study_rehab import rehab
+from .study_repeatability import repeatability
 from .study_truth import truth
 
 STUDY = typer.Typer(no_args_is_help=True, help="Run one of the paper's studies.")
@@ -17,3 +18,4 @@ STUDY.command()(mixamo)
 STUDY.command()(library)
 STUDY.command()(truth)
 STUDY.command()(paper)
+STUDY.command()(repeatability)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the nine sensors of the gait trial sat, on the body, on Vicon's skeleton and on the BVH's.
+"""Where the nine sensors of the gait trial sat, on the body and on Vicon's skeleton.
 
 The data set's documentation (gait-tech/gaittoolbox, docs/source/data.rst): pelvis, thighs, shanks and feet
 "according to standard Xsens sensor placement" and two sensors more "near the ankles", slightly above, which
@@ -23,7 +23,6 @@ class Worn(NamedTuple):
     joint: str
     segment: str
     """Vicon's nearest joint and the orientation of the segment it sat on."""
-    bone: str  # the same segment in the BVH
 
 
 THIGH, SHIN, ABOVE_ANKLE = 0.5, 0.4, 0.85
@@ -36,19 +35,16 @@ def _leg(side: str) -> dict[str, Worn]:
     def limb(start: str, end: str, fraction: float, direction: tuple[float, float, float]) -> SensorSite:
         return SensorSite("", None, (f"{side}_{start}",), (f"{side}_{end}",), fraction, direction)
 
-    shank = f"q{letter}SK", f"{side.title()}Knee"
     forward = (0.3 * outward, -1.0, 0.0)
     return {
-        f"{letter}_UpLeg": Worn(
-            limb("hip", "knee", THIGH, forward), f"{letter}FEO", f"q{letter}TH", f"{side.title()}Hip"
-        ),
+        f"{letter}_UpLeg": Worn(limb("hip", "knee", THIGH, forward), f"{letter}FEO", f"q{letter}TH"),
         f"{letter}_LowLeg": Worn(
-            limb("knee", "ankle", ABOVE_ANKLE, (outward, 0.2, 0.0)), f"{letter}TIO", *shank
+            limb("knee", "ankle", ABOVE_ANKLE, (outward, 0.2, 0.0)), f"{letter}TIO", f"q{letter}SK"
         ),
-        f"{letter}_LowLeg2": Worn(limb("knee", "ankle", SHIN, forward), f"{letter}FEO", *shank),
-        f"{letter}_Foot": Worn(f"{side} instep", f"{letter}TIO", f"q{letter}FT", f"{side.title()}Ankle"),
+        f"{letter}_LowLeg2": Worn(limb("knee", "ankle", SHIN, forward), f"{letter}FEO", f"q{letter}SK"),
+        f"{letter}_Foot": Worn(f"{side} instep", f"{letter}TIO", f"q{letter}FT"),
     }
 
 
-SITES = {"Pelvis": Worn("sacrum", "PELV", "qRPV", "Hips"), **_leg("left"), **_leg("right")}
+SITES = {"Pelvis": Worn("sacrum", "PELV", "qRPV"), **_leg("left"), **_leg("right")}
 """The worn sensors by their names in the files."""

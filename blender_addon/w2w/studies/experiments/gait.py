@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-r"""The whole road against worn sensors: full-body Xsens BVH in, nine real IMUs as the truth.
+"""The whole road against worn sensors: full-body Xsens BVH in, nine real IMUs as the truth.
 
-    python -m w2w.studies.experiments.gait [--lowpass 10 3] [--root 3] [--band 5] [--plot OUT.png] \
-        [--json OUT.json]
+    python -m w2w.studies.experiments.gait [--plot OUT.png]
 
 The BVH is read through Blender, retargeted to the bundled body, skinned; the patch nearest each worn sensor's
 site gives its signal. No lever arm, time shift, bias or scale is fitted: only one constant rotation a sensor,
@@ -12,7 +11,6 @@ low-passed alike (Butterworth, zero phase). Scores are Pearson's r, the mean of 
 Beside it, in the same run: the road with the BVH's root path smoothed (`core/root_path.py`), that with a
 narrower band than the default 10 Hz as well, and as baselines the Vicon joints, the path of the joint nearest
 each sensor with the turn of its segment, without and with the lever arm fitted.
-`python -m w2w.studies.experiments.gait_limits` finds what the BVH could give at best.
 """
 
 from __future__ import annotations
@@ -25,7 +23,6 @@ from scipy.signal import welch
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.body import Body
-from w2w.core.files import write_json
 from w2w.core.filtering import butterworth
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import Synthesis, synthesize
@@ -46,8 +43,11 @@ TRIAL = "S02-Trial-Walk-1"
 BVH_FRAMES = 2503
 """Frames of the BVH file; the sensors' rows are counted in them."""
 
-ROAD, SMOOTHED = "W2W", "W2W, root smoothed"
-VICON, VICON_FITTED = "Vicon joints", "Vicon joints, lever arms fitted"
+LOWPASS_HZ = (10.0, 3.0)
+"""Of real and simulated signals, in turn."""
+
+ROOT_HZ, NARROW_HZ = 3.0, 5.0
+"""Of the smoothed root path, and the narrower band of trajectories."""
 
 COLOURS = ("#1d2530", "#d1495b", "#30638e")
 
@@ -208,31 +208,24 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument(
-        "--lowpass", type=float, nargs="+", default=[10.0, 3.0], help="Hz, of real and simulated signals"
-    )
-    parser.add_argument("--root", type=float, default=3.0, help="Hz, of the smoothed root path")
-    parser.add_argument("--band", type=float, default=5.0, help="Hz, of the narrower trajectories")
-    parser.add_argument("--json", type=Path)
-    parser.add_argument("--plot", type=Path, help="power spectra side by side, at the first --lowpass")
-    options = parser.parse_args()
+    parser.add_argument("--plot", type=Path, help="power spectra side by side, below 10 Hz")
+    plot = parser.parse_args().plot
     trial = read_gait(DATA, TRIAL)
     real, body = trial.recording, Body.bundled()
     motion = retarget(read_source(), body).motion
     road, names = site_poses(trial, body, motion)
-    smoothed, _ = site_poses(trial, body, smoothed_root(motion, options.root))
+    smoothed, _ = site_poses(trial, body, smoothed_root(motion, ROOT_HZ))
     vicon = vicon_poses(trial)
-    narrow = f"{SMOOTHED} below {options.root:g} Hz, band {options.band:g} Hz"
+    title = f"W2W, root smoothed below {ROOT_HZ:g} Hz"
     poses = {
-        ROAD: (road, motion.rate, False, AS_DEFAULT),
-        f"{SMOOTHED} below {options.root:g} Hz": (smoothed, motion.rate, False, AS_DEFAULT),
-        narrow: (smoothed, motion.rate, False, options.band),
-        VICON: (vicon, real.rate, False, AS_DEFAULT),
-        VICON_FITTED: (vicon, real.rate, True, AS_DEFAULT),
+        "W2W": (road, motion.rate, False, AS_DEFAULT),
+        title: (smoothed, motion.rate, False, AS_DEFAULT),
+        f"{title}, band {NARROW_HZ:g} Hz": (smoothed, motion.rate, False, NARROW_HZ),
+        "Vicon joints": (vicon, real.rate, False, AS_DEFAULT),
+        "Vicon joints, lever arms fitted": (vicon, real.rate, True, AS_DEFAULT),
     }
     print("\npatches: " + ", ".join(f"{site} {name}" for site, name in zip(real.sites, names, strict=True)))
-    everything = {}
-    for lowpass in options.lowpass:
+    for lowpass in LOWPASS_HZ:
         made = {
             name: compare(matrices, rate, real, lowpass, fit, band)
             for name, (matrices, rate, fit, band) in poses.items()
@@ -240,12 +233,9 @@ def main() -> None:
         found = {name: scores(recording, real, lowpass) for name, recording in made.items()}
         print(f"\nbelow {lowpass:g} Hz\n")
         print_table(found, real.sites)
-        everything[f"{lowpass:g} Hz"] = found
-        if options.plot and lowpass == options.lowpass[0]:
+        if plot and lowpass == LOWPASS_HZ[0]:
             shown = list(made.items())[:2]  # the road, as it is and with its root smoothed
-            plot_spectra(options.plot, {"worn sensor": below(real, lowpass), **dict(shown)}, lowpass)
-    if options.json:
-        write_json(options.json, everything)
+            plot_spectra(plot, {"worn sensor": below(real, lowpass), **dict(shown)}, lowpass)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Feed damaged files to every reader: a sentence or a result, never another error, a crash or a hang.
 
-    python -m benchmarks.fuzz [--cases 10000] [--seed 0]        # W2W's own readers, in this process
-    python -m benchmarks.fuzz --blender 500 [--seed 0]      # damaged FBX and BVH as a library, in workers
+    python -m tests.robustness.fuzz [--cases 10000] [--seed 0]    # W2W's own readers, in this process
+    python -m tests.robustness.fuzz --blender 500 [--seed 0]  # damaged FBX and BVH as a library, in workers
 
 Files are real ones (and small ones made here) with bytes flipped, cut, doubled, spliced and set to extremes;
 npz files also with whole arrays changed inside, where a checksum would catch single bytes, BVH files also
@@ -31,7 +31,7 @@ from w2w.core.readers.bvh import read_bvh
 from w2w.core.retargeting.bone_maps import BONE_MAPS, BoneMap
 from w2w.core.windows.inputs import StoredArray
 
-DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
+DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 PROMISED = (UnusableMotion, ValueError, OSError)
 """What a reader may raise; LibraryError is a ValueError."""
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Synthesis against a real IMU: BROAD's optical pose at 60 Hz in, the sensor on the same body as the truth.
 
-    python -m benchmarks.broad [TRIAL.hdf5 ...] [--pose-rate 60] [--lowpass 10] [--json OUT.json]
+    python -m w2w.studies.experiments.broad [TRIAL.hdf5 ...]
 
 Each method turns the same 60 Hz pose into signals; they and the sensor's are brought to the sensor's time
 stamps and low-passed alike (Butterworth, zero phase). Scores are over the samples that BROAD marks as
@@ -27,14 +27,15 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import Rotation, Slerp
 
-from w2w.core.files import write_json
 from w2w.core.filtering import butterworth
 from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
-from w2w.studies.datasets.broad import BroadTrial, read_broad
-from w2w.studies.experiments.lever_arms import fitted_arm, lever_effects
-from w2w.studies.paper.differences import synthesize_by_differences
 
-DEFAULT_TRIALS = Path(__file__).resolve().parents[2] / "shared" / "data" / "imu" / "broad"
+from ..datasets.broad import BroadTrial, read_broad
+from ..paper.differences import synthesize_by_differences
+from .lever_arms import fitted_arm, lever_effects
+
+DEFAULT_TRIALS = Path(__file__).resolve().parents[5] / "shared" / "data" / "imu" / "broad"
+POSE_HZ, LOWPASS_HZ = 60.0, 10.0
 LARGEST_SHIFT_S = 0.05
 NEAR_GAP_S = 0.25
 
@@ -45,7 +46,7 @@ Signals = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Times (T,), specific force (T, 3) in m/s2 and angular velocity (T, 3) in rad/s."""
 
 
-def pose_at(trial: BroadTrial, rate: float) -> tuple[np.ndarray, np.ndarray]:
+def pose_at(trial: BroadTrial, rate: float = POSE_HZ) -> tuple[np.ndarray, np.ndarray]:
     """Times, and the optical pose at those times, (T, 4, 4): lines and great arcs between what was seen."""
     seen = _seen(trial)
     stamps = trial.recording.time[seen]
@@ -100,44 +101,41 @@ def x_io(sample_rate: float | None) -> Callable[[np.ndarray, np.ndarray], Signal
     return method
 
 
-def methods(sensor_rate: float, lowpass_hz: float) -> dict[str, Callable[[np.ndarray, np.ndarray], Signals]]:
+def methods(sensor_rate: float) -> dict[str, Callable[[np.ndarray, np.ndarray], Signals]]:
     """What is compared, by name."""
-    paper = {"convention": "paper", "cutoff_hz": None}
+    paper = {"rate_hz": POSE_HZ, "convention": "paper", "cutoff_hz": None}
     differences = synthesize_by_differences
     return {
-        "W2W splines": w2w(Synthesis(rate_hz=sensor_rate, cutoff_hz=BAND_MARGIN * lowpass_hz)),
+        "W2W splines": w2w(Synthesis(rate_hz=sensor_rate, cutoff_hz=BAND_MARGIN * LOWPASS_HZ)),
         "W2W splines, default 10 Hz band": w2w(Synthesis(rate_hz=sensor_rate)),
         "plain central differences": central_differences,
         "x-io imusim 1.1.2": x_io(None),
         "x-io imusim at the sensor's rate": x_io(sensor_rate),
-        "paper as printed": w2w(Synthesis(rate_hz=60.0, gravity=(0, -9.81, 0), **paper), differences),
-        "paper, gravity along z": w2w(Synthesis(rate_hz=60.0, gravity=(0, 0, -9.81), **paper), differences),
+        "paper as printed": w2w(Synthesis(gravity=(0, -9.81, 0), **paper), differences),
+        "paper, gravity along z": w2w(Synthesis(gravity=(0, 0, -9.81), **paper), differences),
     }
 
 
-def score(trial: BroadTrial, signals: Signals, lowpass_hz: float) -> dict[str, float]:
+def score(trial: BroadTrial, signals: Signals) -> dict[str, float]:
     """Agreement as it stands and at the best time shift, over moving samples with a pose."""
     stamps, rate = trial.recording.time, trial.recording.rate
     times, *channels = signals
     inside = (stamps >= times[0]) & (stamps <= times[-1])
     counted = (trial.movement & _far_from_gaps(trial))[inside]
-    filtered = lambda values: butterworth(values.T.astype(np.float64), rate, lowpass_hz, 2, zero_phase=True).T  # noqa: E731
+    filtered = lambda values: butterworth(values.T.astype(np.float64), rate, LOWPASS_HZ, 2, zero_phase=True).T  # noqa: E731
     real = [filtered(values[inside, 0])[counted] for values in (trial.recording.acc, trial.recording.gyr)]
     made = [CubicSpline(stamps[inside], filtered(CubicSpline(times, c)(stamps[inside]))) for c in channels]
     at = stamps[inside][counted]
 
     def agreement(shift: float, lever_arm: bool = False) -> dict[str, float]:
         acc, gyr = (spline(np.clip(at + shift, times[0], times[-1])) for spline in made)
-        found = {}
         if lever_arm:
-            spin_up = made[1](np.clip(at + shift, times[0], times[-1]), nu=1)
-            arm, moved = _with_lever_arm(real[0], acc, gyr, spin_up)
-            found, acc = {"lever_arm_mm": (1e3 * arm).round(2).tolist()}, moved
-        return found | {
+            effects = lever_effects(gyr, made[1](np.clip(at + shift, times[0], times[-1]), nu=1))
+            acc = acc + effects @ fitted_arm(real[0] - acc, effects)
+        return {
             "acc_r": _mean_r(real[0], acc),
             "acc_rmse": float(np.sqrt(((real[0] - acc) ** 2).mean())),
             "gyr_r": _mean_r(real[1], gyr),
-            "gyr_rmse_deg": float(np.degrees(np.sqrt(((real[1] - gyr) ** 2).mean()))),
         }
 
     speed = np.linalg.norm(real[1], axis=1)
@@ -154,15 +152,6 @@ def score(trial: BroadTrial, signals: Signals, lowpass_hz: float) -> dict[str, f
     }
 
 
-def _with_lever_arm(
-    real: np.ndarray, acc: np.ndarray, spin: np.ndarray, spin_up: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Lever arm r that brings acc + w' x r + w x (w x r) nearest to the real signal, and that sum."""
-    effects = lever_effects(spin, spin_up)
-    arm = fitted_arm(real - acc, effects)
-    return arm, acc + effects @ arm
-
-
 def _far_from_gaps(trial: BroadTrial) -> np.ndarray:
     reach = int(NEAR_GAP_S * trial.recording.rate)
     return np.convolve(~_seen(trial), np.ones(2 * reach + 1), mode="same") < 0.5
@@ -172,14 +161,14 @@ def _mean_r(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.mean([np.corrcoef(a[:, axis], b[:, axis])[0, 1] for axis in range(3)]))
 
 
-def run(path: Path, pose_rate: float, lowpass_hz: float) -> dict[str, dict]:
+def run(path: Path) -> dict[str, dict]:
     """Scores of all methods on one trial."""
     trial = read_broad(path)
-    times, pose = pose_at(trial, pose_rate)
+    times, pose = pose_at(trial)
     scores = {}
-    for name, method in methods(trial.recording.rate, lowpass_hz).items():
+    for name, method in methods(trial.recording.rate).items():
         try:
-            scores[name] = score(trial, method(times, pose), lowpass_hz)
+            scores[name] = score(trial, method(times, pose))
         except ModuleNotFoundError as error:
             print(f"{name}: left out, {error.name} is not installed")
     return scores
@@ -191,30 +180,22 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("trials", nargs="*", type=Path, default=sorted(DEFAULT_TRIALS.glob("*.hdf5")))
-    parser.add_argument("--pose-rate", type=float, default=60.0, help="Hz")
-    parser.add_argument("--lowpass", type=float, default=10.0, help="Hz")
-    parser.add_argument("--json", type=Path, help="also write the scores here")
-    options = parser.parse_args()
-    if not options.trials:
+    trials = parser.parse_args().trials
+    if not trials:
         parser.error(f"no trial given and none found in {DEFAULT_TRIALS}")
-    everything = {}
-    for path in options.trials:
-        everything[path.stem] = run(path, options.pose_rate, options.lowpass)
-        print(f"{path.stem}: pose at {options.pose_rate:g} Hz, all below {options.lowpass:g} Hz\n")
+    for path in trials:
+        print(f"{path.stem}: pose at {POSE_HZ:g} Hz, all below {LOWPASS_HZ:g} Hz; acc RMSE in m/s2\n")
         print(
             "| method | acc r | acc RMSE | gyr r | shift ms | acc r | acc RMSE | gyr r | acc r | acc RMSE |"
         )
         print("|" + "---|" * 10)
-        for name, found in everything[path.stem].items():
+        for name, found in run(path).items():
             here, shifted, moved = found.values()
             print(
                 f"| {name} | {here['acc_r']:.4f} | {here['acc_rmse']:.3f} | {here['gyr_r']:.5f} "
                 f"| {shifted['shift_ms']:.1f} | {shifted['acc_r']:.4f} | {shifted['acc_rmse']:.3f} "
                 f"| {shifted['gyr_r']:.5f} | {moved['acc_r']:.4f} | {moved['acc_rmse']:.3f} |"
             )
-        print("\nacc RMSE in m/s2; as it stands, then with a time shift, then with a lever arm too\n")
-    if options.json:
-        write_json(options.json, everything)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Variants of real FBX files with other tempo and amplitude, for libraries as large as a benchmark wants.
+"""Variants of real FBX files with other tempo and amplitude, for large libraries and damaged files.
 
 The animation curves inside the file are changed and the file written anew by Blender's own FBX parser and
 writer, so that a variant has the bones, takes and mesh of its original and costs as much to import.
@@ -21,7 +21,7 @@ Element = Any
 LABELS = "labels.csv"
 TEMPO = 0.15
 AMPLITUDE = 0.15
-"""As `studies.sweep.augmentation.Augmentation` has them."""
+"""Shares by which a variant is faster or slower, and its angles wider or narrower."""
 
 ADDERS = {
     b"B": "add_bool", b"C": "add_char", b"Z": "add_int8", b"Y": "add_int16", b"I": "add_int32",
