@@ -32,6 +32,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from w2w.core.files import write_json
 from w2w.core.imu.recording import ImuRecording
@@ -43,7 +44,6 @@ from w2w.core.windows.features import window_features
 from w2w.core.windows.windows import WindowSpec, cut_windows
 from w2w.studies.classifiers.multi3net.classifier import Multi3Net
 from w2w.studies.classifiers.trees import extra_trees
-from w2w.studies.sweep.augmentation import remounted
 
 ACTIVITIES = 24
 CLIPS = 589
@@ -73,6 +73,13 @@ def read_recordings(results: Path) -> list[tuple[ImuRecording, str, str]]:
     ]
 
 
+def remounted(recording: ImuRecording, rng: np.random.Generator) -> ImuRecording:
+    """The recording with every sensor turned in its place, about a random axis."""
+    turns = Rotation.from_rotvec(np.radians(TURN_DEG) * rng.normal(size=(recording.n_sensors, 3))).as_matrix()
+    acc, gyr = (np.einsum("tni,nij->tnj", values, turns) for values in (recording.acc, recording.gyr))
+    return replace(recording, acc=acc, gyr=gyr)
+
+
 def make_library(results: Path) -> tuple[list[np.ndarray], float, dict[str, np.ndarray]]:
     """Windows of 589 clips, clip by clip, their rate, and the labels of each window."""
     found = read_recordings(results)
@@ -81,7 +88,7 @@ def make_library(results: Path) -> tuple[list[np.ndarray], float, dict[str, np.n
     for number in range(CLIPS):
         recording, name, group = found[number % len(found)]
         if number >= len(found):
-            recording = remounted(recording, TURN_DEG, rng)
+            recording = remounted(recording, rng)
         cut = cut_windows(recording, SPEC)
         windows.append(cut.signals)
         is_test.append(cut.is_test)

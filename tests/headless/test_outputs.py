@@ -65,7 +65,6 @@ FILE = {  # commands that write one file
     "tables": "tables results --out OUT",
     "sensors": "sensors mine.json --out OUT",
     "calibrate": "calibrate real.csv clip.bvh --patch sternum --out OUT",
-    "dsads": "dsads data.npz --out OUT",
 }
 FOLDER = {  # commands that write into a folder, and a name in it that they need
     "run": ("run motions --out OUT", "report.html"),
@@ -153,7 +152,6 @@ def test_no_file_is_replaced(place, command):
         "synth clip.bvh --patch sternum --sensor mine.json --format npz --out mine.json",
         "sensors mine.json --out ./mine.json",
         "calibrate real.csv clip.bvh --patch sternum --sensor mine.json --out mine.json",
-        "dsads data.npz --out data.npz",
         "tables results --groups groups.csv --out groups.csv",
         "place results --weights weights.csv --out results/summary.json",
     ],

@@ -34,7 +34,7 @@ from .stopping import always_when_stopped, ignore_signals, stop_on_signals
 PATHS = ("--out", "-o", "--plot")
 """Options that name what is written."""
 
-STUDIES = ("tables", "sweep", "dsads", "challenge", "demo-library", "study", "validate")
+STUDIES = ("tables", "sweep", "challenge", "demo-library", "study", "validate")
 """Commands of the studies, which come by the entry point `w2w.commands`."""
 
 PREFIX = "w2w-run-"

@@ -16,7 +16,6 @@ from w2w.headless.console import USAGE
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
 
-from ..comparisons.leave_out import PAGE as LEFT_OUT, try_settings, write_left_out
 from ..comparisons.truth import DATA_SETS, PAGE, mighar_set, run_data_set, write_page
 from .consoles import why_not, wide_console
 
@@ -39,13 +38,6 @@ def truth(
     sensors: Annotated[
         Path | None, typer.Option(help="csv of where MIG HAR's sensors sit, as for `w2w validate mighar`.")
     ] = None,
-    leave_one_out: Annotated[
-        bool,
-        typer.Option(
-            help="Try bands, soft tissue, noise and weighting of sources on every set, and judge each set by "
-            "what the others choose (left_out.md)."
-        ),
-    ] = False,
     seed: Annotated[int, typer.Option(min=0, help="Of folds, bootstrap and sensor errors.")] = 0,
 ) -> None:
     """Compare worn with simulated sensors on every data set you point it to, and write one page.
@@ -65,16 +57,12 @@ def truth(
         raise _wrong(
             "--mighar needs --sensors: `w2w validate mighar` writes an empty one to fill in", console
         )
-    if leave_one_out and len(given) < 2:
-        raise _wrong("--leave-one-out needs two data sets at least", console)
     try:
         with published(out, (*given.values(), sensors)) as folder:
-            _compare(given, libraries, sensors, seed, leave_one_out, folder, console)
+            _compare(given, libraries, sensors, seed, folder, console)
     except (ValueError, OSError) as error:
         raise _wrong(why_not(error), console) from error
     console.print(f"Page: {shown(out / PAGE)}")
-    if leave_one_out and (out / LEFT_OUT).is_file():
-        console.print(f"Page: {shown(out / LEFT_OUT)}")
 
 
 def _compare(
@@ -82,31 +70,25 @@ def _compare(
     libraries: list[Path],
     sensors: Path | None,
     seed: int,
-    leave_one_out: bool,
     out: Path,
     console: Console,
 ) -> None:
-    """Compare set by set, and write the pages.
+    """Compare set by set, and write the page.
 
     Raises typer.Exit if no set can be used.
     """
-    found, names, settings = {}, {}, {}
+    found, names = {}, {}
     for name, path in given.items():
         try:
             protocol = DATA_SETS[name] if name in DATA_SETS else mighar_set(sensors, console.print)
             names[name] = protocol.name
             with RunMonitor(console).step(f"comparing {names[name]}"):
                 found[name], _ = run_data_set(protocol, path, libraries, out / name, seed, console.print)
-            if leave_one_out:
-                with RunMonitor(console).step(f"trying settings on {names[name]}"):
-                    settings[names[name]] = try_settings(protocol, path, libraries, seed)
         except (ValueError, OSError, UnusableMotion) as error:
             console.print(f"{names.get(name, name)} is left out: {why_not(error)}", style="red")
     if not found:
         raise typer.Exit(USAGE)
     console.print(write_page(out, found, names))
-    if len(settings) > 1:
-        console.print(write_left_out(out, settings))
 
 
 def _wrong(why: str, console: Console) -> typer.Exit:

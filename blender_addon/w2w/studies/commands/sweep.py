@@ -37,7 +37,6 @@ def sweep(
     patches: Annotated[
         int, typer.Option(min=8, help="Patches compared, spread evenly; at most those of the run.")
     ] = 128,
-    copies: Annotated[int, typer.Option(min=1, help="Copies a clip, for 'augment'.")] = 4,
     workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
     or 1,
 ) -> None:
@@ -53,7 +52,7 @@ def sweep(
     try:
         study = StudyResults.load(results)
         wanted = cases(
-            study.config(), [name.strip().replace("-", " ") for name in by.split(",") if name.strip()], copies
+            study.config(), [name.strip().replace("-", " ") for name in by.split(",") if name.strip()]
         )
         folder = out or results / "sweep"
         check(folder, SWEEP_FILES)

@@ -18,8 +18,7 @@ from ..validation.protocol import Protocol
 from ..validation.site_scores import SiteScores
 from ..validation.site_windows import site_windows
 from ..validation.sites import SiteValidation, compare_scores
-from .leave_out import scores_of
-from .unpaired import real_side
+from .unpaired import real_side, scores_of
 from .utd import WINDOW
 
 SEED = 0

@@ -24,9 +24,8 @@ from ..datasets.utd_mhad import UTD_IMU_RATE, read_utd_mhad
 from ..validation.protocol import KINECT, Protocol
 from ..validation.site_windows import SiteWindows, site_windows
 from .challenge import SEED, WRIST
-from .leave_out import scores_of
 from .site_simulator import SiteSimulator
-from .unpaired import RegionSimulator, load_motions
+from .unpaired import RegionSimulator, load_motions, scores_of
 from .utd import KINECT_20, POSE_CUTOFF_HZ, SITES, WINDOW
 
 ENERGY, PAPER, JOINTS, OURS = "signal energy", "the paper's protocol", "joints alone", "W2W"

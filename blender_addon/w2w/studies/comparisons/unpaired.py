@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from copy import copy
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -15,7 +14,6 @@ import numpy as np
 from w2w.core.body.body import Body
 from w2w.core.body.landmarks import SensorSite
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import at_patches, record_motion
 from w2w.core.keypoints.fit import fit_keypoints
@@ -31,6 +29,7 @@ from w2w.headless.runs.clip import load_clip
 
 from ..datasets.utd_mhad import read_utd_mhad
 from ..validation.protocol import BY_POSTURE, KINECT, Analysis, Match, Protocol
+from ..validation.site_scores import SiteScores, site_scores
 from ..validation.site_windows import SiteWindows, site_windows
 from .posture import posture
 
@@ -100,12 +99,6 @@ class RegionSimulator:
         others = np.setdiff1d(np.arange(len(patches)), chosen)[::every] if every else []
         self.patches = [*chosen, *others]
         self._patches = at_patches(patches, self.patches)
-
-    def with_sensor(self, sensor: SensorModel) -> RegionSimulator:
-        """The same patches, read by another sensor."""
-        other = copy(self)
-        other.protocol = replace(self.protocol, sensor=sensor)
-        return other
 
     def record(self, moving: Moving, cutoff_hz: float) -> ImuRecording:
         """What the sensors would record; the paths of a Kinect's joints are limited already."""
@@ -262,6 +255,14 @@ def real_side(protocol: Protocol, recordings: Sequence[ImuRecording], analysis: 
     if not chosen:
         raise ValueError(f"no recording of {protocol.name} takes part in '{analysis.name}'")
     return Side(chosen, site_windows(chosen, protocol.windows, protocol.use), {})
+
+
+def scores_of(
+    windows: SiteWindows, activities: Sequence[str], site_of: np.ndarray | None, seed: int
+) -> SiteScores:
+    """F1 by site of those activities that can be tested, one person left out at a time."""
+    found = windows.ranked(activities, by_subject=True, seed=seed)
+    return site_scores(found, windows.person_of(), site_of, seed)
 
 
 def unpaired_sides(

@@ -72,12 +72,12 @@ def write_scores(
     rows: Sequence[ScoreRow],
     columns: Sequence[str],
     patches: Sequence[int],
-    utility: UtilityMap | None = None,
+    utility: UtilityMap,
 ) -> None:
     """Write one line a cell: group, activity, placement, patch, F1, its interval, motions and windows.
 
-    With a map, the last lines, "expected mean", are what other clips would show; of them
-    `same_as_best` means the best patch of all.
+    The last lines, "expected mean", are what other clips would show; in these `same_as_best` compares with
+    the best patch of all.
     """
     names = [row.activity for row in rows if row.activity]
     name_of = {"": MEAN, **dict(zip(names, apart(names, (MEAN, EXPECTED_MEAN)), strict=True))}
@@ -90,7 +90,7 @@ def write_scores(
             scores = (f"{values[number]:.{DIGITS}f}" for values in (row.f1, row.low, row.high))
             same = "yes" if row.best[number] else "no"
             lines.append([*head, column, patch, *scores, same, row.clips, row.windows])
-    for column, patch in zip(columns, patches, strict=True) if utility is not None else ():
+    for column, patch in zip(columns, patches, strict=True):
         cells = [f"{values[patch]:.{DIGITS}f}" for values in utility.expected]
         equal = "yes" if utility.as_good[patch] else "no"
         tested = (len(np.unique(utility.clip)), len(utility.truth))

@@ -13,7 +13,7 @@ from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.motion.motion import Motion
 from w2w.core.study.config import StudyConfig
 
-from .augmentation import SWITCHES, Augmentation, at_tempo, scaled
+from .augmentation import at_tempo, scaled
 
 TEMPI = (0.75, 1.25, 1.5)
 NARROW = 0.5
@@ -52,7 +52,6 @@ class Case:
     config: StudyConfig
     tempo: float = 1.0  # speed of all motions
     narrow: tuple[str, ...] = ()  # joints that move half as far
-    augmentation: Augmentation | None = None  # copies to train on
     shape: tuple[tuple[str, float], ...] = ()  # parameters of `shapes.shaped`; empty for the study's own body
 
     @property
@@ -67,12 +66,11 @@ class Case:
         return at_tempo(motion, self.tempo) if self.tempo != 1.0 else motion
 
 
-def cases(config: StudyConfig, factors: Collection[str], copies: int) -> list[Case]:
+def cases(config: StudyConfig, factors: Collection[str]) -> list[Case]:
     """The usual case, then those of each factor.
 
     `config`: of the study.
     `factors`: of `FACTORS`.
-    `copies`: copies a clip in the cases of augmentation.
     Raises ValueError if a factor is unknown.
     """
     unknown = sorted(set(factors) - set(FACTORS))
@@ -80,15 +78,15 @@ def cases(config: StudyConfig, factors: Collection[str], copies: int) -> list[Ca
         raise ValueError(f"'{unknown[0]}' cannot be swept; there are {', '.join(FACTORS)}")
     found = [Case("", USUAL, config)]
     for factor in factors:
-        found += FACTORS[factor](config, copies)
+        found += FACTORS[factor](config)
     return found
 
 
-def _tempi(config: StudyConfig, _copies: int) -> list[Case]:
+def _tempi(config: StudyConfig) -> list[Case]:
     return [Case("tempo", f"{tempo:g} x", config, tempo=tempo) for tempo in TEMPI]
 
 
-def _asymmetries(config: StudyConfig, _copies: int) -> list[Case]:
+def _asymmetries(config: StudyConfig) -> list[Case]:
     return [
         Case(
             "asymmetry",
@@ -100,11 +98,11 @@ def _asymmetries(config: StudyConfig, _copies: int) -> list[Case]:
     ]
 
 
-def _bodies(config: StudyConfig, _copies: int) -> list[Case]:
+def _bodies(config: StudyConfig) -> list[Case]:
     return [Case("body", name, config, shape=tuple(shape.items())) for name, shape in BODIES.items()]
 
 
-def _sensors(config: StudyConfig, _copies: int) -> list[Case]:
+def _sensors(config: StudyConfig) -> list[Case]:
     return [Case("sensor", name, replace(config, sensor=name)) for name in SENSORS if name != config.sensor]
 
 
@@ -114,7 +112,7 @@ def _with_sensor(config: StudyConfig, factor: str, name: str, model: SensorModel
     return Case(factor, name, replace(config, sensor=model.name, own_sensor=model))
 
 
-def _rates(config: StudyConfig, _copies: int) -> list[Case]:
+def _rates(config: StudyConfig) -> list[Case]:
     usual = config.synthesis
     return [
         Case("rate", f"{rate:g} Hz", replace(config, synthesis=replace(usual, rate_hz=rate)))
@@ -123,7 +121,7 @@ def _rates(config: StudyConfig, _copies: int) -> list[Case]:
     ]
 
 
-def _ranges(config: StudyConfig, _copies: int) -> list[Case]:
+def _ranges(config: StudyConfig) -> list[Case]:
     usual, found = config.sensor_model(), []
     for g, degrees in RANGES:
         acc = replace(usual.accelerometer, full_scale=g * STANDARD_GRAVITY)
@@ -134,7 +132,7 @@ def _ranges(config: StudyConfig, _copies: int) -> list[Case]:
     return found
 
 
-def _mountings(config: StudyConfig, _copies: int) -> list[Case]:
+def _mountings(config: StudyConfig) -> list[Case]:
     usual, found = config.sensor_model(), []
     for turn, shift in MOUNTINGS:
         model = replace(usual, mounting_turn_deg=float(turn), mounting_shift_m=shift / 1000)
@@ -143,7 +141,7 @@ def _mountings(config: StudyConfig, _copies: int) -> list[Case]:
     return found
 
 
-def _tissues(config: StudyConfig, _copies: int) -> list[Case]:
+def _tissues(config: StudyConfig) -> list[Case]:
     usual, found = config.sensor_model(), []
     for frequency in TISSUES_HZ:
         model = replace(usual, soft_tissue_hz=frequency, soft_tissue_gain=TISSUE_GAIN)
@@ -152,7 +150,7 @@ def _tissues(config: StudyConfig, _copies: int) -> list[Case]:
     return found
 
 
-def _windows(config: StudyConfig, _copies: int) -> list[Case]:
+def _windows(config: StudyConfig) -> list[Case]:
     usual = config.windows
     share = usual.stride_s / usual.length_s
     return [
@@ -166,13 +164,7 @@ def _windows(config: StudyConfig, _copies: int) -> list[Case]:
     ]
 
 
-def _augmentations(config: StudyConfig, copies: int) -> list[Case]:
-    plans = {name: Augmentation.only([name], copies) for name in SWITCHES}
-    plans["all"] = Augmentation.only(SWITCHES, copies)
-    return [Case("augment", name, config, augmentation=plan) for name, plan in plans.items()]
-
-
-FACTORS: dict[str, Callable[[StudyConfig, int], list[Case]]] = {
+FACTORS: dict[str, Callable[[StudyConfig], list[Case]]] = {
     "tempo": _tempi,
     "asymmetry": _asymmetries,
     "body": _bodies,
@@ -182,6 +174,5 @@ FACTORS: dict[str, Callable[[StudyConfig, int], list[Case]]] = {
     "mounting": _mountings,
     "soft tissue": _tissues,
     "window": _windows,
-    "augment": _augmentations,
 }
 """What can be swept."""

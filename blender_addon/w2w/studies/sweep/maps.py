@@ -39,7 +39,6 @@ from w2w.headless.runs.folder import code_sha256
 from w2w.headless.runs.workers import local_executor
 from w2w.headless.stopping import deaf_children
 
-from .augmentation import copies_of
 from .cases import Case
 
 
@@ -156,15 +155,7 @@ def _bake_clip(
             features, is_test = describe(record(body, placed, motion, case.config), case.config)
         except TooShortError:
             return False
-        parts = [features]
-        for copy in copies_of(body, placed, motion, case.config, case.augmentation):
-            try:
-                parts.append(describe(copy, case.config)[0])
-            except TooShortError:
-                continue
-    whole = np.concatenate(parts)
-    is_test = np.pad(is_test, (0, len(whole) - len(is_test)))  # copies are never tested on
-    write_features(features_file(folder, clip.name), whole, is_test, np.zeros(0))
+    write_features(features_file(folder, clip.name), features, is_test, np.zeros(0))
     return True
 
 
