@@ -14,6 +14,7 @@ from w2w.core.files import write_npz
 from w2w.headless.app import APP
 
 from ..clip_lists import skipped_clips
+from ..command_line import cli
 from ..made_bvh import ONE_JOINT
 
 pytestmark = pytest.mark.usefixtures("one_worker")
@@ -33,15 +34,8 @@ Frame Time: %s
 )
 
 
-def w2w(*arguments):
-    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "400"})
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    assert "Traceback" not in result.output
-    return result.exit_code, " ".join(result.output.split())
-
-
 def run(library, out, *options):
-    return w2w("run", library, "--out", out, "--patches", 8, "--no-pictures", "--workers", 1, *options)
+    return cli("run", library, "--out", out, "--patches", 8, "--no-pictures", "--workers", 1, *options)
 
 
 @pytest.fixture
@@ -235,6 +229,6 @@ def test_signals_too_large_for_the_memory_are_refused_before_they_are_made(bundl
 
 
 def test_inspect_says_what_is_wrong(shared_data):
-    code, output = w2w("inspect", shared_data / "mixamo" / "_broken" / "truncated_50pct_Walking.fbx")
+    code, output = cli("inspect", shared_data / "mixamo" / "_broken" / "truncated_50pct_Walking.fbx")
     assert code == 1
     assert "would be skipped: it is cut short" in output

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
-from typer.testing import CliRunner
 
-from w2w.headless.app import APP
 from w2w.headless.runs import workers
 from w2w.headless.runs.own_files import ForeignFileError, claimed, published
+
+from ..command_line import cli
 
 PRECIOUS = b"years of work"
 
@@ -37,14 +37,8 @@ def place(tmp_path, drawn_results, shared_data, monkeypatch):
     Path("real.csv").write_text("time_s\n")
     Path("gait").mkdir()
     np.savez("data.npz", x=np.zeros(3))
-    assert w2w("sensors", "bmi270", "--out", "mine.json")[0] == 0
+    assert cli("sensors", "bmi270", "--out", "mine.json")[0] == 0
     return tmp_path
-
-
-def w2w(*arguments):
-    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "400"})
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, " ".join(result.output.split())
 
 
 def everything(folder):
@@ -128,7 +122,7 @@ def put(path):
 def refused(place, words, because):
     """Run a command that must be refused: a sentence, exit code 2, and nothing is otherwise than before."""
     before = everything(place)
-    code, said = w2w(*words)
+    code, said = cli(*words)
     assert everything(place) == before
     assert code == 2, said
     assert because in said, said
@@ -237,7 +231,7 @@ def test_what_needs_blender_is_refused_before_any_work_where_it_is_not_installed
     monkeypatch.setattr(blender, "find_spec", lambda _: None)
     monkeypatch.delitem(blender.sys.modules, "bpy", raising=False)
     before = everything(place)
-    code, said = w2w("run", "motions", "--out", "out")
+    code, said = cli("run", "motions", "--out", "out")
     assert (code, everything(place)) == (1, before)
     assert "No result: Blender's Python module, bpy, is not installed" in said
 

@@ -8,19 +8,13 @@ import shutil
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from w2w.core.study.results import StudyResults
-from w2w.headless.app import APP
 
+from ..command_line import cli
 from .conftest import write_motions
 
 pytestmark = pytest.mark.usefixtures("one_worker")
-
-
-def run(*arguments):
-    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "200"})
-    return result.exit_code, " ".join(result.output.split())
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +27,7 @@ def _run(folder):
     table = "name,vertex,x,y,z\nStrap pod,1234,,,\nclip,,0.14,-0.06,0.98\n"
     (folder / "own.csv").write_text(table, encoding="utf-8")
     write_motions(folder / "library", {"sitting": 0.5, "lifting": 0.8, "walking": 1.2}, 2)
-    code, output = run(
+    code, output = cli(
         *("run", folder / "library", "--out", folder / "out", "--patches", 12, "--no-pictures"),
         *("--no-report", "--workers", 1, "--placements", folder / "own.csv"),
     )
@@ -65,7 +59,7 @@ def test_they_have_signals_scores_a_rank_and_a_loss(finished):
 
 def test_the_report_shows_them_with_score_rank_and_loss(finished):
     out, _ = finished
-    code, output = run("report", out)
+    code, output = cli("report", out)
     assert code == 0, output
     page = (out / "report.html").read_text(encoding="utf-8")
     section = page[page.index('<section class="panel" id="own">') :].partition("</section>")[0]
@@ -89,13 +83,13 @@ def test_a_report_without_them_says_nothing_of_them(finished, tmp_path):
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     del summary["own_placements"]  # as of a run without any
     (tmp_path / "out" / "summary.json").write_text(json.dumps(summary))
-    assert run("report", tmp_path / "out")[0] == 0
+    assert cli("report", tmp_path / "out")[0] == 0
     assert "Your placements" not in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
 def test_they_may_be_wished_for_by_name(finished):
     out, _ = finished
-    code, output = run("place", out, "--must", "strap pod", "--max", 1, "--out", out / "choice.json")
+    code, output = cli("place", out, "--must", "strap pod", "--max", 1, "--out", out / "choice.json")
     assert code == 0, output
     choice = json.loads((out / "choice.json").read_text())
     assert [place["name"] for place in choice["worn_together"]["places"]] == ["Strap pod"]
@@ -106,7 +100,7 @@ def test_one_that_is_off_the_body_is_wrong_use_and_said(finished, tmp_path):
     (tmp_path / "own.csv").write_text("name,x,y,z\nkite,0,0,9\n", encoding="utf-8")
     library = out.parent / "library"
     own = ("--placements", tmp_path / "own.csv")
-    code, output = run("run", library, "--out", tmp_path / "out", *own, "--patches", 8)
+    code, output = cli("run", library, "--out", tmp_path / "out", *own, "--patches", 8)
     assert code != 0
     assert "'kite' lies" in output
     assert "from the skin" in output

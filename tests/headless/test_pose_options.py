@@ -8,28 +8,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import w2w
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.motion.motion import Motion, read_amass
 from w2w.core.motion.skinning import on_the_ground
-from w2w.headless.app import APP
 from w2w.studies.datasets.utd_mhad import UTD_ACTIONS, read_utd_mhad
 
 from ..clip_lists import skipped_clips, used_clips
+from ..command_line import cli
 from ..seen_joints import seen_as
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
 ACTIONS = ("wave", "walk")
-
-
-def call(*arguments):
-    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "300"})
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    assert "Traceback" not in result.output
-    return result.exit_code, " ".join(result.output.split())
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +46,7 @@ def kinect(shared_data, tmp_path_factory):
 @pytest.mark.slow
 def test_kinect_skeletons_are_a_library(kinect, tmp_path):
     options = ("--patches", 8, "--folds", 3, "--no-pictures", "--no-report", "--workers", 1, "--window", 1)
-    code, output = call(
+    code, output = cli(
         "run", kinect, "--out", tmp_path / "out", *options, "--pose-rate", 30, "--pose-unit", "m"
     )
     assert code == 0, output
@@ -68,30 +60,30 @@ def test_kinect_skeletons_are_a_library(kinect, tmp_path):
     assert walk.rate == 30
     before = (tmp_path / "out" / "signals" / "walk_0.npz").stat().st_mtime_ns
     (kinect / "walk" / "0.json").write_text('{"rate": 60}')  # the options come before a side-car...
-    code, output = call(
+    code, output = cli(
         "run", kinect, "--out", tmp_path / "out", *options, "--pose-rate", 30, "--pose-unit", "m"
     )
     assert code == 0, output
     (kinect / "walk" / "0.json").unlink()
     after = (tmp_path / "out" / "signals" / "walk_0.npz").stat().st_mtime_ns
     assert after > before  # ... but the clip is read again, for it might have said more
-    code, output = call("run", kinect, "--out", tmp_path / "other", *options)
+    code, output = cli("run", kinect, "--out", tmp_path / "other", *options)
     assert code == 1
     assert "does not say its frame rate: give --pose-rate" in output
 
 
 def test_inspect_names_the_joints_and_what_cannot_be_seen(kinect):
-    code, output = call("inspect", kinect / "wave" / "0.npy", "--pose-rate", 30, "--pose-unit", "m")
+    code, output = cli("inspect", kinect / "wave" / "0.npy", "--pose-rate", 30, "--pose-unit", "m")
     assert code == 0, output
     assert "joints Kinect, 20 joints" in output
     assert "up y, 1 file of joints (Kinect, 20 joints)" in output
     assert "turns of the forearms about their own axis" in output
     assert "m tall" in output
-    code, output = call("inspect", kinect / "wave" / "0.npy")
+    code, output = cli("inspect", kinect / "wave" / "0.npy")
     assert (code, "does not say its frame rate" in output) == (1, True)
-    code, output = call("inspect", kinect / "wave" / "0.npy", "--pose-unit", "furlong")
+    code, output = cli("inspect", kinect / "wave" / "0.npy", "--pose-unit", "furlong")
     assert (code, "the pose's unit must be one of m, cm" in output) == (2, True)
-    code, output = call("inspect", kinect / "wave" / "0.npy", "--pose-rate", 30, "--pose-unit", "mm")
+    code, output = cli("inspect", kinect / "wave" / "0.npy", "--pose-rate", 30, "--pose-unit", "mm")
     assert (code, "m tall: correct its unit" in output) == (1, True)
 
 
@@ -132,7 +124,7 @@ def test_a_rate_that_is_given_holds_whatever_the_file_says(
         "no rate": shared_cases / "gvhmr_no_rate.npz",
         "joints": tmp_path / "a.npz",
     }.get(kind, tmp_path / f"a.{kind}")
-    code, output = call("inspect", path, "--pose-rate", 37)
+    code, output = cli("inspect", path, "--pose-rate", 37)
     assert (code, "at 37 frames/s" in output) == (0, True), output
     motion = w2w.load(path, pose=w2w.PoseFacts(rate=37.0))[0]
     assert motion.rate == 37
@@ -142,11 +134,11 @@ def test_a_rate_that_is_given_holds_whatever_the_file_says(
 def test_a_pipe_named_like_text_is_never_waited_for(tmp_path):
     os.mkfifo(tmp_path / "a.csv")
     os.mkfifo(tmp_path / "b.npz")
-    code, output = call("inspect", tmp_path / "b.npz")
+    code, output = cli("inspect", tmp_path / "b.npz")
     assert (code, "a named pipe" in output) == (1, True)
-    code, output = call("inspect", tmp_path / "a.csv")
+    code, output = cli("inspect", tmp_path / "a.csv")
     assert (code, "a named pipe" in output) == (1, True)
-    code, output = call("run", tmp_path, "--out", tmp_path.parent / "out")
+    code, output = cli("run", tmp_path, "--out", tmp_path.parent / "out")
     assert code in (1, 2), output
 
 

@@ -13,22 +13,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from w2w.core.files import file_sha256, write_npz
-from w2w.headless.app import APP
+
+from ..command_line import cli
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
 LIST, RECORDS = ".w2w/written.sha256", ".w2w/records.jsonl"
 RUN = ["--patches", "4", "--workers", "1", "--no-pictures"]
-
-
-def w2w(*words: object) -> tuple[int, str]:
-    """Exit code and words of a command, which ends without a traceback."""
-    result = CliRunner().invoke(APP, [str(word) for word in words], env={"COLUMNS": "1000"})
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, " ".join(result.output.split())
 
 
 def moving(path: Path, seed: int, scale: float) -> None:
@@ -50,7 +43,7 @@ def sent(made_once) -> Path:
             [("calm", 0.05), ("calm", 0.06), ("wild", 0.3), ("wild", 0.4), ("calm", 0.07)]
         ):
             moving(folder / "library" / activity / f"{number}.npz", number, scale)
-        code, said = w2w("run", folder / "library", "--out", folder / "out", *RUN)
+        code, said = cli("run", folder / "library", "--out", folder / "out", *RUN)
         assert code == 0, said
 
     return made_once("sent", make)
@@ -205,7 +198,7 @@ def test_a_name_that_leads_out_is_refused_with_file_and_line(place, how, name):
     change(place, name.format(there=place / "elsewhere"))
     for word in refusing:
         with untouched(place / "elsewhere"):
-            code, said = w2w(*commands(place)[word])
+            code, said = cli(*commands(place)[word])
         assert code == 2, (word, said)
         if name or how != "clip_recorded":
             assert ", line " in said, (word, said)
@@ -272,7 +265,7 @@ def link(place: Path, name: str, relative: bool = False) -> None:
 def test_a_link_that_leads_out_is_refused(place, word, name):
     link(place, name)
     with untouched(place / "elsewhere"):
-        code, said = w2w(*commands(place)[word])
+        code, said = cli(*commands(place)[word])
     assert code in ((1, 2) if word in ("xsens", "aeon") else (2,)), said
     assert "link that leads out of the folder" in said or "which W2W did not write" in said
 
@@ -341,7 +334,7 @@ def test_whatever_a_received_folder_says_nothing_elsewhere_is_touched(place, see
             path.write_bytes(b"")
     for word in words:
         with untouched(place / "elsewhere"):
-            code, said = w2w(*commands(place)[word])
+            code, said = cli(*commands(place)[word])
         assert code in (0, 1, 2, 4), said
         assert "please report" not in said
     assert {path.name for path in place.iterdir()} <= {"elsewhere", "library", "out", "new", "fewer.csv"}

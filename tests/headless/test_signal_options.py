@@ -5,7 +5,6 @@ import json
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from w2w.core.files import write_npz
 from w2w.core.imu.further import NOTHING, FurtherSensors
@@ -13,16 +12,11 @@ from w2w.core.imu.presets import preset
 from w2w.core.imu.recording import FURTHER, ImuRecording
 from w2w.core.study.clip_files import features_file
 from w2w.core.study.config import StudyConfig
-from w2w.headless.app import APP
 from w2w.headless.options import further_sensors
 
+from ..command_line import cli
+
 pytestmark = pytest.mark.usefixtures("one_worker")
-
-
-def w2w(*arguments):
-    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "300"})
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, " ".join(result.output.split())
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +39,7 @@ def library(tmp_path_factory):
 
 
 def run(library, out, *options):
-    code, output = w2w(
+    code, output = cli(
         "run", library, "--out", out, "--patches", 8, "--folds", 3, "--no-pictures", "--no-report",
         "--workers", 1, *options,
     )  # fmt: skip
@@ -107,26 +101,26 @@ def test_wrong_use_is_a_sentence_before_anything_is_made(library, tmp_path, opti
     bad = tmp_path / "bad.json"
     bad.write_text('{"accelerometer": {"noise_density": 160}}')
     options = [str(bad) if word == "BAD" else word for word in options]
-    code, output = w2w("run", library, "--out", tmp_path / "out", *options)
+    code, output = cli("run", library, "--out", tmp_path / "out", *options)
     assert code == 2
     assert message in output
     assert not (tmp_path / "out").exists()
 
 
 def test_sensors_shows_one_whole_and_writes_it(tmp_path):
-    code, output = w2w("sensors")
+    code, output = cli("sensors")
     assert code == 0
     assert "paper (5 deg, fixed)" in output
-    code, output = w2w("sensors", "bmi270", "--out", tmp_path / "mine.json")
+    code, output = cli("sensors", "bmi270", "--out", tmp_path / "mine.json")
     assert code == 0
     assert "noise_density" in output
-    code, output = w2w("sensors", tmp_path / "mine.json")
+    code, output = cli("sensors", tmp_path / "mine.json")
     assert code == 0, output
     (tmp_path / "mine.json").write_text('{"jitter": 1}')
-    code, output = w2w("sensors", tmp_path / "mine.json")
+    code, output = cli("sensors", tmp_path / "mine.json")
     assert (code, "did you mean 'jitter_s'" in output) == (2, True)
-    assert w2w("sensors", "--out", tmp_path / "x.json")[0] == 2
-    code, output = w2w("sensors", "bmi270", "--out", tmp_path / "no" / "x.json")
+    assert cli("sensors", "--out", tmp_path / "x.json")[0] == 2
+    code, output = cli("sensors", "bmi270", "--out", tmp_path / "no" / "x.json")
     assert (code, "there is no folder" in output) == (2, True)
 
 

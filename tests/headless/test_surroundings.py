@@ -30,6 +30,8 @@ from w2w.headless.runs.folder import make_folders
 from w2w.headless.runs.guard import guarded, timed_out
 from w2w.headless.runs.monitor import RunMonitor, read_state
 
+from ..command_line import cli
+
 pytestmark = pytest.mark.usefixtures("one_worker")
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -156,10 +158,7 @@ def test_a_motion_of_200_000_frames_is_refused_before_its_signals_are_made(task,
 
 
 def run(library, out):
-    arguments = ["run", library, "--out", out, "--patches", 4, "--workers", 1, "--no-pictures"]
-    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "400"})
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, " ".join(result.output.split())
+    return cli("run", library, "--out", out, "--patches", 4, "--workers", 1, "--no-pictures")
 
 
 @pytest.mark.slow

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from w2w.core.library.library import Clip
 from w2w.core.motion.motion import LABELS, Motion
 from w2w.core.motion.up import Ups
 from w2w.core.study.config import StudyConfig
-from w2w.headless.app import APP
 from w2w.headless.runs.clip_task import ClipTask, Engine
+
+from ..command_line import cli
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -29,12 +29,6 @@ OPTIONS = (
     "--window",
     "1",
 )
-
-
-def call(*arguments):
-    done = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "300"})
-    assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
-    return done.exit_code, " ".join(done.output.split())
 
 
 def rewrite(path, flip):
@@ -55,17 +49,17 @@ def test_a_library_head_down_is_refused_and_turned_when_told(motions, tmp_path):
     files = sorted(motions.rglob("*.npz"))
     for number, path in enumerate(files):
         rewrite(path, flip=number % 4 < 3)
-    code, output = call("run", motions, "--out", tmp_path / "out", *OPTIONS)
+    code, output = cli("run", motions, "--out", tmp_path / "out", *OPTIONS)
     assert code == 1
     assert "Up: z, 8 files of AMASS." in output
     assert "No result: trunks point down in most of the frames: give --pose-up" in output
     assert not (tmp_path / "out").exists()  # before any signals
-    code, output = call("run", motions, "--out", tmp_path / "out", *OPTIONS, "--pose-up", "-z")
+    code, output = cli("run", motions, "--out", tmp_path / "out", *OPTIONS, "--pose-up", "-z")
     assert code == 0, output
     turned = [Motion.load(path) for path in sorted((tmp_path / "out" / "motions").glob("*.npz"))]
     assert [motion.head_down for motion in turned] == [number % 4 == 3 for number in range(8)]
     before = (tmp_path / "out" / "utility.csv").read_bytes()
-    code, output = call("run", motions, "--out", tmp_path / "out", *OPTIONS, "--pose-up", "x")
+    code, output = cli("run", motions, "--out", tmp_path / "out", *OPTIONS, "--pose-up", "x")
     assert code == 0, output
     assert "Nothing has changed" not in output
     assert (tmp_path / "out" / "utility.csv").read_bytes() != before
@@ -75,7 +69,7 @@ def test_a_library_head_down_is_refused_and_turned_when_told(motions, tmp_path):
 def test_a_few_clips_head_down_are_motions(motions, tmp_path):
     for number, path in enumerate(sorted(motions.rglob("*.npz"))):
         rewrite(path, flip=number == 1)
-    code, output = call("run", motions, "--out", tmp_path / "out", *OPTIONS)
+    code, output = cli("run", motions, "--out", tmp_path / "out", *OPTIONS)
     assert code == 0, output
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["clips"]["used"] == 8
 
@@ -84,12 +78,12 @@ def test_inspect_says_what_is_up(motions):
     upside, other = sorted(motions.rglob("*.npz"))[:2]
     for path in motions.rglob("*.npz"):
         rewrite(path, flip=path == upside)
-    assert call("inspect", upside)[0] == 1
-    assert "trunks point down" in call("inspect", upside)[1]
-    code, output = call("inspect", upside, "--pose-up", "-z")
+    assert cli("inspect", upside)[0] == 1
+    assert "trunks point down" in cli("inspect", upside)[1]
+    code, output = cli("inspect", upside, "--pose-up", "-z")
     assert (code, "up -z, as given" in output) == (0, True)
-    assert "up z, 1 file of AMASS" in call("inspect", other)[1]
-    code, output = call("inspect", upside, "--library", motions)
+    assert "up z, 1 file of AMASS" in cli("inspect", other)[1]
+    code, output = cli("inspect", upside, "--library", motions)
     assert (code, "up z, 8 files of AMASS" in output) == (0, True)
 
 

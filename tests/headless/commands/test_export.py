@@ -8,7 +8,6 @@ import shutil
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from typer.testing import CliRunner
 
 from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES
 from w2w.core.imu.recording import ImuRecording
@@ -17,18 +16,12 @@ from w2w.core.motion.motion import SMPL_PELVIS, Motion, at_rate, read_amass
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.patches.patches import PatchSet
 from w2w.core.windows.windows import WindowSpec, cut_windows
-from w2w.headless.app import APP
 
+from ...command_line import cli
 from ...orientation_sto import read_orientation_sto
 
 Y_UP = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
 """What TransPose's preprocessing turns AMASS by (`amass_rot`)."""
-
-
-def w2w(*arguments):
-    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "300"})
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, " ".join(result.output.split())
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +40,7 @@ def _run(folder):
             turns = Rotation.from_rotvec((angles[:, None, None] * axes).reshape(-1, 3)).as_matrix()
             pelvis = np.stack([time / 5, 0 * time, np.ones_like(time)], axis=1)
             Motion(turns.reshape(-1, 24, 3, 3), pelvis, 30.0).save(library / activity / f"{number}.npz")
-    code, output = w2w(
+    code, output = cli(
         "run", library, "--out", folder / "out", "--patches", 96, "--folds", 2, "--no-pictures",
         "--no-report", "--workers", 1, "--sensor", "ideal",
     )  # fmt: skip
@@ -59,7 +52,7 @@ def recording_of(results, clip="slow_0"):
 
 
 def exported(results, tmp_path, tool, *options):
-    code, output = w2w("export", results, "--for", tool, "--out", tmp_path / tool, *options)
+    code, output = cli("export", results, "--for", tool, "--out", tmp_path / tool, *options)
     assert code == 0, output
     assert not list(tmp_path.glob(".*"))
     return tmp_path / tool
@@ -252,20 +245,20 @@ def test_parquet_in_parts_holds_the_same(results, tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_an_export_is_replaced_and_nothing_else_is(results, tmp_path):
-    code, output = w2w("export", results, "--for", "bids")
+    code, output = cli("export", results, "--for", "bids")
     assert code == 0, output
     assert (results / "export" / "bids" / "participants.tsv").is_file()
-    code, output = w2w("export", results, "--for", "bids")  # its own may be replaced
+    code, output = cli("export", results, "--for", "bids")  # its own may be replaced
     assert code == 0, output
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine")
-    code, output = w2w("export", results, "--for", "bids", "--out", tmp_path / "mine")
+    code, output = cli("export", results, "--for", "bids", "--out", tmp_path / "mine")
     assert (code, "holds notes.txt, which W2W did not write" in " ".join(output.split())) == (2, True)
     assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
     (results / "export" / "bids" / "sub-1").mkdir(exist_ok=True)
     added = results / "export" / "bids" / "sub-1" / "notes.txt"  # what somebody puts into an export stays
     added.write_text("mine")
-    code, output = w2w("export", results, "--for", "bids")
+    code, output = cli("export", results, "--for", "bids")
     assert (code, "holds sub-1/notes.txt, which W2W did not write" in " ".join(output.split())) == (2, True)
     assert added.read_text() == "mine"
     added.unlink()
@@ -284,25 +277,25 @@ def test_an_export_is_replaced_and_nothing_else_is(results, tmp_path):
     ],
 )
 def test_wrong_use_is_a_sentence(results, tmp_path, options, code, message):
-    found, output = w2w("export", results, "--out", tmp_path / "out", *options)
+    found, output = cli("export", results, "--out", tmp_path / "out", *options)
     assert (found, message in output) == (code, True), output
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
 def test_a_patch_that_is_not_near_its_place_is_said(results, tmp_path):
-    code, output = w2w("export", results, "--for", "parquet", "--places", "chest", "--out", tmp_path / "out")
+    code, output = cli("export", results, "--for", "parquet", "--places", "chest", "--out", tmp_path / "out")
     assert code == 0
     assert "The nearest patch to 'chest' is " in output
 
 
 @pytest.mark.slow
 def test_a_damaged_or_unfinished_run_is_said(results, tmp_path):
-    code, output = w2w("export", tmp_path, "--for", "aeon")
+    code, output = cli("export", tmp_path, "--for", "aeon")
     assert (code, "is not the results folder of a finished run" in output) == (2, True)
     shutil.copytree(results, tmp_path / "out")
     (tmp_path / "out" / "signals" / "slow_1.npz").write_bytes(b"cut")
-    code, output = w2w("export", tmp_path / "out", "--for", "aeon", "--out", tmp_path / "x")
+    code, output = cli("export", tmp_path / "out", "--for", "aeon", "--out", tmp_path / "x")
     assert (code, "Nothing written: " in output, "slow_1.npz" in output) == (1, True, True)
     assert not (tmp_path / "x").exists()
     assert not list(tmp_path.glob(".x*"))

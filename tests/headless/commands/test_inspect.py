@@ -15,16 +15,15 @@ from w2w.core.library.library import read_library
 from w2w.headless.app import APP
 from w2w.headless.commands.inspect import label_said
 
+from ...command_line import cli
+
 pytestmark = pytest.mark.usefixtures("one_worker")
 
 ROOT = Path(__file__).resolve().parents[3]
 
 
 def inspect(*arguments):
-    result = CliRunner().invoke(
-        APP, ["inspect", *(str(argument) for argument in arguments)], env={"COLUMNS": "400"}
-    )
-    return result.exit_code, " ".join(result.output.split())
+    return cli("inspect", *arguments)
 
 
 def test_a_clip_that_would_be_used(shared_data):

@@ -9,7 +9,6 @@ import shutil
 import bpy
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from w2w.core.body.body import Body
 from w2w.core.files import file_sha256
@@ -20,20 +19,15 @@ from w2w.core.selection.answer import Scored, answer
 from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.headline import as_good_as
 from w2w.core.study.results import StudyResults
-from w2w.headless.app import APP
 from w2w.headless.runs.folder import only_run
 from w2w.scene.files.study_file import read_record
 from w2w.studies.placements.placement_patches import placement_patches
 
 from ...clip_lists import skipped_clips
+from ...command_line import cli
 from ..conftest import write_motions
 
 pytestmark = pytest.mark.usefixtures("one_worker")
-
-
-def run(*arguments):
-    result = CliRunner().invoke(APP, [str(argument) for argument in arguments])
-    return result.exit_code, " ".join(result.output.split())
 
 
 PACES = {"sit_to_stand": 0.5, "arm_raise_band": 0.7, "one_leg_stand": 1.0, "stair_climbing": 2.0}
@@ -51,7 +45,7 @@ def _make(folder):
     costs = folder / "costs.csv"
     costs.write_text("region,cost\nleg,2\n", encoding="utf-8")
     write_motions(folder / "library", PACES, 3)
-    code, output = run(
+    code, output = cli(
         *("run", folder / "library", "--out", folder / "out", "--patches", 48, "--no-pictures"),
         *("--workers", 1, "--forbid", "head,hand"),
         *("--max", 2, "--target", 1, "--cost", costs, "--leave-out", "stair_climbing", "--folds", 3),
@@ -62,7 +56,7 @@ def _make(folder):
 
 def chosen(out, *options):
     (out / "choice.json").unlink(missing_ok=True)  # no command replaces a single file
-    code, output = run("place", out, "--out", out / "choice.json", *options)
+    code, output = cli("place", out, "--out", out / "choice.json", *options)
     assert code == 0, output
     return json.loads((out / "choice.json").read_text()), output
 
@@ -180,11 +174,11 @@ def redrawn(study, tmp_path_factory):
     """A copy of the study's folder with another choice, and what was written of the same one."""
     folder = tmp_path_factory.mktemp("redrawn")
     before = hashes(study[0])
-    code, output = run("place", study[0], "--out", folder / "left", *WISHES)
+    code, output = cli("place", study[0], "--out", folder / "left", *WISHES)
     assert code == 0, output
     assert f"Written to {folder / 'left'}" in output
     assert hashes(study[0]) == before
-    code, output = run("place", study[0], "--out", folder / "choice.json", *WISHES)
+    code, output = cli("place", study[0], "--out", folder / "choice.json", *WISHES)
     assert code == 0, output
     return folder / "left", json.loads((folder / "choice.json").read_text())
 
@@ -222,10 +216,10 @@ def test_a_choice_replaces_the_runs_where_that_is_asked_for(redrawn, tmp_path):
     shutil.copytree(redrawn[0], out)
     before = hashes(out)
     wishes = ("--forbid", "head,hand", "--max", 1, "--target", 1)
-    code, output = run("place", out, *wishes)
+    code, output = cli("place", out, *wishes)
     assert code == 0, output
     assert hashes(out) == before
-    code, output = run("place", out, "--redraw", "--out", tmp_path / "choice.json", *wishes)
+    code, output = cli("place", out, "--redraw", "--out", tmp_path / "choice.json", *wishes)
     assert code == 0, output
     choice = json.loads((tmp_path / "choice.json").read_text())
     summary = json.loads((out / "summary.json").read_text())
@@ -246,16 +240,16 @@ def test_nobody_elses_file_is_overwritten_and_no_other_folder(study, tmp_path):
     shutil.copytree(study[0], out)
     (out / "study.blend").write_text("mine")
     before = hashes(out)
-    code, output = run("place", out, "--redraw")
+    code, output = cli("place", out, "--redraw")
     assert code == 2
     assert "already holds study.blend, which W2W did not write" in output
     assert hashes(out).items() >= before.items()
-    code, output = run("place", study[0], "--out", out)
+    code, output = cli("place", study[0], "--out", out)
     assert code == 2
     assert "is not empty: give a new folder" in output
     (out / "study.blend").unlink()
     with only_run(out / ".w2w"):
-        code, output = run("place", out, "--redraw")
+        code, output = cli("place", out, "--redraw")
     assert code == 4
     assert "another run works in" in output
 
@@ -270,20 +264,20 @@ def test_nobody_elses_file_is_overwritten_and_no_other_folder(study, tmp_path):
     ],
 )
 def test_what_cannot_be_met_is_refused_in_words(study, options, complaint):
-    code, output = run("place", study[0], *options)
+    code, output = cli("place", study[0], *options)
     assert code == 2
     assert complaint in output
 
 
 def test_a_folder_without_a_finished_run_is_refused(tmp_path):
-    code, output = run("place", tmp_path)
+    code, output = cli("place", tmp_path)
     assert code == 2
     assert "not the results folder of a finished run: summary.json is missing" in output
 
 
 def test_the_papers_sets_are_chosen_from_a_finished_run(study):
     out, _ = study
-    code, output = run("study", "paper", out)
+    code, output = cli("study", "paper", out)
     assert code == 0, output
     sets = json.loads((out / "paper_sets.json").read_text())
     places = sets["subset"]["places"]
@@ -296,7 +290,7 @@ def test_the_papers_sets_are_chosen_from_a_finished_run(study):
     assert alone["mean_f1"] == pytest.approx(places[0]["mean_f1"], abs=0.15)
     for said in (sets["joint"]["sentence"], sets["subset"]["sentence"], sets["greedy_and_exact"]):
         assert said[1:] in output
-    code, output = run("study", "paper", out, "--must", "tail")
+    code, output = cli("study", "paper", out, "--must", "tail")
     assert code == 2
     assert "no patch is called 'tail'" in output
 
@@ -305,7 +299,7 @@ def test_tables_have_a_cell_an_activity_and_placement(study, tmp_path):
     out, _ = study
     groups = tmp_path / "groups.csv"
     groups.write_text("activity,group\nsit_to_stand,legs\none_leg_stand,legs\n", encoding="utf-8")
-    code, output = run("tables", out, "--groups", groups)
+    code, output = cli("tables", out, "--groups", groups)
     assert code == 0, output
     with (out / "tables.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
@@ -338,7 +332,7 @@ def test_tables_have_a_cell_an_activity_and_placement(study, tmp_path):
     found = [first.index(f"│ {row['placement']} ") for row in ranked]
     assert found == sorted(found)
     assert "lateral" in output
-    code, output = run("tables", out, "--groups", out / "utility.csv")
+    code, output = cli("tables", out, "--groups", out / "utility.csv")
     assert code == 2
     assert "needs the columns 'activity' and 'group'" in output
 
@@ -354,7 +348,7 @@ def test_another_mean_is_ranked_as_a_run_would(study, made_once, tmp_path):
     asked = (*WEIGHED, "--weights", weights)
     run_out = shutil.copytree(study[0], tmp_path / "run")
     made = made_once("place", _make)
-    code, told = run(
+    code, told = cli(
         *(
             "run",
             made / "library",
@@ -373,7 +367,7 @@ def test_another_mean_is_ranked_as_a_run_would(study, made_once, tmp_path):
     )
     assert code == 0, told
     before = hashes(study[0])
-    code, output = run("place", study[0], "--out", tmp_path / "place", *asked)
+    code, output = cli("place", study[0], "--out", tmp_path / "place", *asked)
     assert code == 0, output
     assert hashes(study[0]) == before
     explained = "The mean over 2 activities is weighted (arm_raise_band 1, sit_to_stand 3); background"
@@ -416,6 +410,6 @@ def equal_weights(folder):
     ],
 )
 def test_a_mean_of_nothing_is_refused(study, options, message):
-    code, output = run("place", study[0], *options)
+    code, output = cli("place", study[0], *options)
     assert code == 2
     assert message in output

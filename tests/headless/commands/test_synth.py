@@ -5,27 +5,22 @@ import numpy as np
 import pytest
 from PIL import Image
 from scipy.spatial.transform import Rotation
-from typer.testing import CliRunner
 
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.imu.formats import read_csv, read_recording
 from w2w.core.imu.presets import PRESETS
 from w2w.core.motion.motion import Motion
-from w2w.headless.app import APP
+
+from ...command_line import cli
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
 JACKS = "mixamo/Sushim30__ARFitness/Jumping Jacks.fbx"
 
 
-def call(*arguments):
-    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "200"})
-    return result.exit_code, " ".join(result.output.split())
-
-
 def test_a_signal_and_its_picture(shared_data, tmp_path):
     out, plot = tmp_path / "x.csv", tmp_path / "x.png"
-    code, output = call(
+    code, output = cli(
         "synth", shared_data / JACKS, "--patch", "left wrist", "--sensor", "ideal", "--rate", 100,
         "--out", out, "--plot", plot,
     )  # fmt: skip
@@ -45,7 +40,7 @@ def test_units_and_other_tools_formats_on_request(shared_data, tmp_path):
     files = {"a.csv": [], "b.csv": ["--acc-unit", "g", "--gyr-unit", "deg/s"]}
     formats = {"MT_wrist.txt": "xsens", "log": "x-io", "a.npz": "npz"}
     for name, more in (files | {name: ["--format", kind] for name, kind in formats.items()}).items():
-        code, output = call("synth", shared_data / JACKS, *options, "--out", tmp_path / name, *more)
+        code, output = cli("synth", shared_data / JACKS, *options, "--out", tmp_path / name, *more)
         assert code == 0, output
     expected = read_csv(tmp_path / "a.csv")
     for name in formats:
@@ -61,10 +56,10 @@ def test_units_and_other_tools_formats_on_request(shared_data, tmp_path):
 @pytest.mark.parametrize(("kind", "name"), [("csv", "x.csv"), ("npz", "x.npz")])
 def test_what_else_a_part_has_is_recorded_on_request(shared_data, tmp_path, kind, name):
     options = ("synth", shared_data / JACKS, "--patch", "left wrist", "--format", kind, "--out")
-    code, output = call(*options, tmp_path / f"plain_{name}")
+    code, output = cli(*options, tmp_path / f"plain_{name}")
     assert code == 0, output
     pictures = ("--plot", tmp_path / "x.png") if kind == "csv" else ()
-    code, output = call(
+    code, output = cli(
         *options, tmp_path / name, "--record", "barometer,orientation,magnetometer",
         "--magnetic-dip", "-64.3", *pictures,
     )  # fmt: skip
@@ -87,7 +82,7 @@ def test_no_band_limit_is_cautioned_of(tmp_path):
     turns[:, 16] = Rotation.from_euler("x", np.sin(6 * time)[:, None]).as_matrix()
     Motion(turns, np.zeros((len(time), 3)), 30.0).save(tmp_path / "wave.npz")
     for band, cautioned in ((0, True), (10, False)):
-        code, output = call(
+        code, output = cli(
             "synth", tmp_path / "wave.npz", "--patch", "left wrist", "--band", band,
             "--out", tmp_path / f"{band}.csv",
         )  # fmt: skip
@@ -106,14 +101,14 @@ def test_rate_and_up_of_a_file_that_says_neither_are_given(tmp_path):
     np.savez(tmp_path / "down.npz", **kept)
     out = tmp_path / "out.csv"
     options = ("synth", tmp_path / "down.npz", "--patch", "left wrist", "--sensor", "ideal", "--out", out)
-    code, output = call(*options)
+    code, output = cli(*options)
     assert (code, "give --pose-rate" in output) == (1, True), output
-    code, output = call(*options, "--pose-rate", 30)
+    code, output = cli(*options, "--pose-rate", 30)
     assert (code, "give --pose-up" in output) == (1, True), output
-    code, output = call(*options, "--pose-rate", 30, "--pose-up", "-z")
+    code, output = cli(*options, "--pose-rate", 30, "--pose-up", "-z")
     assert code == 0, output
     assert read_csv(out).n_samples == pytest.approx(297, abs=2)
-    assert call(*options, "--pose-up", "w")[0] == 2
+    assert cli(*options, "--pose-up", "w")[0] == 2
 
 
 @pytest.mark.slow
@@ -121,7 +116,7 @@ def test_bands_on_request(shared_data, tmp_path):
     shaken = {}
     for name, options in {"as is": [], "narrow": ["--band", 3], "root": ["--root-band", 1]}.items():
         out = tmp_path / f"{name}.csv"
-        code, output = call(
+        code, output = cli(
             "synth", shared_data / JACKS, "--patch", "sternum", "--sensor", "ideal", "--out", out, *options
         )
         assert code == 0, output
@@ -147,14 +142,14 @@ def test_bands_on_request(shared_data, tmp_path):
     ],
 )
 def test_wrong_use_is_explained(shared_data, tmp_path, options, code, message):
-    found, output = call("synth", shared_data / JACKS, "--out", tmp_path / "x.csv", *options)
+    found, output = cli("synth", shared_data / JACKS, "--out", tmp_path / "x.csv", *options)
     assert found == code
     assert message in output
     assert not (tmp_path / "x.csv").exists()
 
 
 def test_a_clip_that_cannot_be_used_is_explained(shared_data, tmp_path):
-    code, output = call(
+    code, output = cli(
         "synth",
         shared_data / "mixamo/_broken/zero_bytes.fbx",
         "--patch",
@@ -167,13 +162,13 @@ def test_a_clip_that_cannot_be_used_is_explained(shared_data, tmp_path):
 
 
 def test_every_preset_is_listed():
-    code, output = call("sensors")
+    code, output = cli("sensors")
     assert code == 0
     assert all(name in output for name in PRESETS)
 
 
 def test_an_unknown_format_is_said(shared_data, tmp_path):
-    code, output = call(
+    code, output = cli(
         "synth", shared_data / JACKS, "--patch", "sternum", "--out", tmp_path / "a", "--format", "mvnx"
     )
     assert (code, "--format must be one of npz, csv, xsens, x-io, not mvnx" in output) == (2, True)

@@ -15,6 +15,7 @@ from w2w.headless.app import APP
 from w2w.headless.commands import execute
 from w2w.headless.study_options import StudyOptions
 
+from ...command_line import cli
 from ...drifting import WithDrift
 from ..conftest import write_motions
 
@@ -26,9 +27,9 @@ pytestmark = pytest.mark.usefixtures("one_worker")
 
 
 def run(library, out, *options):
-    done = CliRunner().invoke(APP, ["run", str(library), "--out", str(out), *OPTIONS, *options])
-    assert done.exit_code == 0, done.output
-    return " ".join(done.output.split())
+    code, said = cli("run", library, "--out", out, *OPTIONS, *options)
+    assert code == 0, said
+    return said
 
 
 @pytest.fixture

@@ -9,14 +9,15 @@ import w2w
 from w2w.core.imu.recording import ImuRecording
 from w2w.headless.app import APP
 
+from ...command_line import cli
+
 OPTIONS = ["--patches", "8", "--workers", "1", "--folds", "2", "--no-pictures", "--window", "1"]
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
 
 def run(library, out, *options):
-    done = CliRunner().invoke(APP, ["run", str(library), "--out", str(out), *OPTIONS, *options])
-    return done.exit_code, " ".join(done.output.split())
+    return cli("run", library, "--out", out, *OPTIONS, *options)
 
 
 @pytest.mark.slow

@@ -8,7 +8,6 @@ import bpy
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from typer.testing import CliRunner
 
 import w2w
 from w2w.core.body.skeleton import JOINT_INDEX
@@ -16,17 +15,12 @@ from w2w.core.garments.cut import cut
 from w2w.core.imu.presets import DEFAULT_SENSOR, preset
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.study.results import StudyResults
-from w2w.headless.app import APP
 from w2w.scene.base.body import add_body, add_skinned
 
+from ...command_line import cli
 from ...sensor_steps import assert_same_to_one_step
 
 pytestmark = [pytest.mark.usefixtures("one_worker"), pytest.mark.slow]
-
-
-def run(*arguments):
-    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "200"})
-    return result.exit_code, " ".join(result.output.split())
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +49,7 @@ def library(tmp_path_factory, bundled_body):
 def results(library):
     options = ("--patches", 24, "--window", 1, "--workers", 1, "--no-pictures", "--sensor", "ideal")
     for out, more in (("skin", ()), ("worn", ("--garment", f"{library}/my.blend:Shirt"))):
-        code, output = run("run", library / "clips", "--out", library / out, *options, *more)
+        code, output = cli("run", library / "clips", "--out", library / out, *options, *more)
         assert code == 0, output
     return library / "skin", library / "worn", output
 
@@ -77,9 +71,9 @@ def test_signals_differ_where_the_garment_is_and_nowhere_else(results):
 
 def test_everything_else_reads_the_results(results):
     _, worn, _ = results
-    assert run("place", worn, "--forbid", "head")[0] == 0
-    assert run("tables", worn)[0] == 0
-    assert run("report", worn)[0] == 0
+    assert cli("place", worn, "--forbid", "head")[0] == 0
+    assert cli("tables", worn)[0] == 0
+    assert cli("report", worn)[0] == 0
     study = StudyResults.load(worn)
     assert len(study.config().garments) == 1
     assert "my.blend:Shirt" in (worn / "report.html").read_text(encoding="utf-8")
@@ -88,7 +82,7 @@ def test_everything_else_reads_the_results(results):
 def test_a_second_run_takes_up_the_first(library, results):
     _, worn, _ = results
     before = (worn / "utility.npz").read_bytes()
-    code, _ = run(
+    code, _ = cli(
         *("run", library / "clips", "--out", worn, "--patches", 24, "--window", 1, "--workers", 1),
         *("--no-pictures", "--sensor", "ideal", "--garment", f"{library}/my.blend:Shirt"),
     )
@@ -100,7 +94,7 @@ def test_another_shirt_under_the_same_name_is_put_on(library, tmp_path):
     blend = shutil.copy(library / "my.blend", tmp_path)
     options = ("--patches", 12, "--window", 1, "--workers", 1, "--no-pictures", "--no-report")
     command = ("run", library / "clips", "--out", tmp_path / "out", *options, "--garment", f"{blend}:Shirt")
-    assert run(*command)[0] == 0
+    assert cli(*command)[0] == 0
     signals = min((tmp_path / "out" / "signals").iterdir())
     before = signals.read_bytes()
     bpy.ops.wm.open_mainfile(filepath=str(blend))
@@ -108,18 +102,18 @@ def test_another_shirt_under_the_same_name_is_put_on(library, tmp_path):
         vertex.co.x *= 1.2
     bpy.ops.wm.save_mainfile()
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    code, output = run(*command)
+    code, output = cli(*command)
     assert code == 0, output
     assert "Nothing has changed" not in output
     assert signals.read_bytes() != before
-    assert "Nothing has changed" in run(*command)[1]
+    assert "Nothing has changed" in cli(*command)[1]
 
 
 def test_what_cannot_be_worn_ends_the_run_with_a_sentence(library, tmp_path):
     own = f"{library}/my.blend:Coat"
-    code, output = run("run", library / "clips", "--out", tmp_path, "--patches", 12, "--garment", own)
+    code, output = cli("run", library / "clips", "--out", tmp_path, "--patches", 12, "--garment", own)
     assert code == 1
     assert "holds no object 'Coat'; its objects are:" in output
-    code, output = run("run", library / "clips", "--out", tmp_path / "b", "--garment", "skirt")
+    code, output = cli("run", library / "clips", "--out", tmp_path / "b", "--garment", "skirt")
     assert code == 2
     assert "there is no garment called 'skirt'" in output

@@ -10,15 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from w2w.core.files import file_sha256, write_json, write_npz
-from w2w.headless.app import APP
 from w2w.headless.runs.folder import TABLES, make_folders, remove_leftovers
 from w2w.headless.runs.own_files import ForeignFileError, check, new_file
 from w2w.headless.runs.records import read_records
 
 from ...clip_lists import skipped_clips, used_clips
+from ...command_line import cli
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -27,12 +26,8 @@ PRECIOUS = b"years of work"
 
 
 def run(library, out, *options):
-    arguments = ["run", library, "--out", out, "--patches", 4, "--workers", 1, *options]
-    if "--pictures" not in options:
-        arguments += ["--no-pictures", "--no-report"]
-    result = CliRunner().invoke(APP, [str(argument) for argument in arguments], env={"COLUMNS": "400"})
-    assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
-    return result.exit_code, " ".join(result.output.split())
+    more = () if "--pictures" in options else ("--no-pictures", "--no-report")
+    return cli("run", library, "--out", out, "--patches", 4, "--workers", 1, *options, *more)
 
 
 def moving(path, seed, scale):
@@ -245,8 +240,7 @@ def test_a_record_that_points_elsewhere_removes_nothing(tmp_path):
 
 
 def demo_library(folder, *options):
-    result = CliRunner().invoke(APP, ["demo-library", str(folder), *options], env={"COLUMNS": "400"})
-    return result.exit_code, " ".join(result.output.split())
+    return cli("demo-library", folder, *options)
 
 
 @pytest.mark.parametrize("name", ["labels.csv", "stair_climbing/Stair Climbing (1).fbx"])

@@ -14,19 +14,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import w2w
 from benchmarks.resume import UNLIKE, hashes
 from w2w.core.study.clip_files import CHANGING, mark_changing
 from w2w.core.study.results import UnfinishedError
-from w2w.headless.app import APP
 from w2w.headless.commands import execute, place
 from w2w.headless.runs import workers
 from w2w.headless.runs.monitor import read_state
 from w2w.headless.runs.study import StudyError
 from w2w.headless.runs.workers import EngineError
 
+from ...command_line import cli
 from ..conftest import write_motions
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -36,14 +35,8 @@ SENTENCE = "holds an unfinished run: run the same command again to finish it, or
 KILLS = 30
 
 
-def call(*arguments):
-    done = CliRunner().invoke(APP, [str(argument) for argument in arguments])
-    assert done.exception is None or isinstance(done.exception, SystemExit), done.exc_info
-    return done.exit_code, " ".join(done.output.split())
-
-
 def run(library, out, options):
-    return call("run", library, "--out", out, *OPTIONS, *options)
+    return cli("run", library, "--out", out, *OPTIONS, *options)
 
 
 class Here:
@@ -175,7 +168,7 @@ def test_a_run_without_result_leaves_a_folder_that_is_not_read(first, tmp_path, 
     with monkeypatch.context() as patch:
         patch.setattr(execute, "rank_study", fails)
         assert run(first / "library", out, [*FIRST, "--folds", "3"])[0] == 1
-    code, text = call("place", out)
+    code, text = cli("place", out)
     assert (code, SENTENCE in text) == ((4, True) if said else (2, False))
     assert run(first / "library", out, FIRST)[0] == 0
     assert hashes(out) == hashes(first / "old")
@@ -192,9 +185,9 @@ def doors(out, beside, drawn=False):
     }
     if drawn:
         commands |= {"redraw": ["place", out, "--redraw"], "copy": ["place", out, "--out", beside / "copy"]}
-    found = {"status": call("status", out)}
+    found = {"status": cli("status", out)}
     for name, command in commands.items():
-        code, said = call(*command)
+        code, said = cli(*command)
         made = results(out)
         if name == "export" and code == 0:
             said, made = "", results(beside / "export")  # it names its folder, of another length each time
@@ -231,7 +224,7 @@ def test_every_reader_says_that_a_run_is_unfinished_and_the_same_command_finishe
     assert None not in doors(out, tmp_path / "finished").values()
     (out / ".w2w" / "state.json").unlink()
     mark_changing(out)
-    assert call("status", out)[0] == 4
+    assert cli("status", out)[0] == 4
 
 
 def test_a_choice_that_was_half_written_is_finished_by_the_same_command_or_by_the_run(
@@ -243,7 +236,7 @@ def test_a_choice_that_was_half_written_is_finished_by_the_same_command_or_by_th
     drawn, out = tmp_path / "drawn", tmp_path / "out"
     shutil.copytree(first / "old", drawn)
     shutil.copytree(first / "old", out)
-    assert call("place", drawn, *choice)[0] == 0
+    assert cli("place", drawn, *choice)[0] == 0
     whole, states = (results(first / "old"), results(drawn)), []
     assert whole[0] != whole[1]
 
@@ -253,12 +246,12 @@ def test_a_choice_that_was_half_written_is_finished_by_the_same_command_or_by_th
         else:
             assert results(out) in whole
 
-    moments.during(see, lambda: call("place", out, *choice))
+    moments.during(see, lambda: cli("place", out, *choice))
     assert len(states) > 5
     for number, state in enumerate(states):
-        assert call("report", state)[0] == 4
+        assert cli("report", state)[0] == 4
         if number % 2:
-            assert call("place", state, *choice)[0] == 0
+            assert cli("place", state, *choice)[0] == 0
             assert results(state) == whole[1]
         else:
             assert run(first / "library", state, FIRST)[0] == 0

@@ -7,11 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from w2w.headless.app import APP
 from w2w.headless.commands.run import part_of
 from w2w.headless.runs.folder import FolderBusyError, only_run, only_shard
+
+from ...command_line import cli
 
 ROOT = Path(__file__).resolve().parents[3]
 OPTIONS = "--patches 8 --workers 1 --no-pictures --no-report --folds 2 --window 1".split()
@@ -20,8 +20,7 @@ pytestmark = pytest.mark.usefixtures("one_worker")
 
 
 def run(library, out, *options):
-    done = CliRunner().invoke(APP, ["run", str(library), "--out", str(out), *OPTIONS, *options])
-    return done.exit_code, " ".join(done.output.split())
+    return cli("run", library, "--out", out, *OPTIONS, *options)
 
 
 def hashes(out):

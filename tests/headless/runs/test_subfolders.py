@@ -4,12 +4,12 @@
 import shutil
 
 import pytest
-from typer.testing import CliRunner
 
 from w2w.core.study.clip_files import motion_file
 from w2w.core.study.results import StudyResults
-from w2w.headless.app import APP
 from w2w.headless.runs import folder
+
+from ...command_line import cli
 
 OPTIONS = "--patches 8 --workers 1 --no-pictures --no-report --folds 2 --window 1".split()
 
@@ -17,8 +17,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker")]
 
 
 def run(library, out, *options):
-    done = CliRunner().invoke(APP, ["run", str(library), "--out", str(out), *OPTIONS, *options])
-    return done.exit_code, " ".join(done.output.split())
+    return cli("run", library, "--out", out, *OPTIONS, *options)
 
 
 def places(out, kind):

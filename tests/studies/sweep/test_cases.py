@@ -5,29 +5,24 @@ import csv
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.study.results import StudyResults
-from w2w.headless.app import APP
 from w2w.studies.sweep.cases import FACTORS, cases
+
+from ...command_line import cli
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker")]
 
 PLACES = 10
 
 
-def run(*arguments):
-    result = CliRunner().invoke(APP, [str(argument) for argument in arguments])
-    return result.exit_code, " ".join(result.output.split())
-
-
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     """Two clips an activity of W2W's own library."""
     folder = tmp_path_factory.mktemp("sweep")
-    assert run("demo-library", folder / "library", "--clips", 2)[0] == 0
-    code, output = run(
+    assert cli("demo-library", folder / "library", "--clips", 2)[0] == 0
+    code, output = cli(
         *("run", folder / "library", "--out", folder / "out", "--patches", PLACES, "--no-pictures"),
         *("--workers", 1, "--folds", 2, "--max", 2),
     )
@@ -37,7 +32,7 @@ def study(tmp_path_factory):
 
 def test_a_sweep_ranks_the_same_motions_again(study):
     options = ("--by", "sensor,asymmetry", "--patches", PLACES, "--workers", 1)
-    code, output = run("sweep", study.out, *options)
+    code, output = cli("sweep", study.out, *options)
     assert code == 0, output
     assert "These very clips resampled agree by a rho of" in output
     folder = study.out / "sweep"
@@ -60,7 +55,7 @@ def test_a_sweep_ranks_the_same_motions_again(study):
     maps = {path: path.stat().st_mtime_ns for path in (folder / ".w2w").glob("map_*.npz")}
     assert len(maps) == len(rows)
     assert all(isinstance(UtilityMap.load(path), UtilityMap) for path in maps)
-    assert run("sweep", study.out, *options)[0] == 0
+    assert cli("sweep", study.out, *options)[0] == 0
     assert maps == {path: path.stat().st_mtime_ns for path in (folder / ".w2w").glob("map_*.npz")}
 
 
@@ -97,7 +92,7 @@ def _altered(case, config, field):
 
 def test_how_the_sensor_is_worn_reaches_the_signals(study):
     options = ("--by", "rate, mounting,soft-tissue", "--patches", PLACES, "--workers", 1)
-    code, output = run("sweep", study.out, *options, "--out", study.out.parent / "worn")
+    code, output = cli("sweep", study.out, *options, "--out", study.out.parent / "worn")
     assert code == 0, output
     with (study.out.parent / "worn" / "sweep.csv").open(newline="") as stream:
         rows = list(csv.DictReader(stream))
