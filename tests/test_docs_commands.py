@@ -16,7 +16,12 @@ from w2w.headless.app import APP
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = [
     path
-    for path in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *ROOT.glob("benchmarks/*.md"))
+    for path in (
+        *ROOT.glob("*.md"),
+        *(ROOT / "docs").rglob("*.md"),
+        *ROOT.glob("benchmarks/*.md"),
+        *ROOT.glob("tests/*/*.md"),
+    )
     if path.name != "CHANGELOG.md"
 ]  # which says what has gone
 QUOTED = re.compile(r"^```sh\n(.*?)^```|`([^`]+)`|<!--\s*check(?:-slow)?:(.*?)-->", re.DOTALL | re.MULTILINE)
@@ -28,7 +33,7 @@ STARTS = {
     r"(?:blender .*|python )headless/w2w\.py -- ": "",
     r"(?:blender .*|python )headless/run\.py -- ": "run ",
 }
-PROGRAM = re.compile(r"python (?:-m ((?:benchmarks|w2w\.studies)[\w.]*)|(benchmarks)/(\w+)\.py)(.*)")
+PROGRAM = re.compile(r"python (?:-m ((?:benchmarks|tests|w2w\.studies)\.[\w.]*)|(benchmarks)/(\w+)\.py)(.*)")
 FURTHER = re.compile(r"\s(?:[|;<>]|&&|#\s).*")
 """Pipes, further commands and a comment."""
 

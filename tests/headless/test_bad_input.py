@@ -16,15 +16,10 @@ from w2w.headless.app import APP
 from ..clip_lists import skipped_clips
 from ..command_line import cli
 from ..made_bvh import ONE_JOINT
+from ..real_clips import FOUR, in_folders
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
-GOOD = {
-    "Conqster__TheBarMan/Walking.fbx": "walking",
-    "M3-org__CharacterStudio/StrutWalking.fbx": "walking",
-    "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Run.fbx": "running",
-    "kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx": "running",
-}
 BVH = (
     ONE_JOINT
     + """MOTION
@@ -41,11 +36,7 @@ def run(library, out, *options):
 @pytest.fixture
 def library(shared_data, tmp_path):
     """Four good clips, in folders that label them."""
-    folder = tmp_path / "library"
-    for file, activity in GOOD.items():
-        (folder / activity).mkdir(parents=True, exist_ok=True)
-        shutil.copy(shared_data / "mixamo" / file, folder / activity)
-    return folder
+    return in_folders(shared_data, tmp_path / "library")
 
 
 def amass(path, frames=90, **changed):
@@ -119,7 +110,7 @@ def test_everything_bad_at_once_costs_only_itself(shared_data, library, tmp_path
     for file, part in expected.items():
         assert part in told[file], file
     assert not any("please report" in reason for reason in told.values()), told
-    assert not set(told) & {"folder.fbx", *(file.rsplit("/", 1)[-1] for file in GOOD)}
+    assert not set(told) & {"folder.fbx", *(file.rsplit("/", 1)[-1] for file in FOUR)}
     for file in told:
         assert file in output
 

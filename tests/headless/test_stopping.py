@@ -3,7 +3,6 @@
 
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -16,28 +15,19 @@ from w2w.headless.runs.folder import FolderBusyError, only_run
 from w2w.headless.runs.monitor import read_state
 
 from ..patience import HANG_S
+from ..real_clips import in_folders
 
 if not sys.platform.startswith("linux"):
     pytest.skip("it looks into /proc", allow_module_level=True)
 
 ROOT = Path(__file__).resolve().parents[2]
-CLIPS = {
-    "Conqster__TheBarMan/Walking.fbx": "walking",
-    "M3-org__CharacterStudio/StrutWalking.fbx": "walking",
-    "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Run.fbx": "running",
-    "kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx": "running",
-}
 SENTENCE = "Stopped. What is finished is kept: the same command goes on from here."
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129}
 
 
 @pytest.fixture(scope="module")
 def library(shared_data, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("library")
-    for file, activity in CLIPS.items():
-        (folder / activity).mkdir(exist_ok=True)
-        shutil.copy(shared_data / "mixamo" / file, folder / activity)
-    return folder
+    return in_folders(shared_data, tmp_path_factory.mktemp("library"))
 
 
 @pytest.fixture

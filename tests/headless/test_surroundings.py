@@ -13,7 +13,6 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
-from benchmarks.resume import hashes
 from w2w.core.files import write_npz
 from w2w.core.library.library import Clip, Library
 from w2w.core.study.config import StudyConfig
@@ -31,6 +30,7 @@ from w2w.headless.runs.guard import guarded, timed_out
 from w2w.headless.runs.monitor import RunMonitor, read_state
 
 from ..command_line import cli
+from ..robustness.resume import hashes
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 

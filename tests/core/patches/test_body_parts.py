@@ -8,11 +8,6 @@ from w2w.core.body.regions import regions_of
 from w2w.core.patches.body_parts import PARTS, find_patches
 
 
-@pytest.fixture(scope="module")
-def patches(all_patches):
-    return all_patches
-
-
 def found(patches, wish):
     return set(find_patches(patches.regions, patches.names, wish).tolist())
 

@@ -11,11 +11,6 @@ from w2w.core.patches.spots import Spot, vertex_at
 from w2w.core.patches.strip_graph import StripGraph
 
 
-@pytest.fixture(scope="module")
-def patches(all_patches):
-    return all_patches
-
-
 def arrow(body, patches, text, direction):
     """Words for an arrow from a spot to the vertex about 3 cm on in a direction."""
     vertex = vertex_at(body, Spot.parse(text))

@@ -26,11 +26,6 @@ SITES = {site.name: site for site in SENSOR_SITES}
 
 
 @pytest.fixture(scope="module")
-def patches(all_patches):
-    return all_patches
-
-
-@pytest.fixture(scope="module")
 def smpl_body(shared_data: Path) -> Body:
     """A real body in SMPL's topology, from its rigged FBX file."""
     bpy = pytest.importorskip("bpy")

@@ -20,11 +20,6 @@ pytestmark = pytest.mark.later
 FIRST = [5860, 1404, 4806, 637, 1163, 5521, 6067, 3372]
 
 
-@pytest.fixture(scope="module")
-def patches(all_patches):
-    return all_patches
-
-
 def test_patches_are_distinct_places_with_a_cell_each(bundled_body, patches) -> None:
     assert len(patches) == 512
     assert len(set(patches.vertices.tolist())) == 512

@@ -9,11 +9,6 @@ from w2w.core.patches.body_parts import ALL, PRODUCTS, find_patches
 from w2w.core.patches.naming import place
 
 
-@pytest.fixture(scope="module")
-def patches(all_patches):
-    return all_patches
-
-
 def test_products_are_made_of_regions_that_a_body_has(bundled_body):
     names = set(regions_of(bundled_body)[1])
     for product in PRODUCTS.values():

@@ -13,12 +13,6 @@ from w2w.core.selection.headline import short
 
 from . import made_map
 
-
-@pytest.fixture(scope="module")
-def patches(all_patches):
-    return all_patches
-
-
 ranked = partial(made_map.ranked, half_width=0.05)
 
 

@@ -8,11 +8,6 @@ from w2w.core.patches.patches import sample_patches
 from w2w.core.selection.constraints import Constraints, read_costs
 
 
-@pytest.fixture(scope="module")
-def patches(all_patches):
-    return all_patches
-
-
 def test_only_forbid_must_and_costs(patches):
     wishes = Constraints(
         only=("left", "middle"),

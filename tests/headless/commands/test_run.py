@@ -19,6 +19,7 @@ from w2w.core.files import file_sha256
 from w2w.headless.app import APP
 
 from ...clip_lists import skipped_clips, used_clips
+from ...real_clips import under_csv
 
 ROOT = Path(__file__).resolve().parents[3]
 CLIPS = {
@@ -53,13 +54,7 @@ def library(shared_data, made_once):
 
 
 def _library(shared_data, folder):
-    with (folder / "labels.csv").open("w", newline="") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(["file", "activity"])
-        for file, activity in CLIPS.items():
-            (folder / file).parent.mkdir(exist_ok=True)
-            shutil.copy(shared_data / "mixamo" / file, folder / file)
-            writer.writerow([file, activity])
+    under_csv(shared_data, folder, CLIPS)
     shutil.copy(shared_data / "mixamo/M3-org__CharacterStudio/Waving.fbx", folder / "not listed.fbx")
 
 

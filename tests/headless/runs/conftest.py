@@ -1,9 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A library of real clips, its tasks, and a real Dask cluster on this machine."""
 
-import csv
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -23,27 +21,14 @@ from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import make_folders
 
 from ...patience import HANG_S
+from ...real_clips import under_csv
 
 ROOT = Path(__file__).resolve().parents[3]
-CLIPS = {
-    "Conqster__TheBarMan/Walking.fbx": "walking",
-    "M3-org__CharacterStudio/StrutWalking.fbx": "walking",
-    "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Run.fbx": "running",
-    "kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx": "running",
-}
 
 
 @pytest.fixture(scope="module")
 def library(shared_data, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("library")
-    with (folder / "labels.csv").open("w", newline="") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(["file", "activity"])
-        for file, activity in CLIPS.items():
-            (folder / file).parent.mkdir(exist_ok=True)
-            shutil.copy(shared_data / "mixamo" / file, folder / file)
-            writer.writerow([file, activity])
-    return folder
+    return under_csv(shared_data, tmp_path_factory.mktemp("library"))
 
 
 @pytest.fixture

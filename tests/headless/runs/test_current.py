@@ -10,13 +10,13 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
-from benchmarks.resume import UNLIKE
 from w2w.headless.app import APP
 from w2w.headless.commands import execute
 from w2w.headless.study_options import StudyOptions
 
 from ...command_line import cli
 from ...drifting import WithDrift
+from ...robustness.resume import UNLIKE
 from ..conftest import write_motions
 
 OPTIONS = ["--patches", "8", "--workers", "1", "--no-pictures", "--window", "1"]

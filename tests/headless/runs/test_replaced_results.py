@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 
 import w2w
-from benchmarks.resume import UNLIKE, hashes
 from w2w.core.study.clip_files import CHANGING, mark_changing
 from w2w.core.study.results import UnfinishedError
 from w2w.headless.commands import execute, place
@@ -26,6 +25,7 @@ from w2w.headless.runs.study import StudyError
 from w2w.headless.runs.workers import EngineError
 
 from ...command_line import cli
+from ...robustness.resume import UNLIKE, hashes
 from ..conftest import write_motions
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -3,24 +3,17 @@
 
 import json
 import resource
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from benchmarks.resume import hashes
-
 from ...clip_lists import skipped_clips
+from ...real_clips import in_folders
+from ...robustness.resume import hashes
 
 ROOT = Path(__file__).resolve().parents[3]
-CLIPS = {
-    "Conqster__TheBarMan/Walking.fbx": "walking",
-    "M3-org__CharacterStudio/StrutWalking.fbx": "walking",
-    "lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Run.fbx": "running",
-    "kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx": "running",
-}
 KILLS = 12
 FULL_AT = 150_000
 """Bytes: motions fit on this disk, signals do not."""
@@ -42,10 +35,7 @@ def run(library, out, limit=None):
 
 @pytest.fixture
 def library(shared_data, tmp_path):
-    for file, activity in CLIPS.items():
-        (tmp_path / "library" / activity).mkdir(parents=True, exist_ok=True)
-        shutil.copy(shared_data / "mixamo" / file, tmp_path / "library" / activity)
-    return tmp_path / "library"
+    return in_folders(shared_data, tmp_path / "library")
 
 
 @pytest.mark.slow
@@ -91,7 +81,8 @@ def test_runs_killed_at_drawn_moments_end_with_the_bytes_of_an_undisturbed_one(t
     # in a process of its own: it forks the runs, and this one has threads
     found = tmp_path / "found.json"
     done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.resume", "--kills", str(KILLS), "--seed", "5", "--json", found],
+        [sys.executable, "-m", "tests.robustness.resume", "--kills", str(KILLS), "--seed", "5",
+         "--json", found],
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr

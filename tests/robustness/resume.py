@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Kill a run at random moments and let the same command go on: are the bytes those of an undisturbed run?
 
-    python -m benchmarks.resume [--kills 200] [--in-a-row 4] [--seed 0] [--json OUT.json]
+    python -m tests.robustness.resume [--kills 200] [--in-a-row 4] [--seed 0] [--json OUT.json]
 
 `w2w run` on ten short real clips is killed with all its workers (SIGKILL, which nothing can catch); what goes
 on from there is killed again, up to so many times in a row, and then left to finish. Half of the kills wait
@@ -33,7 +33,7 @@ from w2w.headless.app import main as main_command
 from w2w.headless.runs.monitor import read_state
 from w2w.headless.runs.records import read_records
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT.parent / "shared" / "data" / "mixamo"
 CLIPS = {
     "Conqster__TheBarMan/Walking.fbx": "walking",
