@@ -14,16 +14,8 @@ import typer
 from w2w.headless.app import APP
 
 ROOT = Path(__file__).parents[1]
-DOCUMENTS = [
-    path
-    for path in (
-        *ROOT.glob("*.md"),
-        *(ROOT / "docs").rglob("*.md"),
-        *ROOT.glob("benchmarks/*.md"),
-        *ROOT.glob("tests/*/*.md"),
-    )
-    if path.name != "CHANGELOG.md"
-]  # which says what has gone
+PLACES = ("*.md", "docs/**/*.md", "benchmarks/*.md", "tests/*/*.md")
+DOCUMENTS = [path for place in PLACES for path in ROOT.glob(place) if path.name != "CHANGELOG.md"]
 QUOTED = re.compile(r"^```sh\n(.*?)^```|`([^`]+)`|<!--\s*check(?:-slow)?:(.*?)-->", re.DOTALL | re.MULTILINE)
 FINISHED = re.compile(r"code\s+in\s+(?:commit\s+)?[0-9a-f]{7,}")
 """Stands in a paragraph whose commands have left the tree."""
