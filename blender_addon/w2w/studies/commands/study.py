@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import typer
 
+from .study_copies import copies
 from .study_library import library
 from .study_mixamo import mixamo
 from .study_paper import paper
@@ -19,3 +20,4 @@ STUDY.command()(library)
 STUDY.command()(truth)
 STUDY.command()(paper)
 STUDY.command()(repeatability)
+STUDY.command()(copies)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Synthesis against a real IMU: BROAD's optical pose at 60 Hz in, the sensor on the same body as the truth.
 
-    python -m w2w.studies.experiments.broad [TRIAL.hdf5 ...]
+    python -m w2w.studies.experiments.broad
 
 Each method turns the same 60 Hz pose into signals; they and the sensor's are brought to the sensor's time
 stamps and low-passed alike (Butterworth, zero phase). Scores are over the samples that BROAD marks as
@@ -17,7 +17,6 @@ biases and scales are never estimated.
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -32,9 +31,10 @@ from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
 
 from ..datasets.broad import BroadTrial, read_broad
 from ..paper.differences import synthesize_by_differences
+from .gait import correlation
 from .lever_arms import fitted_arm, lever_effects
 
-DEFAULT_TRIALS = Path(__file__).resolve().parents[5] / "shared" / "data" / "imu" / "broad"
+TRIALS = Path(__file__).resolve().parents[5] / "shared" / "data" / "imu" / "broad"
 POSE_HZ, LOWPASS_HZ = 60.0, 10.0
 LARGEST_SHIFT_S = 0.05
 NEAR_GAP_S = 0.25
@@ -133,9 +133,9 @@ def score(trial: BroadTrial, signals: Signals) -> dict[str, float]:
             effects = lever_effects(gyr, made[1](np.clip(at + shift, times[0], times[-1]), nu=1))
             acc = acc + effects @ fitted_arm(real[0] - acc, effects)
         return {
-            "acc_r": _mean_r(real[0], acc),
+            "acc_r": correlation(real[0], acc),
             "acc_rmse": float(np.sqrt(((real[0] - acc) ** 2).mean())),
-            "gyr_r": _mean_r(real[1], gyr),
+            "gyr_r": correlation(real[1], gyr),
         }
 
     speed = np.linalg.norm(real[1], axis=1)
@@ -157,10 +157,6 @@ def _far_from_gaps(trial: BroadTrial) -> np.ndarray:
     return np.convolve(~_seen(trial), np.ones(2 * reach + 1), mode="same") < 0.5
 
 
-def _mean_r(a: np.ndarray, b: np.ndarray) -> float:
-    return float(np.mean([np.corrcoef(a[:, axis], b[:, axis])[0, 1] for axis in range(3)]))
-
-
 def run(path: Path) -> dict[str, dict]:
     """Scores of all methods on one trial."""
     trial = read_broad(path)
@@ -176,14 +172,7 @@ def run(path: Path) -> dict[str, dict]:
 
 def main() -> None:
     """Print a table for every trial."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("trials", nargs="*", type=Path, default=sorted(DEFAULT_TRIALS.glob("*.hdf5")))
-    trials = parser.parse_args().trials
-    if not trials:
-        parser.error(f"no trial given and none found in {DEFAULT_TRIALS}")
-    for path in trials:
+    for path in sorted(TRIALS.glob("*.hdf5")):
         print(f"{path.stem}: pose at {POSE_HZ:g} Hz, all below {LOWPASS_HZ:g} Hz; acc RMSE in m/s2\n")
         print(
             "| method | acc r | acc RMSE | gyr r | shift ms | acc r | acc RMSE | gyr r | acc r | acc RMSE |"

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The whole road against worn sensors: full-body Xsens BVH in, nine real IMUs as the truth.
 
-    python -m w2w.studies.experiments.gait [--plot OUT.png]
+    python -m w2w.studies.experiments.gait
 
 The BVH is read through Blender, retargeted to the bundled body, skinned; the patch nearest each worn sensor's
 site gives its signal. No lever arm, time shift, bias or scale is fitted: only one constant rotation a sensor,
@@ -15,11 +15,9 @@ each sensor with the turn of its segment, without and with the lever arm fitted.
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import welch
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.body import Body
@@ -48,8 +46,6 @@ LOWPASS_HZ = (10.0, 3.0)
 
 ROOT_HZ, NARROW_HZ = 3.0, 5.0
 """Of the smoothed root path, and the narrower band of trajectories."""
-
-COLOURS = ("#1d2530", "#d1495b", "#30638e")
 
 AS_DEFAULT = Synthesis().cutoff_hz
 
@@ -150,8 +146,6 @@ def scores(made: ImuRecording, real: ImuRecording, lowpass: float) -> dict[str, 
         site: {
             "acc_r": correlation(made.acc[:, sensor], truth.acc[:, sensor]),
             "gyr_r": correlation(made.gyr[:, sensor], truth.gyr[:, sensor]),
-            "acc_rmse": rms(made.acc[:, sensor] - truth.acc[:, sensor]),
-            "gyr_rmse": rms(made.gyr[:, sensor] - truth.gyr[:, sensor]),
         }
         for sensor, site in enumerate(real.sites)
     }
@@ -177,39 +171,8 @@ def print_table(found: dict[str, dict[str, dict[str, float]]], sites: tuple[str,
         print()
 
 
-def plot_spectra(path: Path, signals: dict[str, ImuRecording], highest_hz: float) -> None:
-    """Power spectra of every site side by side, summed over the axes; the first signals are the truth."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    sites = next(iter(signals.values())).sites
-    figure = Figure(figsize=(13, 5), dpi=150, layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.subplots(2, len(sites), sharex=True, sharey="row")
-    for sensor, site in enumerate(sites):
-        for row, name in enumerate(("acc", "gyr")):
-            for (label, recording), colour in zip(signals.items(), COLOURS, strict=False):
-                values = getattr(recording, name)[:, sensor]
-                frequency, power = welch(values, recording.rate, nperseg=256, axis=0)
-                shown = (frequency > 0) & (frequency <= highest_hz)
-                axes[row, sensor].semilogy(
-                    frequency[shown], power.sum(axis=1)[shown], color=colour, linewidth=1.2, label=label
-                )
-        axes[0, sensor].set_title(site, fontsize=9)
-    axes[0, 0].set_ylabel("accelerometer, (m/s²)²/Hz")
-    axes[1, 0].set_ylabel("gyroscope, (rad/s)²/Hz")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=len(signals))
-    figure.supxlabel("Frequency, Hz")
-    figure.savefig(path)
-
-
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--plot", type=Path, help="power spectra side by side, below 10 Hz")
-    plot = parser.parse_args().plot
     trial = read_gait(DATA, TRIAL)
     real, body = trial.recording, Body.bundled()
     motion = retarget(read_source(), body).motion
@@ -233,9 +196,6 @@ def main() -> None:
         found = {name: scores(recording, real, lowpass) for name, recording in made.items()}
         print(f"\nbelow {lowpass:g} Hz\n")
         print_table(found, real.sites)
-        if plot and lowpass == LOWPASS_HZ[0]:
-            shown = list(made.items())[:2]  # the road, as it is and with its root smoothed
-            plot_spectra(plot, {"worn sensor": below(real, lowpass), **dict(shown)}, lowpass)
 
 
 if __name__ == "__main__":
