@@ -21,7 +21,7 @@ from typing import BinaryIO
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-LARGEST = 60e6
+LARGEST = 61e6
 """Bytes of a zip: who tries the extension waits for its download."""
 
 RELEASED = {"3.11", "3.13"}
@@ -39,7 +39,7 @@ PIP_ONLY = {"scikit-learn"}
 """What W2W's own metadata asks for and the extension does without."""
 
 BLENDERS_OWN = {"numpy"}
-LEFT_OUT = ("scikit_learn", "trimesh", "pydantic", "cmap", "pygeodesic", "torch")
+LEFT_OUT = ("scikit_learn", "pydantic", "cmap", "pygeodesic", "torch")
 
 PROCESS_WIDE = re.compile(r"os\.environ\[[^]]*\]\s*=[^=]|os\.environ\.(update|setdefault|pop)|os\.putenv")
 """Code that changes the environment of all of Blender."""

@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parents[3]
 
 LIBRARIES = (
     "PIL", "filelock", "jinja2", "loky", "matplotlib", "numpy", "plyfile", "rich", "scipy", "threadpoolctl",
-    "typer",
+    "trimesh", "typer",
 )  # fmt: skip
 """Those that the extension brings, by the names of their imports; a test compares the two."""
 

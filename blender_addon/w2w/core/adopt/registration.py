@@ -51,9 +51,6 @@ NEAREST_FACES = 8
 SAME_SIDE = 0.3
 """Least cosine between the normals of a point and its match: skin matches skin of the same side."""
 
-TINY = 1e-30
-"""In place of the square of a side, m2, or the fourth power, of a triangle that is none."""
-
 REACH = 0.08
 """Points farther apart than this, metres, do not match."""
 
@@ -80,37 +77,34 @@ class Surface:
         return found[rows, best], near[rows, best], distance[rows, best]
 
     def shares(self, points: np.ndarray, faces: np.ndarray) -> csr_matrix:
-        """Barycentric coordinates (N, V) of the points nearest to some points (N, 3) on given faces (N,)."""
-        triangles = self.vertices[self.faces[faces]]
-        share = closest_shares(triangles, points)
+        """Barycentric coordinates (N, V) of points (N, 3) that lie on given faces (N,)."""
+        share = shares_on(self.vertices[self.faces[faces]], points)
         places = (share.ravel(), (np.repeat(np.arange(len(points)), 3), self.faces[faces].ravel()))
         return csr_matrix(places, shape=(len(points), len(self.vertices)))
 
 
 def closest_on(triangles: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Closest points (N, K, 3) on K triangles (N, K, 3, 3) for each of some points (N, 3), and distances."""
-    repeated, corners = np.repeat(points, triangles.shape[1], axis=0), triangles.reshape(-1, 3, 3)
-    found = np.einsum("nk,nka->na", closest_shares(corners, repeated), corners)
-    distance = np.linalg.norm(found - repeated, axis=1)
+    from trimesh.triangles import closest_point  # imported when used: it takes longer than W2W's panel
+
+    repeated = np.repeat(points, triangles.shape[1], axis=0)
+    found = closest_point(triangles.reshape(-1, 3, 3), repeated)
+    # faces that share the closest point are equally near: a last bit must not choose between them
+    distance = np.linalg.norm(found - repeated, axis=1).round(9)
     return found.reshape(*triangles.shape[:2], 3), distance.reshape(triangles.shape[:2])
 
 
-def closest_shares(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Barycentric coordinates (N, 3) of the points on triangles (N, 3, 3) closest to points (N, 3)."""
-    away, following = points[:, None] - triangles, [1, 2, 0]
-    sides = triangles[:, following] - triangles
-    along = np.einsum("nka,nka->nk", away, sides) / np.maximum(np.einsum("nka,nka->nk", sides, sides), TINY)
-    along = np.clip(along, 0, 1)
-    nearest = np.linalg.norm(away - along[..., None] * sides, axis=2).argmin(axis=1)
-    rows = np.arange(len(points))
-    on_side = np.zeros((len(points), 3))
-    on_side[rows, nearest] = 1 - along[rows, nearest]
-    on_side[rows, (nearest + 1) % 3] = along[rows, nearest]
-    normal = np.cross(sides[:, 0], sides[:, 1])
-    opposite = np.cross(sides[:, following], away[:, following])
-    within = np.einsum("nka,na->nk", opposite, normal)
-    is_within = (within > 0).all(axis=1)
-    return np.where(is_within[:, None], within / np.maximum(within.sum(axis=1), TINY)[:, None], on_side)
+def shares_on(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Barycentric coordinates (N, 3) of points (N, 3) that lie on triangles (N, 3, 3).
+
+    On a triangle without an area they are those of some point of it.
+    """
+    from trimesh.triangles import points_to_barycentric
+
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = points_to_barycentric(triangles, points, method="cross")
+    shares = np.clip(np.nan_to_num(shares, nan=1.0), 0, 1)
+    return shares / shares.sum(axis=1, keepdims=True)
 
 
 def register(
@@ -128,8 +122,8 @@ def register(
     posed = _fit_skeleton(template, target, (landmarks[0], vertices[landmarks[1]]))
     skin = _fit_skin(posed, template.faces, target)
     registered = Surface(skin, template.faces)
-    _, face, distance = registered.closest(vertices, vertex_normals(vertices, faces))
-    weights = registered.shares(vertices, face) @ template.weights
+    closest, face, distance = registered.closest(vertices, vertex_normals(vertices, faces))
+    weights = registered.shares(closest, face) @ template.weights
     lost = ~np.isfinite(distance)
     if lost.any():  # deep in folds normals look every way: take what is near
         distance[lost], nearest = cKDTree(skin).query(vertices[lost])
@@ -260,9 +254,9 @@ def _fit_skin(posed: np.ndarray, faces: np.ndarray, target: Surface) -> np.ndarr
         goal, _, distance = target.closest(skin, vertex_normals(skin, faces))
         trust = THERE * (distance < REACH)
         surface = Surface(skin, faces)
-        _, face, distance = surface.closest(target.vertices, target_normals)
+        closest, face, distance = surface.closest(target.vertices, target_normals)
         near = np.flatnonzero(distance < REACH)
-        share = surface.shares(target.vertices[near], face[near])
+        share = surface.shares(closest[near], face[near])
         system = stiffness * smoothness + diags(trust) + share.T @ share + 1e-6 * identity(len(posed))
         wanted = trust[:, None] * (goal - posed) + share.T @ (target.vertices[near] - share @ posed)
         skin = posed + splu(system.tocsc()).solve(wanted)

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..adopt.registration import closest_on, closest_shares
+from ..adopt.registration import closest_on, shares_on
 from ..adopt.rest_pose import metres_per_unit
 from ..body.body import Body, vertex_normals
 from ..body.shapes import RANGES, shaped
@@ -87,9 +87,9 @@ def correspond(character: Character, body: Body) -> SurfacePoints:
     )
     faces = _faces_around(body)[nearest]
     triangles = body.vertices[body.faces[faces]]
-    _, distance = closest_on(triangles, laid)
+    closest, distance = closest_on(triangles, laid)
     rows, best = np.arange(len(laid)), distance.argmin(axis=1)
-    shares = closest_shares(triangles[rows, best], laid)
+    shares = shares_on(triangles[rows, best], closest[rows, best])
     return SurfacePoints(faces[rows, best], shares, distance[rows, best])
 
 
