@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import metadata
 
 import numpy as np
 
 import w2w
+from w2w.core.findings import summary
 from w2w.core.findings.summary import versions
 
 
@@ -25,5 +27,6 @@ def test_a_library_that_is_missing_is_left_out_and_without_the_tree_pip_is_asked
 
     monkeypatch.setattr("w2w.core.findings.summary.PACKAGE", tmp_path / "lib" / "w2w")
     monkeypatch.setattr(metadata, "version", version)
+    monkeypatch.setattr(summary, "_installed", cache(summary._installed.__wrapped__))
     assert versions()["w2w"] == "9.9"
     assert "scipy" not in versions()

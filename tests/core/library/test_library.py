@@ -106,7 +106,7 @@ def test_missing_and_empty_folders_are_refused(tmp_path):
         read_library(tmp_path)
 
 
-@given(st.sets(st.text(min_size=1, max_size=30).filter(lambda text: text not in (".", "..")), max_size=20))
+@given(st.sets(st.text(min_size=1, max_size=8).filter(lambda text: text not in (".", "..")), max_size=8))
 def test_names_are_safe_and_distinct_even_without_case(stems):
     files = [f"{stem.replace('/', '_')}.fbx" for stem in stems]
     files = list(dict.fromkeys(files))

@@ -84,12 +84,13 @@ def demo():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_copies_are_found_and_originals_stay_apart(demo, kind):
-    copies = [KINDS[kind](motion, demo[n - 7]) for n, motion in enumerate(demo)]
-    groups = np.array(groups_of([*demo, *copies]))
-    found = groups[len(demo) :] == groups[: len(demo)]
+    some = demo[::2] if kind.endswith("a second") else demo  # splines through every joint take long
+    copies = [KINDS[kind](motion, some[n - 7]) for n, motion in enumerate(some)]
+    groups = np.array(groups_of([*some, *copies]))
+    found = groups[len(some) :] == groups[: len(some)]
     assert found.mean() >= 0.95
     if kind != "in a row":  # which joins two
-        apart = [groups[n] for n, motion in enumerate(demo) if motion.activity != SLOW]
+        apart = [groups[n] for n, motion in enumerate(some) if motion.activity != SLOW]
         assert len(set(apart)) == len(apart)
 
 

@@ -7,6 +7,7 @@ import sys
 import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -164,6 +165,7 @@ def versions() -> dict[str, str]:
     return found
 
 
+@cache
 def _installed(name: str) -> str:
     try:
         return metadata.version(name)

@@ -24,6 +24,9 @@ from .classifiers.discriminant import averaging, deviation, few, summing, with_r
 WORKERS = 2
 """Threads."""
 
+WORTH_THREADS = 100
+"""Windows: with fewer, starting threads costs more than they save."""
+
 
 class Training(NamedTuple):
     """Windows trained on, and windows tested on what was trained."""
@@ -104,6 +107,9 @@ class JointScores:
             yield [np.concatenate(of_size) for of_size in zip(*of_duals, strict=True)]
 
     def _parallel(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
+        if len(self.windows) < WORTH_THREADS:
+            yield from map(work, items)
+            return
         with ThreadPoolExecutor(WORKERS) as pool:
             yield from pool.map(work, items)
 
