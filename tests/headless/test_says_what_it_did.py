@@ -255,7 +255,7 @@ def test_a_source_for_each_activity_is_warned_of(places, tmp_path):
     assert f'<p class="warning">T{caution}' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
-TOO_ALIKE = [("utility_map", "rank patches"), ("advised", "choose sensors")]
+TOO_ALIKE = [("rank_clips", "rank patches"), ("advised", "choose sensors")]
 
 
 @pytest.mark.usefixtures("one_worker")

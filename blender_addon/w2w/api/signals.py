@@ -24,11 +24,11 @@ from ..core.motion.motion import Motion
 from ..core.patches.naming import resolve
 from ..core.patches.patches import PatchSet
 from ..core.ranking.pooling import Pooling
-from ..core.ranking.utility import UtilityMap, inputs_of, utility_map
+from ..core.ranking.utility import UtilityMap, inputs_of
 from ..core.ranking.weights import check_counting
 from ..core.study.clip_files import ClipWindows
 from ..core.study.config import StudyConfig
-from ..core.study.ranking import LabelledClip, WindowLabels, copies_among, same_motions
+from ..core.study.ranking import LabelledClip, WindowLabels, copies_among, rank_clips, same_motions
 from ..core.study.results import StudyResults
 from ..core.windows.features import window_features
 from ..core.windows.windows import TooShortError, WindowSpec, cut_windows
@@ -224,11 +224,13 @@ def rank(
     ranked = same_motions(used, found)
     if by_subject and (shared := subjects_sentence(ranked)):
         warnings.warn(shared, stacklevel=2)
-    windowed = WindowLabels.of(ranked, found)
-    utility = utility_map(whole, windowed.protocol(config), classifier, progress=progress, pooling=pooling)
+    utility = rank_clips(ranked, found, whole, config, pooling, classifier=classifier, progress=progress)
     left_out = _left_out(activities, utility, copies_among(used, ranked))
-    parts = signals.patches, signals.motions.body, whole, windowed, config, classifier
-    return Ranking(utility, *parts, tuple(skipped), left_out)
+    return Ranking(
+        utility=utility, patches=signals.patches, body=signals.motions.body, inputs=whole,
+        labels=WindowLabels.of(ranked, found), config=config, classifier=classifier,
+        skipped=tuple(skipped), left_out=left_out,
+    )  # fmt: skip
 
 
 def _left_out(activities: Set[str], utility: UtilityMap, copies: Sequence[tuple[str, str]]) -> dict[str, str]:
@@ -267,8 +269,11 @@ def open_results(folder: str | Path) -> Ranking:
     """
     study = StudyResults.load(Path(folder))
     config = study.config()
-    parts = study.patches, study.body(), study.inputs(config.classifier), study.labels(), config
-    return Ranking(study.utility, *parts, config.classifier, left_out=study.utility.left_out)
+    return Ranking(
+        utility=study.utility, patches=study.patches, body=study.body(),
+        inputs=study.inputs(config.classifier), labels=study.labels(), config=config,
+        classifier=config.classifier, left_out=study.utility.left_out,
+    )  # fmt: skip
 
 
 def stream(folder: str | Path, placements: Sequence[str] | None = None) -> Iterator[ImuRecording]:

@@ -9,10 +9,10 @@ import pytest
 from w2w.core.findings.notes import subjects_sentence
 from w2w.core.library.library import Clip
 from w2w.core.motion.duplicates import WIDTH
-from w2w.core.ranking.utility import utility_map
+from w2w.core.ranking.pooling import Pooling
 from w2w.core.study.clip_files import ClipWindows, features_file, write_features
 from w2w.core.study.config import StudyConfig
-from w2w.core.study.ranking import LabelledClip, WindowLabels, known_motions, same_motions
+from w2w.core.study.ranking import LabelledClip, WindowLabels, known_motions, rank_clips, same_motions
 
 ACTIVITIES = ("walk", "run", "jump")
 
@@ -34,7 +34,7 @@ def drawn(n_clips=12, n_windows=4):
 def test_files_of_a_library_are_ranked_as_they_are():
     clips, windows, features = drawn()
     ranked = same_motions(clips, windows)
-    utility = utility_map(features, WindowLabels.of(ranked, windows).protocol(StudyConfig(folds=2)))
+    utility = rank_clips(ranked, windows, features, StudyConfig(folds=2), Pooling.none(2))
     assert utility.activities == tuple(sorted(ACTIVITIES))
     assert [(clip.name, clip.activity) for clip in ranked] == [(clip.name, clip.activity) for clip in clips]
     assert [clip.motion_key for clip in ranked] == [clip.name for clip in clips]

@@ -12,7 +12,7 @@ from ..patches.patches import PatchSet
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.pooling import Pooling
 from ..ranking.turned import may_turn
-from ..ranking.utility import UtilityMap, utility_map
+from ..ranking.utility import UtilityMap
 from ..ranking.weights import counting, weights_of
 from ..selection.advice import Advice, advise
 from ..selection.answer import PlaceScore, Scored, compare
@@ -20,7 +20,7 @@ from ..selection.set_tests import SetTests
 from ..windows.windows import cut_windows
 from .clip_files import WORK
 from .config import StudyConfig, plain
-from .ranking import WindowLabels, set_tests
+from .ranking import WindowLabels, rank_clips, set_tests
 from .results import StudyResults
 
 
@@ -39,8 +39,7 @@ def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
         return study
     pooling = Pooling.on(study.body(), study.patches)
     inputs, ranked_as = study.inputs(config.classifier), study.config()
-    protocol = study.labels().protocol(ranked_as)
-    utility = utility_map(inputs, protocol, ranked_as.classifier, work=study.out / WORK, pooling=pooling)
+    utility = rank_clips(study.clips, study.windows, inputs, ranked_as, pooling, work=study.out / WORK)
     return replace(study, utility=utility)
 
 

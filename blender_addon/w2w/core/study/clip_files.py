@@ -15,7 +15,7 @@ import numpy as np
 
 from ..files import DAMAGED, load_arrays, write_npz, write_text
 from ..inside import inside
-from ..library.library import WORK_FOLDER, Clip
+from ..library.library import WORK_FOLDER
 from ..ranking.utility import inputs_of
 from ..windows.inputs import FeatureFiles, PatchBlocks, WindowFiles
 from ..windows.windows import WindowSpec
@@ -146,11 +146,9 @@ def ranking_inputs(
 class FilesToRank:
     """What the files of a study's clips hold for the ranking by a classifier."""
 
-    clips: Sequence[Clip]
     windows: tuple[ClipWindows, ...]
     inputs: PatchBlocks
     classifier: str
-    signatures: Signatures
 
 
 STORED = "run-"

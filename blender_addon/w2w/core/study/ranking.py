@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Labels of clips and their windows, by which the panel, the command line and Python rank patches."""
+"""Clips, their labels and windows become a map: the panel, the command line and Python rank by this."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -10,10 +11,11 @@ import numpy as np
 from ..library.import_plan import same_files
 from ..library.library import Clip
 from ..ranking.classifiers.ridge import Ridge
+from ..ranking.f1 import Spread
 from ..ranking.halves import Protocol
 from ..ranking.pooling import Pooling
 from ..ranking.same_motion import same_motion_groups
-from ..ranking.utility import UtilityMap
+from ..ranking.utility import UtilityMap, utility_map
 from ..ranking.weights import counting
 from ..selection.set_tests import SetTests
 from ..windows.inputs import PatchBlocks
@@ -67,8 +69,9 @@ class WindowLabels:
         counts = counting(activities, config.background, config.weights)
         subject = self.subject if config.by_subject else None
         return Protocol(
-            self.activity, self.motion, subject, self.is_test, activities, config.folds, config.seed, counts
-        )
+            activity=self.activity, clip=self.motion, subject=subject, is_test=self.is_test,
+            activities=activities, folds=config.folds, seed=config.seed, counts=counts,
+        )  # fmt: skip
 
 
 def same_motions(
@@ -104,6 +107,28 @@ def copies_among(
     """Clips that show the motion of an earlier one, each with that one: by file where they have one."""
     called = {clip.name: getattr(clip, "file", clip.name) for clip in clips}
     return [(called[clip.name], called[clip.motion_key]) for clip in ranked if clip.motion_key != clip.name]
+
+
+def rank_clips(
+    clips: Sequence[LabelledClip],
+    windows: Sequence[ClipWindows],
+    inputs: np.ndarray | PatchBlocks,
+    config: StudyConfig,
+    pooling: Pooling,
+    *,
+    classifier: Any = None,
+    progress: Callable[[float], None] | None = None,
+    work: Path | None = None,
+    spread: Spread | None = None,
+) -> UtilityMap:
+    """Rank every patch by the windows of clips that `same_motions` gave, as the config asks for it.
+
+    `inputs` (W, N, ...) are the windows of one clip after another. A `classifier` replaces the config's; the
+    others are as for `utility_map`.
+    """
+    protocol = WindowLabels.of(clips, windows).protocol(config)
+    model = config.classifier if classifier is None else classifier
+    return utility_map(inputs, protocol, model, progress=progress, work=work, pooling=pooling, spread=spread)
 
 
 def set_tests(

@@ -23,7 +23,7 @@ from w2w.core.library.library import Clip, Library
 from w2w.core.motion.up import UPSIDE_DOWN, mostly_head_down
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
-from w2w.core.ranking.utility import UtilityMap, utility_map
+from w2w.core.ranking.utility import UtilityMap
 from w2w.core.study.choosing import advised
 from w2w.core.study.clip_files import (
     NO_SIGNATURE,
@@ -35,7 +35,7 @@ from w2w.core.study.clip_files import (
     ranking_inputs,
 )
 from w2w.core.study.config import StudyConfig
-from w2w.core.study.ranking import LabelledClip, WindowLabels, copies_among, same_motions
+from w2w.core.study.ranking import LabelledClip, copies_among, rank_clips, same_motions
 from w2w.core.study.results import ClipResult, Study, StudyResults
 from w2w.core.study.signals import place_patches
 
@@ -137,19 +137,18 @@ def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Stu
     with closing(Signatures(out / WORK)) as signatures:
         try:
             files = _files_to_rank(used, config, out, signatures)
+            ranked = same_motions(used, files.windows, signatures)
         except ValueError as error:
             raise StudyError(str(error), made.clips) from error
-        try:
-            utility, ranked = _rank(files, pooling, plan, out, monitor)
-        except np.linalg.LinAlgError as error:
-            raise StudyError(f"{TOO_ALIKE} to rank patches by", made.clips) from error
-        except ValueError as error:
-            activities = Counter(clip.activity for clip in used)
-            found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
-            copies = copies_sentence(copies_among(used, same_motions(used, files.windows, signatures)))
-            raise StudyError(
-                f"{error}. Clips used by activity: {found}{'. ' * bool(copies)}{copies}", made.clips
-            ) from error
+    try:
+        utility = _rank(ranked, files, pooling, plan, out, monitor)
+    except np.linalg.LinAlgError as error:
+        raise StudyError(f"{TOO_ALIKE} to rank patches by", made.clips) from error
+    except ValueError as error:
+        activities = Counter(clip.activity for clip in used)
+        found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
+        said = f"{error}. Clips used by activity: {found}", copies_sentence(copies_among(used, ranked))
+        raise StudyError(". ".join(filter(None, said)), made.clips) from error
     results = StudyResults(out, utility, made.patches, ranked, config.as_dict(), read=files)
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
         try:
@@ -241,15 +240,19 @@ def _files_to_rank(used: list[Clip], config: StudyConfig, out: Path, signatures:
         signatures.append(found.signature)
         windows.append(replace(found, signature=NO_SIGNATURE))
     inputs = ranking_inputs(places, windows, config.classifier, config.windows)
-    return FilesToRank(used, tuple(windows), inputs, config.classifier, signatures)
+    return FilesToRank(tuple(windows), inputs, config.classifier)
 
 
 def _rank(
-    files: FilesToRank, pooling: Pooling, plan: RunPlan, out: Path, monitor: RunMonitor
-) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
+    clips: tuple[LabelledClip, ...],
+    files: FilesToRank,
+    pooling: Pooling,
+    plan: RunPlan,
+    out: Path,
+    monitor: RunMonitor,
+) -> UtilityMap:
     config, engine = plan.config, plan.engine
-    ranked = same_motions(files.clips, files.windows, files.signatures)
-    if config.by_subject and (caution := subjects_sentence(ranked)):
+    if config.by_subject and (caution := subjects_sentence(clips)):
         monitor.console.print(f"{caution}.", style="bold yellow", markup=False)
     with monitor.bar("ranking patches", 100) as advance:
         done = 0
@@ -261,10 +264,8 @@ def _rank(
 
         n_windows = sum(len(found.is_test) for found in files.windows)
         spread = spread_over(engine.scheduler) or spread_here(engine.workers, n_windows)
-        protocol = WindowLabels.of(ranked, files.windows).protocol(config)
         work = out.resolve() / WORK
-        utility = utility_map(
-            files.inputs, protocol, config.classifier,
-            progress=progress, work=work, pooling=pooling, spread=spread,
+        return rank_clips(
+            clips, files.windows, files.inputs, config, pooling,
+            progress=progress, work=work, spread=spread,
         )  # fmt: skip
-        return utility, ranked

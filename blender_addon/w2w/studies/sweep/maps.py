@@ -19,7 +19,7 @@ from w2w.core.files import write_json
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.pooling import Pooling
-from w2w.core.ranking.utility import UtilityMap, inputs_of, utility_map
+from w2w.core.ranking.utility import UtilityMap, inputs_of
 from w2w.core.study.clip_files import (
     WORK,
     ClipWindows,
@@ -29,7 +29,7 @@ from w2w.core.study.clip_files import (
     write_features,
 )
 from w2w.core.study.config import plain
-from w2w.core.study.ranking import LabelledClip, WindowLabels
+from w2w.core.study.ranking import LabelledClip, rank_clips
 from w2w.core.study.results import StudyResults
 from w2w.core.study.signals import describe, place_patches, record
 from w2w.core.threads import unthreaded_products
@@ -132,10 +132,8 @@ class SweepMaps:
     def _rank(self, case: Case, clips: list[LabelledClip], folder: Path) -> UtilityMap:
         places = [(folder, clip.name) for clip in clips]
         found = [ClipWindows.read(*place) for place in places]
-        labels = WindowLabels.of(clips, found)
         inputs = ranking_inputs(places, found, case.config.classifier, case.config.windows)
-        config = case.config
-        return utility_map(inputs, labels.protocol(config), config.classifier, pooling=self.pooling)
+        return rank_clips(clips, found, inputs, case.config, self.pooling)
 
 
 def _bake_clip(

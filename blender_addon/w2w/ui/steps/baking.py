@@ -18,9 +18,9 @@ from ...core.imu.virtual import at_patches
 from ...core.motion.duplicates import motion_signature
 from ...core.motion.source import reason_of
 from ...core.ranking.pooling import Pooling
-from ...core.ranking.utility import UtilityMap, utility_map
+from ...core.ranking.utility import UtilityMap
 from ...core.study.clip_files import ClipWindows, ranking_inputs
-from ...core.study.ranking import LabelledClip, WindowLabels, copies_among, same_motions
+from ...core.study.ranking import LabelledClip, copies_among, rank_clips, same_motions
 from ...core.study.signals import describe, record_baked
 from ...core.wording import capital
 from ...scene.bake import PatchBaker
@@ -132,10 +132,8 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     def rank(told: Callable[[float], None]) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
         windows = [ClipWindows.read(*place) for place in places]
         inputs = ranking_inputs(places, windows, config.classifier, config.windows)
-        pooling = Pooling.on(body, patches)
         ranked = same_motions(used, windows)
-        protocol = WindowLabels.of(ranked, windows).protocol(config)
-        utility = utility_map(inputs, protocol, config.classifier, progress=told, pooling=pooling)
+        utility = rank_clips(ranked, windows, inputs, config, Pooling.on(body, patches), progress=told)
         pack(utility)  # kept, as the regions are: here they stop no window
         regions_of(body)
         return utility, ranked

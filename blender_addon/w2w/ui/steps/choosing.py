@@ -14,12 +14,12 @@ import numpy as np
 from ...core.body.body import Body
 from ...core.findings.advice_content import advice_content
 from ...core.ranking.pooling import Pooling
-from ...core.ranking.utility import UtilityMap, utility_map
+from ...core.ranking.utility import UtilityMap
 from ...core.selection.advice import Advice
 from ...core.study.choosing import advised
 from ...core.study.clip_files import ClipWindows
 from ...core.study.config import StudyConfig
-from ...core.study.ranking import same_motions
+from ...core.study.ranking import rank_clips, same_motions
 from ...core.study.results import StudyResults
 from ...core.wording import capital
 from ..jobs.jobs import Step, Steps, in_thread, on_body
@@ -117,10 +117,10 @@ def advised_steps(
     pooling = yield from in_thread(lambda _told: _pooling(found), "measuring the skin", 0.05, 0.2)
     if left_out or reweighed:
         text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
-        inputs, protocol = found.inputs(config.classifier), found.labels().protocol(config)
+        inputs = found.inputs(config.classifier)
 
         def rank(told: Callable[[float], None]) -> UtilityMap:
-            return utility_map(inputs, protocol, config.classifier, progress=told, pooling=pooling)
+            return rank_clips(found.clips, found.windows, inputs, config, pooling, progress=told)
 
         found = replace(found, utility=(yield from in_thread(rank, text, 0.2, 0.3)))
     text = "choosing what to wear"
