@@ -477,3 +477,27 @@ def test_windows_of_ten_minutes_refuse_the_same_clips_as_on_the_command_line(sig
     reasons = skipped_clips(tmp_path)
     assert len(reasons) >= len(signals)
     assert all(words in reason for reason in reasons.values() if "damaged" not in reason), reasons
+
+
+def test_a_report_of_a_results_folder_is_that_of_the_command_line(door, tmp_path):
+    w2w.open_results(door / "RESULTS").report(tmp_path / "report.html")
+    command = [sys.executable, "-m", "headless", "report", door / "RESULTS"]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    written = door / "RESULTS" / "report.html"
+    assert (tmp_path / "report.html").read_bytes() == written.read_bytes()
+    written.unlink()
+
+
+def test_a_report_of_a_ranking_says_what_was_ranked(library, few, ranking, tmp_path):
+    """The answer, the sensor, the rate and the clips that the ranking is of."""
+    narrow = replace(w2w.preset("bmi270"), name="my part")
+    motions = w2w.load(library, labels=library.parent / "labels.csv")
+    own = w2w.rank(w2w.synthesize(motions, few, narrow, rate=40.0), folds=3)
+    pages = []
+    for one in (ranking, own):
+        one.report(tmp_path / "report.html")
+        pages.append((tmp_path / "report.html").read_text(encoding="utf-8"))
+        assert one.answer.sentence().split(" (")[0] in pages[-1]
+        assert "12 of 12 clips ranked, in 3 activities" in pages[-1]
+    assert "<td>bmi270, 50.0 Hz</td>" in pages[0]
+    assert "<td>my part, 40.0 Hz</td>" in pages[1]

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A progress bar where Python runs in a notebook; a script or a terminal shows none."""
+"""What a notebook shows: a progress bar, which a script or a terminal has not, and rows as a table."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from typing import TypeVar
+from html import escape
+from typing import Any, TypeVar
 
 T = TypeVar("T")
 
@@ -40,3 +41,17 @@ def tracked(items: Sequence[T], label: str) -> Iterator[T]:
     for done, item in enumerate(items, start=1):
         yield item
         show(done / len(items))
+
+
+class Rows(list[dict[str, Any]]):
+    """Rows of values by column, all with the same columns."""
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: three digits, as people compare them."""
+        heads = "".join(f"<th>{escape(name)}" for name in (self[0] if self else ()))
+        rows = ("".join(f"<td>{_cell(value)}" for value in row.values()) for row in self)
+        return f"<table><tr>{heads}{''.join(f'<tr>{row}' for row in rows)}</table>"
+
+
+def _cell(value: Any) -> str:
+    return f"{value:.3f}" if isinstance(value, float) else escape(str(value))

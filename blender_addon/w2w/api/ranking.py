@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""W2W from Python: a ranking's scores, its best patch, sets to wear, a table and a picture."""
+"""W2W from Python: a ranking's scores, its best patch, sets to wear, a table, a picture and a report."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from functools import cached_property
 from html import escape
 from numbers import Integral
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,9 @@ import numpy as np
 from ..core.body.body import Body
 from ..core.csv_tables import apart, csv_text
 from ..core.files import write_text
+from ..core.findings.new_folder import write_findings
 from ..core.findings.notes import interval_caution
+from ..core.library.library import Clip, Library
 from ..core.patches.naming import resolve
 from ..core.patches.patches import PatchSet
 from ..core.ranking.pooling import Pooling
@@ -29,29 +32,16 @@ from ..core.selection.headline import mean_title, short, spot_caution
 from ..core.selection.joint import JointSet
 from ..core.selection.set_tests import SetTests
 from ..core.study.choosing import choose_to_wear
+from ..core.study.clip_files import WORK
 from ..core.study.config import StudyConfig
-from ..core.study.ranking import WindowLabels, set_tests
+from ..core.study.ranking import LabelledClip, WindowLabels, set_tests
+from ..core.study.results import ClipResult, Study, StudyResults
 from ..core.windows.inputs import PatchBlocks
+from .notebook import Rows
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
-
-DIGITS = 4
-
-
-class Rows(list[dict[str, Any]]):
-    """Rows of values by column, all with the same columns."""
-
-    def _repr_html_(self) -> str:
-        """What a notebook shows: three digits, as people compare them."""
-        heads = "".join(f"<th>{escape(name)}" for name in (self[0] if self else ()))
-        rows = ("".join(f"<td>{_cell(value)}" for value in row.values()) for row in self)
-        return f"<table><tr>{heads}{''.join(f'<tr>{row}' for row in rows)}</table>"
-
-
-def _cell(value: Any) -> str:
-    return f"{value:.3f}" if isinstance(value, float) else escape(str(value))
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +67,12 @@ class Ranking:
         Clips that took no part, each with the reason.
     left_out : dict of str to str
         Activities of the clips that are not ranked, each with the reason.
+    clips : tuple of LabelledClip
+        Those ranked, each with the first that shows the same motion.
+    details : tuple of dict
+        Duration and windows of each of them, for the report.
+    folder : Path, optional
+        The results folder that it was read from, which holds all that a report says.
 
     Examples
     --------
@@ -96,6 +92,9 @@ class Ranking:
     classifier: Any = "ridge"
     skipped: tuple[tuple[str, str], ...] = ()
     left_out: dict[str, str] = field(default_factory=dict)
+    clips: tuple[LabelledClip, ...] = ()
+    details: tuple[dict[str, Any], ...] = ()
+    folder: Path | None = None
 
     def __repr__(self) -> str:
         best = f"{self.names[self.best]}, F1 {self.expected[self.best]:.2f}"
@@ -268,8 +267,7 @@ class Ranking:
         """Write `table` as csv, whole or not at all."""
         rows = self._rows()
         cells = [
-            [f"{value:.{DIGITS}f}" if isinstance(value, float) else value for value in row.values()]
-            for row in rows
+            [f"{value:.4f}" if isinstance(value, float) else value for value in row.values()] for row in rows
         ]
         write_text(Path(path), csv_text([list(rows[0]), *cells]))
 
@@ -313,3 +311,39 @@ class Ranking:
         return draw_heatmap(
             path, self.body, self.patches, scores, title, subtitle, label, span=self.utility.colour_span
         )
+
+    def report(self, path: str | Path) -> None:
+        """Write the page that `w2w report` writes: the answer, the heatmaps in 3D, the choice, the tables.
+
+        Parameters
+        ----------
+        path : str or Path
+            One HTML file, which needs no network.
+
+        Raises
+        ------
+        ValueError
+            If the results folder that the ranking was read from is no longer whole.
+
+        Examples
+        --------
+        >>> w2w.open_results("RESULTS").report("report.html")
+        >>> Path("report.html").read_text(encoding="utf-8").strip()[:15]
+        '<!doctype html>'
+        """
+        from ..report.page import report_page  # jinja2 and matplotlib are slow to import
+
+        with TemporaryDirectory(prefix="w2w_report_") as temporary:
+            study = StudyResults.load(self.folder) if self.folder else self._written(Path(temporary))
+            write_text(Path(path), report_page(study))
+
+    def _written(self, out: Path) -> StudyResults:
+        """The ranking and a choice of sensors, written into an empty folder as a run writes them."""
+        (out / WORK).mkdir()
+        results = StudyResults(out, self.utility, self.patches, self.clips, self.config.as_dict())
+        named = [Clip(Path(), one.name, one.name, one.activity, one.subject) for one in self.clips]
+        library = Library(Path(), tuple(named), "Python", self.skipped)
+        clips = tuple(ClipResult(one, "", about, "") for one, about in zip(named, self.details, strict=True))
+        advice = choose_to_wear(self.utility, self.patches, self.body, self.config, self._set_tests)
+        write_findings(Study(library, self.config, self.body, clips, results, advice))
+        return results

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, overload
 
@@ -44,6 +44,8 @@ class Signals(Sequence[ImuRecording]):
     recordings: tuple[ImuRecording, ...]
     patches: PatchSet
     motions: Motions
+    sensor: SensorModel
+    settings: Synthesis
 
     def __repr__(self) -> str:
         return f"<Signals: {len(self)} clips on {len(self.patches)} patches>"
@@ -54,7 +56,7 @@ class Signals(Sequence[ImuRecording]):
     def __getitem__(self, index: slice) -> Signals: ...
     def __getitem__(self, index: int | slice) -> ImuRecording | Signals:
         if isinstance(index, slice):
-            return Signals(self.recordings[index], self.patches, self.motions[index])
+            return replace(self, recordings=self.recordings[index], motions=self.motions[index])
         return self.recordings[index]
 
     def __len__(self) -> int:
@@ -129,7 +131,7 @@ def synthesize(
     about = [(one.clip or "a clip", model.full_scale_content(one)) for one in recordings]
     if caution := full_scale_sentence(about):
         warnings.warn(caution, stacklevel=2)
-    return Signals(recordings, patches, motions)
+    return Signals(recordings, patches, motions, model, settings)
 
 
 def rank(
@@ -194,6 +196,9 @@ def rank(
     check_counting(activities, uncounted, weighted)
     spec = WindowSpec(window, window / 2 if stride is None else stride)
     config = StudyConfig(
+        synthesis=signals.settings,
+        sensor=signals.sensor.name,
+        own_sensor=signals.sensor,
         windows=spec,
         folds=folds,
         by_subject=by_subject,
@@ -203,7 +208,7 @@ def rank(
         classifier=classifier if isinstance(classifier, str) else StudyConfig.classifier,
     )
     as_features = inputs_of(classifier) == "features"
-    used, found, inputs, skipped = [], [], [], []
+    used, found, details, inputs, skipped = [], [], [], [], []
     clips = zip(signals, signals.motions, signals.motions.motion_keys, strict=True)
     for number, (recording, motion, key) in enumerate(clips):
         name = recording.clip or f"clip {number}"
@@ -216,6 +221,9 @@ def rank(
         inputs.append(window_features(cut, recording.rate) if as_features else np.array(cut))
         used.append(LabelledClip(name, **labels[number], motion_key=key))
         found.append(ClipWindows(windows.is_test, motion_signature(motion)))
+        about = {"duration_s": round(motion.duration, 4), "frame_rate": motion.rate}
+        about |= signals.sensor.full_scale_content(recording)
+        details.append(about | {"windows": len(windows.is_test)})
     if not used:
         raise ValueError(f"every clip is too short for windows of {window:g} s: {skipped[0][1]}")
     whole = np.concatenate(inputs)
@@ -229,7 +237,7 @@ def rank(
     return Ranking(
         utility=utility, patches=signals.patches, body=signals.motions.body, inputs=whole,
         labels=WindowLabels.of(ranked, found), config=config, classifier=classifier,
-        skipped=tuple(skipped), left_out=left_out,
+        skipped=tuple(skipped), left_out=left_out, clips=ranked, details=tuple(details),
     )  # fmt: skip
 
 
@@ -272,7 +280,7 @@ def open_results(folder: str | Path) -> Ranking:
     return Ranking(
         utility=study.utility, patches=study.patches, body=study.body(),
         inputs=study.inputs(config.classifier), labels=study.labels(), config=config,
-        classifier=config.classifier, left_out=study.utility.left_out,
+        classifier=config.classifier, left_out=study.utility.left_out, folder=study.out,
     )  # fmt: skip
 
 

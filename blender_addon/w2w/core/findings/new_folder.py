@@ -37,20 +37,25 @@ def write_folder(
         out = Path(temporary) / "results"
         for name in FOLDERS:
             (out / name).mkdir(parents=True)
-        study.body.save(out / WORK / "body.npz")
-        found.patches.save(out / WORK / "patches.npz")
         if covers:
             save_covers(out / FITTED, covers, [""] * len(covers))
         for number, (clip, motion, place) in enumerate(zip(study.clips, motions, found.places, strict=True)):
             progress(number / len(motions))
             clips.append(_write_clip(out, clip, motion, place, found.patches))
         results = StudyResults(out, found.utility, found.patches, found.clips, found.parameters)
-        finished = replace(study, clips=tuple(clips), results=results)
-        write_results(finished)
-        write_json(out / "config.json", config_content(finished))
+        write_findings(replace(study, clips=tuple(clips), results=results))
         if folder.exists():
             folder.rmdir()
         out.replace(folder)
+
+
+def write_findings(study: Study) -> None:
+    """Write a results folder but for the clips' files: body, patches, ranking, choice, parameters."""
+    out = study.results.out
+    study.body.save(out / WORK / "body.npz")
+    study.results.patches.save(out / WORK / "patches.npz")
+    write_results(study)
+    write_json(out / "config.json", config_content(study))
 
 
 def check_new(folder: Path) -> None:

@@ -59,10 +59,9 @@ def write_placements(out: Path, cards: Sequence[dict[str, Any]], patches: PatchS
     rows: list[Sequence[object]]
     rows = [("name", "spot", "words", "arrow", "slip_cm", "turn_deg", "patch", "vertex")]
     for one in cards:
-        at = (one["patch"], int(patches.vertices[one["patch"]]))
-        turn = "" if one["turn_deg"] is None else one["turn_deg"]
-        may = f"{one['slip_cm']:.0f}", turn
-        rows.append((one["sensor"], one["spot"], one["words"], one["arrow"], *may, *at))
+        slip, turn = f"{one['slip_cm']:.0f}", "" if one["turn_deg"] is None else one["turn_deg"]
+        patch, vertex = one["patch"], int(patches.vertices[one["patch"]])
+        rows.append((one["sensor"], one["spot"], one["words"], one["arrow"], slip, turn, patch, vertex))
     write_text(out / PLACEMENTS, csv_text(rows))
 
 

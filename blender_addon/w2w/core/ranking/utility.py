@@ -236,7 +236,7 @@ def utility_map(
     clip, seed = np.asarray(protocol.clip), protocol.seed
     model = _model(classifier, seed, work)
     scored = hasattr(model, "name_splits")
-    trial = protocol.planned(halvings * scored)
+    trial = protocol.planned(halvings if scored else 0)
     weights = trial.weights
     source = SomeWindows(as_blocks(inputs), trial.used)
     if scored:

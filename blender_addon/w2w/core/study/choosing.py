@@ -61,8 +61,10 @@ def choose_to_wear(
 
     The config is the run's, or has another target and other constraints; ValueError if they cannot be met.
     """
-    wishes = config.target, config.every_activity, config.max_places, config.constraints
-    return advise(utility, patches, body, tests, *wishes)
+    return advise(
+        utility, patches, body, tests, target=config.target, every_activity=config.every_activity,
+        max_places=config.max_places, constraints=config.constraints,
+    )  # fmt: skip
 
 
 def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:
