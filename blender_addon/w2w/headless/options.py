@@ -18,8 +18,9 @@ from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.presets import PRESETS, preset, read_sensor
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import CONVENTIONS, Synthesis
-from w2w.core.keypoints.facts import UNITS, UPS, PoseFacts
+from w2w.core.keypoints.facts import UNITS, PoseFacts, facts_of
 from w2w.core.keypoints.joint_sets import JOINT_SETS
+from w2w.core.motion.up import UPS
 from w2w.core.selection.constraints import Constraints, read_costs
 from w2w.core.study.config import RANKING
 from w2w.core.windows.windows import WindowSpec
@@ -39,38 +40,46 @@ CORES = os.cpu_count() or 1
 PANEL = "What motion files do not say"
 
 
-def option(kind: Any, about: str, *names: str, **other: Any) -> Any:
-    """The annotation of an option with its help, names other than its parameter's, and more for Typer."""
-    return Annotated[kind, typer.Option(*names, help=about, **other)]
+def option(about: str, *names: str, **other: Any) -> Any:
+    """An option with its help, names other than its parameter's, and more for Typer."""
+    return typer.Option(*names, help=about, **other)
 
 
-def argument(kind: Any, name: str, about: str) -> Any:
-    """The annotation of an argument with its name on the screen and its help."""
-    return Annotated[kind, typer.Argument(metavar=name, help=about)]
+def argument(name: str, about: str) -> Any:
+    """An argument with its name on the screen and its help."""
+    return typer.Argument(metavar=name, help=about)
 
 
-PoseRate = option(
+PoseRate = Annotated[
     float | None,
-    "Frames per second of all files, whatever they say (of amc files 120 otherwise).",
-    min=1,
-    max=2000,
-    rich_help_panel=PANEL,
-)
-PoseUnit = option(str, f"Unit of joint positions: {', '.join(UNITS)}.", rich_help_panel=PANEL)
-PoseUp = option(
+    option(
+        "Frames per second of all files, whatever they say (of amc files 120 otherwise).",
+        min=1,
+        max=2000,
+        rich_help_panel=PANEL,
+    ),
+]
+PoseUnit = Annotated[str, option(f"Unit of joint positions: {', '.join(UNITS)}.", rich_help_panel=PANEL)]
+PoseUp = Annotated[
     str,
-    f"Axis of the files that points up: {', '.join(UPS)}.  [default: by format, or all files together]",
-    rich_help_panel=PANEL,
-)
-PoseJoints = option(str, f"Joint set of joint positions: {', '.join(JOINT_SETS)}.", rich_help_panel=PANEL)
+    option(
+        f"Axis of the files that points up: {', '.join(UPS)}.  [default: by format, or all files together]",
+        rich_help_panel=PANEL,
+    ),
+]
+PoseJoints = Annotated[
+    str, option(f"Joint set of joint positions: {', '.join(JOINT_SETS)}.", rich_help_panel=PANEL)
+]
 
-Stride = option(
+Stride = Annotated[
     float | None,
-    "Stride of the training windows, seconds.  [default: half the window]",
-    min=0.05,
-    show_default=False,
-    rich_help_panel=RANKING,
-)
+    option(
+        "Stride of the training windows, seconds.  [default: half the window]",
+        min=0.05,
+        show_default=False,
+        rich_help_panel=RANKING,
+    ),
+]
 
 
 def words(text: str) -> tuple[str, ...]:
@@ -148,8 +157,8 @@ def wishes_over(
 ) -> Constraints:
     """A run's constraints, with the options that are given in the place of its own."""
     given = {"only": only, "forbid": forbid, "must": must}
-    changed = {name: words(text) for name, text in given.items() if text is not None}
-    return replace(run, **changed, **({"costs": read_costs(costs)} if costs else {}))
+    changed: dict[str, Any] = {name: words(text) for name, text in given.items() if text is not None}
+    return replace(run, **changed | ({"costs": read_costs(costs)} if costs else {}))
 
 
 def further_sensors(record: str, features: str, magnetic_dip: float) -> FurtherSensors:
@@ -180,7 +189,7 @@ def chosen_sensor(text: str) -> SensorModel:
         raise ValueError(f"--sensor: {error}") from error
 
 
-def sensor_settings(text: str) -> dict[str, str | SensorModel]:
+def sensor_settings(text: str) -> dict[str, Any]:
     """`--sensor` as fields of a `StudyConfig`."""
     model = chosen_sensor(text)
     own = {} if PRESETS.get(model.name) == model else {"own_sensor": model}
@@ -208,4 +217,4 @@ def window_spec(window: float, stride: float | None) -> WindowSpec:
 
 def pose_facts(rate: float | None, unit: str, up: str, joints: str) -> PoseFacts:
     """The options for joint positions as `PoseFacts`; a ValueError says which is unknown."""
-    return PoseFacts(rate, unit or None, up or None, joints or None)
+    return facts_of({"rate": rate, "unit": unit, "up": up, "joint_set": joints})

@@ -22,10 +22,10 @@ from w2w.core.study.config import FILES, StudyConfig
 
 from . import options
 from .options import option
+from .runs.clip_task import Engine
 from .runs.garments import parse_garments
 from .runs.guard import LIMIT_S, MEMORY
 from .runs.monitor import EventLog, RunMonitor, event_line
-from .runs.workers import Engine
 from .stopping import STOPPED, say_for_machines
 
 RUN = "How the run is done"
@@ -38,17 +38,16 @@ AS_GIVEN = "patches", "classifier", "folds", "by_subject", "target", "every_acti
 """Options that are parameters as they are."""
 
 
-def declared(name: str, or_none: bool = False, **other: Any) -> Any:
-    """The annotation of the option for a parameter that `StudyConfig` or a record in it declares.
+def declared(name: str, **other: Any) -> Any:
+    """The option for a parameter that `StudyConfig` or a record in it declares.
 
-    `or_none` allows None for "not given"; `other` arguments of `typer.Option` replace declared ones.
+    `other` arguments of `typer.Option` replace declared ones.
     """
     parameter = parameters_of(StudyConfig)[name]
-    kind = _kind(parameter)
-    about = {"help": parameter.help, "min": parameter.least, "max": parameter.most}
+    about: dict[str, Any] = {"help": parameter.help, "min": parameter.least, "max": parameter.most}
     about |= {"rich_help_panel": parameter.group or None} | other
     names = (NAMES[name],) if name in NAMES else ()
-    return Annotated[kind | None if or_none else kind, typer.Option(*names, **about)]
+    return typer.Option(*names, **about)
 
 
 def _default(parameter: Parameter) -> Any:
@@ -69,10 +68,10 @@ def _kind(parameter: Parameter) -> Any:
     return parameter.kind
 
 
-DeclaredOptions = make_dataclass(
+DeclaredOptions: Any = make_dataclass(
     "DeclaredOptions",
     [
-        (name, declared(name), field(default=_default(parameter)))
+        (name, Annotated[_kind(parameter), declared(name)], field(default=_default(parameter)))
         for name, parameter in parameters_of(StudyConfig).items()
         if parameter.group is not None
     ],
@@ -88,48 +87,53 @@ DEFAULTS = DeclaredOptions()
 class StudyOptions(DeclaredOptions):
     """The options of a study: its parameters, and how it is run."""
 
-    bodies: option(
+    bodies: Annotated[
         str,
-        "One or more bodies, comma-separated: neutral, female, male, with height=1.6 (m) "
-        "weight=55 (kg) muscle= age= arms= legs=, or an SMPL file (a model, optionally with "
-        "betas=1.2:0:-0.5 or betas=MOTION.npz). Each body gets its own study, compared at the end.",
-    ) = "neutral"
-    workers: option(int, "Clips processed in parallel.", min=1) = options.CORES
+        option(
+            "One or more bodies, comma-separated: neutral, female, male, with height=1.6 (m) "
+            "weight=55 (kg) muscle= age= arms= legs=, or an SMPL file (a model, optionally with "
+            "betas=1.2:0:-0.5 or betas=MOTION.npz). Each body gets its own study, compared at the end."
+        ),
+    ] = "neutral"
+    workers: Annotated[int, option("Clips processed in parallel.", min=1)] = options.CORES
     stride: options.Stride = None
-    bone_map: option(
+    bone_map: Annotated[
         list[Path] | None,
-        "Bone map for your own rig (JSON, as in assets/templates/bone_maps); repeatable.",
-        rich_help_panel=FILES,
-    ) = None
-    exact_labels: option(
+        option(
+            "Bone map for your own rig (JSON, as in assets/templates/bone_maps); repeatable.",
+            rich_help_panel=FILES,
+        ),
+    ] = None
+    exact_labels: Annotated[
         bool,
-        "Keep activities apart that differ only in case, spaces, '_' or '-'.",
-        rich_help_panel=FILES,
-    ) = False
+        option("Keep activities apart that differ only in case, spaces, '_' or '-'.", rich_help_panel=FILES),
+    ] = False
     pose_rate: options.PoseRate = None
     pose_unit: options.PoseUnit = ""
     pose_up: options.PoseUp = ""
     pose_joints: options.PoseJoints = ""
-    pictures: run_option(bool, "Render heatmaps and save study.blend.") = True
-    report: run_option(bool, "Write report.html.") = True
-    clip_limit: run_option(float, "Time limit per clip, seconds.", min=1) = LIMIT_S
-    clip_memory: run_option(float, "Memory limit per clip, GiB.", min=0.5) = MEMORY / 2**30
-    scheduler: run_option(
-        str, "Dask scheduler (tcp://host:port or a scheduler file) to run on a cluster."
-    ) = ""
-    signals: run_option(
+    pictures: Annotated[bool, run_option("Render heatmaps and save study.blend.")] = True
+    report: Annotated[bool, run_option("Write report.html.")] = True
+    clip_limit: Annotated[float, run_option("Time limit per clip, seconds.", min=1)] = LIMIT_S
+    clip_memory: Annotated[float, run_option("Memory limit per clip, GiB.", min=0.5)] = MEMORY / 2**30
+    scheduler: Annotated[
+        str, run_option("Dask scheduler (tcp://host:port or a scheduler file) to run on a cluster.")
+    ] = ""
+    signals: Annotated[
         bool,
-        "Keep the signals, MBs a clip; else exports, panel and w2w.stream make them again from motions.",
-        "--signals/--no-signals",
-    ) = True
-    verify: run_option(
-        bool, "Read what an earlier run left again, not only its sizes and times.", "--verify"
-    ) = False
-    strict: run_option(bool, "Fail (exit code 3) if any clip is skipped.") = False
-    verbose: run_option(bool, "List every clip, activity and region.", "--verbose") = False
-    log_json: run_option(
-        bool, "Print machine-readable events instead: one JSON object per line.", "--log-json"
-    ) = False
+        run_option(
+            "Keep the signals, MBs a clip; else exports, panel and w2w.stream make them again from motions.",
+            "--signals/--no-signals",
+        ),
+    ] = True
+    verify: Annotated[
+        bool, run_option("Read what an earlier run left again, not only its sizes and times.", "--verify")
+    ] = False
+    strict: Annotated[bool, run_option("Fail (exit code 3) if any clip is skipped.")] = False
+    verbose: Annotated[bool, run_option("List every clip, activity and region.", "--verbose")] = False
+    log_json: Annotated[
+        bool, run_option("Print machine-readable events instead: one JSON object per line.", "--log-json")
+    ] = False
 
     def config(self) -> StudyConfig:
         """The study's parameters; a ValueError or OSError says which option is wrong."""
@@ -193,6 +197,6 @@ def with_study_options(command: Callable[..., None]) -> Callable[..., None]:
         command(**given, asked=asked)
 
     del wrapped.__wrapped__  # its signature is another
-    wrapped.__signature__ = inspect.Signature(parameters)
+    vars(wrapped)["__signature__"] = inspect.Signature(parameters)
     wrapped.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return wrapped

@@ -37,7 +37,7 @@ BYTES_PER_POSE = 400
 """Most sensors of a chunk; fewer where a long clip would take more bytes than this."""
 
 
-CONVENTIONS = ("physical", "paper")
+CONVENTIONS: tuple[Literal["physical", "paper"], ...] = ("physical", "paper")
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 """`w2w calibrate`: fit a simulated sensor to one's own, worn with a matching motion."""
 
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -19,23 +20,28 @@ from ..study_options import DEFAULTS, declared
 
 
 def calibrate_sensor(
-    real: argument(
+    real: Annotated[
         Path,
-        "REAL",
-        "What the worn sensor recorded: csv, Xsens txt, x-io folder or npz; or a folder of such.",
-    ),
-    motion: argument(
+        argument(
+            "REAL", "What the worn sensor recorded: csv, Xsens txt, x-io folder or npz; or a folder of such."
+        ),
+    ],
+    motion: Annotated[
         Path,
-        "MOTION",
-        "The motion of its wearer at that time (FBX, BVH, npz, joints from video); or a folder with "
-        "a file of the same name for each in REAL.",
-    ),
-    patch: option(str, "Where it was worn: 'left wrist', 'sternum', a patch's name."),
-    out: option(Path, "JSON file to write, for --sensor.", "--out", "-o"),
-    sensor: declared("sensor") = DEFAULTS.sensor,
-    shift: option(float, "Most seconds that sensor and motion may be apart.", min=0.02, max=10) = 0.5,
-    band: declared("band") = DEFAULTS.band,
-    root_band: declared("root_band") = None,
+        argument(
+            "MOTION",
+            "The motion of its wearer at that time (FBX, BVH, npz, joints from video); or a folder with "
+            "a file of the same name for each in REAL.",
+        ),
+    ],
+    patch: Annotated[str, option("Where it was worn: 'left wrist', 'sternum', a patch's name.")],
+    out: Annotated[Path, option("JSON file to write, for --sensor.", "--out", "-o")],
+    sensor: Annotated[str, declared("sensor")] = DEFAULTS.sensor,
+    shift: Annotated[
+        float, option("Most seconds that sensor and motion may be apart.", min=0.02, max=10)
+    ] = 0.5,
+    band: Annotated[float, declared("band")] = DEFAULTS.band,
+    root_band: Annotated[float | None, declared("root_band")] = None,
     pose_rate: PoseRate = None,
     pose_unit: PoseUnit = "",
     pose_up: PoseUp = "",

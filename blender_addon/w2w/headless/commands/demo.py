@@ -3,6 +3,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Annotated
 
 from w2w.core.body.body import Body
 from w2w.core.csv_tables import csv_text
@@ -14,10 +15,10 @@ from w2w.core.study.config import StudyConfig
 from ..console import Terminal
 from ..options import CORES, option
 from ..reports.console_tables import show_labels
+from ..runs.clip_task import Engine
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import claimed
 from ..runs.study import RunPlan
-from ..runs.workers import Engine
 from .execute import check_folder, execute, refused
 
 TARGET = 0.99
@@ -25,10 +26,12 @@ TARGET = 0.99
 
 
 def demo(
-    out: option(Path, "Folder for the library and the results.", "--out", "-o") = Path("demo_output"),
-    clips: option(int, "Clips an activity.", min=2, max=DEMO_CLIPS) = DEMO_CLIPS,
-    seed: option(int, "Seed of the study.", min=0) = 0,
-    workers: option(int, "Clips worked on at the same time.", min=1) = CORES,
+    out: Annotated[Path, option("Folder for the library and the results.", "--out", "-o")] = Path(
+        "demo_output"
+    ),
+    clips: Annotated[int, option("Clips an activity.", min=2, max=DEMO_CLIPS)] = DEMO_CLIPS,
+    seed: Annotated[int, option("Seed of the study.", min=0)] = 0,
+    workers: Annotated[int, option("Clips worked on at the same time.", min=1)] = CORES,
 ) -> None:
     """Find the best spots for four rehabilitation activities, from motions that come with W2W.
 

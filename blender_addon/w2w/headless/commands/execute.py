@@ -15,7 +15,7 @@ from w2w.core.body.body import Body
 from w2w.core.files import json_number, write_json
 from w2w.core.findings.advice_content import patch_content
 from w2w.core.findings.summary import study_counts, write_failure, write_results
-from w2w.core.inside import inside
+from w2w.core.inside import ForeignFileError, inside
 from w2w.core.ranking.agreement import rank_agreement
 from w2w.core.ranking.folds import check_testable
 from w2w.core.study.clip_files import WORK, mark_changing, mark_whole
@@ -28,11 +28,11 @@ from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, sentence_of
 from ..options import parse_bodies
 from ..reports import console_tables, draw
 from ..runs import folder
+from ..runs.cluster import EngineError
 from ..runs.current import is_current, is_untouched, looks_of_inputs, note_current
 from ..runs.monitor import RunMonitor
-from ..runs.own_files import ForeignFileError, check, claimed, remove_written
+from ..runs.own_files import check, claimed, remove_written
 from ..runs.study import RunPlan, StudyError, make_signals, rank_study, write_config
-from ..runs.workers import EngineError
 from ..study_options import StudyOptions
 from .report import write_report
 
@@ -216,9 +216,9 @@ def execute_bodies(
 
     A typer.Exit has the exit code where there is no result, or clips were skipped and `strict` forbids it.
     """
-    studies = [
-        (name, execute(plan, body, out if len(bodies) == 1 else out / name, monitor)) for name, body in bodies
-    ]
+    places = [(name, body, out if len(bodies) == 1 else out / name) for name, body in bodies]
+    done = [(name, execute(plan, body, place, monitor)) for name, body, place in places]
+    studies = [(name, study) for name, study in done if study is not None]
     if len(bodies) > 1:
         console_tables.show_comparison(write_comparison(studies, out), monitor.console)
     skipped = plan.library.skipped

@@ -4,6 +4,7 @@
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Annotated, Any
 
 from w2w.core.exports import arrays, bids, biomechanics, parquet, pose_packs
 from w2w.core.exports.study_signals import ALL, StudySignals, WornSignals, placed
@@ -15,7 +16,7 @@ from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import argument, chosen_sensor, option, words
 from ..runs.own_files import check_whole, published
 
-WRITERS = {
+WRITERS: dict[str, Callable[[Path, Any], int]] = {
     "aeon": arrays.write_arrays,
     "torch": arrays.write_torch,
     "parquet": parquet.write_parquet,
@@ -28,20 +29,26 @@ WINDOWED = ("aeon", "torch", "parquet")
 
 
 def export(
-    results: argument(Path, "RESULTS", "Results folder of a finished run."),
-    tool: option(str, f"Who reads it: {', '.join(WRITERS)}.", "--for"),
-    out: option(
-        Path | None, "New folder.  [default: export/TOOL in RESULTS]", "--out", "-o", show_default=False
-    ) = None,
-    places: option(
+    results: Annotated[Path, argument("RESULTS", "Results folder of a finished run.")],
+    tool: Annotated[str, option(f"Who reads it: {', '.join(WRITERS)}.", "--for")],
+    out: Annotated[
+        Path | None,
+        option("New folder.  [default: export/TOOL in RESULTS]", "--out", "-o", show_default=False),
+    ] = None,
+    places: Annotated[
         str,
-        "Sensors, comma-separated: 'left wrist, sternum', a patch's name, 'all'; for pose "
-        "estimators, opensim and xsens also numbers of the body's vertices.  [default: those the run "
-        "chose; for pose estimators the method's own]",
-    ) = "",
-    sensor: option(
-        str, "For pose estimators, opensim and xsens: another sensor, such as 'ideal'.  [default: the run's]"
-    ) = "",
+        option(
+            "Sensors, comma-separated: 'left wrist, sternum', a patch's name, 'all'; for pose "
+            "estimators, opensim and xsens also numbers of the body's vertices.  [default: those the run "
+            "chose; for pose estimators the method's own]"
+        ),
+    ] = "",
+    sensor: Annotated[
+        str,
+        option(
+            "For pose estimators, opensim and xsens: another sensor, such as 'ideal'.  [default: the run's]"
+        ),
+    ] = "",
 ) -> None:
     """Write a finished run's signals for another tool: arrays, training data, BIDS, OpenSim, Xsens, Parquet.
 

@@ -3,6 +3,7 @@
 
 import os
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -31,10 +32,12 @@ from ..runs.workers import load_alone
 
 
 def inspect(
-    file: argument(Path, "FILE", "A motion file: FBX, BVH, AMC, npz, or joints."),
-    library: option(Path | None, "The library that FILE is part of, to see how 'w2w run' labels it.") = None,
-    labels: option(Path | None, "The csv with its labels, as for 'w2w run'.") = None,
-    bone_map: option(list[Path] | None, "Bone map of your own rig (JSON).") = None,
+    file: Annotated[Path, argument("FILE", "A motion file: FBX, BVH, AMC, npz, or joints.")],
+    library: Annotated[
+        Path | None, option("The library that FILE is part of, to see how 'w2w run' labels it.")
+    ] = None,
+    labels: Annotated[Path | None, option("The csv with its labels, as for 'w2w run'.")] = None,
+    bone_map: Annotated[list[Path] | None, option("Bone map of your own rig (JSON).")] = None,
     pose_rate: PoseRate = None,
     pose_unit: PoseUnit = "",
     pose_up: PoseUp = "",

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -41,37 +42,43 @@ LEFT_BEHIND = ("lock", "holder", "running")
 
 
 def place(
-    results: argument(Path, "RESULTS", "Results folder of a finished run."),
-    target: declared("target", or_none=True) = None,
-    every_activity: declared("every_activity", or_none=True) = None,
-    only: declared("only", or_none=True) = None,
-    forbid: declared("forbid", or_none=True) = None,
-    must: declared("must", or_none=True) = None,
-    max_places: declared("max_places") = None,
-    costs: declared("costs") = None,
-    background: option(
+    results: Annotated[Path, argument("RESULTS", "Results folder of a finished run.")],
+    target: Annotated[float | None, declared("target")] = None,
+    every_activity: Annotated[float | None, declared("every_activity")] = None,
+    only: Annotated[str | None, declared("only")] = None,
+    forbid: Annotated[str | None, declared("forbid")] = None,
+    must: Annotated[str | None, declared("must")] = None,
+    max_places: Annotated[int | None, declared("max_places")] = None,
+    costs: Annotated[Path | None, declared("costs")] = None,
+    background: Annotated[
         str | None,
-        "Activities not to count in the mean, comma-separated; '' for none.  [default: the run's]",
-        show_default=False,
-        rich_help_panel=WISHES,
-    ) = None,
-    weights: declared("weights") = None,
-    compare: option(
-        str, "Compare these, one sensor each, and choose nothing: 'ring, necklace, left thigh front'."
-    ) = "",
-    out: option(
+        option(
+            "Activities not to count in the mean, comma-separated; '' for none.  [default: the run's]",
+            show_default=False,
+            rich_help_panel=WISHES,
+        ),
+    ] = None,
+    weights: Annotated[Path | None, declared("weights")] = None,
+    compare: Annotated[
+        str, option("Compare these, one sensor each, and choose nothing: 'ring, necklace, left thigh front'.")
+    ] = "",
+    out: Annotated[
         Path | None,
-        "Where to write the choice: a json file, or a new folder, which becomes a copy of RESULTS "
-        "with this choice in summary, report, pictures and study.blend.",
-        "--out",
-        "-o",
-    ) = None,
-    redrawn: option(
+        option(
+            "Where to write the choice: a json file, or a new folder, which becomes a copy of RESULTS "
+            "with this choice in summary, report, pictures and study.blend.",
+            "--out",
+            "-o",
+        ),
+    ] = None,
+    redrawn: Annotated[
         bool,
-        "Put this choice in the place of the run's, in RESULTS itself: config, summary, report, "
-        "pictures and study.blend.",
-        "--redraw",
-    ) = False,
+        option(
+            "Put this choice in the place of the run's, in RESULTS itself: config, summary, report, "
+            "pictures and study.blend.",
+            "--redraw",
+        ),
+    ] = False,
 ) -> None:
     """Choose sensors from a finished ranking under constraints, without baking anything again.
 
@@ -91,7 +98,11 @@ def place(
             return
         config = study.config()
         constraints = options.wishes_over(config.constraints, only, forbid, must, costs)
-        wished = {"target": target, "every_activity": every_activity, "max_places": max_places}
+        wished: dict[str, Any] = {
+            "target": target,
+            "every_activity": every_activity,
+            "max_places": max_places,
+        }
         if background is not None:
             wished["background"] = options.words(background)
         if weights is not None:

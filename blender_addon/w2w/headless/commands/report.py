@@ -2,6 +2,7 @@
 """`w2w report`: write the page of a finished study."""
 
 from pathlib import Path
+from typing import Annotated
 
 from w2w.core.files import write_text
 from w2w.core.study.results import StudyResults
@@ -13,8 +14,10 @@ from ..runs.own_files import claimed
 
 
 def report(
-    results: argument(Path, "RESULTS", "Results folder of a finished run."),
-    project: option(str | None, "Project name on the page.  [default: the run's]", "--title") = None,
+    results: Annotated[Path, argument("RESULTS", "Results folder of a finished run.")],
+    project: Annotated[
+        str | None, option("Project name on the page.  [default: the run's]", "--title")
+    ] = None,
 ) -> None:
     """Write `report.html` into a finished results folder: the heatmaps in 3D, the choice, the tables.
 

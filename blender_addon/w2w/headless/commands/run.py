@@ -4,6 +4,7 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Annotated
 
 from w2w.core.findings.notes import subjects_sentence
 from w2w.core.library.labels import same_label
@@ -24,26 +25,32 @@ from .execute import ended, execute_bodies, execute_shard, ready_for, refused
 
 @with_study_options
 def run(
-    library: argument(
+    library: Annotated[
         Path,
-        "LIBRARY",
-        "Folder of motion files (FBX, BVH, AMC, npz; csv, npy or json of joints), searched with "
-        "its subfolders.",
-    ),
-    out: option(Path, "Folder for the results; made if missing.", "--out", "-o"),
-    labels: option(
+        argument(
+            "LIBRARY",
+            "Folder of motion files (FBX, BVH, AMC, npz; csv, npy or json of joints), searched with "
+            "its subfolders.",
+        ),
+    ],
+    out: Annotated[Path, option("Folder for the results; made if missing.", "--out", "-o")],
+    labels: Annotated[
         Path | None,
-        "csv with columns file, activity[, subject, source].  [default: labels.csv in LIBRARY, else names of "
-        "folders or files]",
-        show_default=False,
-    ) = None,
-    leave_out: option(str, "Activities to leave out, comma-separated, e.g. 'other,unknown'.") = "",
-    shard: option(
+        option(
+            "csv with columns file, activity[, subject, source].  [default: labels.csv in LIBRARY, else "
+            "names of folders or files]",
+            show_default=False,
+        ),
+    ] = None,
+    leave_out: Annotated[str, option("Activities to leave out, comma-separated, e.g. 'other,unknown'.")] = "",
+    shard: Annotated[
         str,
-        "Make only the signals of every 400th clip from the 17th (17/400), for job arrays; the same command "
-        "without it then ranks all.",
-        rich_help_panel=RUN,
-    ) = "",
+        option(
+            "Make only the signals of every 400th clip from the 17th (17/400), for job arrays; the same "
+            "command without it then ranks all.",
+            rich_help_panel=RUN,
+        ),
+    ] = "",
     *,
     asked: StudyOptions,
 ) -> None:
@@ -101,10 +108,12 @@ def without(library: Library, activities: str) -> Library:
     names = {name for name in library.activities if same_label(name) in given}
     unknown = set(given) - {same_label(name) for name in names}
     if unknown:
-        raise ValueError(f"--leave-out: no clip is labelled {', '.join(sorted(map(given.get, unknown)))}")
+        raise ValueError(
+            f"--leave-out: no clip is labelled {', '.join(sorted(given[name] for name in unknown))}"
+        )
     kept = tuple(clip for clip in library.clips if clip.activity not in names)
     if not kept:
         raise ValueError("--leave-out leaves no clip")
-    dropped = [clip for clip in library.clips if clip.activity in names]
-    dropped = [(clip.file, f"{clip.activity} is left out (--leave-out)") for clip in dropped]
+    gone = [clip for clip in library.clips if clip.activity in names]
+    dropped = [(clip.file, f"{clip.activity} is left out (--leave-out)") for clip in gone]
     return replace(library, clips=kept, skipped=(*library.skipped, *dropped))

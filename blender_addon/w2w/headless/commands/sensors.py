@@ -4,6 +4,7 @@
 from dataclasses import fields
 from math import degrees
 from pathlib import Path
+from typing import Annotated
 
 import typer
 from rich.table import Table
@@ -21,10 +22,13 @@ from ..runs.own_files import new_file
 
 
 def sensors(
-    sensor: argument(str, "[SENSOR]", "A preset, or a JSON file of your own part, to see whole.") = "",
-    out: option(
-        Path | None, "Write SENSOR as a JSON file, to alter and give to `run --sensor`.", "--out", "-o"
-    ) = None,
+    sensor: Annotated[
+        str, argument("[SENSOR]", "A preset, or a JSON file of your own part, to see whole.")
+    ] = "",
+    out: Annotated[
+        Path | None,
+        option("Write SENSOR as a JSON file, to alter and give to `run --sensor`.", "--out", "-o"),
+    ] = None,
 ) -> None:
     """List the sensor presets: range, noise density and bandwidth of accelerometer and gyroscope.
 

@@ -4,6 +4,7 @@
 import time
 from contextlib import suppress
 from pathlib import Path
+from typing import Annotated
 
 import typer
 from filelock import FileLock, Timeout
@@ -17,7 +18,7 @@ from ..options import argument
 from ..runs.monitor import RunState, read_state
 
 
-def status(out: argument(Path, "OUT", "The results folder of a run.")) -> None:
+def status(out: Annotated[Path, argument("OUT", "The results folder of a run.")]) -> None:
     """Say how far the run in a results folder has come.
 
     Exit codes: 0 there is a run, 2 no run was ever started there, 4 a stopped run left OUT unfinished.

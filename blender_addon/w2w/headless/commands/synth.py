@@ -2,6 +2,7 @@
 """`w2w synth`: what one sensor at one spot would record of one clip, as a table and a picture."""
 
 from pathlib import Path
+from typing import Annotated
 
 from w2w.core.body.body import Body
 from w2w.core.imu.formats import FORMATS, HELD, write_csv, write_recording
@@ -21,21 +22,23 @@ from ..study_options import DEFAULTS, declared
 
 
 def synth(
-    clip: argument(Path, "CLIP", "A motion file: FBX, BVH, AMC, npz, or joints."),
-    patch: option(str, "Where it sits: 'left wrist', 'sternum', 'pocket', a patch's name."),
-    out: option(Path, "File to write (x-io: a folder).", "--out", "-o"),
-    kind: option(str, f"{', '.join(FORMATS)}; the last two have units of their own.", "--format") = "csv",
-    plot: option(Path | None, "png file to draw the signal to.") = None,
-    sensor: declared("sensor") = DEFAULTS.sensor,
-    rate: declared("rate") = 100.0,
-    band: declared("band") = DEFAULTS.band,
-    root_band: declared("root_band") = None,
-    convention: declared("convention") = DEFAULTS.convention,
-    record: declared("record") = "",
-    magnetic_dip: declared("magnetic_dip") = DEFAULTS.magnetic_dip,
-    acc_unit: option(str, "m/s2 or g.") = "m/s2",
-    gyr_unit: option(str, "rad/s or deg/s.") = "rad/s",
-    seed: declared("seed", help="Seed of the sensor's errors.") = 0,
+    clip: Annotated[Path, argument("CLIP", "A motion file: FBX, BVH, AMC, npz, or joints.")],
+    patch: Annotated[str, option("Where it sits: 'left wrist', 'sternum', 'pocket', a patch's name.")],
+    out: Annotated[Path, option("File to write (x-io: a folder).", "--out", "-o")],
+    kind: Annotated[
+        str, option(f"{', '.join(FORMATS)}; the last two have units of their own.", "--format")
+    ] = "csv",
+    plot: Annotated[Path | None, option("png file to draw the signal to.")] = None,
+    sensor: Annotated[str, declared("sensor")] = DEFAULTS.sensor,
+    rate: Annotated[float, declared("rate")] = 100.0,
+    band: Annotated[float, declared("band")] = DEFAULTS.band,
+    root_band: Annotated[float | None, declared("root_band")] = None,
+    convention: Annotated[str, declared("convention")] = DEFAULTS.convention,
+    record: Annotated[str, declared("record")] = "",
+    magnetic_dip: Annotated[float, declared("magnetic_dip")] = DEFAULTS.magnetic_dip,
+    acc_unit: Annotated[str, option("m/s2 or g.")] = "m/s2",
+    gyr_unit: Annotated[str, option("rad/s or deg/s.")] = "rad/s",
+    seed: Annotated[int, declared("seed", help="Seed of the sensor's errors.")] = 0,
     pose_rate: PoseRate = None,
     pose_unit: PoseUnit = "",
     pose_up: PoseUp = "",

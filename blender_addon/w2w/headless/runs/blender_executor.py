@@ -13,16 +13,20 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
-from concurrent.futures import Executor, Future
+from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import cloudpickle
 
 from w2w.core.body.body import PACKAGE
 
 from .blender_worker import read_frame, write_frame
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 WORKER = Path(__file__).with_name("blender_worker.py")
 OPTIONS = (
@@ -35,7 +39,7 @@ KILL_S = 5.0
 """Seconds to wait for killed workers."""
 
 
-class BlenderExecutor(Executor):
+class BlenderExecutor:
     """Does calls in background Blender processes, as loky's executor does in Python processes.
 
     Workers are started when there is work, by the command `program`, which runs a Python file: this Blender
@@ -46,7 +50,9 @@ class BlenderExecutor(Executor):
     def __init__(self, workers: int, program: list[str] | None = None) -> None:
         blender = sys.modules["bpy"].app.binary_path if program is None else ""
         self._program = program or [blender, *OPTIONS]
-        self._waiting: queue.SimpleQueue[tuple[Future, Callable, tuple] | None] = queue.SimpleQueue()
+        self._waiting: queue.SimpleQueue[tuple[Future[Any], Callable[[], object]] | None] = (
+            queue.SimpleQueue()
+        )
         self._broken = threading.Event()
         self._lock = threading.Lock()
         self._closed = False
@@ -55,15 +61,15 @@ class BlenderExecutor(Executor):
         for thread in self._threads:
             thread.start()
 
-    def submit(self, work: Callable, /, *arguments: Any) -> Future:
-        future: Future = Future()
+    def submit(self, work: Callable[P, T], /, *arguments: P.args, **named: P.kwargs) -> Future[T]:
+        future: Future[T] = Future()
         with self._lock:
             if self._closed:
                 raise RuntimeError("cannot submit after shutdown")
-            self._waiting.put((future, work, arguments))
+            self._waiting.put((future, partial(work, *arguments, **named)))
         return future
 
-    def shutdown(self, wait: bool = True, *, kill_workers: bool = False) -> None:
+    def shutdown(self, *, kill_workers: bool = False) -> None:
         """End the workers when they have done what is waiting; with `kill_workers`, at once."""
         with self._lock:
             self._closed = True
@@ -73,7 +79,7 @@ class BlenderExecutor(Executor):
                     process.kill()
         for _ in self._threads:
             self._waiting.put(None)
-        for thread in self._threads if wait else ():
+        for thread in self._threads:
             thread.join()
 
     def kill(self) -> None:
@@ -92,11 +98,11 @@ class BlenderExecutor(Executor):
         worker = None
         try:
             while (item := self._waiting.get()) is not None:
-                future, work, arguments = item
+                future, work = item
                 if not future.set_running_or_notify_cancel():
                     continue
                 try:
-                    call = cloudpickle.dumps((work, arguments))
+                    call = cloudpickle.dumps(work)
                     worker = worker or self._start()
                     done, value = worker.ask(call)
                 except (EOFError, OSError, BrokenProcessPool):
@@ -131,7 +137,7 @@ class _Worker:
     def __init__(self, program: list[str]) -> None:
         self._mark = secrets.token_hex(16)
         self._session_folder = ""
-        self.process = subprocess.Popen(
+        process = subprocess.Popen(
             [*program, str(WORKER), "--", self._mark],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -139,27 +145,30 @@ class _Worker:
             cwd=WORKER.parent,  # as it starts, Blender runs libraries from the current directory's `plugins`
             start_new_session=True,  # Ctrl-C is for the parent, which ends its workers itself
         )
+        assert process.stdin
+        assert process.stdout
+        self.process, self._calls, self._results = process, process.stdin, process.stdout
 
     def begin(self) -> None:
         """Wait until it listens, past all that Blender prints as it starts."""
-        while (line := self.process.stdout.readline()).strip() != self._mark.encode():
+        while (line := self._results.readline()).strip() != self._mark.encode():
             if not line:
                 raise BrokenProcessPool("a worker could not start")
-        self._session_folder = read_frame(self.process.stdout).decode()
+        self._session_folder = read_frame(self._results).decode()
         # where the tree itself is the extension, `w2w` is not on the path
-        write_frame(self.process.stdin, pickle.dumps((Path.cwd(), [*sys.path, str(PACKAGE.parent)])))
+        write_frame(self._calls, pickle.dumps((Path.cwd(), [*sys.path, str(PACKAGE.parent)])))
 
     def ask(self, call: bytes) -> tuple[bool, Any]:
         """Whether a call succeeded, and what it returned or raised."""
-        write_frame(self.process.stdin, call)
-        return pickle.loads(read_frame(self.process.stdout))  # noqa: S301 - from our own worker
+        write_frame(self._calls, call)
+        return pickle.loads(read_frame(self._results))  # noqa: S301 - from our own worker
 
     def end(self) -> None:
         """End the process, and remove the folder that a killed Blender leaves."""
         self.process.kill()
         with contextlib.suppress(OSError):
-            self.process.stdin.close()
-        self.process.stdout.close()
+            self._calls.close()
+        self._results.close()
         self.process.wait()
         if self._session_folder:
             shutil.rmtree(self._session_folder, ignore_errors=True)

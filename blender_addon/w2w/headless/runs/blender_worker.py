@@ -15,23 +15,23 @@ import struct
 import sys
 import threading
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO
 
 HEADER = struct.Struct("<Q")
 
 
-def write_frame(stream: BinaryIO, payload: bytes) -> None:
+def write_frame(stream: IO[bytes], payload: bytes) -> None:
     stream.write(HEADER.pack(len(payload)) + payload)
     stream.flush()
 
 
-def read_frame(stream: BinaryIO) -> bytes:
+def read_frame(stream: IO[bytes]) -> bytes:
     """Read one message; an EOFError where the process at the other end is gone."""
     (length,) = HEADER.unpack(_read(stream, HEADER.size))
     return _read(stream, length)
 
 
-def _read(stream: BinaryIO, length: int) -> bytes:
+def _read(stream: IO[bytes], length: int) -> bytes:
     content = stream.read(length)
     if len(content) < length:
         raise EOFError
@@ -50,7 +50,7 @@ def main(mark: str) -> None:
         write_frame(results, _answer(calls.get()))
 
 
-def _take_output(mark: str) -> BinaryIO:
+def _take_output(mark: str) -> IO[bytes]:
     """The standard output, for results alone."""
     sys.stdout.flush()
     results = os.fdopen(os.dup(1), "wb")
@@ -80,8 +80,8 @@ def _session_folder() -> str:
 def _answer(call: bytes) -> bytes:
     """Whether a call succeeded, and what it returned or raised."""
     try:
-        work, arguments = pickle.loads(call)  # noqa: S301 - from the process that started this one
-        return pickle.dumps((True, work(*arguments)))
+        work = pickle.loads(call)  # noqa: S301 - from the process that started this one
+        return pickle.dumps((True, work()))
     except Exception as error:
         try:
             return pickle.dumps((False, error))

@@ -52,7 +52,7 @@ def connected(scheduler: str) -> Iterator[Client]:
     """
     try:
         from distributed import CancelledError as Lost, Client
-        from distributed.comm import CommClosedError
+        from distributed.comm.core import CommClosedError
     except ModuleNotFoundError as error:
         raise EngineError("--scheduler needs Dask: run pip install '.[cluster]' in W2W's folder") from error
     for name in ("distributed", "distributed.client", "asyncio"):  # tracebacks of what we say in a sentence

@@ -88,7 +88,7 @@ def _content(plan: RunPlan, made: Made, out: Path) -> dict[str, str]:
 def _looks(body: Body, out: Path, inputs: str) -> str:
     """A digest of the inputs' looks, the body, and sizes and times of the folder's files."""
     arrays = (body.vertices, body.faces, body.joints, body.weights)
-    parts = [inputs, body.name, *(hashlib.sha256(array).hexdigest() for array in arrays)]
+    parts: list[Any] = [inputs, body.name, *(hashlib.sha256(array.data).hexdigest() for array in arrays)]
     for folder in DIVIDED:
         parts += _files_below(out, folder)
     return _digest([*parts, *map(stamp, (*(out / name for name in (LIST, *PLACED)), *lists_in(out)))])
@@ -96,9 +96,9 @@ def _looks(body: Body, out: Path, inputs: str) -> str:
 
 def _study(plan: RunPlan) -> tuple[Any, ...]:
     library, engine, flags = plan.library, plan.engine, (plan.pictures, plan.report, plan.more)
-    words = library.labelled_by, library.skipped, library.check
-    words += engine.bone_maps, engine.pose, engine.ups, engine.signals
-    return (plan.config.as_dict(), versions(), code_sha256(), *flags, *words)
+    words = (library.labelled_by, library.skipped, library.check)
+    motions = (engine.bone_maps, engine.pose, engine.ups, engine.signals)
+    return (plan.config.as_dict(), versions(), code_sha256(), *flags, *words, *motions)
 
 
 def _labels(clip: Clip) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ import hashlib
 import os
 import shutil
 import socket
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from itertools import chain
@@ -160,8 +160,8 @@ def remove_leftovers(out: Path, library: set[str], used: set[str], records: Reco
     """
     stale = {clip: records[clip] for clip in records if clip not in library}
     found = {clip: files for clip, record in stale.items() if (files := given_names(out, clip, record))}
-    features = _below(out, f"{WORK}/features")
-    features = [file for file in features if file.rpartition("/")[2].removesuffix(NPZ) not in used]
+    below = _below(out, f"{WORK}/features")
+    features = [file for file in below if file.rpartition("/")[2].removesuffix(NPZ) not in used]
     if found or features:
         mark_changing(out)
     for files in found.values():
@@ -243,11 +243,11 @@ def _hash(files: Sequence[tuple[str, Path]]) -> str:
     return digest.hexdigest()
 
 
-def picture_names(activities: Sequence[str]) -> list[str]:
+def picture_names(activities: Iterable[str]) -> list[str]:
     """File names of the activities' pictures, distinct from each other and from the other two."""
     return unique_names([MEAN, SUBSET, *(f"{activity}." for activity in activities)])[2:]
 
 
-def picture_files(activities: Sequence[str]) -> list[str]:
+def picture_files(activities: Iterable[str]) -> list[str]:
     """The files of a study's pictures, in their folder."""
     return [f"{name}.png" for name in (MEAN, SUBSET, *picture_names(activities))]

@@ -12,13 +12,12 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TextIO
 
-try:
-    import resource
-except ModuleNotFoundError:  # Windows has none
-    resource = None
+resource = import_module("resource") if find_spec("resource") else None  # Windows has none
 
 LIMIT_S = 300.0
 """Seconds a clip may take before it is given up."""
@@ -39,7 +38,7 @@ def end_with(parent: int) -> None:
     """
     if sys.platform.startswith("linux"):
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-    if sys.platform == "win32":
+    if resource is None:
         return
     if os.getppid() != parent:  # it ended before we could ask
         os._exit(1)
@@ -83,7 +82,7 @@ def guarded(limit_s: float = LIMIT_S, memory: int = MEMORY, said: Path | None = 
     with Path(said or os.devnull).open("a") as file, _memory_limit(memory):
         _WATCHDOGS.append(_Watchdog(limit_s, file))
         _WATCHDOGS[-1].start()
-        before = faulthandler.is_enabled()
+        before = sys.__stderr__ if faulthandler.is_enabled() else None
         faulthandler.enable(file)
         try:
             yield
@@ -91,7 +90,7 @@ def guarded(limit_s: float = LIMIT_S, memory: int = MEMORY, said: Path | None = 
             _WATCHDOGS.pop().pause()
             faulthandler.disable()
             if before:
-                faulthandler.enable(sys.__stderr__)
+                faulthandler.enable(before)
 
 
 @contextlib.contextmanager

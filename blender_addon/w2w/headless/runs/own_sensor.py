@@ -58,7 +58,8 @@ def read_pairs(
 
     Also returns the files that could not be used, each with the reason; a ValueError where none could.
     """
-    pairs, left_out = [], []
+    pairs: list[Pair] = []
+    left_out = []
     for recorded, moved in files:
         try:
             worn = _one_sensor(read_recording(recorded))

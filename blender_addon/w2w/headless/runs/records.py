@@ -227,6 +227,8 @@ def untouched(task: ClipTask, record: Record | None) -> ClipResult | None:
 
     Neither is read.
     """
+    if record is None:
+        return None
     try:
         files = _check_names(task.out, task.clip.name, record)
         source, made = record["source"], record["made"]
@@ -264,7 +266,8 @@ def _place_of(out: Path, clip: str) -> str:
 
 def finished(task: ClipTask, key: str) -> Record | None:
     """The record of an earlier run, if its inputs are the same and its files are whole."""
-    done = last_record(task)
+    if (done := last_record(task)) is None:
+        return None
     try:
         if done["key"] != key or not isinstance(done["reason"], str) or not isinstance(done["details"], dict):
             return None

@@ -6,7 +6,6 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -39,7 +38,7 @@ from w2w.core.study.ranking import LabelledClip, copies_among, rank_clips, same_
 from w2w.core.study.results import ClipResult, Study, StudyResults
 from w2w.core.study.signals import place_patches
 
-from .clip_task import ClipTask, digest_of_path
+from .clip_task import ClipTask, Engine, digest_of_path
 from .cluster import spread_over
 from .folder import (
     SUMMARY,
@@ -53,7 +52,7 @@ from .folder import (
 from .garments import fit_garments
 from .monitor import RunMonitor
 from .records import Records, forget_read, gather, has_records, read_records, tidy, untouched
-from .workers import Engine, clip_workers, run_tasks, spread_here
+from .workers import Workers, clip_workers, run_tasks, spread_here
 
 TOO_ALIKE = "the clips show too few different motions"
 
@@ -186,7 +185,7 @@ def _prepare(plan: RunPlan, body: Body, out: Path) -> PatchSet:
 
 
 def _bake(
-    plan: RunPlan, out: Path, monitor: RunMonitor, workers: Executor | None, shard: str
+    plan: RunPlan, out: Path, monitor: RunMonitor, workers: Workers | None, shard: str
 ) -> tuple[tuple[ClipResult, ...], Records]:
     """What became of each clip, and the records that the folder had before."""
     config, engine = plan.config, plan.engine

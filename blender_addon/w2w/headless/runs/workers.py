@@ -11,12 +11,12 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, wait as wait_for
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait as wait_for
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from functools import partial
 from itertools import islice
 from multiprocessing.connection import wait
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from loky import ProcessPoolExecutor
 from loky.backend.context import ctx_loky
@@ -42,6 +42,9 @@ from .guard import LIMIT_S, MEMORY, allowed_memory, end_with, guarded, timed_out
 
 Result = TypeVar("Result")
 
+Workers: TypeAlias = ProcessPoolExecutor | BlenderExecutor
+"""Either takes calls by `submit` and ends by `shutdown(kill_workers=True)`."""
+
 MAX_BREAKS = 5
 """Times in a row that all workers may die with no clip to blame before the run gives up."""
 
@@ -56,7 +59,7 @@ KILL_S = 5.0
 
 
 @contextmanager
-def clip_workers(engine: Engine, clips: Sequence[Clip]) -> Iterator[Executor | None]:
+def clip_workers(engine: Engine, clips: Sequence[Clip]) -> Iterator[Workers | None]:
     """Workers for clips that get ready while this process is still at other things; None on a cluster."""
     if engine.scheduler:
         yield None
@@ -75,7 +78,7 @@ def run_tasks(
     workers: int,
     scheduler: str,
     progress: Callable[[ClipResult], None],
-    ready: Executor | None = None,
+    ready: Workers | None = None,
 ) -> list[ClipResult]:
     """Do all tasks; results in their order, and each to `progress` as it comes.
 
@@ -91,7 +94,7 @@ def run_tasks(
 
 
 def _on_this_machine(
-    tasks: Sequence[ClipTask], workers: int, progress: Callable[[ClipResult], None], ready: Executor | None
+    tasks: Sequence[ClipTask], workers: int, progress: Callable[[ClipResult], None], ready: Workers | None
 ) -> dict[str, ClipResult]:
     results: dict[str, ClipResult] = {}
     waiting = list(tasks)
@@ -141,14 +144,14 @@ def _once(task: ClipTask) -> ClipResult | None:
 
 
 def _collect(
-    executor: Executor,
+    executor: Workers,
     workers: int,
     tasks: Sequence[ClipTask],
     results: dict[str, ClipResult],
     progress: Callable[[ClipResult], None],
 ) -> bool:
     """Hand out tasks and gather results; True if the workers died before all were done."""
-    queue, pending = iter(tasks), set()
+    queue, pending = iter(tasks), set[Future[ClipResult]]()
     try:
         while True:
             with deaf_children():
@@ -162,15 +165,15 @@ def _collect(
                 results[result.clip.name] = result
                 progress(result)
     except BrokenExecutor:
-        executor.shutdown(wait=True, kill_workers=True)  # those that live would go on with what is waiting
+        executor.shutdown(kill_workers=True)  # those that live would go on with what is waiting
         return True
 
 
 @contextmanager
-def local_executor(workers: int) -> Iterator[Executor]:
+def local_executor(workers: int) -> Iterator[Workers]:
     """Worker processes on this machine, which end with the block or when this process is stopped."""
     if inside_blender():
-        executor = BlenderExecutor(workers)
+        executor: Workers = BlenderExecutor(workers)
         kill = executor.kill
     else:
         with deaf_children():
@@ -186,10 +189,10 @@ def local_executor(workers: int) -> Iterator[Executor]:
         try:
             yield executor
         finally:
-            executor.shutdown(wait=True, kill_workers=True)
+            executor.shutdown(kill_workers=True)
 
 
-def _kill(executor: Executor) -> None:
+def _kill(executor: ProcessPoolExecutor) -> None:
     """End an executor's workers at once, and wait until they are gone: the folder's lock goes next."""
     workers = list((executor._processes or {}).values())
     for worker in workers:

@@ -42,7 +42,7 @@ def pack(value: PatchSet | UtilityMap) -> tuple[str, str]:
     return _packed[value]
 
 
-def unpack(key: str, text: Callable[[], str], load: Callable[[io.BytesIO], T]) -> T:
+def unpack(key: str, text: Callable[[], str], load: Callable[[Any], T]) -> T:
     """The value of a key; its text is asked for only when it is not in memory.
 
     Raises

@@ -27,14 +27,15 @@ WRITTEN = "paper_sets.json"
 
 def paper(
     results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
-    target: declared(
-        "target", or_none=True, help="Mean-max F1 to reach.  [default: the run's]", show_default=False
-    ) = None,
-    only: declared("only", or_none=True) = None,
-    forbid: declared("forbid", or_none=True) = None,
-    must: declared("must", or_none=True) = None,
-    max_places: declared("max_places") = None,
-    costs: declared("costs") = None,
+    target: Annotated[
+        float | None,
+        declared("target", help="Mean-max F1 to reach.  [default: the run's]", show_default=False),
+    ] = None,
+    only: Annotated[str | None, declared("only")] = None,
+    forbid: Annotated[str | None, declared("forbid")] = None,
+    must: Annotated[str | None, declared("must")] = None,
+    max_places: Annotated[int | None, declared("max_places")] = None,
+    costs: Annotated[Path | None, declared("costs")] = None,
 ) -> None:
     """Choose sensors as the paper does: by algorithm 2, beside the exact optimum of its proxy.
 

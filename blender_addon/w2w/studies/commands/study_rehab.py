@@ -53,14 +53,14 @@ def rehab(
     clips: Annotated[
         int, typer.Option(min=2, help="People; each does every exercise well and badly, and what is between.")
     ] = 12,
-    target: declared("target", help="F1 that the set of sensors shall reach.") = 0.90,
-    every_activity: declared("every_activity") = 0.9,
-    sensor: declared("sensor") = "watch",
+    target: Annotated[float, declared("target", help="F1 that the set of sensors shall reach.")] = 0.90,
+    every_activity: Annotated[float, declared("every_activity")] = 0.9,
+    sensor: Annotated[str, declared("sensor")] = "watch",
     quality: Annotated[
         bool, typer.Option(help="Ask the second question, too: which exercise was done well, which badly.")
     ] = True,
-    patches: declared("patches", help="Patches on the body.") = 512,
-    seed: declared("seed", help="Seed of the library and of the study.") = 0,
+    patches: Annotated[int, declared("patches", help="Patches on the body.")] = 512,
+    seed: Annotated[int, declared("seed", help="Seed of the library and of the study.")] = 0,
     workers: Annotated[int, typer.Option(min=1, help="Clips worked on at the same time.")] = os.cpu_count()
     or 1,
     pictures: Annotated[bool, typer.Option(help="Draw single heatmaps and save study.blend, too.")] = True,

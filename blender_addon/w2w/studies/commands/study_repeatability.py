@@ -26,7 +26,7 @@ def repeatability(
     halvings: Annotated[int, typer.Option(min=1, help="Ways to halve the clips; both halves choose.")] = 10,
     by_subject: Annotated[bool, typer.Option("--by-subject", help="Halve people instead of clips.")] = False,
     patches: Annotated[int | None, typer.Option(min=2, help="The first patches only.")] = None,
-    classifier: declared("classifier", or_none=True) = None,
+    classifier: Annotated[str | None, declared("classifier")] = None,
 ) -> None:
     """Let halves of a finished run's clips choose the best patch, and score the choice on the other half.
 

@@ -61,8 +61,8 @@ def mmfit(
     path: Annotated[Path, typer.Argument(metavar="PATH", help="MM-Fit's folder of w00 to w20.")],
     out: Out,
     non_activity: NonActivity = "activity",
-    sensor: declared("sensor") = DEFAULT_SENSOR,
-    classifier: declared("classifier") = "ridge",
+    sensor: Annotated[str, declared("sensor")] = DEFAULT_SENSOR,
+    classifier: Annotated[str, declared("classifier")] = "ridge",
     folds: Folds = 5,
     seed: Seed = 0,
 ) -> None:
@@ -77,8 +77,8 @@ def mmfit(
 def vidimu(
     path: Annotated[Path, typer.Argument(metavar="PATH", help="VIDIMU's folder dataset/videoandimus.")],
     out: Out,
-    sensor: declared("sensor") = DEFAULT_SENSOR,
-    classifier: declared("classifier") = "ridge",
+    sensor: Annotated[str, declared("sensor")] = DEFAULT_SENSOR,
+    classifier: Annotated[str, declared("classifier")] = "ridge",
     folds: Folds = 5,
     seed: Seed = 0,
 ) -> None:
@@ -100,8 +100,8 @@ def dsads(
         list[Path] | None, typer.Option(help="labels.csv of each library, in the same order.")
     ] = None,
     window: Annotated[float, typer.Option(min=0.5, max=5, help="Seconds a window lasts.")] = 5.0,
-    sensor: declared("sensor") = "xsens mtw awinda",
-    classifier: declared("classifier") = "ridge",
+    sensor: Annotated[str, declared("sensor")] = "xsens mtw awinda",
+    classifier: Annotated[str, declared("classifier")] = "ridge",
     seed: Seed = 0,
 ) -> None:
     """DSADS: sports and daily activities, five worn sensors, against clips of a library. Unpaired.
@@ -124,7 +124,7 @@ def utd_mhad(
     cutoff: Annotated[
         float, typer.Option(min=0.5, max=7, help="Band of the joints' paths, Hz.")
     ] = POSE_CUTOFF_HZ,
-    sensor: declared("sensor") = DEFAULT_SENSOR,
+    sensor: Annotated[str, declared("sensor")] = DEFAULT_SENSOR,
     seed: Seed = 0,
 ) -> None:
     """UTD-MHAD: 27 actions, Kinect and one worn sensor. Trained on one side, tested on the other.
@@ -212,7 +212,7 @@ def gait(
     ],
     out: Out,
     trial: Annotated[str, typer.Option(help="Which trial.")] = "S02-Trial-Walk-1",
-    sensor: declared("sensor") = "xsens mtw awinda",
+    sensor: Annotated[str, declared("sensor")] = "xsens mtw awinda",
     seed: Seed = 0,
 ) -> None:
     """A walk with nine worn Xsens sensors: signals, energies and gait phases, site by site.

@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache, cached_property
+from itertools import starmap
 from pathlib import Path
 
 import numpy as np
@@ -120,14 +121,13 @@ class SweepMaps:
 
     def _in_workers(self, calls: list[tuple]) -> Iterator[bool]:
         """What `_bake_clip` gives, call by call."""
-        given = list(zip(*calls, strict=True))
         if self.workers == 1 and not inside_blender():
-            yield from map(_bake_clip, *given)
+            yield from starmap(_bake_clip, calls)
             return
         with local_executor(min(self.workers, len(calls))) as executor:
             with deaf_children():
-                baked = executor.map(_bake_clip, *given)
-            yield from baked
+                baked = [executor.submit(_bake_clip, *call) for call in calls]
+            yield from (future.result() for future in baked)
 
     def _rank(self, case: Case, clips: list[LabelledClip], folder: Path) -> UtilityMap:
         places = [(folder, clip.name) for clip in clips]

@@ -9,6 +9,7 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
+from ...core.colours import LEAST_SPAN
 from ...core.files import write_text
 from ...core.findings.summary import patch_table
 from ...core.imu.formats import FORMATS, HELD, write_recording
@@ -32,7 +33,7 @@ SUFFIXES = {"npz": ".npz", "csv": ".csv", "xsens": ".txt", "x-io": ""}
 @on_body
 def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Draw the heatmap that is shown, in a thread."""
-    study, utility, patches = mesh.w2w, state.utility_of(mesh.w2w), state.patches_of(mesh)
+    study, utility, patches = mesh.w2w, state.ranking_of(mesh), state.placed_patches(mesh)
     values = scores.shown_scores(study, utility)
     index = scores.view_index(study)
     title = mean_title(utility) if counting.is_as_ranked(study, utility) else "Activities that count (mean)"
@@ -43,17 +44,18 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     subtitle += f"Best patch: {patches.names[best]} ({values[best]:.2f})"
     label = MEAN if study.scores == scores.EXPECTED else ON_THESE_CLIPS
     one_scale = study.fix_range or scores.beside_of(study) is not None
-    ends = scores.colour_range(study, utility) if one_scale else (None, None)
-    body, colours = state.body_as_run(mesh), (study.colour_map, utility.colour_span)
+    low, high = scores.colour_range(study, utility) if one_scale else (None, None)
+    body, colour_map, span = state.body_as_run(mesh), study.colour_map, utility.colour_span
     if scores.minus_index(study) >= 0:
         shown = legend(study, utility)
-        title, label, ends, colours = shown.name, shown.title, (shown.low, shown.high), (shown.colour_map,)
+        title, label, colour_map, span = shown.name, shown.title, shown.colour_map, LEAST_SPAN
+        low, high = shown.low, shown.high
         subtitle = f"Farthest above: {patches.names[best]} ({values[best]:+.2f})"
 
     def draw(_told: object) -> None:
         from ...drawing import draw_heatmap  # matplotlib is slow to import
 
-        draw_heatmap(path, body, patches, values, title, subtitle, label, *ends, *colours)
+        draw_heatmap(path, body, patches, values, title, subtitle, label, low, high, colour_map, span)
 
     yield from in_thread(draw, f"drawing {path.name}", 0.0, 1.0)
     return f"Saved the map: {path}"
@@ -62,7 +64,7 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
 @on_body
 def table_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Write utility.csv."""
-    utility, patches = state.utility_of(mesh.w2w), state.patches_of(mesh)
+    utility, patches = state.ranking_of(mesh), state.placed_patches(mesh)
 
     def write(_told: object) -> None:
         clusters = redundancy_clusters(utility.predictions, len(utility.activities))
@@ -75,9 +77,9 @@ def table_steps(mesh: bpy.types.Object, path: Path) -> Steps:
 @on_body
 def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None, kind: str) -> Steps:
     """Write the signals of some patches, a file each, or of all patches, a file a clip."""
-    patches, clips = state.patches_of(mesh), ranked_clips(mesh.w2w)
+    patches, clips = state.placed_patches(mesh), ranked_clips(mesh.w2w)
     names = unique_names([f"{clip.name}.npz" for clip in clips])
-    ends = {None: ".npz"}
+    ends: dict[int | None, str] = {None: ".npz"}
     if chosen is not None:
         ends = {patch: f"_{file_name(patches.names[patch])}{SUFFIXES[kind]}" for patch in chosen}
     files = [
@@ -187,8 +189,8 @@ class W2W_OT_export_signals(operators.AsksForFolder, operators.OnBody, bpy.types
         return "" if baked else "Bake the signals first (step 4)"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        body = state.current_body(context)
-        chosen = [patch for patch in picks(context, body) if patch < len(state.patches_of(body))]
+        body = state.polled_body(context)
+        chosen = [patch for patch in picks(context, body) if patch < len(state.placed_patches(body))]
         if self.which == "PICKED" and not chosen:
             return jobs.show_error(self, "Click a spot on the body first, with the tool Pick Patch")
         steps = signal_steps(body, self.path(), chosen if self.which == "PICKED" else None, self.kind)

@@ -3,6 +3,7 @@
 
 import os
 from collections.abc import Generator
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -141,7 +142,9 @@ def _act(
     for number, clip in enumerate(run.clips):
         begin, end = (low + (high - low) * done / len(run.clips) for done in (number, number + 1))
         try:
-            motion = yield from in_thread(lambda _, name=clip.name: run.motion(name), clip.name, begin, end)
+            motion = yield from in_thread(
+                partial(lambda name, _: run.motion(name), clip.name), clip.name, begin, end
+            )
         except ForeignFileError:
             raise
         except EXPECTED:

@@ -9,6 +9,7 @@ import bpy
 
 from ...core.findings.new_folder import check_new, write_folder
 from ...core.library.library import Clip, Library, unique_names
+from ...core.motion.motion import Motion
 from ...core.study.clip_files import signals_key
 from ...core.study.results import ClipResult, Study
 from ...scene.base.actions import read_action
@@ -34,13 +35,13 @@ def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Step
     if study.ranked_as != state.rank_settings(study):
         raise ValueError("Clips or settings have changed since the ranking: rank again first (step 5)")
     check_new(folder)
-    left_out, reweighed = set(counting.left_out(study)), counting.is_reweighed(study, state.utility_of(study))
-    sampled = state.sampled_patches(study, len(state.patches_of(mesh)))
+    left_out, reweighed = set(counting.left_out(study)), counting.is_reweighed(study, state.ranking_of(mesh))
+    sampled = state.sampled_patches(study, len(state.placed_patches(mesh)))
     config = replace(state.config_of(study), patches=sampled)
     found, advice = yield from part(advised_steps(mesh, config), 0.0, 0.6)
     clips, armature = counted_clips(study), armature_of(mesh)
     names = unique_names([f"{clip.name}.npz" for clip in clips])
-    motions = []
+    motions: list[Motion | None] = []
     for number, (clip, name) in enumerate(zip(clips, names, strict=True)):
         yield Step(0.6 + 0.2 * number / len(clips), clip.name)
         try:

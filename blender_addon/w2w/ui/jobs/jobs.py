@@ -97,7 +97,7 @@ message: Message | None = None
 _pool = ThreadPoolExecutor(2, thread_name_prefix="w2w")
 
 
-def can_start(cls: type, context: bpy.types.Context) -> bool:
+def can_start(cls: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
     """Whether an operator may work: bones can be made only from object mode, and one job runs at a time."""
     if running is not None:
         cls.poll_message_set("Wait until the running job has finished, or cancel it with Esc")
@@ -124,7 +124,7 @@ def run_now(operator: bpy.types.Operator, title: str, steps: Steps) -> set[str]:
     global running, message
     running, message = Job(title, steps), None
     try:
-        return show_done(operator, advance(running, float("inf")))
+        return show_done(operator, advance(running, float("inf")) or "")
     except Exception as error:
         return show_error(operator, running.why_failed(error))
     finally:
@@ -166,7 +166,9 @@ def on_body(make: Callable[..., Steps]) -> Callable[..., Steps]:
     return watched
 
 
-def in_thread(work: Callable[[Callable[[float], None]], T], text: str, low: float, high: float) -> Generator:
+def in_thread(
+    work: Callable[[Callable[[float], None]], T], text: str, low: float, high: float
+) -> Generator[Step, None, T]:
     """Do numerical work in a thread while the window stays alive; bpy must not be touched there.
 
     `work` gets a function to tell the fraction done, which also ends the work when the job is cancelled;
@@ -179,7 +181,7 @@ def in_thread(work: Callable[[Callable[[float], None]], T], text: str, low: floa
         if state["stop"]:
             raise CancelledError
 
-    future: Future = _pool.submit(work, told)
+    future: Future[T] = _pool.submit(work, told)
     try:
         while not wait([future], POLL).done:
             yield Step(low + (high - low) * state["fraction"], text)
@@ -190,7 +192,7 @@ def in_thread(work: Callable[[Callable[[float], None]], T], text: str, low: floa
     return future.result()
 
 
-def part(steps: Steps, low: float, high: float) -> Steps:
+def part(steps: Generator[Step, None, T], low: float, high: float) -> Generator[Step, None, T]:
     """The steps of one job as a part of another, from one fraction of that to the next."""
     return each_as(steps, lambda step: Step(low + (high - low) * step.fraction, step.text))
 

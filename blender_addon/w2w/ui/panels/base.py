@@ -1,16 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Base classes of panels: those of the five steps say what they wait for and what their buttons did."""
 
+from typing import TYPE_CHECKING, TypeAlias
+
 import bpy
 
 from ..jobs import jobs
 from ..jobs.text import draw_outcome, draw_text, styled
 from ..study.state import current_body, is_ranked
 
+if TYPE_CHECKING:
+    from bpy.types import Panel as Mixin
+else:
+    Mixin = object
+
 Body = bpy.types.Object | None
+Layout: TypeAlias = bpy.types.UILayout
 
 
-class W2WPanel:
+class W2WPanel(Mixin):
     """A panel in the tab W2W."""
 
     bl_space_type = "VIEW_3D"

@@ -23,6 +23,8 @@ from ..viewport import legend
 from ..viewport.framing import BESIDE
 from .base import W2WPanel, draw_note
 
+SELECT = "Select the armature or a mesh of a rigged character"
+
 
 def armature_meant(item: bpy.types.Object | None) -> bpy.types.Object | None:
     """The armature of a character that an object is, or is moved by; None where it is W2W's own."""
@@ -41,13 +43,15 @@ class W2W_OT_use_character(operators.Works, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        cls.poll_message_set("Select the armature or a mesh of a rigged character")
+        cls.poll_message_set(SELECT)
         if context.mode != "OBJECT" or jobs.running is not None:
             return False
         return armature_meant(context.object) in source_armatures(context.scene)
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object | None) -> None:
         armature = armature_meant(context.object)
+        if armature is None:
+            raise ValueError(SELECT)
         meshes = character_meshes(armature, context.scene)
         if not meshes:
             raise ValueError(f"No mesh of the scene is moved by '{armature.name}'")
@@ -122,8 +126,7 @@ class W2W_PT_character(W2WPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = styled(self.layout, enabled=jobs.running is None)
         body = state.current_body(context)
-        figure = body.w2w.character if body is not None else None
-        if figure is None or not is_there(figure):
+        if body is None or (figure := body.w2w.character) is None or not is_there(figure):
             layout.operator("w2w.use_character", icon="OUTLINER_OB_ARMATURE")
             return
         row = layout.row(align=True)

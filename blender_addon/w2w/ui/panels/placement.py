@@ -40,9 +40,9 @@ class W2W_OT_wish_picked(operators.OnPatches, bpy.types.Operator):
         return operators.OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
-        study = body.w2w
+        study, patches = body.w2w, state.placed_patches(body)
         there = {(wish.kind, wish.place) for wish in study.wishes}
-        for where in dict.fromkeys(spot_name(body, patch) for patch in picks(context, body)):
+        for where in dict.fromkeys(spot_name(study, patches, patch) for patch in picks(context, body)):
             if (self.kind, where) not in there or self.kind == state.COST:
                 lists.add_wish(study, self.kind, where)
         results.choose(body)
@@ -54,7 +54,7 @@ class W2W_OT_remove_wish(operators.OnPatches, bpy.types.Operator):
     index: IntProperty(name="Wish", description="Its place in the list", min=0)
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        body = state.current_body(context)
+        body = state.polled_body(context)
         if self.index >= len(body.w2w.wishes):
             return {"CANCELLED"}
         body.w2w.wishes.remove(self.index)
@@ -70,7 +70,7 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
     titles = ("Choose Sensors",)
 
     def draw(self, context: bpy.types.Context) -> None:
-        body = state.current_body(context)
+        body = state.polled_body(context)
         study, content = body.w2w, styled(form(self.layout), enabled=can_change_now(context))
         content.prop(study, "target", slider=True)
         content.prop(study, "every_activity", slider=True)
@@ -90,7 +90,7 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
 
 def draw_wishes(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.types.Object) -> None:
     """Draw a row a wish, and the ways to add one."""
-    study, patches = body.w2w, state.patches_of(body)
+    study, patches = body.w2w, state.placed_patches(body)
     column = styled(layout.column(align=True), use_property_split=False)
     for number, wish in enumerate(study.wishes):
         row = column.row(align=True)
@@ -102,7 +102,7 @@ def draw_wishes(layout: bpy.types.UILayout, context: bpy.types.Context, body: bp
         row.operator("w2w.remove_wish", text="", icon="X").index = number
     row = column.row(align=True)
     row.operator_menu_enum("w2w.add_wish", "kind", text="Add Wish", icon="ADD")
-    looked_at = [spot_name(body, patch) for patch in picks(context, body) if patch < len(patches)]
+    looked_at = [spot_name(study, patches, patch) for patch in picks(context, body) if patch < len(patches)]
     text = " and ".join(dict.fromkeys(looked_at)) or "Picked Patch"
     where = styled(row.row(align=True), active=bool(looked_at))
     where.operator_menu_enum("w2w.wish_picked", "kind", text=text, icon="EYEDROPPER")

@@ -15,11 +15,10 @@ from ..jobs.text import draw_text, styled
 from ..results import results
 from ..results.results import findings
 from ..study import counting, lists, operators, scores, state
+from ..study.counting import Group
 from ..viewport import legend
 from ..viewport.framing import frame
-from .base import PartPanel, ResultPanel, draw_warning
-
-Layout = bpy.types.UILayout
+from .base import Layout, PartPanel, ResultPanel, draw_warning
 
 WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
 """Of a weight and a score, in heights of a row."""
@@ -40,7 +39,7 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
     bl_order = 1
 
     def draw(self, context: bpy.types.Context) -> None:
-        body = state.current_body(context)
+        body = state.polled_body(context)
         said = lists.answer_of(body.w2w)
         draw_text(self.layout, context, said.get("sentence", ""))
         if said.get("ties"):
@@ -69,8 +68,8 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        body = state.current_body(context)
-        caution, sentences = findings(body.w2w, state.utility_of(body.w2w))
+        body = state.polled_body(context)
+        caution, sentences = findings(body.w2w, state.ranking_of(body))
         draw_warning(self.layout, context, caution)
         for sentence in sentences:
             draw_text(self.layout, context, sentence)
@@ -79,7 +78,10 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
 class W2W_UL_activities(bpy.types.UIList):
     """Activities: what part they take, name, weight, F1 of the best patch."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_propname, index) -> None:
+    def draw_item(
+        self, context: bpy.types.Context, layout: Layout, data: Group, item: Group, icon: int,
+        active_data: Group, active_propname: str, index: int,
+    ) -> None:  # fmt: skip
         row = layout.row(align=True)
         row.prop(item, "part", text="", emboss=False, icon_only=True)
         styled(row.row(), active=item.part == counting.COUNTED).label(text=item.name, translate=False)
@@ -113,7 +115,7 @@ class W2W_PT_activities(PartPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = styled(self.layout, enabled=jobs.running is None)
-        draw_activities(layout, state.current_body(context).w2w, "Weight")
+        draw_activities(layout, state.polled_body(context).w2w, "Weight")
 
 
 class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
@@ -123,7 +125,7 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
     bl_order = 2
 
     def draw(self, context: bpy.types.Context) -> None:
-        study = state.current_body(context).w2w
+        study = state.polled_body(context).w2w
         layout = styled(self.layout, enabled=can_change_now(context), use_property_decorate=False)
         layout.prop(study, "view", text="")
         draw_activities(layout, study, "Weight, Best F1")
@@ -177,7 +179,7 @@ class W2W_PT_regions(ResultPanel, bpy.types.Panel):
     bl_order = 5
 
     def draw(self, context: bpy.types.Context) -> None:
-        study = state.current_body(context).w2w
+        study = state.polled_body(context).w2w
         layout = styled(self.layout, enabled=can_change_now(context))
         draw_rows(layout, study, study.regions, numbered=False)
 

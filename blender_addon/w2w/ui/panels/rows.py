@@ -17,9 +17,8 @@ from ..jobs import jobs
 from ..results import own_placements, results
 from ..steps.patches import pick
 from ..study import counting, lists, scores, state
+from ..study.counting import Group
 from ..viewport import legend
-
-Group = bpy.types.PropertyGroup
 
 KINDS = (
     (state.ONLY, "Only", "Sensors go here, or into the other regions marked Only, and nowhere else"),

@@ -15,9 +15,7 @@ from ...core.wording import capital
 from ..jobs import jobs
 from ..jobs.text import draw_text, styled
 from ..study import garments, operators, sensors, state
-from .base import PartPanel, draw_warning, form
-
-Layout = bpy.types.UILayout
+from .base import Layout, PartPanel, draw_warning, form
 
 
 class W2W_OT_start_sensor(operators.OnBody, bpy.types.Operator):
@@ -72,7 +70,7 @@ class W2W_PT_sensor(PartPanel, bpy.types.Panel):
     bl_parent_id = "W2W_PT_signals"
 
     def draw(self, context: bpy.types.Context) -> None:
-        study = state.current_body(context).w2w
+        study = state.polled_body(context).w2w
         layout = styled(form(self.layout), enabled=jobs.running is None)
         for name in ("band", "root_band"):
             layout.prop(study, name)

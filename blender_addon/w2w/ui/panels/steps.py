@@ -16,9 +16,8 @@ from ..steps.body import draw_sliders
 from ..steps.motions import has_source
 from ..steps.run_all import TITLE as RUN_ALL, missing_for_all
 from ..study import state
-from .base import Body, PartPanel, StepPanel, W2WPanel, beside_their_buttons, draw_info, draw_note
-
-Layout = bpy.types.UILayout
+from ..study.counting import Group
+from .base import Body, Layout, PartPanel, StepPanel, W2WPanel, beside_their_buttons, draw_info, draw_note
 
 ICONS = {state.BAKED: "CHECKMARK", state.STALE: "FILE_REFRESH", state.FAILED: "ERROR"}
 """Of the states of a clip."""
@@ -92,13 +91,16 @@ class W2W_PT_shape(PartPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = styled(self.layout, enabled=jobs.running is None and context.mode == "OBJECT")
-        draw_sliders(layout, state.current_body(context).w2w.shape)
+        draw_sliders(layout, state.polled_body(context).w2w.shape)
 
 
 class W2W_UL_clips(bpy.types.UIList):
     """Clips, a line each: tick, name, activity, to be edited in place, and state."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_propname) -> None:
+    def draw_item(
+        self, context: bpy.types.Context, layout: Layout, data: Group, item: Group, icon: int,
+        active_data: Group, active_propname: str,
+    ) -> None:  # fmt: skip
         found = state.state_of(item, state.bake_settings(data))
         row = styled(layout.row(align=True), alert=found == state.FAILED)
         tick = "CHECKBOX_HLT" if item.selected else "CHECKBOX_DEHLT"

@@ -17,9 +17,10 @@ from ..jobs.text import draw_text, styled
 from ..results import own_placements
 from ..results.own_placements import is_pending, patch_of_own, scores_of_own
 from ..study import operators, state
+from ..study.counting import Group
 from ..study.garments import worn_by
 from ..viewport.overlay import NO_PICK, picks
-from .base import PartPanel, W2WPanel, draw_info, draw_note
+from .base import Layout, PartPanel, W2WPanel, draw_info, draw_note
 
 GARMENTS = tuple((kind, NAMES[kind], f"Loose {NAMES[kind].lower()} of cotton") for kind in KINDS)
 
@@ -43,8 +44,8 @@ class W2W_OT_add_placement(operators.OnPatches, bpy.types.Operator):
         return operators.OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        body = state.current_body(context)
-        region = state.patches_of(body).regions[picks(context, body)[-1]]
+        body = state.polled_body(context)
+        region = state.placed_patches(body).regions[picks(context, body)[-1]]
         self.name = free_name(f"my {region}", {name.lower() for name in own_placements.listed(body.w2w)})
         return context.window_manager.invoke_props_dialog(self)
 
@@ -84,7 +85,7 @@ class W2W_OT_remove_placement(operators.OnBody, bpy.types.Operator):
 
 def spot(context: bpy.types.Context, body: bpy.types.Object) -> int:
     """The vertex that was clicked, where its patch is looked at; else the middle of the patch that is."""
-    patches, patch, clicked = state.patches_of(body), picks(context, body)[-1], body.w2w.picked_vertex
+    patches, patch, clicked = state.placed_patches(body), picks(context, body)[-1], body.w2w.picked_vertex
     if 0 <= clicked < len(patches.labels) and patches.labels[clicked] == patch:
         return clicked
     return int(patches.vertices[patch])
@@ -93,7 +94,10 @@ def spot(context: bpy.types.Context, body: bpy.types.Object) -> int:
 class W2W_UL_placements(bpy.types.UIList):
     """Placements of one's own: the name, to be edited in place, expected F1 and rank."""
 
-    def draw_item(self, context, layout, data, item, icon, active_data, active_propname) -> None:
+    def draw_item(
+        self, context: bpy.types.Context, layout: Layout, data: Group, item: Group, icon: int,
+        active_data: Group, active_propname: str,
+    ) -> None:  # fmt: skip
         row = layout.row(align=True)
         row.prop(item, "title", text="", emboss=False, icon="PINNED")
         scores = scores_of_own(data.id_data, item)
@@ -114,7 +118,7 @@ class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = styled(self.layout.column(), enabled=jobs.running is None)
-        body = state.current_body(context)
+        body = state.polled_body(context)
         study = body.w2w
         row = layout.row()
         row.template_list("W2W_UL_placements", "", study, "own", study, "own_index", rows=3, maxrows=8)
@@ -127,7 +131,7 @@ class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
         elif 0 <= study.own_index < len(study.own):
             scores = scores_of_own(body, study.own[study.own_index])
             if scores is not None:
-                draw_text(layout, context, in_words(scores, state.utility_of(study)))
+                draw_text(layout, context, in_words(scores, state.ranking_of(body)))
         if is_pending(study):
             draw_info(layout, context, "Press Place Again or Run All to apply this list")
 
@@ -189,7 +193,7 @@ class W2W_OT_take_off(operators.OnBody, bpy.types.Operator):
         return "" if len(body.w2w.garments) else "Put a garment on first"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        body = state.current_body(context)
+        body = state.polled_body(context)
         garments = body.w2w.garments
         if not 0 <= self.index < len(garments):
             return {"CANCELLED"}
@@ -210,7 +214,7 @@ class W2W_PT_garments(PartPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = styled(self.layout.column(), enabled=jobs.running is None)
-        study = state.current_body(context).w2w
+        study = state.polled_body(context).w2w
         for index, row in enumerate(study.garments):
             line = layout.row(align=True)
             name = row.item.name if row.item is not None else "(removed)"

@@ -42,20 +42,19 @@ def patch_of_own(body: bpy.types.Object, own: bpy.types.PropertyGroup) -> int:
     return patches.names.index(own.name)
 
 
-def spot_name(body: bpy.types.Object, patch: int) -> str:
+def spot_name(study: bpy.types.PropertyGroup, patches: PatchSet, patch: int) -> str:
     """Words of a wish for a patch: the name of a placement of one's own, else the patch's region."""
-    patches = state.patches_of(body)
-    own = {name for name, _ in state.own_placed(body.w2w)}
+    own = {name for name, _ in state.own_placed(study)}
     return patches.names[patch] if patches.names[patch] in own else patches.regions[patch]
 
 
 def scores_of_own(body: bpy.types.Object, own: bpy.types.PropertyGroup) -> dict[str, Any] | None:
     """A placement's scores as core tells them; None where it is not ranked."""
-    utility = state.utility_of(body.w2w)
-    if utility is None or patch_of_own(body, own) < 0:
+    utility, patches = state.utility_of(body.w2w), state.patches_of(body)
+    if utility is None or patches is None or patch_of_own(body, own) < 0:
         return None
     names = [name for name, _ in state.own_placed(body.w2w)]
-    return own_scores(names, utility, state.patches_of(body))[names.index(own.name)]
+    return own_scores(names, utility, patches)[names.index(own.name)]
 
 
 def add(body: bpy.types.Object, name: str, vertex: int) -> None:
@@ -79,6 +78,7 @@ def load(body: bpy.types.Object, path: Path) -> int:
 def rename(body: bpy.types.Object, own: bpy.types.PropertyGroup, name: str) -> None:
     """Give a placement another name, ValueError if that is taken: signals, scores and wishes follow."""
     study, before, number = body.w2w, own.name, patch_of_own(body, own)
+    patches = state.patches_of(body)
     others = [other for other in study.own if other.name != before]
     vertices = [own.vertex, *(other.vertex for other in others)]
     name = core.check_names([name, *(other.name for other in others)], _taken(body, vertices))[0]
@@ -88,9 +88,9 @@ def rename(body: bpy.types.Object, own: bpy.types.PropertyGroup, name: str) -> N
             words = [part.strip() for part in wish.place.split(",")]
             if before in words:
                 wish.place = ", ".join(name if word == before else word for word in words)
-    if number >= 0 and name != before:
+    if patches is not None and number >= 0 and name != before:
         placed = [(name if other == before else other, vertex) for other, vertex in state.own_placed(study)]
-        _name_patch(body, number, name)
+        _name_patch(study, patches, number, name)
         state.keep_own_placed(study, placed, state.sampled_patches(study, 0))
         results.choose(body)
 
@@ -129,9 +129,8 @@ def _fill(study: bpy.types.PropertyGroup, placements: Iterable[tuple[str, int]])
             own.vertex = vertex
 
 
-def _name_patch(body: bpy.types.Object, number: int, name: str) -> None:
+def _name_patch(study: bpy.types.PropertyGroup, patches: PatchSet, number: int, name: str) -> None:
     """Call a patch otherwise; what was baked and ranked with it is as fresh as before."""
-    study, patches = body.w2w, state.patches_of(body)
     baked, ranked = state.bake_settings(study), state.rank_settings(study)
     names = (*patches.names[:number], name, *patches.names[number + 1 :])
     study.patches_text, study.patches_key = pack(replace(patches, own_names=names))

@@ -147,7 +147,7 @@ def opened_text(mesh: bpy.types.Object) -> str:
     """What was opened, and which signals are not there, in sentences."""
     study = mesh.w2w
     stored = [clip for clip in study.clips if clip.signals.startswith(STORED)]
-    text = f"Opened a finished run: {len(stored)} clips on {len(state.patches_of(mesh))} patches"
+    text = f"Opened a finished run: {len(stored)} clips on {len(state.patches_of(mesh) or ())} patches"
     lost = [clip for clip in stored if not signal_cache.has(clip)]
     if not lost:
         return text
@@ -160,10 +160,11 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
     with state.without_updates():
         declared.show_config(study, config)
         study.patch_seed, study.window_s = config.seed, config.windows.length_s
-        is_own = config.own_sensor is not None and config.own_sensor.name == config.sensor
-        if is_own:
+        if config.own_sensor is not None and config.own_sensor.name == config.sensor:
             sensors.keep_own_sensor(study, config.own_sensor)
-        study.sensor = sensors.OWN if is_own else config.sensor
+            study.sensor = sensors.OWN
+        else:
+            study.sensor = config.sensor
         sensors.keep_further(study, config.further)
 
 
@@ -171,7 +172,7 @@ def _advise(mesh: bpy.types.Object, content: Mapping[str, Any]) -> None:
     """Show what the run said of sets; what cannot be understood is left to be chosen anew."""
     try:
         lists.keep_advice(mesh.w2w, content)
-        known = range(len(state.patches_of(mesh)))
+        known = range(len(state.patches_of(mesh) or ()))
         whole = all(row.patch in known for row in mesh.w2w.worn)
     except (KeyError, TypeError, ValueError):
         whole = False

@@ -81,6 +81,8 @@ def findings(study: bpy.types.PropertyGroup, utility: UtilityMap) -> tuple[str, 
 def fit_range(body: bpy.types.Object) -> None:
     """Let one fixed colour range span the scores of all activities."""
     study, utility = body.w2w, state.utility_of(body.w2w)
+    if utility is None:
+        return
     with state.without_updates():
         study.fix_range = True
         f1 = scores.activity_scores(study, utility)
@@ -97,7 +99,7 @@ def paint(body: bpy.types.Object, follow: bool = True) -> None:
     if body.data.is_editmode:  # colours cannot be reached there: they follow when it is left
         _waiting.add(body.name)
         return
-    ends = (None, None)
+    ends: tuple[float | None, float | None] = (None, None)
     if study.fix_range or scores.beside_of(study) is not None:
         ends = scores.colour_range(study, utility)
     f1, mean = scores.activity_scores(study, utility), scores.mean_scores(study, utility)

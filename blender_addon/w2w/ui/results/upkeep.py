@@ -40,8 +40,8 @@ def take_along() -> float | None:
     if jobs.running is not None:
         return BUSY
     # collections hold whatever was not deleted; one that is unlinked can be linked again
-    homes = (*bpy.data.collections, *(scene.collection for scene in bpy.data.scenes))
-    kept = {item for home in homes for item in home.objects}
+    collections = (*bpy.data.collections, *(scene.collection for scene in bpy.data.scenes))
+    kept = {item for home in collections for item in home.objects}
     shown = {item.w2w.beside for item in kept if item.type == "MESH"}
     copies = [item for item in bpy.data.objects if BESIDE in item and item.library is None]
     beside = [item for item in copies if item not in shown]

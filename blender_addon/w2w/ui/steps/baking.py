@@ -46,7 +46,7 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], keep: bool = Fals
     """
     if not indices:
         return "All signals are up to date"
-    study, patches = mesh.w2w, state.patches_of(mesh)
+    study, patches = mesh.w2w, state.placed_patches(mesh)
     baked = attrgetter("signals", "baked_as", "bake_path")
     before = {index: baked(study.clips[index]) for index in indices}
     bakers, failed = {0: (yield from garments.baker_steps(mesh, patches))}, []
@@ -82,7 +82,7 @@ def _bake_clip(mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, first: 
     settings, config = state.bake_settings(study), state.config_of(study)
     clip = study.clips[index]
     name, labels = clip.name, (clip.activity, clip.subject, clip.name)
-    place, names = signal_cache.place_of(clip), state.patches_of(mesh).names
+    place, names = signal_cache.place_of(clip), state.placed_patches(mesh).names
     bake = yield from as_steps(baker.by_frame(clip.action), f"{name}, evaluated by Blender", 0.0, 0.8)
 
     def work(told: Callable[[float], None]) -> str:
@@ -127,7 +127,7 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     ranked_as, config = state.rank_settings(study), state.config_of(study)
     used = [as_labelled(clip) for clip in ranked_clips(study)]
     places = signal_cache.places_of(ranked_clips(study))
-    body, patches = state.body_as_run(mesh), state.patches_of(mesh)
+    body, patches = state.body_as_run(mesh), state.placed_patches(mesh)
 
     def rank(told: Callable[[float], None]) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
         windows = [ClipWindows.read(*place) for place in places]

@@ -49,7 +49,7 @@ class W2W_OT_map_bones(operators.OnClips, bpy.types.Operator):
         return "" if has_file else "The file of the active clip is not there"
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        study = state.current_body(context).w2w
+        study = state.polled_body(context).w2w
         clip = study.clips[study.clip_index]
         path = Path(clip.file)
         try:
@@ -63,8 +63,8 @@ class W2W_OT_map_bones(operators.OnClips, bpy.types.Operator):
         for bone in source.bones:
             self.bones.add().name = bone
         for joint in ORDER:
-            row, bone = self.joints.add(), matched.get(JOINT_INDEX[joint])
-            row.name, row.bone = joint, "" if bone is None else source.bones[bone]
+            row, number = self.joints.add(), matched.get(JOINT_INDEX[joint])
+            row.name, row.bone = joint, "" if number is None else source.bones[number]
         return context.window_manager.invoke_props_dialog(self, width=WIDTH)
 
     def draw(self, context: bpy.types.Context) -> None:

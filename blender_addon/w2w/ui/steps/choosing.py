@@ -70,7 +70,7 @@ def choose_steps(mesh: bpy.types.Object) -> Steps:
     if missing:
         raise ValueError(missing)
     study, left_out = mesh.w2w, counting.left_out(mesh.w2w)
-    reweighed = counting.is_reweighed(study, state.utility_of(study))
+    reweighed = counting.is_reweighed(study, state.ranking_of(mesh))
     found, advice = yield from advised_steps(mesh, state.config_of(study))
     if reweighed and not left_out:
         results.store(mesh, found.utility, study.ranked_as)
@@ -103,8 +103,8 @@ def advised_steps(
     Clips of activities that are left out are not looked at. The others are ranked anew without them, and
     where activities count otherwise than in the ranking.
     """
-    study, utility = mesh.w2w, state.utility_of(mesh.w2w)
-    patches, body = state.patches_of(mesh), state.body_as_run(mesh)
+    study, utility = mesh.w2w, state.ranking_of(mesh)
+    patches, body = state.placed_patches(mesh), state.body_as_run(mesh)
     left_out, reweighed = counting.left_out(study), counting.is_reweighed(study, utility)
     clips = counted_clips(study)
     places, labelled = signal_cache.places_of(clips), [as_labelled(clip) for clip in clips]

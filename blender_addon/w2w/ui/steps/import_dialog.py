@@ -13,7 +13,7 @@ from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatPrope
 from ...core.findings.notes import label_notes
 from ...core.keypoints.facts import PoseFacts
 from ...core.library import import_plan
-from ...core.library.library import LibraryError
+from ...core.library.labels import LibraryError
 from ...core.motion.source import HIGHEST_RATE
 from ...core.motion.up import BY_ITSELF, UPS, Up, Ups
 from ...scene.motion.load import look_up
@@ -248,7 +248,7 @@ class W2W_OT_use_scene_animation(ImportDialog, bpy.types.Operator):
 
     def found(self, context: bpy.types.Context) -> Found:
         """Takes to import, takes in the list already, and takes left out."""
-        listed = {clip.taken_from for clip in state.current_body(context).w2w.clips}
+        listed = {clip.taken_from for clip in state.polled_body(context).w2w.clips}
         wanted, known, left_out = [], [], []
         for armature in source_armatures(context.scene):
             if self.armature not in (ALL, armature.name):
@@ -272,7 +272,7 @@ class W2W_OT_use_scene_animation(ImportDialog, bpy.types.Operator):
     def takes(self, armature: bpy.types.Object) -> tuple[list[SceneTake], list[LeftOut]]:
         """The takes of an armature; looked for once, for the dialog is drawn often."""
         if not hasattr(self, "_takes"):
-            self._takes = {}
+            self._takes: dict[str, tuple[list[SceneTake], list[LeftOut]]] = {}
         if armature.name not in self._takes:
             self._takes[armature.name] = scene_takes(armature)
         return self._takes[armature.name]

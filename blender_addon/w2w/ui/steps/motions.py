@@ -7,7 +7,8 @@ import bpy
 from bpy.props import CollectionProperty, EnumProperty, IntProperty, StringProperty
 
 from ...core.library.import_plan import ImportPlan, plan_files, plan_folder
-from ...core.library.library import MOTION_SUFFIXES, LibraryError
+from ...core.library.labels import LibraryError
+from ...core.library.library import MOTION_SUFFIXES
 from ...core.motion.source import UnusableMotion
 from ...scene.base.actions import FIRST_FRAME, keep_pace, key_rate, show_action
 from ...scene.base.body import armature_of, body_of
@@ -107,7 +108,8 @@ class W2W_OT_preview_clip(operators.Works, bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         cls.poll_message_set("Import motions first")
-        return state.current_body(context) is not None and len(state.current_body(context).w2w.clips) > 0
+        body = state.current_body(context)
+        return body is not None and len(body.w2w.clips) > 0
 
     def work(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
         """Let the armature play it at its speed over the preview range; the scene's own is left alone."""
@@ -158,7 +160,7 @@ class W2W_OT_relabel_clips(operators.OnClips, bpy.types.Operator):
     activity: StringProperty(name="Activity", description="Label for all ticked clips")
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        clips = state.selected(state.current_body(context).w2w)
+        clips = state.selected(state.polled_body(context).w2w)
         self.activity = clips[0].activity if clips else ""
         return context.window_manager.invoke_props_dialog(self)
 

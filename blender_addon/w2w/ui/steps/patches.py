@@ -37,8 +37,9 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     home = mesh.users_collection[0] if mesh.users_collection else None
     study.patch_collection = place_patches(mesh, patches, f"Patches: {mesh.name}", study.patch_size, home)
     study.patches_text, study.patches_key = pack(patches)
-    same = before is not None and np.array_equal(before.triangles, patches.triangles[: len(before)])
-    study.patches_before = f"{key} {len(before)}" if same else ""
+    study.patches_before = ""
+    if before is not None and np.array_equal(before.triangles, patches.triangles[: len(before)]):
+        study.patches_before = f"{key} {len(before)}"
     state.keep_own_placed(study, own, count)
     results.hide_patches(study)
     fold_soon()
@@ -88,7 +89,7 @@ class W2W_OT_select_patch(operators.OnPatches, bpy.types.Operator):
         return self.execute(context)
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
-        count = len(state.patches_of(body))
+        count = len(state.placed_patches(body))
         if self.patch >= count:
             raise ValueError(f"The body has {count} patches, no number {self.patch}")
         pick(context, body, self.patch, self.compare)
@@ -156,7 +157,7 @@ class W2W_OT_pick_patch(operators.OnBody, bpy.types.Operator):
         depsgraph = context.evaluated_depsgraph_get()
         hit, point, _, face, item, _ = context.scene.ray_cast(depsgraph, origin, direction)
         shown, item = item, (owner_of(item) or item) if hit else None
-        if not hit or item.type != "MESH" or not item.w2w.is_body:
+        if item is None or item.type != "MESH" or not item.w2w.is_body:
             self.report({"INFO"}, "Click on a body that has patches")
             return {"CANCELLED"}
         if state.patches_of(item) is None:
@@ -196,7 +197,7 @@ def spot_at(
     `shown` is what was clicked where it is a copy of the body; the vertex is -1 where a modifier has made
     others than the body has.
     """
-    patches = state.patches_of(body)
+    patches = state.placed_patches(body)
     evaluated = (shown or body).evaluated_get(depsgraph)
     mesh, world = evaluated.data, np.array(evaluated.matrix_world)
     if len(mesh.vertices) == len(patches.labels):

@@ -2,6 +2,7 @@
 """The part of each activity: counted by its weight, background (trained against, in no mean) or left out."""
 
 from collections.abc import Iterable
+from typing import TypeAlias
 
 import bpy
 import numpy as np
@@ -15,7 +16,7 @@ from .declared import as_given
 COUNTED, BACKGROUND, LEFT_OUT = "COUNTED", "BACKGROUND", "LEFT_OUT"
 """Parts that an activity takes."""
 
-Group = bpy.types.PropertyGroup
+Group: TypeAlias = bpy.types.PropertyGroup
 
 
 def ticked(study: Group) -> np.ndarray:

@@ -13,8 +13,10 @@ from ...core.study.config import StudyConfig
 SINGLE, DIGITS = 1e-6, 7
 """Relative error and significant digits of a property, which is in single precision."""
 
-SHOWN = ("patches", "rate", "band", "root_band", "classifier", "folds", "by_subject")
-SHOWN += ("target", "every_activity", "max_places", "seed")
+SHOWN = (
+    "patches", "rate", "band", "root_band", "classifier", "folds", "by_subject", "target", "every_activity",
+    "max_places", "seed",
+)  # fmt: skip
 """Parameters of which each is one property, with the same value but for 0, which stands for none."""
 
 PROPERTIES = {"patches": "patch_count"}

@@ -71,8 +71,7 @@ def covers_steps(mesh: bpy.types.Object, patches: PatchSet) -> Generator[Step, N
     what its garments covered.
     """
     study = mesh.w2w
-    if worn_by(study):
-        baker = yield from baker_steps(mesh, patches)
+    if worn_by(study) and isinstance(baker := (yield from baker_steps(mesh, patches)), GarmentBaker):
         return {item.name: own for item, own in zip(baker.garments, baker.covers, strict=True)}
     run = json.loads(study.parameters).get("garments") if study.parameters else None
     return load_covers(inside(Path(study.results_folder), FITTED)) if run else {}

@@ -2,6 +2,7 @@
 """Base classes of operators: their needs, the file they ask for, the job they start."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
@@ -9,8 +10,13 @@ from bpy.props import BoolProperty, StringProperty
 from ..jobs import jobs
 from .state import current_body, is_ranked, patches_of
 
+if TYPE_CHECKING:
+    from bpy.types import Operator as Mixin
+else:
+    Mixin = object
 
-class Named:
+
+class Named(Mixin):
     """An operator named as its class: W2W_OT_add_body is w2w.add_body and, unless it says else, Add Body."""
 
     def __init_subclass__(cls) -> None:
@@ -49,7 +55,7 @@ class OnBody(Works):
         return not missing
 
     @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object, /) -> str:
         """Say what the operator needs beside the body; empty where nothing."""
         return ""
 
@@ -58,7 +64,7 @@ class OnClips(OnBody):
     """An operator that works on the list of clips."""
 
     @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object, /) -> str:
         return "" if len(body.w2w.clips) else "Import motions first (step 2)"
 
 
@@ -66,7 +72,7 @@ class OnPatches(OnBody):
     """An operator that needs patches."""
 
     @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object, /) -> str:
         return "" if patches_of(body) is not None else "Place patches first (step 3)"
 
 
@@ -74,7 +80,7 @@ class OnRanking(OnBody):
     """An operator that needs a ranking."""
 
     @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+    def missing(context: bpy.types.Context, body: bpy.types.Object, /) -> str:
         return "" if is_ranked(body) else "Rank the patches first (step 5)"
 
 

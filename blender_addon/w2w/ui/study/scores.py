@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scores that a study shows: of which activities, expected or on these clips, and in which heatmap."""
 
-import bpy
 import numpy as np
 
 from ...core.colours import score_range, span_note
@@ -9,10 +8,8 @@ from ...core.ranking.utility import UtilityMap
 from ...core.ranking.weights import mean_over
 from ...core.selection.headline import mean_caution
 from ..jobs.jobs import is_there
-from .counting import is_as_ranked, shown_weights
+from .counting import Group, is_as_ranked, shown_weights
 from .state import utility_of
-
-Group = bpy.types.PropertyGroup
 
 EXPECTED, ON_THESE = "EXPECTED", "ON_THESE"
 """Values of the study's `scores`."""
@@ -84,9 +81,9 @@ def beside_of(study: Group) -> Group | None:
 def beside_scores(study: Group) -> np.ndarray | None:
     """Scores of the map beside, of the kind shown, one a patch of its body; None where there is none."""
     other = beside_of(study)
-    if other is None or utility_of(other) is None:
+    if other is None or (utility := utility_of(other)) is None:
         return None
-    return _scores_of(other, utility_of(other), max(view_of(other, study.beside_view), 0), study.scores)
+    return _scores_of(other, utility, max(view_of(other, study.beside_view), 0), study.scores)
 
 
 def _scores_of(study: Group, utility: UtilityMap, index: int, kind: str = "") -> np.ndarray:

@@ -124,7 +124,11 @@ def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: boo
 
     `dressed` is whether garments carry the sensors: these record acc and gyr alone.
     """
-    shown = {"record": set(run.record), "recognise_by": set(run.features), "magnetic_dip": run.dip_deg}
+    shown: dict[str, Any] = {
+        "record": set(run.record),
+        "recognise_by": set(run.features),
+        "magnetic_dip": run.dip_deg,
+    }
     shown |= {name: getattr(study, name) for name in shown if study.is_property_set(name)}
     record, by = shown["record"], shown["recognise_by"]
     if dressed or not record:

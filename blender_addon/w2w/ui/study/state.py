@@ -9,13 +9,13 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
 
 from ...core.body.body import Body
 from ...core.body.shapes import RANGES
-from ...core.imu.sensor import SensorModel
 from ...core.inside import inside
 from ...core.patches.patches import PatchSet
 from ...core.ranking.utility import UtilityMap, unavailable
@@ -27,12 +27,10 @@ from ...core.wording import capital
 from ...scene.base.body import body_of
 from ...scene.base.patches import PATCH
 from ...scene.files.packing import unpack
-from .counting import LEFT_OUT, counted_in, is_reweighed
+from .counting import LEFT_OUT, Group, counted_in, is_reweighed
 from .declared import as_given, config_values
 from .garments import wardrobe_text, worn_by
 from .sensors import OWN, further_of, own_sensor
-
-Group = bpy.types.PropertyGroup
 
 AS_SHOWN = 1e-5
 """How far single precision may be from a position, metres, or a weight."""
@@ -72,6 +70,11 @@ def current_body(context: bpy.types.Context) -> bpy.types.Object | None:
     return body if body is not None and context.scene.objects.get(body.name) is body else None
 
 
+def polled_body(context: bpy.types.Context) -> bpy.types.Object:
+    """The body of a panel or an operator whose `poll` saw one."""
+    return context.scene.w2w.body
+
+
 def bodies(scene: bpy.types.Scene) -> list[bpy.types.Object]:
     """All bodies of a scene."""
     return [item for item in scene.objects if item.type == "MESH" and item.w2w.is_body]
@@ -106,7 +109,7 @@ def config_of(study: Group) -> StudyConfig:
 def _config_of_signals(study: Group, run: StudyConfig) -> StudyConfig:
     """The parameters without those that only rank by the activities' names and choose."""
     length = as_given(study.window_s, run.windows.length_s)
-    sensor: dict[str, str | SensorModel] = {"sensor": study.sensor}
+    sensor: dict[str, Any] = {"sensor": study.sensor}
     if study.sensor == OWN:
         sensor = {"sensor": own_sensor(study).name, "own_sensor": own_sensor(study)}
     garments = tuple(item.name for item in worn_by(study)) or run.garments
@@ -177,6 +180,22 @@ def patches_of(body: bpy.types.Object) -> PatchSet | None:
     first = next(iter(collection.objects), None)
     is_own = first is not None and first.parent is body
     return unpack(study.patches_key, lambda: study.patches_text, PatchSet.load) if is_own else None
+
+
+def placed_patches(body: bpy.types.Object) -> PatchSet:
+    """The patches placed on a body; a ValueError where there are none."""
+    patches = patches_of(body)
+    if patches is None:
+        raise ValueError("Place patches first (step 3)")
+    return patches
+
+
+def ranking_of(body: bpy.types.Object) -> UtilityMap:
+    """A body's ranking; a ValueError where it has none."""
+    utility = utility_of(body.w2w)
+    if utility is None:
+        raise ValueError("Rank the patches first (step 5)")
+    return utility
 
 
 def body_as_run(mesh: bpy.types.Object) -> Body:
@@ -302,13 +321,14 @@ def missing_for_bake(body: bpy.types.Object | None) -> str:
 
 def missing_for_rank(body: bpy.types.Object | None) -> str:
     """What stands in the way of ranking."""
-    return missing_for_any_rank(body) or classifier_problem(body.w2w)
+    missing = missing_for_any_rank(body)
+    return missing if body is None or missing else classifier_problem(body.w2w)
 
 
 def missing_for_any_rank(body: bpy.types.Object | None) -> str:
     """What stands in the way of ranking, whatever the classifier."""
     missing = missing_for_bake(body)
-    if missing:
+    if body is None or missing:
         return missing
     clips = baked(body.w2w)
     return labels_problem(clips) if clips else "Bake the signals first (step 4)"

@@ -47,9 +47,10 @@ class Card:
     time: float  # playhead, seconds from the clip's start
     limits: tuple[tuple[float, float], ...] = ()  # of the plots, one pair a signal: see `on_one_scale`
 
-    def signals(self) -> tuple[np.ndarray, np.ndarray]:
-        """Acceleration and angular velocity of the patch, each of shape (T, 3)."""
-        return self.recording.acc[:, self.patch], self.recording.gyr[:, self.patch]
+    def signals(self) -> tuple[np.ndarray, ...]:
+        """Acceleration and angular velocity of the patch, each of shape (T, 3), where they are baked."""
+        shown = self.recording
+        return () if shown is None else (shown.acc[:, self.patch], shown.gyr[:, self.patch])
 
     def height(self, scale: float) -> float:
         """Height in pixels."""
@@ -79,7 +80,7 @@ class Card:
         top -= 6 * scale
         for title, signal, limits in zip(PLOTS, self.signals(), self.limits, strict=True):
             top -= (PLOT_HEIGHT + PLOT_GAP) * scale
-            self._plot((left, right, top), scale, title, signal, limits)
+            self._plot((left, right, top), scale, title, signal, self.recording.rate, limits)
 
     def _rows(self) -> int:
         count = len(self.f1)
@@ -106,10 +107,10 @@ class Card:
 
     def _plot(
         self, place: tuple[float, float, float], scale: float, title: str, signal: np.ndarray,
-        limits: tuple[float, float],
+        rate: float, limits: tuple[float, float],
     ) -> None:  # fmt: skip
         """Draw three axes of a signal over the clip, and a cursor at the playhead."""
-        (left, right, y), (low, high), rate = place, limits, self.recording.rate
+        (left, right, y), (low, high) = place, limits
         height, width = PLOT_HEIGHT * scale, right - left
         now = min(max(self.time, 0.0), (len(signal) - 1) / rate)
         text(left, y + height + 5 * scale, title, 11 * scale, PALE)
@@ -136,7 +137,7 @@ class Card:
 
 def on_one_scale(cards: Sequence[Card]) -> list[Card]:
     """The cards, their plots of one signal between the same limits, so that heights can be compared."""
-    shown = [card.signals() for card in cards if card.recording is not None]
+    shown = [signals for card in cards if (signals := card.signals())]
     limits = tuple(_limits(np.concatenate(signals)) for signals in zip(*shown, strict=True))
     return [replace(card, limits=limits) for card in cards]
 

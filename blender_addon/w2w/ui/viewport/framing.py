@@ -44,8 +44,8 @@ def frame(bodies: Sequence[bpy.types.Object], vertex: int | None = None) -> None
 
 def frame_answer(mesh: bpy.types.Object) -> None:
     """Show a body whole in every 3D view, from the side of its recommended spot where it has one."""
-    patch = lists.answer_of(mesh.w2w).get("patch")
-    frame([mesh], None if patch is None else int(state.patches_of(mesh).vertices[patch]))
+    patch, patches = lists.answer_of(mesh.w2w).get("patch"), state.patches_of(mesh)
+    frame([mesh], None if patch is None or patches is None else int(patches.vertices[patch]))
 
 
 def extent(items: Sequence[bpy.types.Object]) -> tuple[np.ndarray, np.ndarray]:

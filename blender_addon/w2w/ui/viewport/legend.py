@@ -74,7 +74,8 @@ def paint(body: bpy.types.Object) -> None:
             study.beside = None
         return
     shown, patches = other.id_data, state.patches_of(other.id_data)
-    if patches is None or shown.data.is_editmode:
+    utility, own, values = state.utility_of(other), state.utility_of(study), scores.beside_scores(study)
+    if patches is None or utility is None or own is None or values is None or shown.data.is_editmode:
         return
     same = len(body.data.vertices) == len(patches.labels)
     model = body if same else shown  # two maps on one body, if it can be
@@ -82,8 +83,7 @@ def paint(body: bpy.types.Object) -> None:
         remove_beside([study.beside])
         study.beside = add_beside(body, model)
     follow(study.beside, body, model)
-    utility, values = state.utility_of(other), scores.beside_scores(study)
-    low, high = scores.colour_range(study, state.utility_of(study))
+    low, high = scores.colour_range(study, own)
     colours = patch_colours(patches, values, low, high, study.colour_map, utility.colour_span)
     paint_beside(study.beside, heatmap.MEAN, colours)
 

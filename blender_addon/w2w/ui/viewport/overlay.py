@@ -75,8 +75,9 @@ def draw() -> None:
     cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
     free = _free_part(context)
     placed = _place_cards(on_one_scale(cards), free, scale)
-    if state.utility_of(body.w2w) is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
-        shown = legend(body.w2w, state.utility_of(body.w2w))
+    utility = state.utility_of(body.w2w)
+    if utility is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
+        shown = legend(body.w2w, utility)
         heads = _heads(context, (body, body.w2w.beside) if shown.beside else ())
         right_of_cards = max((x + WIDTH * scale for _, x, _ in placed), default=free.left)
         _draw_colour_bar(shown, free._replace(left=right_of_cards), heads, scale)
@@ -177,8 +178,8 @@ def _draw_chosen(surface: Surface, study: bpy.types.PropertyGroup, scale: float)
     if study.chosen_collection is None:
         return
     for number, sensor in enumerate(lists.leading(study), start=1):
-        if surface.in_sight(sensor.patch):
-            point = surface.on_screen(sensor.patch)
+        point = surface.on_screen(sensor.patch)
+        if point is not None and surface.in_sight(sensor.patch):
             disc(point.x, point.y, 9 * scale, PALE)
             disc(point.x, point.y, 7.5 * scale, BADGE)
             text(point.x, point.y - 4 * scale, str(number), 10.5 * scale, PALE, "CENTER")
@@ -223,7 +224,8 @@ def _card(
         shows = f"Bake '{clip.name}' (step 4) to see its signals"
     else:
         shows = f"{clip.activity}: {clip.name}" if clip.activity else clip.name
-    lines, f1, limits = (f"patch {patch}, not ranked yet",), np.zeros(0), (0.0, 1.0)
+    lines: tuple[str, ...] = (f"patch {patch}, not ranked yet",)
+    f1, limits = np.zeros(0), (0.0, 1.0)
     if utility is not None:
         lines, values = scores.patch_lines(study, utility, patch), scores.activity_scores(study, utility)
         f1 = values[patch]
