@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from w2w.core.files import write_npz
-from w2w.core.motion.duplicates import WIDTH
+from w2w.core.motion.signature import WIDTH
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.selection.joint import GrownSet

@@ -19,8 +19,8 @@ from ..core.imu.sensor import SensorModel
 from ..core.imu.synthesis import Synthesis
 from ..core.imu.virtual import record_motion
 from ..core.library.labels import spelled_once
-from ..core.motion.duplicates import motion_signature
 from ..core.motion.motion import Motion
+from ..core.motion.signature import motion_signature
 from ..core.patches.naming import resolve
 from ..core.patches.patches import PatchSet
 from ..core.ranking.pooling import Pooling

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.ndimage import gaussian_filter1d
 
-from w2w.core.motion.duplicates import WIDTH, mirrored_poses
-from w2w.core.ranking import same_motion
+from w2w.core.motion import shared_stretches
+from w2w.core.motion.signature import WIDTH, mirrored_poses
 from w2w.core.ranking.same_motion import same_motion_groups
 
 
@@ -68,6 +68,19 @@ def test_who_stands_still_shares_nothing():
     assert groups_of(stood).tolist() == [0, 1]
 
 
+def test_whoever_holds_a_pose_is_a_copy_of_who_holds_the_same_alone():
+    rng = np.random.default_rng(4)
+    held = made_poses(rng, 1)
+    breathing = 0.01 * np.sin(np.arange(120) / 6)[:, None] * rng.normal(size=WIDTH)
+
+    def noisy(poses):
+        return poses + 0.006 * rng.normal(size=poses.shape)
+
+    copies = [held + breathing, noisy(held + breathing[:70]), noisy(mirrored_poses(held + breathing[40:]))]
+    another = held + breathing + 0.03 * rng.normal(size=WIDTH)
+    assert groups_of([*copies, another, noisy(another[20:])]).tolist() == [0, 0, 0, 1, 1]
+
+
 def test_a_clip_alone_and_clips_all_alike():
     poses = made_poses(np.random.default_rng(0))
     assert groups_of([poses]).tolist() == [0]
@@ -81,17 +94,19 @@ def test_the_search_in_blocks_finds_what_one_block_finds(monkeypatch):
     poses = [made_poses(rng) for _ in range(30)]
     poses += [mirrored_poses(one[10:60]) for one in poses[:10]]
     whole = groups_of(poses)
-    monkeypatch.setattr(same_motion, "PRODUCTS", 500)
-    monkeypatch.setattr(same_motion, "CLIPS_AT_ONCE", 7)
+    monkeypatch.setattr(shared_stretches, "ROWS_AT_ONCE", 3)
+    monkeypatch.setattr(shared_stretches, "PAIRS_AT_ONCE", 5)
+    monkeypatch.setattr(shared_stretches, "IN_FULL_AT_ONCE", 2)
+    monkeypatch.setattr(shared_stretches, "CLIPS_AT_ONCE", 7)
     np.testing.assert_array_equal(groups_of(poses), whole)
     assert len(np.unique(whole)) == 30
 
 
 @pytest.mark.slow
 def test_the_search_holds_no_second_copy_of_the_signatures(monkeypatch):
-    monkeypatch.setattr(same_motion, "PRODUCTS", 100_000)
-    monkeypatch.setattr(same_motion, "CLIPS_AT_ONCE", 50)
-    monkeypatch.setattr(same_motion, "FOR_AXES", 50)
+    monkeypatch.setattr(shared_stretches, "PAIRS_AT_ONCE", 100)
+    monkeypatch.setattr(shared_stretches, "CLIPS_AT_ONCE", 50)
+    monkeypatch.setattr(shared_stretches, "FOR_AXES", 50)
     rng = np.random.default_rng(0)
     signatures = [as_signature(made_poses(rng)) for _ in range(2000)]
     tracemalloc.start()

@@ -8,7 +8,7 @@ import pytest
 
 from w2w.core.findings.notes import subjects_sentence
 from w2w.core.library.library import Clip
-from w2w.core.motion.duplicates import WIDTH
+from w2w.core.motion.signature import WIDTH
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.study.clip_files import ClipWindows, features_file, write_features
 from w2w.core.study.config import StudyConfig

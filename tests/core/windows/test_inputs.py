@@ -8,7 +8,7 @@ import pytest
 
 from w2w.core.files import write_npz
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.motion.duplicates import WIDTH
+from w2w.core.motion.signature import WIDTH
 from w2w.core.ranking import f1
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import score_patches

@@ -17,8 +17,8 @@ from w2w.core.garments.on_cloth import ClothSensors, caught_content
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
 from w2w.core.library.library import Clip
-from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.motion import Motion
+from w2w.core.motion.signature import motion_signature
 from w2w.core.motion.source import SourceMotion, UnusableMotion, readable_size, reason_of, unreadable
 from w2w.core.motion.up import BY_ITSELF, Ups
 from w2w.core.patches.patches import PatchSet

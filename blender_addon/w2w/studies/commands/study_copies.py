@@ -13,8 +13,8 @@ import typer
 from scipy.spatial.transform import Rotation
 
 from w2w import Body, load, rank, sample_patches, synthesize
-from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.motion import Motion, at_rate
+from w2w.core.motion.signature import motion_signature
 from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.headless.console import USAGE
 
@@ -44,21 +44,32 @@ def noisy(motion: Motion, degrees: float, rng: Draw) -> Motion:
     return replace(motion, rotations=motion.rotations @ noise)
 
 
-KINDS: dict[str, Callable[[Motion, Draw], Motion]] = {
-    "cut by 5 %": lambda m, rng: cut(m, 0.05, rng),
-    "cut by 10 to 34 %": lambda m, rng: cut(m, rng.uniform(0.1, 0.34), rng),
-    "halved": lambda m, rng: cut(m, 0.5, rng),
-    "1 degree of noise": lambda m, rng: noisy(m, 1, rng),
-    "2 degrees of noise": lambda m, rng: noisy(m, 2, rng),
-    "24 frames a second": lambda m, _: at_rate(m, 24),
-    "30 frames a second": lambda m, _: at_rate(m, 30),
-    "5 % faster": lambda m, _: at_tempo(m, 1.05),
-    "mirrored": lambda m, _: mirrored(m),
+def in_a_row(first: Motion, second: Motion) -> Motion:
+    """The first motion and then the second, at the rate of the first."""
+    second = at_rate(second, first.rate)
+    return replace(
+        first,
+        rotations=np.concatenate([first.rotations, second.rotations]),
+        pelvis=np.concatenate([first.pelvis, second.pelvis]),
+    )
+
+
+KINDS: dict[str, Callable[[Motion, Motion, Draw], Motion]] = {
+    "cut by 5 %": lambda m, _, rng: cut(m, 0.05, rng),
+    "cut by 10 to 34 %": lambda m, _, rng: cut(m, rng.uniform(0.1, 0.34), rng),
+    "halved": lambda m, _, rng: cut(m, 0.5, rng),
+    "two in a row": lambda m, other, _: in_a_row(m, other),
+    "1 degree of noise": lambda m, _, rng: noisy(m, 1, rng),
+    "2 degrees of noise": lambda m, _, rng: noisy(m, 2, rng),
+    "24 frames a second": lambda m, *_: at_rate(m, 24),
+    "30 frames a second": lambda m, *_: at_rate(m, 30),
+    "5 % faster": lambda m, *_: at_tempo(m, 1.05),
+    "mirrored": lambda m, *_: mirrored(m),
     "cut, 30 frames a second, 2 degrees": (
-        lambda m, rng: noisy(at_rate(cut(m, rng.uniform(0.1, 0.34), rng), 30), 2, rng)
+        lambda m, _, rng: noisy(at_rate(cut(m, rng.uniform(0.1, 0.34), rng), 30), 2, rng)
     ),
     "halved, 24 frames, mirrored, 5 % slower, 1 degree": (
-        lambda m, rng: noisy(at_tempo(mirrored(at_rate(cut(m, 0.5, rng), 24)), 0.95), 1, rng)
+        lambda m, _, rng: noisy(at_tempo(mirrored(at_rate(cut(m, 0.5, rng), 24)), 0.95), 1, rng)
     ),
 }
 
@@ -93,7 +104,8 @@ def by_kind(motions: list[Motion]) -> Iterator[str]:
     for number in sorted(n for n in set(groups) if groups.count(n) > 1):
         yield f"  one motion: {' '.join(m.clip for m, g in zip(motions, groups, strict=True) if g == number)}"
     for kind, make in KINDS.items():
-        made = [(n, copy) for n, m in enumerate(motions) if (copy := make(m, rng)).duration >= SHORTEST_S]
+        made = [(n, make(m, motions[n - 1], rng)) for n, m in enumerate(motions)]
+        made = [(n, copy) for n, copy in made if copy.duration >= SHORTEST_S]
         found = _groups_of([*motions, *(copy for _, copy in made)])
         share = np.mean([found[n] == found[len(motions) + k] for k, (n, _) in enumerate(made)])
         yield f"{kind:50s} {share:.3f} of {len(made)}"

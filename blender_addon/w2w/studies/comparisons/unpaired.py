@@ -19,8 +19,8 @@ from w2w.core.imu.virtual import at_patches, record_motion
 from w2w.core.keypoints.fit import fit_keypoints
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.library.library import LibraryError, read_library
-from w2w.core.motion.duplicates import motion_signature
 from w2w.core.motion.motion import Motion
+from w2w.core.motion.signature import motion_signature
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.body_parts import patches_named
 from w2w.core.patches.patches import PatchSet, sample_patches

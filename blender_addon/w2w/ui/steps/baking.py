@@ -15,7 +15,7 @@ from ...core.findings.notes import copies_sentence, subjects_sentence
 from ...core.garments.on_cloth import HAS_CAUGHT
 from ...core.imu.recording import ImuRecording
 from ...core.imu.virtual import at_patches
-from ...core.motion.duplicates import motion_signature
+from ...core.motion.signature import motion_signature
 from ...core.motion.source import reason_of
 from ...core.ranking.pooling import Pooling
 from ...core.ranking.utility import UtilityMap

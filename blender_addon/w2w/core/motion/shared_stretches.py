@@ -1,0 +1,405 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Find clips that share a stretch of one motion, wherever each was cut."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .signature import RATE, WIDTH, mirrored_poses
+
+SHORTEST, SHARE, LONGEST = 0.5, 0.45, 2.0
+"""A shared stretch lasts this part of the shorter clip, at least and at most so many seconds."""
+
+NOISE = 0.009
+"""Root mean square difference of copies by noise: that of 2 degrees in each joint at 30 frames a second."""
+
+OF_MOVEMENT = 0.085
+"""Difference of copies on other rigs, as a share of the movement; repetitions have .1 and more."""
+
+AT_MOST = 0.2
+"""Greatest difference as a share of the movement, noise included: quieter stretches say less than noise."""
+
+STILL = 0.01
+"""Root mean square of movement below which stretches are too quiet to be told apart."""
+
+QUIET, POSE, POSED = 0.045, 0.012, 1.5
+"""A clip that moves by no more than the first is a copy of another in its pose, but for the second.
+
+Noise then counts the third times. Real copies are at most .007 from their pose; of two who stand, none was
+nearer than .027.
+"""
+
+AXES, PRINTED = 24, 8
+"""Principal axes of poses on which clips are compared, and those of them on which moments are first."""
+
+LEVELLED = 4
+"""Axes of which a moment is marked when a clip crosses a level: copies cross it in the same pose."""
+
+SPACING = 0.5
+"""Distance of levels, in standard deviations of the axis."""
+
+AT_REST, REST_EVERY = np.iinfo(np.int32).min, 10
+"""Level of moments at which a clip hardly moves, and frames between them."""
+
+AROUND = 2
+"""Frames before and after a moment at which its movement is looked at."""
+
+POSES, MOVES, BENT = 0.2, 0.07, 0.25
+"""Units of differences of poses and of movements; of large movements relative to `BENT` of the unit."""
+
+REACH = 1.0
+"""Greatest distance, in these units, of moments that are looked at closely."""
+
+ASKED = 8
+"""Moments of a clip for which near ones are sought, about; in the others it is found."""
+
+CLOSEST = 8
+"""Moments that are found for one, at most."""
+
+NEAREST, TRIES = 4, 2
+"""Nearest clips with which a clip is compared, and nearest moments of both at which they are, at most."""
+
+NEAR = np.arange(-10, 11, 5, np.float32)
+"""Frames about a moment at which clips are aligned on all axes."""
+
+STEP = 2.5
+WIDE = np.arange(-40, 41, STEP, np.float32)
+"""Frames about it at which they are then compared."""
+
+APART = 1.25
+"""Tolerances by which copies may differ on the axes; in full it is 1."""
+
+LATE, FASTER = 0.75, 0.055
+"""Frames by which moments of copies may miss one another, and part by which one copy may be faster."""
+
+FOR_AXES, FRAMES_FOR_AXES = 2000, 20
+"""Clips from which the axes are found, and frames of each, at most."""
+
+CLIPS_AT_ONCE, PAIRS_AT_ONCE, IN_FULL_AT_ONCE = 1000, 4000, 500
+"""Clips read at a time, and pairs of moments compared on the axes and in full."""
+
+ROWS_AT_ONCE = 64
+"""Moments for which near ones are sought at a time: so few lie close together."""
+
+
+def shared_stretches(
+    signatures: Sequence[np.ndarray], clips: np.ndarray, is_known: Callable[[int, int], bool]
+) -> Iterator[tuple[int, int]]:
+    """Pairs of clips that share a stretch, mirrored or not; the nearest first, those that are known left out.
+
+    `clips` are the numbers of those that are looked at.
+    """
+    if len(clips) < 2:
+        return
+    axes, spacing = _axes(signatures, clips)
+    every = np.eye(WIDTH, dtype=np.float32)
+    mirror = mirrored_poses(every)
+    whole = np.empty((sum(len(signatures[clip]) for clip in clips) // WIDTH, AXES), np.float16)
+    as_is, mirrored, lines, filled = [], [], [], 0
+    for start in range(0, len(clips), CLIPS_AT_ONCE):
+        block = clips[start : start + CLIPS_AT_ONCE]
+        part = _Lines.of(signatures, block, axes)
+        as_is.append(_moments(part, start, spacing))
+        seen = _moments(_Lines.of(signatures, block, mirror @ axes), start, spacing)
+        mirrored.append(_asked(seen, part.quiet, start))
+        whole[filled : filled + len(part.poses)] = part.poses
+        filled += len(part.poses)
+        lines.append((part.frames, part.quiet))
+    frames, quiet = (np.concatenate(part) for part in zip(*lines, strict=True))
+    base, all_lines = _Moments.joined(as_is), _Lines(whole, frames, quiet)
+    del as_is
+    for side, turned in ((_asked(base, quiet), every), (_Moments.joined(mirrored), mirror)):
+        pairs = _candidates(side, base)
+        apart = np.empty(len(pairs.first))
+        for start in range(0, len(apart), PAIRS_AT_ONCE):
+            some = slice(start, start + PAIRS_AT_ONCE)
+            asked, first = np.unique(pairs.first[some], return_inverse=True)
+            ours = _Lines.of(signatures, clips[asked], turned @ axes)
+            apart[some] = _apart(replace(pairs.some(some), first=first), ours, all_lines)
+        near = np.argsort(apart, kind="stable")[: np.count_nonzero(apart <= APART)]
+        for start in range(0, len(near), IN_FULL_AT_ONCE):
+            close = pairs.some(near[start : start + IN_FULL_AT_ONCE])
+            numbers = zip(clips[close.first].tolist(), clips[close.second].tolist(), strict=True)
+            close = close.some(np.array([not is_known(*pair) for pair in numbers]))
+            if not len(close.first):
+                continue
+            asked, first = np.unique(close.first, return_inverse=True)
+            found, second = np.unique(close.second, return_inverse=True)
+            ours, theirs = (
+                _Lines.of(signatures, clips[part], in_full)
+                for part, in_full in ((asked, turned), (found, every))
+            )
+            same = close.some(_apart(replace(close, first=first, second=second), ours, theirs) <= 1)
+            yield from zip(clips[same.first].tolist(), clips[same.second].tolist(), strict=True)
+
+
+def _axes(signatures: Sequence[np.ndarray], clips: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Principal axes of poses and of their mirror images, (WIDTH, AXES), and the distance of levels."""
+    sample = []
+    for clip in clips[:: -(-len(clips) // FOR_AXES)]:
+        poses = signatures[clip].reshape(-1, WIDTH)
+        sample.append(poses[:: -(-len(poses) // FRAMES_FOR_AXES)].astype(np.float32))
+    whole = np.concatenate(sample)
+    variances, axes = np.linalg.eigh(np.cov(np.concatenate([whole, mirrored_poses(whole)]), rowvar=False))
+    spacing = SPACING * np.sqrt(np.maximum(variances[::-1][:LEVELLED], 1e-6))
+    return axes[:, ::-1][:, :AXES].astype(np.float32), spacing
+
+
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """Poses of clips on axes, one after another, (F, A); frames of each and whether it hardly moves, (C,)."""
+
+    poses: np.ndarray
+    frames: np.ndarray
+    quiet: np.ndarray
+
+    @property
+    def start(self) -> np.ndarray:
+        """The first frame of each clip."""
+        return np.cumsum(self.frames) - self.frames
+
+    @classmethod
+    def of(cls, signatures: Sequence[np.ndarray], clips: np.ndarray, axes: np.ndarray) -> _Lines:
+        """Lines of some clips."""
+        poses = [signatures[clip].reshape(-1, WIDTH) for clip in clips]
+        frames = np.array([len(part) for part in poses], dtype=np.int64)
+        lines = np.concatenate([*poses, np.empty((0, WIDTH))]).astype(np.float32) @ axes
+        mean, squares = (
+            np.add.reduceat(part, np.cumsum(frames) - frames, axis=0) / frames[:, None]
+            for part in (lines, lines**2)
+        )
+        return cls(lines, frames, (squares - mean**2).sum(axis=1) <= WIDTH * QUIET**2)
+
+    def inside(self, clip: np.ndarray, moments: np.ndarray) -> np.ndarray:
+        """Whether moments (C, K) are inside the clips (C,), or nearly."""
+        return (moments > -LATE) & (moments < self.frames[clip][:, None] - 1 + LATE)
+
+    def at(self, clip: np.ndarray, moments: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Poses of clips (C,) at moments (C, K) and their changes per frame: (C, K, AXES) each."""
+        before = np.clip(moments.astype(np.int64), 0, np.maximum(self.frames[clip] - 2, 0)[:, None])
+        row = self.start[clip][:, None] + before
+        poses = self.poses[row].astype(np.float32)
+        change = self.poses[row + (self.frames[clip] > 1)[:, None]] - poses
+        return poses + np.clip(moments - before, 0, 1)[..., None].astype(np.float32) * change, change
+
+
+@dataclass(frozen=True, eq=False)
+class _Moments:
+    """Moments at which clips cross a level: level, clip, frame (M,), pose and movement as prints (M, D)."""
+
+    level: np.ndarray
+    clip: np.ndarray
+    frame: np.ndarray
+    prints: np.ndarray
+
+    def some(self, which: np.ndarray | slice) -> _Moments:
+        """A subset of the moments."""
+        return _Moments(self.level[which], self.clip[which], self.frame[which], self.prints[which])
+
+    @classmethod
+    def joined(cls, parts: Sequence[_Moments]) -> _Moments:
+        """All moments by level, within it along the first number."""
+        whole = {
+            name: np.concatenate([getattr(part, name) for part in parts]) for name in cls.__annotations__
+        }
+        order = np.lexsort((whole["prints"][:, 0], whole["level"]))
+        return cls(**{name: whole.pop(name)[order] for name in cls.__annotations__})
+
+
+def _moments(clips: _Lines, number: int, spacing: np.ndarray) -> _Moments:
+    """Moments of clips, of which the first has this number."""
+    lines = clips.poses[:, :PRINTED]
+    clip = np.repeat(np.arange(len(clips.frames)), clips.frames)
+    inner = np.arange(AROUND, len(lines) - AROUND - 1)
+    inner = inner[clip[inner - AROUND] == clip[inner + AROUND + 1]]
+    rest = inner[(inner - clips.start[clip[inner]] - AROUND) % REST_EVERY == 0]
+    rest = rest[np.linalg.norm(lines[rest + AROUND] - lines[rest - AROUND], axis=1) <= QUIET * np.sqrt(WIDTH)]
+    prints = np.pad(lines[rest] / (POSE * np.sqrt(WIDTH)), ((0, 0), (0, PRINTED)))
+    found: list[tuple[np.ndarray, ...]] = [
+        (np.full(len(rest), AT_REST), rest, np.zeros((len(rest), 1)), prints)
+    ]
+    for axis, step in enumerate(spacing):
+        height = np.floor(lines[:, axis] / step).astype(np.int64)
+        low, high = height[inner], height[inner + 1]
+        crossed = inner[low != high]
+        before, after = height[crossed], height[crossed + 1]
+        up = after > before
+        level = np.where(up, after, before)
+        share = (level * step - lines[crossed, axis]) / (lines[crossed + 1, axis] - lines[crossed, axis])
+        share = share[:, None].astype(np.float32)
+        start, middle, end = (
+            lines[crossed + by] * (1 - share) + lines[crossed + by + 1] * share for by in (-AROUND, 0, AROUND)
+        )
+        movement = (end - start) / MOVES
+        size = BENT * np.linalg.norm(movement, axis=1, keepdims=True)
+        movement *= np.arcsinh(size) / np.maximum(size, 1e-9)
+        pose = np.roll(middle, -1 - axis, axis=1) / POSES  # the axis itself says nothing more
+        code = (level * 2 + up) * LEVELLED + axis
+        found.append((code, crossed, share, np.concatenate([pose, movement], axis=1)))
+    level, at, share, prints = (np.concatenate(part) for part in zip(*found, strict=True))
+    frame = at - clips.start[clip[at]] + share[:, 0]
+    return _Moments(
+        level.astype(np.int32),
+        (clip[at] + number).astype(np.int32),
+        frame.astype(np.float32),
+        prints.astype(np.float16),
+    )
+
+
+def _asked(moments: _Moments, quiet: np.ndarray, number: int = 0) -> _Moments:
+    """About `ASKED` moments of each clip, the first of this number; those at rest of quiet clips alone."""
+    moments = moments.some((moments.level != AT_REST) | quiet[moments.clip - number])
+    order = np.argsort(moments.clip, kind="stable")
+    _, start, count = np.unique(moments.clip[order], return_index=True, return_counts=True)
+    number = np.arange(len(order)) - np.repeat(start, count)
+    return moments.some(np.sort(order[number % np.repeat(np.maximum(count // ASKED, 1), count) == 0]))
+
+
+def _candidates(side: _Moments, base: _Moments) -> _Pairs:
+    """Pairs of clips with near moments, by the first."""
+    found: list[tuple[np.ndarray, ...]] = [(np.empty(0, np.int64),) * 2 + (np.empty(0, np.float32),)]
+    for level in np.unique(side.level):
+        (one, two), (ours, theirs) = zip(
+            *(_at_level(moments, level) for moments in (side, base)), strict=True
+        )
+        for i, j, apart in _near(one, two):
+            other = np.flatnonzero(side.clip[ours + i] != base.clip[theirs + j])
+            found.append((ours + i[other], theirs + j[other], apart[other]))
+    i, j, apart = (np.concatenate(part) for part in zip(*found, strict=True))
+    i, j = i.astype(np.int64), j.astype(np.int64)
+    first, second = side.clip[i], base.clip[j]
+    order = np.lexsort((apart, second, first))
+    order = order[_rank([first[order], second[order]]) < TRIES]
+    nearest = order[_rank([first[order], second[order]]) == 0]
+    nearest = nearest[np.lexsort((apart[nearest], first[nearest]))]
+    nearest = nearest[_rank([first[nearest]]) < NEAREST]
+    pairs = first.astype(np.int64) * (second.max(initial=0) + 1) + second
+    order = order[np.isin(pairs[order], pairs[nearest])]
+    return _Pairs(first[order], second[order], side.frame[i[order]], base.frame[j[order]])
+
+
+def _at_level(moments: _Moments, level: int) -> tuple[np.ndarray, int]:
+    """Prints of the moments at one level, and the number of the first of them."""
+    low, high = np.searchsorted(moments.level, [level, level + 1])
+    return moments.prints[low:high].astype(np.float32), int(low)
+
+
+def _rank(columns: Sequence[np.ndarray]) -> np.ndarray:
+    """Place of each row among the rows before it that are equal in these columns, which are sorted."""
+    number = np.arange(len(columns[0]))
+    new = np.append(True, np.any([np.diff(column) != 0 for column in columns], axis=0))[: len(number)]
+    return number - np.maximum.accumulate(np.where(new, number, 0)) if len(number) else number
+
+
+def _near(a: np.ndarray, b: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Indices of rows of a and b that are near one another, and how far they are apart, some at a time.
+
+    Of each row of a the closest of b alone.
+    """
+    if not len(a) or not len(b):
+        return
+    half_a, half_b = ((part**2).sum(axis=1) / 2 for part in (a, b))
+    for start in range(0, len(a), ROWS_AT_ONCE):
+        block = slice(start, start + ROWS_AT_ONCE)
+        low, high = np.searchsorted(b[:, 0], [a[block][0, 0] - REACH, a[block][-1, 0] + REACH])
+        apart = half_a[block, None] + half_b[low:high] - a[block] @ b[low:high].T
+        i, j = np.divmod(np.flatnonzero(apart <= REACH**2 / 2), apart.shape[1])
+        apart = apart[i, j]
+        order = np.lexsort((apart, i))
+        order = order[_rank([i[order]]) < CLOSEST]
+        yield start + i[order], low + j[order], apart[order]
+
+
+@dataclass(frozen=True, eq=False)
+class _Pairs:
+    """Pairs of clips (C,) and the frame of each at which they may show one motion, (C,)."""
+
+    first: np.ndarray
+    second: np.ndarray
+    moment: np.ndarray
+    other: np.ndarray
+
+    def some(self, which: np.ndarray | slice) -> _Pairs:
+        """A subset of the pairs."""
+        return _Pairs(self.first[which], self.second[which], self.moment[which], self.other[which])
+
+
+def _apart(pairs: _Pairs, one: _Lines, two: _Lines) -> np.ndarray:
+    """Least difference of pairs of clips about a moment of each, in tolerances of copies, shape (C,)."""
+    apart, late, faster = _aligned(pairs, one, two)
+    near = np.flatnonzero(apart <= APART)
+    pairs = pairs.some(near)
+    at = pairs.moment[:, None] + WIDE
+    there = (pairs.other + late[near])[:, None] + (1 + faster[near])[:, None] * WIDE
+    inside = one.inside(pairs.first, at) & two.inside(pairs.second, there)
+    ours = one.at(pairs.first, at)[0]
+    shorter = np.minimum(one.frames[pairs.first], two.frames[pairs.second])
+    points = (np.clip(SHARE * (shorter - 1), SHORTEST * RATE, LONGEST * RATE) // STEP).astype(int)
+    moved, _ = _windows(ours, points)
+    left, mean = _windows(ours - two.at(pairs.second, there)[0], points)
+    posed = _quiet(pairs, one, two)[:, None] & (mean < POSE**2)
+    ratio = left / _tolerance(moved, posed)
+    whole = _sums(inside, points) == points[:, None]
+    ratio[~(whole & (posed | (moved >= STILL**2)))] = np.inf
+    apart[near] = np.sqrt(np.maximum(ratio.min(axis=1, initial=np.inf), 0))
+    return apart
+
+
+def _aligned(pairs: _Pairs, one: _Lines, two: _Lines) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Difference near the moments, in tolerances, and how late and how much faster the second is: (C,)."""
+    at, there = pairs.moment[:, None] + NEAR, pairs.other[:, None] + NEAR
+    inside = one.inside(pairs.first, at) & two.inside(pairs.second, there)
+    weights = (inside / inside.sum(axis=1, keepdims=True)).astype(np.float32)[..., None]
+
+    def centred(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        mean = (weights * values).sum(axis=1, keepdims=True)
+        return mean[:, 0], np.sqrt(weights) * (values - mean)
+
+    def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return np.einsum("ckd,ckd->c", a, b)
+
+    ours, _ = one.at(pairs.first, at)
+    theirs, change = two.at(pairs.second, there)
+    mean, apart = centred(ours - theirs)
+    (_, moving), (_, shifted), (_, sped) = centred(ours), centred(change), centred(NEAR[:, None] * change)
+    # least squares of apart - late * shifted - faster * sped
+    aa, bb, ab = product(shifted, shifted) + 1e-9, product(sped, sped) + 1e-9, product(shifted, sped)
+    a, b = product(apart, shifted), product(apart, sped)
+    faster = ((aa * b - ab * a) / np.maximum(aa * bb - ab**2, 1e-12)).clip(-FASTER, FASTER)
+    late = ((a - faster * ab) / aa).clip(-LATE, LATE)
+    left = apart - late[:, None, None] * shifted - faster[:, None, None] * sped
+    moved, left = product(moving, moving) / WIDTH, product(left, left) / WIDTH
+    posed = _quiet(pairs, one, two) & ((mean**2).sum(axis=1) < WIDTH * POSE**2)
+    return np.sqrt(left / _tolerance(moved, posed)), late, faster
+
+
+def _quiet(pairs: _Pairs, one: _Lines, two: _Lines) -> np.ndarray:
+    """Whether the shorter clip of each pair hardly moves, (C,)."""
+    shorter = one.frames[pairs.first] < two.frames[pairs.second]
+    return np.where(shorter, one.quiet[pairs.first], two.quiet[pairs.second])
+
+
+def _tolerance(moved: np.ndarray, posed: np.ndarray) -> np.ndarray:
+    """Variance by which copies may differ, given that of the movement and whether both hold one pose."""
+    tolerance = NOISE**2 + OF_MOVEMENT**2 * moved
+    at_most = AT_MOST**2 * np.maximum(moved, STILL**2)
+    return np.where(posed, POSED**2 * tolerance, np.minimum(tolerance, at_most))
+
+
+def _sums(values: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Sums of values (C, K, ...) over so many points (C,), from each on; of fewer at the end."""
+    sums = np.cumsum(values, axis=1, dtype=np.float32)
+    sums = np.concatenate([np.zeros_like(sums[:, :1]), sums], axis=1)
+    end = np.minimum(np.arange(values.shape[1]) + points[:, None], values.shape[1])
+    return sums[np.arange(len(values))[:, None], end] - sums[:, :-1]
+
+
+def _windows(poses: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Variance of poses (C, K, A) over so many points, and their squared mean, from each on: (C, K) each."""
+    mean = _sums(poses, points) / points[:, None, None]
+    of_mean = np.einsum("ckd,ckd->ck", mean, mean) / WIDTH
+    of_squares = _sums(np.einsum("ckd,ckd->ck", poses, poses), points) / points[:, None] / WIDTH
+    return of_squares - of_mean, of_mean
