@@ -2,6 +2,7 @@
 """A body's recording made part by part is the one made at once."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +41,19 @@ def test_parts_make_up_the_whole(bundled_body, patches, waving, monkeypatch, rat
     np.testing.assert_allclose(recording.gyr, whole.gyr, atol=1.01 * sensor.gyroscope.resolution)
     assert (recording.sites, recording.activity) == (patches.names, waving.activity)
     assert (recording.subject, recording.clip) == (waving.subject, waving.clip)
+
+
+def test_chosen_sensors_are_those_of_the_whole_whatever_lay_in_memory(
+    bundled_body, patches, waving, monkeypatch
+):
+    monkeypatch.setattr(virtual_imu, "SENSORS_AT_ONCE", 7)
+    whole = record_motion(bundled_body, patches, waving)
+    dirty = {"empty": lambda shape, dtype: np.full(shape, np.inf, dtype)}
+    monkeypatch.setattr(virtual_imu, "np", SimpleNamespace(**vars(np) | dirty))
+    chosen = record_motion(bundled_body, patches, waving, chosen=[9, 2])
+    np.testing.assert_array_equal(chosen.acc, whole.acc[:, [9, 2]])
+    np.testing.assert_array_equal(chosen.gyr, whole.gyr[:, [9, 2]])
+    assert chosen.sites == (patches.names[9], patches.names[2])
 
 
 def test_it_is_ideal_unless_told(bundled_body, patches, waving):

@@ -47,8 +47,8 @@ def record_motion(
     n_ideal = count_resampled(motion.n_frames, motion.rate, settings.rate_hz)
     n_samples = count_resampled(n_ideal, settings.rate_hz, rate)
     sizes = {"acc": 3, "gyr": 3} | {name: FURTHER[name] for name in further.record}
-    signals: dict[str, Any] = {
-        name: np.empty((n_samples, len(patches.triangles), size), np.float32) for name, size in sizes.items()
+    signals: dict[str, Any] = {  # zeros: parts without a chosen sensor stay as they are
+        name: np.zeros((n_samples, len(patches.triangles), size), np.float32) for name, size in sizes.items()
     }
     transforms = skinning_transforms(body, motion)
     size = max(1, min(SENSORS_AT_ONCE, BYTES_AT_ONCE // (24 * n_ideal)))
