@@ -57,7 +57,8 @@ def looks_of_inputs(plan: RunPlan) -> str:
 def is_untouched(body: Body, out: Path, inputs: str) -> bool:
     """Whether the results are all there and, by the looks of all files, would come out the same."""
     with suppress(OSError):  # a folder is gone
-        return _noted(out).get("looks") == _looks(body, out, inputs) and is_whole(out)
+        noted = _noted(out).get("looks")  # none in a folder that holds no results, whatever else it holds
+        return bool(noted) and noted == _looks(body, out, inputs) and is_whole(out)
     return False
 
 
