@@ -81,6 +81,9 @@ FOR_AXES, FRAMES_FOR_AXES = 2000, 20
 CLIPS_AT_ONCE, PAIRS_AT_ONCE, IN_FULL_AT_ONCE = 1000, 4000, 500
 """Clips read at a time, and pairs of moments compared on the axes and in full."""
 
+CELL = 1000.0
+"""Distance of cells' numbers; prints' own are far below."""
+
 ROWS_AT_ONCE = 64
 """Moments for which near ones are sought at a time: so few lie close together."""
 
@@ -166,7 +169,7 @@ class _Lines:
         """Lines of some clips."""
         poses = [signatures[clip].reshape(-1, WIDTH) for clip in clips]
         frames = np.array([len(part) for part in poses], dtype=np.int64)
-        lines = np.concatenate([*poses, np.empty((0, WIDTH))]).astype(np.float32) @ axes
+        lines = np.concatenate(poses).astype(np.float32) @ axes
         mean, squares = (
             np.add.reduceat(part, np.cumsum(frames) - frames, axis=0) / frames[:, None]
             for part in (lines, lines**2)
@@ -200,12 +203,12 @@ class _Moments:
         return _Moments(self.level[which], self.clip[which], self.frame[which], self.prints[which])
 
     @classmethod
-    def joined(cls, parts: Sequence[_Moments]) -> _Moments:
-        """All moments by level, within it along the first number."""
-        whole = {
-            name: np.concatenate([getattr(part, name) for part in parts]) for name in cls.__annotations__
-        }
-        order = np.lexsort((whole["prints"][:, 0], whole["level"]))
+    def joined(cls, parts: list[_Moments]) -> _Moments:
+        """All moments by level, within it by the cells of `_cells`; takes the parts out of their list."""
+        columns = {name: [getattr(part, name) for part in parts] for name in cls.__annotations__}
+        parts.clear()  # so that no moment is held twice
+        whole = {name: np.concatenate(columns.pop(name)) for name in cls.__annotations__}
+        order = np.lexsort((_cells(whole["prints"]), whole["level"]))
         return cls(**{name: whole.pop(name)[order] for name in cls.__annotations__})
 
 
@@ -217,7 +220,7 @@ def _moments(clips: _Lines, number: int, spacing: np.ndarray) -> _Moments:
     inner = inner[clip[inner - AROUND] == clip[inner + AROUND + 1]]
     rest = inner[(inner - clips.start[clip[inner]] - AROUND) % REST_EVERY == 0]
     rest = rest[np.linalg.norm(lines[rest + AROUND] - lines[rest - AROUND], axis=1) <= QUIET * np.sqrt(WIDTH)]
-    prints = np.pad(lines[rest] / (POSE * np.sqrt(WIDTH)), ((0, 0), (0, PRINTED)))
+    prints = np.pad(lines[rest] / (POSE * np.sqrt(WIDTH)), ((0, 0), (0, PRINTED - 1)))
     found: list[tuple[np.ndarray, ...]] = [
         (np.full(len(rest), AT_REST), rest, np.zeros((len(rest), 1)), prints)
     ]
@@ -236,7 +239,7 @@ def _moments(clips: _Lines, number: int, spacing: np.ndarray) -> _Moments:
         movement = (end - start) / MOVES
         size = BENT * np.linalg.norm(movement, axis=1, keepdims=True)
         movement *= np.arcsinh(size) / np.maximum(size, 1e-9)
-        pose = np.roll(middle, -1 - axis, axis=1) / POSES  # the axis itself says nothing more
+        pose = np.delete(middle, axis, axis=1) / POSES  # the axis itself says nothing more
         code = (level * 2 + up) * LEVELLED + axis
         found.append((code, crossed, share, np.concatenate([pose, movement], axis=1)))
     level, at, share, prints = (np.concatenate(part) for part in zip(*found, strict=True))
@@ -260,16 +263,16 @@ def _asked(moments: _Moments, quiet: np.ndarray, number: int = 0) -> _Moments:
 
 def _candidates(side: _Moments, base: _Moments) -> _Pairs:
     """Pairs of clips with near moments, by the first."""
-    found: list[tuple[np.ndarray, ...]] = [(np.empty(0, np.int64),) * 2 + (np.empty(0, np.float32),)]
+    found: list[tuple[np.ndarray, ...]] = [(np.empty(0, np.int32),) * 2 + (np.empty(0, np.float32),)]
     for level in np.unique(side.level):
         (one, two), (ours, theirs) = zip(
             *(_at_level(moments, level) for moments in (side, base)), strict=True
         )
         for i, j, apart in _near(one, two):
             other = np.flatnonzero(side.clip[ours + i] != base.clip[theirs + j])
-            found.append((ours + i[other], theirs + j[other], apart[other]))
+            pair = ((ours + i[other]).astype(np.int32), (theirs + j[other]).astype(np.int32))
+            found.append((*pair, apart[other]))
     i, j, apart = (np.concatenate(part) for part in zip(*found, strict=True))
-    i, j = i.astype(np.int64), j.astype(np.int64)
     first, second = side.clip[i], base.clip[j]
     order = np.lexsort((apart, second, first))
     order = order[_rank([first[order], second[order]]) < TRIES]
@@ -294,23 +297,36 @@ def _rank(columns: Sequence[np.ndarray]) -> np.ndarray:
     return number - np.maximum.accumulate(np.where(new, number, 0)) if len(number) else number
 
 
+def _cells(prints: np.ndarray) -> np.ndarray:
+    """Place of each print (M, D) in cells of `REACH` along its first number, and inside along its second."""
+    return CELL * np.floor(prints[:, 0].astype(np.float64) / REACH) + prints[:, 1]
+
+
 def _near(a: np.ndarray, b: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Indices of rows of a and b that are near one another, and how far they are apart, some at a time.
 
-    Of each row of a the closest of b alone.
+    Of each row of a the closest of b in a cell alone. Both are in the order of `_cells`.
     """
-    if not len(a) or not len(b):
-        return
     half_a, half_b = ((part**2).sum(axis=1) / 2 for part in (a, b))
-    for start in range(0, len(a), ROWS_AT_ONCE):
-        block = slice(start, start + ROWS_AT_ONCE)
-        low, high = np.searchsorted(b[:, 0], [a[block][0, 0] - REACH, a[block][-1, 0] + REACH])
-        apart = half_a[block, None] + half_b[low:high] - a[block] @ b[low:high].T
-        i, j = np.divmod(np.flatnonzero(apart <= REACH**2 / 2), apart.shape[1])
-        apart = apart[i, j]
-        order = np.lexsort((apart, i))
-        order = order[_rank([i[order]]) < CLOSEST]
-        yield start + i[order], low + j[order], apart[order]
+    cells_a, cells_b = _cells(a), _cells(b)
+    cell = np.floor(a[:, 0] / REACH)
+    ends = np.append(np.flatnonzero(np.diff(cell)) + 1, len(a))
+    for first, last in zip(np.append(0, ends[:-1]), ends, strict=True):
+        for start in range(first, last, ROWS_AT_ONCE):
+            block = slice(start, min(start + ROWS_AT_ONCE, last))
+            for by in (-CELL, 0, CELL):
+                reach = cells_a[[start, block.stop - 1]] + by + [-REACH, REACH]
+                low, high = np.searchsorted(cells_b, reach)
+                if low == high:
+                    continue
+                apart = half_a[block, None] + half_b[low:high] - a[block] @ b[low:high].T
+                i, j = np.divmod(np.flatnonzero(apart <= REACH**2 / 2), high - low)
+                apart = apart[i, j]
+                if (i[CLOSEST:] == i[:-CLOSEST]).any():
+                    order = np.lexsort((apart, i))
+                    order = order[_rank([i[order]]) < CLOSEST]
+                    i, j, apart = i[order], j[order], apart[order]
+                yield start + i, low + j, apart
 
 
 @dataclass(frozen=True, eq=False)
