@@ -32,7 +32,7 @@ Noise then counts the third times. Real copies are at most .007 from their pose;
 nearer than .027.
 """
 
-AXES, PRINTED = 24, 8
+AXES, PRINTED = 16, 8
 """Principal axes of poses on which clips are compared, and those of them on which moments are first."""
 
 LEVELLED = 4
@@ -50,13 +50,13 @@ AROUND = 2
 POSES, MOVES, BENT = 0.2, 0.07, 0.25
 """Units of differences of poses and of movements; of large movements relative to `BENT` of the unit."""
 
-REACH = 1.0
+REACH = 0.8
 """Greatest distance, in these units, of moments that are looked at closely."""
 
 ASKED = 8
 """Moments of a clip for which near ones are sought, about; in the others it is found."""
 
-CLOSEST = 8
+CLOSEST = 4
 """Moments that are found for one, at most."""
 
 NEAREST, TRIES = 4, 2
@@ -78,7 +78,7 @@ LATE, FASTER = 0.75, 0.055
 FOR_AXES, FRAMES_FOR_AXES = 2000, 20
 """Clips from which the axes are found, and frames of each, at most."""
 
-CLIPS_AT_ONCE, PAIRS_AT_ONCE, IN_FULL_AT_ONCE = 1000, 4000, 500
+CLIPS_AT_ONCE, PAIRS_AT_ONCE, IN_FULL_AT_ONCE = 400, 2000, 300
 """Clips read at a time, and pairs of moments compared on the axes and in full."""
 
 CELL = 1000.0
