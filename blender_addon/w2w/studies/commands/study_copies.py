@@ -46,12 +46,9 @@ def noisy(motion: Motion, degrees: float, rng: Draw) -> Motion:
 
 def in_a_row(first: Motion, second: Motion) -> Motion:
     """The first motion and then the second, at the rate of the first."""
-    second = at_rate(second, first.rate)
-    return replace(
-        first,
-        rotations=np.concatenate([first.rotations, second.rotations]),
-        pelvis=np.concatenate([first.pelvis, second.pelvis]),
-    )
+    both = (first, at_rate(second, first.rate))
+    rotations, pelvis = (np.concatenate([getattr(m, part) for m in both]) for part in ("rotations", "pelvis"))
+    return replace(first, rotations=rotations, pelvis=pelvis)
 
 
 KINDS: dict[str, Callable[[Motion, Motion, Draw], Motion]] = {
