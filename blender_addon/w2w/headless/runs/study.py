@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +35,7 @@ from w2w.core.study.clip_files import (
     ranking_inputs,
 )
 from w2w.core.study.config import StudyConfig
-from w2w.core.study.ranking import LabelledClip, copies_among, rank_clips, same_motions
+from w2w.core.study.ranking import copies_among, rank_clips, same_motions
 from w2w.core.study.results import ClipResult, Study, StudyResults
 from w2w.core.study.signals import place_patches
 
@@ -139,8 +140,13 @@ def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Stu
             ranked = same_motions(used, files.windows, signatures)
         except ValueError as error:
             raise StudyError(str(error), made.clips) from error
+    if config.by_subject and (caution := subjects_sentence(ranked)):
+        monitor.console.print(f"{caution}.", style="bold yellow", markup=False)
+    n_windows = sum(len(found.is_test) for found in files.windows)
+    spread = spread_over(plan.engine.scheduler) or spread_here(plan.engine.workers, n_windows)
+    rank = partial(rank_clips, ranked, files.windows, files.inputs, config, pooling)
     try:
-        utility = _rank(ranked, files, pooling, plan, out, monitor)
+        utility = _with_bar(partial(rank, work=out.resolve() / WORK, spread=spread), monitor)
     except np.linalg.LinAlgError as error:
         raise StudyError(f"{TOO_ALIKE} to rank patches by", made.clips) from error
     except ValueError as error:
@@ -242,17 +248,8 @@ def _files_to_rank(used: list[Clip], config: StudyConfig, out: Path, signatures:
     return FilesToRank(tuple(windows), inputs, config.classifier)
 
 
-def _rank(
-    clips: tuple[LabelledClip, ...],
-    files: FilesToRank,
-    pooling: Pooling,
-    plan: RunPlan,
-    out: Path,
-    monitor: RunMonitor,
-) -> UtilityMap:
-    config, engine = plan.config, plan.engine
-    if config.by_subject and (caution := subjects_sentence(clips)):
-        monitor.console.print(f"{caution}.", style="bold yellow", markup=False)
+def _with_bar(rank: Callable[..., UtilityMap], monitor: RunMonitor) -> UtilityMap:
+    """What a ranking gives, shown as it comes on."""
     with monitor.bar("ranking patches", 100) as advance:
         done = 0
 
@@ -261,10 +258,4 @@ def _rank(
             advance(int(100 * fraction) - done)
             done = int(100 * fraction)
 
-        n_windows = sum(len(found.is_test) for found in files.windows)
-        spread = spread_over(engine.scheduler) or spread_here(engine.workers, n_windows)
-        work = out.resolve() / WORK
-        return rank_clips(
-            clips, files.windows, files.inputs, config, pooling,
-            progress=progress, work=work, spread=spread,
-        )  # fmt: skip
+        return rank(progress=progress)
