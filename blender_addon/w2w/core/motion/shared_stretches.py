@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -89,38 +91,42 @@ ROWS_AT_ONCE = 64
 
 
 def shared_stretches(
-    signatures: Sequence[np.ndarray], clips: np.ndarray, is_known: Callable[[int, int], bool]
+    signatures: Sequence[np.ndarray],
+    clips: np.ndarray,
+    frames: np.ndarray,
+    is_known: Callable[[int, int], bool],
 ) -> Iterator[tuple[int, int]]:
     """Pairs of clips that share a stretch, mirrored or not; the nearest first, those that are known left out.
 
-    `clips` are the numbers of those that are looked at.
+    `clips` (C,) are the numbers of those that are looked at, `frames` (C,) how many each has.
     """
     if len(clips) < 2:
         return
     axes, spacing = _axes(signatures, clips)
     every = np.eye(WIDTH, dtype=np.float32)
     mirror = mirrored_poses(every)
-    whole = np.empty((sum(len(signatures[clip]) for clip in clips) // WIDTH, AXES), np.float16)
-    as_is, mirrored, lines, filled = [], [], [], 0
+    all_lines = _Lines(np.empty((frames.sum(), AXES), np.float16), frames, np.empty(len(clips), dtype=bool))
+    as_is, mirrored = [], []
     for start in range(0, len(clips), CLIPS_AT_ONCE):
-        block = clips[start : start + CLIPS_AT_ONCE]
-        part = _Lines.of(signatures, block, axes)
+        block = slice(start, start + CLIPS_AT_ONCE)
+        poses, first = _poses(signatures, clips[block]), all_lines.start[start]
+        part, reflected = (_Lines.of(poses, frames[block], of) for of in (axes, mirror @ axes))
         as_is.append(_moments(part, start, spacing))
-        seen = _moments(_Lines.of(signatures, block, mirror @ axes), start, spacing)
-        mirrored.append(_asked(seen, part.quiet, start))
-        whole[filled : filled + len(part.poses)] = part.poses
-        filled += len(part.poses)
-        lines.append((part.frames, part.quiet))
-    frames, quiet = (np.concatenate(part) for part in zip(*lines, strict=True))
-    base, all_lines = _Moments.joined(as_is), _Lines(whole, frames, quiet)
-    del as_is
-    for side, turned in ((_asked(base, quiet), every), (_Moments.joined(mirrored), mirror)):
+        mirrored.append(_asked(_moments(reflected, start, spacing), part.quiet, start))
+        all_lines.poses[first : first + len(poses)], all_lines.quiet[block] = part.poses, part.quiet
+    base = _Moments.joined(as_is)
+
+    def of_pairs(asked: np.ndarray, along: np.ndarray) -> tuple[_Lines, np.ndarray]:
+        """Lines of those of the clips that are asked for, each once, and the place of each among them."""
+        numbers, places = np.unique(asked, return_inverse=True)
+        return _Lines.of(_poses(signatures, clips[numbers]), frames[numbers], along), places
+
+    for side, turned in ((_asked(base, all_lines.quiet), every), (_Moments.joined(mirrored), mirror)):
         pairs = _candidates(side, base)
         apart = np.empty(len(pairs.first))
         for start in range(0, len(apart), PAIRS_AT_ONCE):
             some = slice(start, start + PAIRS_AT_ONCE)
-            asked, first = np.unique(pairs.first[some], return_inverse=True)
-            ours = _Lines.of(signatures, clips[asked], turned @ axes)
+            ours, first = of_pairs(pairs.first[some], turned @ axes)
             apart[some] = _apart(replace(pairs.some(some), first=first), ours, all_lines)
         near = np.argsort(apart, kind="stable")[: np.count_nonzero(apart <= APART)]
         for start in range(0, len(near), IN_FULL_AT_ONCE):
@@ -129,14 +135,15 @@ def shared_stretches(
             close = close.some(np.array([not is_known(*pair) for pair in numbers]))
             if not len(close.first):
                 continue
-            asked, first = np.unique(close.first, return_inverse=True)
-            found, second = np.unique(close.second, return_inverse=True)
-            ours, theirs = (
-                _Lines.of(signatures, clips[part], in_full)
-                for part, in_full in ((asked, turned), (found, every))
-            )
+            ours, first = of_pairs(close.first, turned)
+            theirs, second = of_pairs(close.second, every)
             same = close.some(_apart(replace(close, first=first, second=second), ours, theirs) <= 1)
             yield from zip(clips[same.first].tolist(), clips[same.second].tolist(), strict=True)
+
+
+def _poses(signatures: Sequence[np.ndarray], clips: np.ndarray) -> np.ndarray:
+    """Poses of some clips, one after another, (F, WIDTH)."""
+    return np.concatenate([signatures[clip] for clip in clips]).astype(np.float32).reshape(-1, WIDTH)
 
 
 def _axes(signatures: Sequence[np.ndarray], clips: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -152,6 +159,15 @@ def _axes(signatures: Sequence[np.ndarray], clips: np.ndarray) -> tuple[np.ndarr
 
 
 @dataclass(frozen=True, eq=False)
+class _Columns:
+    """Arrays of equal length."""
+
+    def some(self, which: np.ndarray | slice) -> Self:
+        """A subset of the rows."""
+        return replace(self, **{column.name: getattr(self, column.name)[which] for column in fields(self)})
+
+
+@dataclass(frozen=True, eq=False)
 class _Lines:
     """Poses of clips on axes, one after another, (F, A); frames of each and whether it hardly moves, (C,)."""
 
@@ -159,21 +175,17 @@ class _Lines:
     frames: np.ndarray
     quiet: np.ndarray
 
-    @property
+    @cached_property
     def start(self) -> np.ndarray:
         """The first frame of each clip."""
         return np.cumsum(self.frames) - self.frames
 
     @classmethod
-    def of(cls, signatures: Sequence[np.ndarray], clips: np.ndarray, axes: np.ndarray) -> _Lines:
-        """Lines of some clips."""
-        poses = [signatures[clip].reshape(-1, WIDTH) for clip in clips]
-        frames = np.array([len(part) for part in poses], dtype=np.int64)
-        lines = np.concatenate(poses).astype(np.float32) @ axes
-        mean, squares = (
-            np.add.reduceat(part, np.cumsum(frames) - frames, axis=0) / frames[:, None]
-            for part in (lines, lines**2)
-        )
+    def of(cls, poses: np.ndarray, frames: np.ndarray, axes: np.ndarray) -> _Lines:
+        """Lines of clips that have so many of some poses (F, WIDTH) each."""
+        lines = poses @ axes
+        start = np.cumsum(frames) - frames
+        mean, squares = (np.add.reduceat(part, start, axis=0) / frames[:, None] for part in (lines, lines**2))
         return cls(lines, frames, (squares - mean**2).sum(axis=1) <= WIDTH * QUIET**2)
 
     def inside(self, clip: np.ndarray, moments: np.ndarray) -> np.ndarray:
@@ -190,17 +202,13 @@ class _Lines:
 
 
 @dataclass(frozen=True, eq=False)
-class _Moments:
+class _Moments(_Columns):
     """Moments at which clips cross a level: level, clip, frame (M,), pose and movement as prints (M, D)."""
 
     level: np.ndarray
     clip: np.ndarray
     frame: np.ndarray
     prints: np.ndarray
-
-    def some(self, which: np.ndarray | slice) -> _Moments:
-        """A subset of the moments."""
-        return _Moments(self.level[which], self.clip[which], self.frame[which], self.prints[which])
 
     @classmethod
     def joined(cls, parts: list[_Moments]) -> _Moments:
@@ -257,8 +265,8 @@ def _asked(moments: _Moments, quiet: np.ndarray, number: int = 0) -> _Moments:
     moments = moments.some((moments.level != AT_REST) | quiet[moments.clip - number])
     order = np.argsort(moments.clip, kind="stable")
     _, start, count = np.unique(moments.clip[order], return_index=True, return_counts=True)
-    number = np.arange(len(order)) - np.repeat(start, count)
-    return moments.some(np.sort(order[number % np.repeat(np.maximum(count // ASKED, 1), count) == 0]))
+    place = np.arange(len(order)) - np.repeat(start, count)
+    return moments.some(np.sort(order[place % np.repeat(np.maximum(count // ASKED, 1), count) == 0]))
 
 
 def _candidates(side: _Moments, base: _Moments) -> _Pairs:
@@ -309,8 +317,7 @@ def _near(a: np.ndarray, b: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray
     """
     half_a, half_b = ((part**2).sum(axis=1) / 2 for part in (a, b))
     cells_a, cells_b = _cells(a), _cells(b)
-    cell = np.floor(a[:, 0] / REACH)
-    ends = np.append(np.flatnonzero(np.diff(cell)) + 1, len(a))
+    ends = np.append(np.flatnonzero(np.diff(np.round(cells_a / CELL))) + 1, len(a))
     for first, last in zip(np.append(0, ends[:-1]), ends, strict=True):
         for start in range(first, last, ROWS_AT_ONCE):
             block = slice(start, min(start + ROWS_AT_ONCE, last))
@@ -330,17 +337,13 @@ def _near(a: np.ndarray, b: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
-class _Pairs:
+class _Pairs(_Columns):
     """Pairs of clips (C,) and the frame of each at which they may show one motion, (C,)."""
 
     first: np.ndarray
     second: np.ndarray
     moment: np.ndarray
     other: np.ndarray
-
-    def some(self, which: np.ndarray | slice) -> _Pairs:
-        """A subset of the pairs."""
-        return _Pairs(self.first[which], self.second[which], self.moment[which], self.other[which])
 
 
 def _apart(pairs: _Pairs, one: _Lines, two: _Lines) -> np.ndarray:

@@ -38,8 +38,10 @@ def same_motion_groups(
     if keys is not None:
         joined.join_equal([key or None for key in keys])
     if signatures is not None:
-        distinct = joined.join_equal([_digest(row) for row in signatures])
-        for first, second in shared_stretches(signatures, distinct, joined.are_one):
+        read = [(_digest(row), len(row) // WIDTH) for row in signatures]
+        distinct = joined.join_equal([digest for digest, _ in read])
+        frames = np.array([frames for _, frames in read])[distinct]
+        for first, second in shared_stretches(signatures, distinct, frames, joined.are_one):
             joined.join(first, second)
     roots = [joined.root(clip) for clip in range(len(clips))]
     _, appearance, number = np.unique(roots, return_index=True, return_inverse=True)
