@@ -4,15 +4,44 @@
 import os
 import re
 import unicodedata
-from collections.abc import Collection
-from itertools import chain, count
+from collections.abc import Collection, Sequence
+from itertools import chain, count as numbers_from
 from pathlib import PurePath
 
 
 def capital(text: object) -> str:
-    """A text, such as an error's, with a capital first letter; the rest as it is."""
+    """A text, such as an error's, with a capital first letter; leaves the rest unchanged."""
     words = str(text)
     return words[:1].upper() + words[1:]
+
+
+def count(noun: str, number: int) -> str:
+    """A number with its noun, in the plural unless there is one.
+
+    Examples
+    --------
+    >>> count("clip", 1), count("clip", 0), count("activity", 2)
+    ('1 clip', '0 clips', '2 activities')
+    """
+    plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
+    return f"{number:,} {noun if number == 1 else plural}"
+
+
+NAMED = 3
+"""Names in a sentence, before it says how many more there are."""
+
+
+def listed(words: Sequence[str], most: int = NAMED) -> str:
+    """Words as a sentence lists them, the first `most` by name; "" without any.
+
+    Examples
+    --------
+    >>> listed(["run", "walk"]), listed(["bow", "jump", "run", "walk"], most=2)
+    ('run and walk', 'bow, jump and 2 more')
+    """
+    if len(words) > most:
+        return f"{', '.join(words[:most])} and {len(words) - most} more"
+    return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
 
 INVISIBLE = re.compile("[\u00ad\u200b\u2060\ufeff]")
@@ -37,7 +66,7 @@ def free_name(name: str, taken: Collection[str], form: str = "{} {}", first: int
     >>> free_name("ring", {"ring", "ring 2"})
     'ring 3'
     """
-    numbered = (form.format(name, number) for number in count(first))
+    numbered = (form.format(name, number) for number in numbers_from(first))
     return next(free for free in chain([name], numbered) if free not in taken)
 
 

@@ -9,6 +9,7 @@ from ..library.labels import LabelCheck, same_label
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.utility import UtilityMap
 from ..study.ranking import LabelledClip
+from ..wording import count, listed
 
 TOO_FEW = "too few clips"
 """In a table's cell, instead of an interval."""
@@ -20,9 +21,10 @@ def counts_sentence(clips: dict[str, int], utility: UtilityMap) -> str:
     text = f"{clips['ranked']} of {clips['found']} clips ranked, in {names} activities"
     if left_out:
         others = clips["used"] - clips["ranked"]
+        belong = "belongs" if others == 1 else "belong"
         text += (
-            f"; {others} clip{'' if others == 1 else 's'} could be used but belong{'s' * (others == 1)} to "
-            f"{left_out} {'activity' if left_out == 1 else 'activities'} that could not be ranked"
+            f"; {count('clip', others)} could be used but {belong} to {count('activity', left_out)} that "
+            "could not be ranked"
         )
     return f"{text}; {clips['skipped']} skipped"
 
@@ -45,17 +47,15 @@ def left_out_sentences(left_out: Mapping[str, str]) -> list[str]:
     ]
 
 
-def few_clips(count: int) -> str:
-    """A caution where an interval comes from too few clips; empty where it does not."""
-    if count >= FEWEST_CLIPS:
-        return ""
-    return f"from {count} clip{'' if count == 1 else 's'} only: too few for an interval"
+def few_clips(clips: int) -> str:
+    """A caution if an interval comes from too few clips; else ""."""
+    return "" if clips >= FEWEST_CLIPS else f"from {count('clip', clips)} only: too few for an interval"
 
 
 def interval_caution(utility: UtilityMap) -> str:
     """A caution where the interval of the mean rests on activities of few clips; empty where it does not."""
     counts = utility.tested_clips()
-    few = sum(count < FEWEST_CLIPS for count in counts)
+    few = sum(clips < FEWEST_CLIPS for clips in counts)
     if not few:
         return ""
     return (
@@ -68,10 +68,6 @@ def interval_caution(utility: UtilityMap) -> str:
 def interval_text(low: float, high: float, caution: str, digits: int = 3) -> str:
     """An interval, or in its place that there are too few clips for one."""
     return TOO_FEW if caution else f"{low:.{digits}f} to {high:.{digits}f}"
-
-
-NAMED = 3
-"""Files named in a sentence; `clips.jsonl` has them all."""
 
 
 def label_notes(check: LabelCheck) -> list[str]:
@@ -135,11 +131,10 @@ def copies_sentence(copies: Sequence[tuple[str, str]]) -> str:
     """Names the clips that are copies, each with the first that shows its motion; empty without any."""
     if not copies:
         return ""
-    many = len(copies) > 1
     named = listed([f"{name} (of {first})" for name, first in copies])
-    count = f"{len(copies)} clips count as copies" if many else "1 clip counts as a copy"
+    copied = "1 clip counts as a copy" if len(copies) == 1 else f"{len(copies)} clips count as copies"
     return (
-        f"{count} of another, by motion_key or by how the body moves, and no clip is tested on its copies: "
+        f"{copied} of another, by motion_key or by how the body moves, and no clip is tested on its copies: "
         f"{named}"
     )
 
@@ -151,7 +146,7 @@ def full_scale_sentence(clips: Iterable[tuple[str, Mapping[str, Any]]]) -> str:
         return ""
     most = max(found, key=lambda name: found[name])
     return (
-        f"{len(found)} clip{'' if len(found) == 1 else 's'} read the sensor's full scale in more than "
+        f"{count('clip', len(found))} read the sensor's full scale in more than "
         f"{100 * FULL_SCALE:g} % of the samples (the most: {most}, {100 * found[most]:.0f} %): look at the "
         "motion, or take a sensor of a wider range"
     )
@@ -162,7 +157,7 @@ def cut_sentence(clips: Iterable[tuple[str, Mapping[str, Any]]]) -> str:
     found = [f"{name} ({about['cut']})" for name, about in clips if "cut" in about]
     if not found:
         return ""
-    return f"{len(found)} clip{'' if len(found) == 1 else 's'} cut at the ends: {listed(found)}"
+    return f"{count('clip', len(found))} cut at the ends: {listed(found)}"
 
 
 def subjects_sentence(clips: Sequence[LabelledClip]) -> str:
@@ -178,10 +173,3 @@ def subjects_sentence(clips: Sequence[LabelledClip]) -> str:
         f"{len(shared)} clips of {names} show the same motion as another subject's clip: "
         "each motion is tested with the first of its subjects, and never trained on then"
     )
-
-
-def listed(words: Sequence[str], most: int = NAMED) -> str:
-    """Words as a sentence lists them, the first few by name."""
-    if len(words) > most:
-        return f"{', '.join(words[:most])} and {len(words) - most} more"
-    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..study.results import Study
-from .notes import NAMED, listed
+from ..wording import NAMED, listed
 
 ALONE = 0.8
 """Share of an activity's clips from which on a source shows it practically alone."""

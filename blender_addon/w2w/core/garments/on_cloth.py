@@ -9,15 +9,13 @@ import numpy as np
 
 from ..imu.recording import ImuRecording
 from ..imu.synthesis import Synthesis, synthesize
+from ..wording import NAMED, count
 
 CAUGHT = 2.0
 """An edge of a cloth has caught when it is longer than this many times its rest length."""
 
 HAS_CAUGHT = "cloth caught on the body"
 """How the sentence about it begins."""
-
-CLIPS_NAMED = 3
-"""Clips with caught cloth that are named."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,12 +103,11 @@ def caught_sentences(clips: Sequence[tuple[str, Mapping[str, Any]]]) -> list[str
     sentences = [
         f"In {name} {caught_sentence(about['cloth_caught'], about['cloth_frames'])}: do not trust what its "
         "sensors feel there"
-        for name, about in found[:CLIPS_NAMED]
+        for name, about in found[:NAMED]
     ]
-    more = len(found) - CLIPS_NAMED
+    more = len(found) - NAMED
     if more > 0:
-        others = f"{more} more clip{'s' * (more > 1)}"
-        sentences.append(f"Cloth caught in {others}: see cloth_caught in clips.jsonl")
+        sentences.append(f"Cloth caught in {count('more clip', more)}: see cloth_caught in clips.jsonl")
     return sentences
 
 

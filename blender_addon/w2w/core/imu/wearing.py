@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A sensor model in words: its errors, how it is worn, and which of straps and tissue are in its signals."""
 
+from ..wording import listed
 from .sensor import SensorModel
 
 
@@ -30,10 +31,5 @@ def wearing_sentences(model: SensorModel) -> str:
     if model.drop_fraction:
         held.append(f"loses {100 * model.drop_fraction:g} % of its samples")
     left.append("clothes")
-    missing = f"{_listed(left).capitalize()} are not in it."
-    return f"It {_listed(held)}. {missing}" if held else missing
-
-
-def _listed(words: list[str]) -> str:
-    *others, last = words
-    return f"{', '.join(others)} and {last}" if others else last
+    missing = f"{listed(left).capitalize()} are not in it."
+    return f"It {listed(held)}. {missing}" if held else missing

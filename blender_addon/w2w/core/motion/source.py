@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ..body.skeleton import Y_UP_TO_Z_UP
-from ..wording import harmless, shown
+from ..wording import count, harmless, shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +93,7 @@ def refuse_long_array(shape: tuple[int, ...], most_bones: int = MOST_BONE_FRAMES
 def refuse_few_frames(n_frames: int, where: str = "") -> None:
     """Refuse a motion with too few frames to move."""
     if n_frames < MIN_FRAMES:
-        plural = "s" * (n_frames != 1)
-        raise UnusableMotion(f"it holds a pose, not a motion: {n_frames} frame{plural}{where}")
+        raise UnusableMotion(f"it holds a pose, not a motion: {count('frame', n_frames)}{where}")
 
 
 def reason_of(error: Exception) -> str:

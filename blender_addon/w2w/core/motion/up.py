@@ -9,6 +9,7 @@ from typing import Literal, NamedTuple, Self
 import numpy as np
 
 from ..rotations import smallest_rotation, unit
+from ..wording import count
 from .source import SourceMotion, UnusableMotion
 
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
@@ -211,7 +212,7 @@ class Votes(Ups):
         for kind, seen in sorted(self.cast.items()):
             up = self._axis(kind)
             how = "" if up == kind.usual else ", by their feet"
-            parts.append(f"{up}, {len(seen)} file{'s' * (len(seen) != 1)} of {kind.name}{how}")
+            parts.append(f"{up}, {count('file', len(seen))} of {kind.name}{how}")
         return "; ".join(parts)
 
     @property

@@ -21,7 +21,7 @@ from ..motion.source import (
     refuse_too_long,
     size_and_head,
 )
-from ..wording import free_name
+from ..wording import count, free_name
 
 MOST = 1e10
 """No coordinate or angle of a body comes near."""
@@ -218,8 +218,8 @@ def _frames(lines: Lines, promised: int, joints: list[BvhJoint]) -> np.ndarray:
             refuse_too_long(max(found, promised), len(joints))
     if found != promised:
         raise UnusableMotion(
-            f"its header promises {promised:,} frame{'s' * (promised != 1)}, and it holds {found:,}: export "
-            "it again, or correct its 'Frames' line"
+            f"its header promises {count('frame', promised)}, and it holds {found:,}: export it again, "
+            "or correct its 'Frames' line"
         )
     rows = np.concatenate(blocks)
     if not (np.abs(rows) < MOST).all():

@@ -7,6 +7,7 @@ from ..ranking.expected import WANTED, clips_needed
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import alike
+from ..wording import count
 
 CANNOT_RANK = (
     "These clips cannot rank placements: the best spot may be no better than an average one, or halves of "
@@ -84,13 +85,13 @@ def _confidence(utility: UtilityMap, best: int | None) -> str:
     factor = clips_needed(utility.reliability)
     if factor <= 1:
         return text
-    if factor > FAR:
+    more = more_clips(utility)
+    if more is None:
         units = "subjects" if utility.by_subject else "clips"
         return f"{text}; more than {FAR:g} times as many {units} would make it good"
     if utility.by_subject:
         return f"{text}; about {factor:.1f} times as many subjects would make it good"
-    count = more_clips(utility)
-    return f"{text}; about {count} more clip{'' if count == 1 else 's'} for each activity would make it good"
+    return f"{text}; about {count('more clip', more)} for each activity would make it good"
 
 
 def more_clips(utility: UtilityMap) -> int | None:
@@ -113,7 +114,7 @@ def mean_caution(utility: UtilityMap) -> str:
     if max(counts) < FEWEST_CLIPS:
         return f"from at most {max(counts)} clips per activity: too few for an interval"
     name = utility.activities[counts.index(fewest)]
-    return f"from only {fewest} clip{'' if fewest == 1 else 's'} of {name}: too few for an interval"
+    return f"from only {count('clip', fewest)} of {name}: too few for an interval"
 
 
 def short(value: float) -> str:
