@@ -37,7 +37,7 @@ from scipy.spatial.transform import Rotation
 from w2w.core.files import write_json
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.agreement import rank_agreement
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.study.results import StudyResults
 from w2w.core.windows.features import window_features
@@ -105,7 +105,7 @@ def make_library(results: Path) -> tuple[list[np.ndarray], float, dict[str, np.n
 def rank(features: np.ndarray, labels: dict[str, np.ndarray], classifier: Any) -> UtilityMap:
     """The map of some places."""
     activities = sorted(set(labels["activity"].tolist()))
-    return utility_map(features, Protocol(**labels, subject=None, activities=activities), classifier)
+    return utility_map(features, CrossValidation(**labels, subject=None, activities=activities), classifier)
 
 
 def benchmark_map(

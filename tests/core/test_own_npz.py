@@ -11,7 +11,7 @@ from w2w.core.body.shapes import ShapeTargets
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet, sample_patches
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
 
 
@@ -25,7 +25,7 @@ def files(bundled_body, tmp_path_factory):
     labels = np.repeat(["a", "b"], 20)
     clips = np.repeat(np.arange(8), 5)
     features = rng.normal(size=(40, 4, 3)).astype(np.float32)
-    utility_map(features, Protocol(labels, clips, None, np.ones(40, bool), ["a", "b"])).save(
+    utility_map(features, CrossValidation(labels, clips, None, np.ones(40, bool), ["a", "b"])).save(
         folder / "UtilityMap.npz"
     )
     ImuRecording(np.zeros((9, 1, 3)), np.zeros((9, 1, 3)), 50.0).save(folder / "ImuRecording.npz")

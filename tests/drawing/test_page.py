@@ -10,7 +10,7 @@ from w2w.core.body.body import Body
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study.config import StudyConfig
 from w2w.drawing import draw_heatmap, heatmap, signal_figure
@@ -59,7 +59,7 @@ def _sweep(path, name):
     activity = np.repeat(["bow", "jump"], 36)
     utility = utility_map(
         features,
-        Protocol(activity, clip, None, np.ones(72, bool), ("bow", "jump")),
+        CrossValidation(activity, clip, None, np.ones(72, bool), ("bow", "jump")),
         Ridge(alphas=(0.1,)),
         resamples=9,
     )

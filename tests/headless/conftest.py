@@ -26,7 +26,7 @@ from w2w.core.findings.summary import write_results
 from w2w.core.library.library import Clip, Library
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.selection.advice import advise
@@ -155,7 +155,7 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
     for number, name in enumerate(clips_of):
         features[activity == name, :, number] += 3 * strength
     pooling = Pooling.on(body, patches)
-    protocol = Protocol(activity, clip, None, is_test, sorted(clips_of), seed=3)
+    protocol = CrossValidation(activity, clip, None, is_test, sorted(clips_of), seed=3)
     utility = utility_map(features, protocol, pooling=pooling)
     details = {"windows": WINDOWS, "frames": 120, "duration_s": 4.0}
     ranked = tuple(LabelledClip(clip.name, clip.activity, clip.subject, clip.name) for clip in clips)

@@ -17,7 +17,7 @@ import pytest
 from w2w.core.colours import patch_colours
 from w2w.core.ranking.utility import CLASSIFIERS
 from w2w.core.selection import headline
-from w2w.core.selection.answer import Scored, answer, best_single
+from w2w.core.selection.answer import ScoredMap, answer, best_single
 from w2w.core.selection.headline import CANNOT_RANK, confidence_sentence, mean_caution, short
 from w2w.scene.base.body import body_of
 from w2w.scene.base.patches import patch_empties
@@ -131,7 +131,7 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     best = best_single(utility)
     caution, sentences = results.findings(study, utility)
     assert bool(caution) == (not utility.can_rank)
-    found = answer(Scored(utility, patches, body_of(body)))
+    found = answer(ScoredMap(utility, patches, body_of(body)))
     assert answer_of(study)["sentence"] == found.sentence()
     assert sentences[-1] == f"{confidence_sentence(utility)}."
     weak = replace(utility, can_rank=False)

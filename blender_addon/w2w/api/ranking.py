@@ -26,10 +26,10 @@ from ..core.patches.naming import resolve
 from ..core.patches.patches import PatchSet
 from ..core.ranking.pooling import Pooling
 from ..core.ranking.utility import UtilityMap
-from ..core.selection.answer import Answer, PlaceScore, Scored, answer, compare
+from ..core.selection.answer import Answer, PlaceScore, ScoredMap, answer, compare
 from ..core.selection.constraints import Constraints
 from ..core.selection.headline import mean_title, short, spot_caution
-from ..core.selection.joint import JointSet
+from ..core.selection.joint import WornSet
 from ..core.selection.set_tests import SetTests
 from ..core.study.choosing import choose_to_wear
 from ..core.study.clip_files import WORK
@@ -160,8 +160,8 @@ class Ranking:
         return compare(self._scored, words)
 
     @cached_property
-    def _scored(self) -> Scored:
-        return Scored(self.utility, self.patches, self.body)
+    def _scored(self) -> ScoredMap:
+        return ScoredMap(self.utility, self.patches, self.body)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -186,7 +186,7 @@ class Ranking:
         every_activity: float = 0.0,
         max_sensors: int | None = None,
         constraints: Constraints | None = None,
-    ) -> JointSet:
+    ) -> WornSet:
         """Choose patches by one classifier on all of them, with what they would reach on other clips.
 
         Parameters
@@ -201,7 +201,7 @@ class Ranking:
 
         Returns
         -------
-        JointSet
+        WornSet
             ``order`` holds the patches, ``promise`` the expected F1 of the first, the first two, and so on.
 
         Raises

@@ -5,13 +5,13 @@ import csv
 
 import pytest
 
-from w2w.core.findings.sources import Shown, confined, source_caution, system_of
+from w2w.core.findings.sources import Origin, confined, source_caution, system_of
 
 MIXAMO, CMU = system_of("Mixamo", 30.0), system_of("CMU", 120.0)
 
 
 def clip(activity, system=MIXAMO, subject="", source="", folder=""):
-    return Shown(activity, source, system, folder, subject)
+    return Origin(activity, source, system, folder, subject)
 
 
 def test_activities_of_two_systems_are_named_with_them():

@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import binom, norm
 
 from w2w.core.ranking.f1 import score_patches
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.selection.answer import best_single
 
@@ -27,7 +27,7 @@ def half_right(clips=CLIPS):
 
 @pytest.mark.parametrize("level", [0.5, 0.9, 0.95, 0.99])
 def test_bounds_are_the_quantiles_of_a_binomial(level):
-    _, _, found = score_patches(*half_right(), 2, RESAMPLES, level, seed=1)
+    _, found = score_patches(*half_right(), 2, RESAMPLES, level, seed=1)
     tails = np.array([(1 - level) / 2, (1 + level) / 2])
     hits = binom.ppf(tails, CLIPS, 0.5)
     # how far a quantile of so many draws strays: three standard deviations, and half a hit for the steps
@@ -60,7 +60,7 @@ def test_ranks_hold_what_more_than_the_tail_of_the_resamples_say():
     chance = binom.cdf(0.6 * CLIPS - 1, CLIPS, right / CLIPS)
     assert 0.030 < chance < 0.040
     for level, steady, chancy in ((0.95, (1, 2), (1, 2)), (0.90, (2, 2), (1, 1))):
-        _, _, found = score_patches(*steady_and_chancy(right), 2, RESAMPLES, level, seed=2)
+        _, found = score_patches(*steady_and_chancy(right), 2, RESAMPLES, level, seed=2)
         assert (found.rank_low[0], found.rank_high[0]) == steady
         assert (found.rank_low[1], found.rank_high[1]) == chancy
 
@@ -68,13 +68,13 @@ def test_ranks_hold_what_more_than_the_tail_of_the_resamples_say():
 def test_places_that_do_alike_share_the_better_rank():
     truth, named, clip = half_right(20)
     worse = 1 - truth[:, None]
-    _, _, found = score_patches(truth, np.hstack([named, worse, named]), clip, 2, 50, 0.95, seed=0)
+    _, found = score_patches(truth, np.hstack([named, worse, named]), clip, 2, 50, 0.95, seed=0)
     assert found.rank_low.tolist() == found.rank_high.tolist() == [1, 3, 1]
 
 
 def test_draws_are_those_of_the_seed():
     truth, named, clip = half_right(30)
-    one, again, other = (score_patches(truth, named, clip, 2, 40, 0.95, seed)[2] for seed in (3, 3, 4))
+    one, again, other = (score_patches(truth, named, clip, 2, 40, 0.95, seed)[1] for seed in (3, 3, 4))
     np.testing.assert_array_equal(one.mean_samples, again.mean_samples)
     assert (one.mean_samples != other.mean_samples).any()
     # the first activity's clips are drawn first
@@ -100,12 +100,12 @@ def test_the_map_takes_its_draws_and_seed_from_its_arguments():
 
     def made(seed):
         every = np.ones(len(truth), bool)
-        protocol = Protocol(activity, clip, None, every, ("bow", "walk"), seed=seed)
+        protocol = CrossValidation(activity, clip, None, every, ("bow", "walk"), seed=seed)
         return utility_map(inputs, protocol, Fixed(), resamples=300)
 
     base = made(seed=5)
     assert base.mean_samples.shape == (300, 1)
-    _, _, direct = score_patches(*half_right(40), 2, 300, 0.95, 5)
+    _, direct = score_patches(*half_right(40), 2, 300, 0.95, 5)
     np.testing.assert_array_equal(base.mean_samples, direct.mean_samples)
     assert (base.mean_low, base.mean_high) == (direct.mean_low, direct.mean_high)
     other = made(seed=6)
@@ -117,11 +117,8 @@ def map_of(mean, mean_samples=None, level=0.95) -> UtilityMap:
     """A map of which only the macro F1 matters."""
     mean = np.asarray(mean, dtype=np.float32)
     given = dict.fromkeys((field.name for field in fields(UtilityMap)), np.zeros(0))
-    samples = mean[None] if mean_samples is None else mean_samples
-    return UtilityMap(
-        **given
-        | {"mean": mean, "expected_mean": mean, "mean_samples": samples, "level": level, "left_out": {}}
-    )
+    given |= {"activities": ("walk",), "f1": mean[:, None], "expected_mean": mean, "level": level}
+    return UtilityMap(**given | {"mean_samples": mean[None] if mean_samples is None else mean_samples})
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.expected import agreement, clips_needed, expect, of_all
-from w2w.core.ranking.halves import Protocol, plan
+from w2w.core.ranking.halves import CrossValidation, plan
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 
@@ -80,7 +80,7 @@ def classified(shuffled, seed, equal=False):
     if shuffled:
         activity = rng.permutation(activity.reshape(-1, 2)[:, 0]).repeat(2)
     names = np.array([f"activity {a}" for a in range(A)])
-    protocol = Protocol(names[activity], clip, None, every, list(names), folds=3, seed=seed)
+    protocol = CrossValidation(names[activity], clip, None, every, list(names), folds=3, seed=seed)
     return utility_map(features, protocol, resamples=20)
 
 
@@ -115,6 +115,8 @@ def test_two_clips_an_activity_cannot_be_halved():
     activity, clip, _, every = clips(3)
     features = np.random.default_rng(0).normal(size=(len(activity), 6, 3)).astype(np.float32)
     names = np.array(list("abc"))
-    utility = utility_map(features, Protocol(names[activity], clip, None, every, list(names)), resamples=20)
+    utility = utility_map(
+        features, CrossValidation(names[activity], clip, None, every, list(names)), resamples=20
+    )
     assert np.isnan(utility.reliability)
     assert not utility.can_rank

@@ -11,7 +11,7 @@ import pytest
 from w2w.core.ranking.classifiers import ridge
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import try_patches, window_f1
-from w2w.core.ranking.halves import Named, Protocol, plan
+from w2w.core.ranking.halves import CrossValidation, Predictions, plan
 from w2w.core.ranking.utility import utility_map
 from w2w.core.windows.inputs import ArrayBlocks
 
@@ -38,10 +38,12 @@ def test_sums_over_some_windows_at_a_time_give_what_all_at_once_would(by_subject
     for split in rng.permutation(len(given)).tolist():
         tested, named = work.splits[split].tested, given[split].argmax(axis=2)
         ends = [0, *np.sort(rng.integers(len(tested), size=2)), len(tested)]
-        parts += [Named(split, tested[first:last], named[:, first:last]) for first, last in pairwise(ends)]
+        parts += [
+            Predictions(split, tested[first:last], named[:, first:last]) for first, last in pairwise(ends)
+        ]
 
     class Told:
-        def name_splits(self, _source, _labels, _block, _splits, _alpha, receive, _progress):
+        def predict_splits(self, _source, _labels, _block, _splits, _alpha, receive, _progress):
             receive(1, parts)
 
     trial = SimpleNamespace(labels=labels, is_test=is_test, plan=work)
@@ -69,7 +71,7 @@ def test_a_map_is_the_same_however_many_windows_are_looked_at_at_once(monkeypatc
     maps = []
     for at_once in (ridge.WINDOWS_AT_ONCE, 5):
         monkeypatch.setattr(ridge, "WINDOWS_AT_ONCE", at_once)
-        protocol = Protocol(names[labels], clip, None, is_test, list(names), 3)
+        protocol = CrossValidation(names[labels], clip, None, is_test, list(names), 3)
         maps.append(utility_map(features(labels), protocol))
     whole, parts = maps
     np.testing.assert_array_equal(whole.predictions, parts.predictions)
@@ -97,7 +99,7 @@ def test_what_a_patch_takes_does_not_grow_with_the_windows(monkeypatch):
 def test_patches_tried_some_at_a_time_give_the_same_map():
     labels, clip, _, is_test = windows()
     names = np.array(list("abcd"))
-    arguments = features(labels, 35), Protocol(names[labels], clip, None, is_test, list(names), 3)
+    arguments = features(labels, 35), CrossValidation(names[labels], clip, None, is_test, list(names), 3)
     told = []
     whole, parts = utility_map(*arguments), utility_map(*arguments, progress=told.append, spread=map)
     for name in ("predictions", "expected_f1", "expected_mean", "as_good", "mean_samples"):

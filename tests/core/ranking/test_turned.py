@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.turned import TURNS, may_turn
 from w2w.core.study.choosing import TURNED_CLIPS, _evenly
 
@@ -23,7 +23,7 @@ def windows(*activities, seed=0):
             labels.append((f"a{activity}", f"{activity} {clip}"))
     activity, clip = np.array(labels).T
     names = sorted(set(activity.tolist()))
-    protocol = Protocol(activity, clip, None, np.ones(len(clip), bool), names)
+    protocol = CrossValidation(activity, clip, None, np.ones(len(clip), bool), names)
     return np.array(signals, dtype=np.float32), protocol
 
 

@@ -8,7 +8,7 @@ import pytest
 from sklearn.metrics import f1_score
 
 from w2w.core.colours import LEAST_SPAN
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.selection.answer import best_single
 
@@ -36,11 +36,15 @@ def test_labels_shuffled_by_clip_give_chance():
     for seed in range(8):
         shuffled = np.random.default_rng(seed).permutation(label_of)[clip]
         means.append(
-            utility_map(features, Protocol(shuffled, clip, None, is_test, ACTIVITIES), resamples=20).mean
+            utility_map(
+                features, CrossValidation(shuffled, clip, None, is_test, ACTIVITIES), resamples=20
+            ).mean
         )
     assert np.mean(means) == pytest.approx(0.25, abs=0.04)
     assert (
-        utility_map(features, Protocol(activity, clip, None, is_test, ACTIVITIES), resamples=20).mean.min()
+        utility_map(
+            features, CrossValidation(activity, clip, None, is_test, ACTIVITIES), resamples=20
+        ).mean.min()
         > 0.95
     )
 
@@ -49,9 +53,9 @@ def test_a_planted_leak_is_caught():
     """Clips carry no activity but are recognisable. Taking windows for clips leaks them from
     training to test and looks excellent; grouped by clip it is chance."""
     features, activity, clip, is_test = library(signal=(0.0,), clips_per_activity=15, n_features=40)
-    honest = utility_map(features, Protocol(activity, clip, None, is_test, ACTIVITIES), resamples=200)
+    honest = utility_map(features, CrossValidation(activity, clip, None, is_test, ACTIVITIES), resamples=200)
     leaked = utility_map(
-        features, Protocol(activity, np.arange(len(clip)), None, is_test, ACTIVITIES), resamples=20
+        features, CrossValidation(activity, np.arange(len(clip)), None, is_test, ACTIVITIES), resamples=20
     )
     assert leaked.mean[0] > 0.6
     assert honest.mean[0] < 0.4
@@ -63,9 +67,13 @@ def test_a_copy_of_a_clip_under_another_name_leaks_unless_grouped():
     twice = np.concatenate([features, features])
     labels, test = np.tile(activity, 2), np.tile(is_test, 2)
     apart = utility_map(
-        twice, Protocol(labels, np.concatenate([clip, clip + 1000]), None, test, ACTIVITIES), resamples=20
+        twice,
+        CrossValidation(labels, np.concatenate([clip, clip + 1000]), None, test, ACTIVITIES),
+        resamples=20,
     )
-    grouped = utility_map(twice, Protocol(labels, np.tile(clip, 2), None, test, ACTIVITIES), resamples=20)
+    grouped = utility_map(
+        twice, CrossValidation(labels, np.tile(clip, 2), None, test, ACTIVITIES), resamples=20
+    )
     assert apart.mean[0] > 0.6
     assert grouped.mean[0] < 0.4
 
@@ -73,7 +81,9 @@ def test_a_copy_of_a_clip_under_another_name_leaks_unless_grouped():
 def test_map_equals_scikit_learn_on_its_own_predictions_and_ranks_the_sensors():
     features, activity, clip, is_test = library()
     told = []
-    utility = utility_map(features, Protocol(activity, clip, None, is_test, ACTIVITIES), progress=told.append)
+    utility = utility_map(
+        features, CrossValidation(activity, clip, None, is_test, ACTIVITIES), progress=told.append
+    )
     np.testing.assert_array_equal(np.array(ACTIVITIES)[utility.truth], activity[is_test])
     for sensor in range(3):
         expected = f1_score(utility.truth, utility.predictions[:, sensor], average=None)
@@ -92,7 +102,7 @@ def test_map_equals_scikit_learn_on_its_own_predictions_and_ranks_the_sensors():
 def test_places_that_are_the_same_are_not_called_different():
     features, activity, clip, is_test = library(signal=(0.6, 0.6, 3.0))
     features[:, 1] = features[:, 0] + 0.02 * np.random.default_rng(1).normal(size=features[:, 0].shape)
-    utility = utility_map(features, Protocol(activity, clip, None, is_test, ACTIVITIES))
+    utility = utility_map(features, CrossValidation(activity, clip, None, is_test, ACTIVITIES))
     assert utility.same(0, 1)
     assert not utility.same(0, 2)
     assert not utility.same(2, 1)
@@ -102,12 +112,12 @@ def test_unused_activities_and_lonely_clips_are_left_out_with_a_sentence():
     features, activity, clip, is_test = library()
     activity = np.where(clip == 0, "lonely", activity)
     wanted = (*ACTIVITIES[1:], "lonely", "absent")
-    utility = utility_map(features, Protocol(activity, clip, None, is_test, wanted), resamples=20)
+    utility = utility_map(features, CrossValidation(activity, clip, None, is_test, wanted), resamples=20)
     assert utility.activities == ACTIVITIES[1:]
     assert set(utility.left_out) == {"lonely", "absent"}
     assert len(utility.truth) == is_test[np.isin(activity, ACTIVITIES[1:])].sum()
     with pytest.raises(ValueError, match="lonely has only one clip"):
-        utility_map(features, Protocol(activity, clip, None, is_test, ("lonely", "walk")))
+        utility_map(features, CrossValidation(activity, clip, None, is_test, ("lonely", "walk")))
 
 
 def test_subjects_are_left_out_one_at_a_time():
@@ -116,8 +126,10 @@ def test_subjects_are_left_out_one_at_a_time():
     subject = np.char.add("s", (clip % 3).astype(str))
     habit = np.random.default_rng(5).normal(size=(3, len(ACTIVITIES), 20)) * 4
     features[:, 0] += habit[clip % 3, np.searchsorted(ACTIVITIES, activity)].astype(np.float32)
-    by_clip = utility_map(features, Protocol(activity, clip, None, is_test, ACTIVITIES), resamples=20)
-    by_subject = utility_map(features, Protocol(activity, clip, subject, is_test, ACTIVITIES), resamples=20)
+    by_clip = utility_map(features, CrossValidation(activity, clip, None, is_test, ACTIVITIES), resamples=20)
+    by_subject = utility_map(
+        features, CrossValidation(activity, clip, subject, is_test, ACTIVITIES), resamples=20
+    )
     assert by_subject.protocol == "leave one of 3 subjects out"
     assert by_clip.mean[0] > 0.9
     assert by_subject.mean[0] < 0.6
@@ -128,8 +140,8 @@ def test_windows_only_for_training_are_not_tested_but_help():
     features += np.random.default_rng(0).normal(size=features.shape).astype(np.float32)
     is_test = np.arange(len(clip)) % 20 == 0
     alone, *labels = (part[is_test] for part in (features, activity, clip))
-    few = utility_map(alone, Protocol(*labels, None, np.ones(is_test.sum(), bool), ACTIVITIES))
-    many = utility_map(features, Protocol(activity, clip, None, is_test, ACTIVITIES))
+    few = utility_map(alone, CrossValidation(*labels, None, np.ones(is_test.sum(), bool), ACTIVITIES))
+    many = utility_map(features, CrossValidation(activity, clip, None, is_test, ACTIVITIES))
     np.testing.assert_array_equal(many.truth, few.truth)
     assert many.mean[0] > few.mean[0] + 0.03
 
@@ -137,7 +149,8 @@ def test_windows_only_for_training_are_not_tested_but_help():
 def test_same_seed_same_map_and_files_round_trip(tmp_path):
     features, activity, clip, is_test = library()
     maps = [
-        utility_map(features, Protocol(activity, clip, None, is_test, ACTIVITIES, seed=3)) for _ in range(2)
+        utility_map(features, CrossValidation(activity, clip, None, is_test, ACTIVITIES, seed=3))
+        for _ in range(2)
     ]
     for number, utility in enumerate(maps):
         utility.save(tmp_path / f"{number}.npz")
@@ -155,7 +168,7 @@ def test_same_seed_same_map_and_files_round_trip(tmp_path):
 
 def test_colours_span_a_patch_s_interval_where_patches_cannot_be_ranked():
     ranked, few = (
-        utility_map(features, Protocol(activity, clip, None, is_test, ACTIVITIES), resamples=20)
+        utility_map(features, CrossValidation(activity, clip, None, is_test, ACTIVITIES), resamples=20)
         for features, activity, clip, is_test in (
             library(clips_per_activity=20),
             library(clips_per_activity=3),

@@ -6,7 +6,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.weights import (
     check_counting,
@@ -44,7 +44,7 @@ def library(seed=0, clips=8):
 def ranked(counts=None, classifier="ridge", folds=5, **options):
     features, activity, clip = library()
     every = np.ones(len(clip), dtype=bool)
-    protocol = Protocol(activity, clip, None, every, NAMES, folds, counts=counts)
+    protocol = CrossValidation(activity, clip, None, every, NAMES, folds, counts=counts)
     return utility_map(features, protocol, classifier, resamples=40, **options)
 
 
@@ -177,7 +177,7 @@ def test_activities_that_count_but_cannot_be_tested_leave_nothing():
     with pytest.raises(ValueError, match=message):
         utility_map(
             features[keep],
-            Protocol(
+            CrossValidation(
                 activity[keep],
                 clip[keep],
                 None,

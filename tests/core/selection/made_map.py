@@ -13,7 +13,7 @@ def ranked(expected, as_good, reliability=0.8, clips=12, half_width=0.0625, **mo
     expected = np.asarray(expected, dtype=np.float32)
     given = dict.fromkeys((field.name for field in fields(UtilityMap)), np.zeros(0))
     given |= {
-        "mean": expected,
+        "f1": np.stack([expected, expected], axis=1),
         "mean_samples": np.tile(expected, (8, 1)),
         "level": 0.95,
         "expected_mean": expected,

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.weights import mean_over
 from w2w.core.selection.constraints import Terms
@@ -32,7 +32,7 @@ def library(seed=0, told=(0, 1), shuffled=False):
 
 def prepare(features, names, clip, subject=None, counts=None):
     every = np.ones(len(clip), dtype=bool)
-    protocol = Protocol(names, clip, subject, every, NAMES, 3, counts=counts)
+    protocol = CrossValidation(names, clip, subject, every, NAMES, 3, counts=counts)
     return SetTests.of(features, protocol, Pooling.none(N))
 
 

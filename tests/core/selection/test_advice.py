@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.patches.patches import sample_patches
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.selection.advice import advise
@@ -42,12 +42,12 @@ def made(patches):
 
 @pytest.fixture(scope="module")
 def utility(made):
-    return utility_map(made[0], Protocol(*made[1:]), resamples=20)
+    return utility_map(made[0], CrossValidation(*made[1:]), resamples=20)
 
 
 @pytest.fixture(scope="module")
 def tests(made, patches):
-    return SetTests.of(made[0], Protocol(*made[1:]), Pooling.none(len(patches)))
+    return SetTests.of(made[0], CrossValidation(*made[1:]), Pooling.none(len(patches)))
 
 
 def side(patches, place):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.joint_scores import JointScores
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
@@ -25,7 +25,7 @@ def asked(request):
     features, names, clip = library()
     count = SUBJECTS[request.param]
     subject = None if count is None else np.array(list("abcd"))[clip % CLIPS % count]
-    return features, Protocol(names, clip, subject, np.ones(len(clip), dtype=bool), NAMES, 3)
+    return features, CrossValidation(names, clip, subject, np.ones(len(clip), dtype=bool), NAMES, 3)
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from w2w.core.motion.signature import WIDTH
 from w2w.core.ranking import f1
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.f1 import score_patches
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.study.clip_files import ClipWindows
 from w2w.core.study.config import StudyConfig
@@ -55,7 +55,7 @@ def stored(utility: UtilityMap, path):
 @pytest.mark.parametrize("places_at_once", [1, 3, 10])
 def test_the_size_of_the_blocks_changes_no_byte(tmp_path, places_at_once):
     features, activity, clip, is_test = library()
-    protocol = Protocol(activity, clip, None, is_test, ACTIVITIES)
+    protocol = CrossValidation(activity, clip, None, is_test, ACTIVITIES)
     source = Served(features)
     budget = places_at_once * features[:, 0].nbytes
     blockwise = utility_map(source, protocol, Ridge(block_bytes=budget), resamples=50)
@@ -102,7 +102,7 @@ def test_intervals_are_the_same_bytes_whatever_the_block(monkeypatch):
     whole = score_patches(truth, predictions, clip, 3, 40, 0.95, 7)
     monkeypatch.setattr(f1, "COUNT_BYTES", 2 * 3 * 4 * 100)  # two sensors' counts
     parts = score_patches(truth, predictions, clip, 3, 40, 0.95, 7)
-    for a, b in zip([*whole[:2], *whole[2]], [*parts[:2], *parts[2]], strict=True):
+    for a, b in zip([whole[0], *whole[1]], [parts[0], *parts[1]], strict=True):
         assert a.tobytes() == b.tobytes()
 
 

@@ -15,7 +15,7 @@ from w2w.core.files import file_sha256
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.turned import TURNS
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.selection.answer import Scored, answer
+from w2w.core.selection.answer import ScoredMap, answer
 from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.headline import as_good_as
 from w2w.core.study.results import StudyResults
@@ -79,7 +79,7 @@ def test_the_run_keeps_to_the_constraints_and_says_what_they_cost(study):
     allowed = Constraints(forbid=("head", "hand")).terms(patches).allowed
     assert best["indistinguishable_patches"] == len(as_good_as(best["patch"], utility, allowed)) - 1
     body = Body.load(out / ".w2w" / "body.npz")
-    said = answer(Scored(utility, patches, body, allowed)).sentence()
+    said = answer(ScoredMap(utility, patches, body, allowed)).sentence()
     assert summary["answer"]["sentence"] == said
     assert summary["map_sentence"] in output
     assert " ".join(output.split()).index(said) < " ".join(output.split()).index("One sensor on")

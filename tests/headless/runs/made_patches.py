@@ -4,7 +4,7 @@
 import numpy as np
 
 from w2w.core.files import write_npz
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.core.windows.inputs import FeatureFiles
 
@@ -27,5 +27,5 @@ def ranked(library, spread, **more):
     folder, activity, clip = library
     inputs = FeatureFiles([folder / f"{number}.npz" for number in range(36)])
     is_test = np.arange(len(clip)) % 2 == 0
-    protocol = Protocol(activity, clip, None, is_test, NAMES)
+    protocol = CrossValidation(activity, clip, None, is_test, NAMES)
     return utility_map(inputs, protocol, resamples=20, spread=spread, **more)

@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.core.windows.inputs import FeatureFiles
 from w2w.headless.runs.cluster import spread_over
@@ -49,7 +49,7 @@ def test_what_a_worker_cannot_read_is_said(library, scheduler):
 
     is_test = np.arange(len(clip)) % 2 == 0
     with pytest.raises(FileNotFoundError, match=r"7\.npz"):
-        utility_map(source, Protocol(activity, clip, None, is_test, NAMES), spread=without_files)
+        utility_map(source, CrossValidation(activity, clip, None, is_test, NAMES), spread=without_files)
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from sklearn.ensemble import ExtraTreesClassifier
 
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.classifiers.trees import extra_trees
 
@@ -50,7 +50,7 @@ def test_by_name_it_ranks_places_by_what_they_tell():
     maps = [
         utility_map(
             features,
-            Protocol(activity, clip, None, everywhere, ("bow", "run", "walk"), folds=3, seed=seed),
+            CrossValidation(activity, clip, None, everywhere, ("bow", "run", "walk"), folds=3, seed=seed),
             "trees",
             resamples=20,
         )

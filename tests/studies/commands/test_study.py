@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 from typer.testing import CliRunner
 
-from w2w.core.findings.sources import Shown, source_caution
+from w2w.core.findings.sources import Origin, source_caution
 from w2w.core.library.library import Clip, Library, read_library
 from w2w.core.study.results import StudyResults
 from w2w.headless.app import APP
@@ -197,7 +197,7 @@ def test_everybody_does_every_exercise_well_and_badly_and_what_is_between():
         assert clip.activity.endswith(WELL) == (by_file[clip.file].execution == WELL)
     folders = [clip.file.partition("/")[0] for clip in asked.clips]
     shown = [
-        Shown(clip.activity, clip.source, "", folder, "")
+        Origin(clip.activity, clip.source, "", folder, "")
         for clip, folder in zip(asked.clips, folders, strict=True)
     ]
     assert source_caution([one._replace(source="") for one in shown])  # by its folders alone

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.paper.joint_test import joint_content, multi_sensor_check
 from w2w.studies.paper.subsets import greedy_subset
@@ -62,7 +62,10 @@ def test_several_sensors_together_are_tested_as_one():
     features[:, 0, 0] += 20 * (index % 2)
     features[:, 1, 0] += 20 * (index // 2)
     activity = np.array(names)[index]
-    protocol, classifier = Protocol(activity, clip, None, np.ones(160, bool), names), Ridge(alphas=(0.1,))
+    protocol, classifier = (
+        CrossValidation(activity, clip, None, np.ones(160, bool), names),
+        Ridge(alphas=(0.1,)),
+    )
     utility = utility_map(features, protocol, classifier, resamples=20)
     proxy = greedy_subset(utility.f1, 1.0, max_size=2)
     alone, together = multi_sensor_check((0, 1), features, protocol, classifier, resamples=20)

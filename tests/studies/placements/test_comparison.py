@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.library.library import Clip, Library
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.placements.activity_groups import PAPER_GROUPS, choose_activities
 from w2w.studies.placements.comparison import compare_patches
@@ -23,7 +23,7 @@ def utility():
     for number, name in enumerate(("lift", "sit", "walk")):
         features[activity == name, :2, number] += 2.2
     return utility_map(
-        features, Protocol(activity, clip, None, np.ones(360, bool), ["lift", "sit", "walk"], seed=1)
+        features, CrossValidation(activity, clip, None, np.ones(360, bool), ["lift", "sit", "walk"], seed=1)
     )
 
 

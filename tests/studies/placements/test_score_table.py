@@ -6,7 +6,7 @@ import pytest
 from sklearn.metrics import f1_score
 
 from w2w.core.ranking.f1 import score_patches
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.placements.score_table import resampled_f1, score_table
 
@@ -27,7 +27,9 @@ def utility():
     features = np.stack([noise[:, 0], centres + noise[:, 1], centres + noise[:, 1], 9 * centres], axis=1)
     features[:, 2] += 0.01 * noise[:, 2]
     everything = np.ones(240, bool)
-    return utility_map(features.astype(np.float32), Protocol(activity, clip, None, everything, ACTIVITIES))
+    return utility_map(
+        features.astype(np.float32), CrossValidation(activity, clip, None, everything, ACTIVITIES)
+    )
 
 
 def test_rows_are_the_map_in_groups(utility):
@@ -74,7 +76,7 @@ def test_one_group_has_no_mean_of_its_own(utility):
 
 def test_the_same_seed_draws_the_same_clips_for_a_map_and_for_a_few_of_its_places():
     truth, predictions, clip = simulate(np.random.default_rng(6), n_sensors=7)
-    f1, _, boot = score_patches(truth, predictions, clip, 3, 50, 0.9, 1)
+    f1, boot = score_patches(truth, predictions, clip, 3, 50, 0.9, 1)
     few, samples = resampled_f1(truth, predictions[:, [5, 2]], clip, 3, 50, 1)
     np.testing.assert_array_equal(few, f1[[5, 2]])
     np.testing.assert_array_equal(samples.mean(axis=2), boot.mean_samples[:, [5, 2]])

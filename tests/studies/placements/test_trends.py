@@ -6,7 +6,7 @@ import pytest
 
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.placements.activity_groups import PAPER_GROUPS
 from w2w.studies.placements.trends import (
@@ -53,7 +53,7 @@ def ranked(patches, seed=0, clips=6, shuffled=False):
     every = np.ones(len(clip), dtype=bool)
     names = np.array(NAMES)[activity]
     return utility_map(
-        features.astype(np.float32), Protocol(names, clip, None, every, NAMES), resamples=2, halvings=0
+        features.astype(np.float32), CrossValidation(names, clip, None, every, NAMES), resamples=2, halvings=0
     )
 
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study.config import StudyConfig
 from w2w.studies.sweep.cases import Case
@@ -27,7 +27,7 @@ def usual():
     everything = np.ones(72, bool)
     return utility_map(
         features.astype(np.float32),
-        Protocol(activity, clip, None, everything, ("bow", "jump")),
+        CrossValidation(activity, clip, None, everything, ("bow", "jump")),
         Ridge(alphas=(0.1,)),
         resamples=100,
     )

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.sweep.sensitivity import compare_maps, resampled_clips
 
@@ -24,7 +24,7 @@ def ranked(strength, noise=0, clips=20):
     everything = np.ones(len(clip), bool)
     return utility_map(
         features.astype(np.float32),
-        Protocol(activity, clip, None, everything, ACTIVITIES),
+        CrossValidation(activity, clip, None, everything, ACTIVITIES),
         Ridge(alphas=(0.1,)),
         resamples=300,
     )

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.validation.site_scores import site_scores
 
@@ -30,7 +30,7 @@ def made(spread=0.4):
 def found():
     x, activity, clip, subject = made()
     whole = utility_map(
-        x, Protocol(activity, clip, subject, np.ones(len(x), bool), ["up", "down"]), halvings=0
+        x, CrossValidation(activity, clip, subject, np.ones(len(x), bool), ["up", "down"]), halvings=0
     )
     return whole, dict(zip(clip.tolist(), subject.tolist(), strict=True))
 

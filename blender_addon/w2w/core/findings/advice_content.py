@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A choice of sensors as plain values on file."""
+"""A choice of sensors as plain values in files."""
 
 from dataclasses import asdict
 from typing import Any
@@ -12,7 +12,7 @@ from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
 from ..selection.answer import Answer, PlaceScore
 from ..selection.headline import as_good_as, confidence_sentence, mean_sentence, more_clips
-from ..selection.joint import JointSet
+from ..selection.joint import WornSet
 from ..selection.promise import Promise
 from .notes import interval_caution
 
@@ -22,8 +22,8 @@ def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> di
     return {
         "answer": answer_content(advice.answer, patches),
         "cards": [
-            {"sensor": called(one.patch, advice, patches), **asdict(one), "in_words": one.in_words()}
-            for one in advice.cards
+            {"sensor": called(card.patch, advice, patches), **asdict(card), "in_words": card.in_words()}
+            for card in advice.cards
         ],
         "best_single_patch": {
             **patch_content(advice.best, utility, patches),
@@ -71,22 +71,22 @@ def place_content(score: PlaceScore, patches: PatchSet) -> dict[str, Any]:
     }
 
 
-def worn_content(worn: JointSet, advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
+def worn_content(worn: WornSet, advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
     """Patches chosen to be worn together, with the expected F1 of the first, the first two, and so on."""
-    made = worn.promise
+    promise = worn.promise
     return {
         "sentence": worn.sentence(),
         "target": worn.target,
         "every_activity": worn.every_activity,
         "reached": worn.reached,
         "cost": worn.cost,
-        **expected_content(made, len(worn.order)),
-        "f1": dict(zip(worn.activities, map(rounded, made.f1[-1]), strict=True)),
+        **expected_content(promise, len(worn.order)),
+        "f1": dict(zip(worn.activities, map(rounded, promise.f1[-1]), strict=True)),
         "places": [
             {
                 **patch_content(patch, utility, patches),
                 "product": advice.products.get(patch, ""),
-                **expected_content(made, number, "_so_far"),
+                **expected_content(promise, number, "_so_far"),
                 "mean_f1_so_far": rounded(worn.raw_mean[number - 1]),
             }
             for number, patch in enumerate(worn.order, start=1)
@@ -97,37 +97,37 @@ def worn_content(worn: JointSet, advice: Advice, utility: UtilityMap, patches: P
 
 
 def called(patch: int, advice: Advice, patches: PatchSet) -> str:
-    """A patch by the product that is worn there, else by its own name."""
+    """The product that is worn at a patch, else the patch's own name."""
     return advice.products.get(int(patch), patches.names[patch])
 
 
-def next_worn(worn: JointSet, advice: Advice, patches: PatchSet) -> dict[str, Any] | None:
-    """The best sensor to add to a set; None where no more sensors are allowed."""
-    made = worn.with_next
-    if made is None:
+def next_worn(worn: WornSet, advice: Advice, patches: PatchSet) -> dict[str, Any] | None:
+    """The best sensor to add to a set; None if no more sensors are allowed."""
+    promise = worn.with_next
+    if promise is None:
         return None
     name = called(worn.further[0], advice, patches)
     return {
         "patch": worn.further[0],
         "name": name,
-        **expected_content(made, len(made.mean)),
-        "sentence": f"the best sensor to add is {name}; with it, the set reaches {made.text()}",
+        **expected_content(promise, len(promise.mean)),
+        "sentence": f"the best sensor to add is {name}; with it, the set reaches {promise.text()}",
     }
 
 
-def expected_content(made: Promise, sensors: int, suffix: str = "") -> dict[str, Any]:
+def expected_content(promise: Promise, sensors: int, suffix: str = "") -> dict[str, Any]:
     """Expected F1 of the first `sensors` of a set on other clips."""
-    of_size = (values[sensors - 1] for values in (made.mean, made.low, made.high))
-    return interval_content(f"expected_f1{suffix}", *of_size)
+    last = sensors - 1
+    return interval_content(f"expected_f1{suffix}", promise.mean[last], promise.low[last], promise.high[last])
 
 
 def interval_content(name: str, value: float, low: float, high: float) -> dict[str, Any]:
-    """A score by a name, and its interval."""
+    """A score and its interval under a name."""
     return {name: rounded(value), f"{name}_interval": [rounded(low), rounded(high)]}
 
 
 def patch_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
-    """One patch by number, name, region and vertex, with its scores."""
+    """Number, name, region, vertex and scores of a patch."""
     return {
         "patch": int(patch),
         "name": patches.names[patch],
@@ -141,5 +141,5 @@ def patch_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[st
 
 
 def rounded(value: float) -> float:
-    """As numbers are written to files."""
+    """Rounded as numbers are written to files."""
     return round(float(value), DIGITS)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A results folder of a study that no run has made, as `w2w run` would have left it."""
+"""A results folder for a study that no run has made, as `w2w run` would have left it."""
 
 import shutil
 from collections.abc import Callable, Mapping, Sequence
@@ -26,23 +26,23 @@ def write_folder(
 ) -> None:
     """Write a results folder, new or empty, whole or not at all.
 
-    The study's clips bear the names of the files to be; its results say where their signals are now. Each
-    clip has one of `motions`, None where the body was moved otherwise; `covers` are by garment of the config.
-    `progress` is given the fraction done; an exception from it ends the work.
+    The study's clips have the names of the new files; its results know where their signals are now.
+    `motions` holds one entry per clip, None if the body was moved otherwise; `covers` are by garment of the
+    config. `progress` is given the fraction done; an exception from it ends the work.
     """
     check_new(folder)
     folder.parent.mkdir(parents=True, exist_ok=True)
-    found, clips = study.results, []
+    old, clips = study.results, []
     with folder_beside(folder) as temporary:
         out = Path(temporary) / "results"
         for name in FOLDERS:
             (out / name).mkdir(parents=True)
         if covers:
             save_covers(out / FITTED, covers, [""] * len(covers))
-        for number, (clip, motion, place) in enumerate(zip(study.clips, motions, found.places, strict=True)):
+        for number, (clip, motion, place) in enumerate(zip(study.clips, motions, old.places, strict=True)):
             progress(number / len(motions))
-            clips.append(_write_clip(out, clip, motion, place, found.patches))
-        results = StudyResults(out, found.utility, found.patches, found.clips, found.parameters)
+            clips.append(_write_clip(out, clip, motion, place, old.patches))
+        results = StudyResults(out, old.utility, old.patches, old.clips, old.parameters)
         write_findings(replace(study, clips=tuple(clips), results=results))
         if folder.exists():
             folder.rmdir()
@@ -59,7 +59,7 @@ def write_findings(study: Study) -> None:
 
 
 def check_new(folder: Path) -> None:
-    """Refuse, by a ValueError, a folder for results that holds something."""
+    """Raise a ValueError if a folder for results holds something."""
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ValueError(f"{folder} is not empty: choose a new folder for the results")
 
@@ -67,7 +67,7 @@ def check_new(folder: Path) -> None:
 def _write_clip(
     out: Path, result: ClipResult, motion: Motion | None, place: tuple[Path, str], patches: PatchSet
 ) -> ClipResult:
-    """Copy a clip's files; returns the clip with the numbers of its windows among its details."""
+    """Copy a clip's files, and return the clip with its numbers of windows in its details."""
     clip = result.clip
     if motion is not None:
         motion.save(motion_file(out, clip.name))

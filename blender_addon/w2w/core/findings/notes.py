@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Notes on the clips and labels behind a result, with cautions where clips are too few for an interval."""
+"""Notes on the clips and labels behind a result, with cautions if clips are too few for an interval."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -53,7 +53,7 @@ def few_clips(clips: int) -> str:
 
 
 def interval_caution(utility: UtilityMap) -> str:
-    """A caution where the interval of the mean rests on activities of few clips; empty where it does not."""
+    """A caution if the interval of the mean rests on activities with few clips; else ""."""
     counts = utility.tested_clips()
     few = sum(clips < FEWEST_CLIPS for clips in counts)
     if not few:
@@ -66,7 +66,7 @@ def interval_caution(utility: UtilityMap) -> str:
 
 
 def interval_text(low: float, high: float, caution: str, digits: int = 3) -> str:
-    """An interval, or in its place that there are too few clips for one."""
+    """An interval, or that there are too few clips for one."""
     return TOO_FEW if caution else f"{low:.{digits}f} to {high:.{digits}f}"
 
 
@@ -85,14 +85,14 @@ def label_notes(check: LabelCheck) -> list[str]:
         (check.no_activity, "row has no activity or no file name", "rows have no activity or no file name"),
         (check.not_listed, "file is not listed", "files are not listed"),
     )
-    for files, one, many in kinds:
+    for files, singular, plural in kinds:
         if files:
-            notes.append(f"{len(files)} {one if len(files) == 1 else many}: {listed(files)}.")
+            notes.append(f"{len(files)} {singular if len(files) == 1 else plural}: {listed(files)}.")
     return notes
 
 
 def merged_sentence(name: str, ways: Sequence[str], what: str = "activity") -> str:
-    """Which spellings of a label count as one."""
+    """A sentence on the spellings of a label that count as one."""
     if len(ways) == 1:
         return f"{_quoted(ways)} is encoded in two ways that look the same, and counts as one {what}"
     return f"{_quoted(ways)} count as one {what}, '{name}'"
@@ -116,7 +116,7 @@ def label_content(check: LabelCheck) -> dict[str, Any]:
 
 
 def window_warning(content: dict[str, Any], used: int) -> str:
-    """A sentence where most clips are shorter than a window; empty where they are not."""
+    """A sentence if most clips are shorter than a window; else ""."""
     shorter = content["clips_shorter"]
     if 2 * shorter <= used:
         return ""
@@ -128,48 +128,45 @@ def window_warning(content: dict[str, Any], used: int) -> str:
 
 
 def copies_sentence(copies: Sequence[tuple[str, str]]) -> str:
-    """Names the clips that are copies, each with the first that shows its motion; empty without any."""
+    """A sentence on the clips that are copies, each with the first that shows its motion; "" without any."""
     if not copies:
         return ""
-    named = listed([f"{name} (of {first})" for name, first in copies])
     copied = "1 clip counts as a copy" if len(copies) == 1 else f"{len(copies)} clips count as copies"
     return (
         f"{copied} of another, by motion_key or by how the body moves, and no clip is tested on its copies: "
-        f"{named}"
+        + listed([f"{name} (of {first})" for name, first in copies])
     )
 
 
 def full_scale_sentence(clips: Iterable[tuple[str, Mapping[str, Any]]]) -> str:
-    """A caution of clips, names with their records, that read the sensor's full scale too often; else ""."""
-    found = {name: about["at_full_scale"] for name, about in clips if "at_full_scale" in about}
-    if not found:
+    """A caution on clips, given with their records, that read the sensor's full scale too often; else ""."""
+    shares = {name: record["at_full_scale"] for name, record in clips if "at_full_scale" in record}
+    if not shares:
         return ""
-    most = max(found, key=lambda name: found[name])
+    most = max(shares, key=lambda name: shares[name])
     return (
-        f"{count('clip', len(found))} read the sensor's full scale in more than "
-        f"{100 * FULL_SCALE:g} % of the samples (the most: {most}, {100 * found[most]:.0f} %): look at the "
+        f"{count('clip', len(shares))} read the sensor's full scale in more than "
+        f"{100 * FULL_SCALE:g} % of the samples (the most: {most}, {100 * shares[most]:.0f} %): look at the "
         "motion, or take a sensor of a wider range"
     )
 
 
 def cut_sentence(clips: Iterable[tuple[str, Mapping[str, Any]]]) -> str:
-    """Names the clips, given with their records, that lost frames at their ends; "" without any."""
-    found = [f"{name} ({about['cut']})" for name, about in clips if "cut" in about]
-    if not found:
-        return ""
-    return f"{count('clip', len(found))} cut at the ends: {listed(found)}"
+    """A sentence on the clips, given with their records, that lost frames at their ends; "" without any."""
+    cut = [f"{name} ({record['cut']})" for name, record in clips if "cut" in record]
+    return f"{count('clip', len(cut))} cut at the ends: {listed(cut)}" if cut else ""
 
 
 def subjects_sentence(clips: Sequence[LabelledClip]) -> str:
-    """Names the subjects whose clips show motions of another subject's; "" without any."""
+    """A sentence on the subjects whose clips show the motion of another subject's clip; "" without any."""
     subjects: dict[str, set[str]] = {}
     for clip in clips:
         subjects.setdefault(clip.motion_key, set()).add(same_label(clip.subject))
     shared = [clip for clip in clips if len(subjects[clip.motion_key]) > 1]
     if not shared:
         return ""
-    names = listed(sorted({clip.subject for clip in shared}))
+    subjects_in_words = listed(sorted({clip.subject for clip in shared}))
     return (
-        f"{len(shared)} clips of {names} show the same motion as another subject's clip: "
+        f"{len(shared)} clips of {subjects_in_words} show the same motion as another subject's clip: "
         "each motion is tested with the first of its subjects, and never trained on then"
     )

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A check that a ranking tells the activities apart, not the sources of their clips or the people.
+"""A check that a ranking separates activities, not the sources of their clips or the people.
 
-Simulated sensors recognise the recording system of a clip (docs/truth.md): an activity that a system shows
-alone is told by the system.
+Simulated sensors recognise the recording system of a clip (docs/truth.md): an activity that only one system
+shows is recognised by the system.
 """
 
 from collections import Counter
@@ -15,20 +15,20 @@ from ..study.results import Study
 from ..wording import NAMED, listed
 
 ALONE = 0.8
-"""Share of an activity's clips from which on a source shows it practically alone."""
+"""Share of an activity's clips above which it is practically from one source alone."""
 
 STRANGERS = 0.2
 """Two activities whose shares by source overlap by less than this have no source in common."""
 
 
-class Shown(NamedTuple):
+class Origin(NamedTuple):
     """Where a clip is from, as far as is known."""
 
     activity: str
-    source: str  # as the labels say, else empty
+    source: str  # from the labels, else ""
     system: str  # the skeleton and the frame rate of its file
-    folder: str  # the first folder of its path inside the library; empty where it lies in none
-    subject: str  # empty where unknown
+    folder: str  # the first folder of its path inside the library; "" if in none
+    subject: str  # "" if unknown
 
 
 def system_of(skeleton: str, rate: float) -> str:
@@ -36,42 +36,42 @@ def system_of(skeleton: str, rate: float) -> str:
     return f"{skeleton or 'unnamed'} skeletons at {round(rate)} frames/s"
 
 
-def shown_in(study: Study) -> list[Shown]:
+def origins_of(study: Study) -> list[Origin]:
     """Where the ranked clips of a study are from."""
     ranked = study.results.utility.activities
-    found = []
+    origins = []
     for clip, details in ((result.clip, result.details) for result in study.used):
         if clip.activity in ranked:
             system = system_of(details.get("skeleton", ""), details.get("frame_rate", 0.0))
             folder = clip.file.rpartition("/")[0].partition("/")[0]
-            found.append(Shown(clip.activity, clip.source, system, folder, clip.subject))
-    return found
+            origins.append(Origin(clip.activity, clip.source, system, folder, clip.subject))
+    return origins
 
 
-def source_caution(clips: Sequence[Shown]) -> str:
-    """A caution where sources, or else people, of the ranked clips coincide with activities; else empty."""
+def source_caution(clips: Sequence[Origin]) -> str:
+    """A caution if sources, or else people, of the ranked clips coincide with activities; else ""."""
     activities = [clip.activity for clip in clips]
     for groups in _ways(clips):
-        if found := confined(activities, groups):
+        if source_of := confined(activities, groups):
             return (
                 "the ranking may tell the sources of the clips apart, not the activities: "
-                f"{_sources(found)}; take all activities from the same sources, or compare within each "
+                f"{_sources(source_of)}; take all activities from the same sources, or compare within each "
                 "(w2w study library)"
             )
     people = [clip.subject for clip in clips]
-    found = confined(activities, people) if all(people) else {}
-    if found and 2 * len(found) >= len(set(activities)):
+    person_of = confined(activities, people) if all(people) else {}
+    if person_of and 2 * len(person_of) >= len(set(activities)):
         return (
-            f"the ranking may tell people apart, not the activities: {_sources(found)}; have several people "
-            "show every activity"
+            f"the ranking may tell people apart, not the activities: {_sources(person_of)}; have several "
+            "people show every activity"
         )
     return ""
 
 
 def confined(activities: Sequence[str], groups: Sequence[str]) -> dict[str, str]:
-    """Activities that one group shows practically alone, each with it, at least half of the others elsewhere.
+    """The activities that practically one group alone shows, with it, if half of the others are elsewhere.
 
-    From the activity and the group of each clip.
+    `activities` and `groups` are those of each clip.
     """
     names, row = np.unique(np.asarray(activities), return_inverse=True)
     kinds, column = np.unique(np.asarray(groups), return_inverse=True)
@@ -86,8 +86,8 @@ def confined(activities: Sequence[str], groups: Sequence[str]) -> dict[str, str]
     return {str(names[a]): str(kinds[share[a].argmax()]) for a in np.flatnonzero(apart)}
 
 
-def _ways(clips: Sequence[Shown]) -> list[list[str]]:
-    """Groupings of the clips by source: as the labels say, else by system and by folder."""
+def _ways(clips: Sequence[Origin]) -> list[list[str]]:
+    """Groupings of the clips by source: that of the labels, else by system and by folder."""
     if all(clip.source for clip in clips):
         return [[clip.source for clip in clips]]
     folders = [clip.folder for clip in clips]
@@ -98,13 +98,13 @@ def _ways(clips: Sequence[Shown]) -> list[list[str]]:
     return ways
 
 
-def _sources(found: dict[str, str]) -> str:
-    """The activities that each source shows alone, in words, the sources with most of them first."""
-    counts = Counter(found.values()).most_common()
+def _sources(source_of: dict[str, str]) -> str:
+    """The activities that each source shows alone, in words; the sources with most of them first."""
+    counts = Counter(source_of.values()).most_common()
     parts = []
     for number, (source, count) in enumerate(counts[:NAMED]):
-        of = [activity for activity, name in found.items() if name == source]
+        activities = [activity for activity, name in source_of.items() if name == source]
         verb = " comes" if count == 1 else " come"
-        parts.append(f"{listed(of)}{verb if number == 0 else ''} from {source} alone")
+        parts.append(f"{listed(activities)}{verb if number == 0 else ''} from {source} alone")
     more = len(counts) - NAMED
     return ", ".join(parts) + (f", and others from {more} more" if more > 0 else "")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A finished study as plain values on file: summary, table, configuration."""
+"""A finished study as plain values in files: summary, table, configuration."""
 
 import math
 import platform
@@ -28,7 +28,7 @@ from ..windows.windows import WindowSpec
 from ..wording import plain_words
 from .advice_content import advice_content, interval_content, patch_content, rounded
 from .notes import few_clips, full_scale_sentence, label_content, subjects_sentence
-from .sources import shown_in, source_caution
+from .sources import origins_of, source_caution
 
 PLACEMENTS = "placements.csv"
 """Where the recommended sensors go."""
@@ -41,7 +41,7 @@ MOST_REGIONS = 10
 """Regions listed."""
 
 LIBRARIES = ("numpy", "scipy", "scikit-learn", "bpy")
-"""Those that results depend on."""
+"""Libraries whose version can change results."""
 
 
 def write_results(study: Study) -> None:
@@ -56,12 +56,11 @@ def write_results(study: Study) -> None:
 
 def write_placements(out: Path, cards: Sequence[dict[str, Any]], patches: PatchSet) -> None:
     """Write where each recommended sensor goes; `w2w run --placements` reads it."""
-    rows: list[Sequence[object]]
-    rows = [("name", "spot", "words", "arrow", "slip_cm", "turn_deg", "patch", "vertex")]
-    for one in cards:
-        slip, turn = f"{one['slip_cm']:.0f}", "" if one["turn_deg"] is None else one["turn_deg"]
-        patch, vertex = one["patch"], int(patches.vertices[one["patch"]])
-        rows.append((one["sensor"], one["spot"], one["words"], one["arrow"], slip, turn, patch, vertex))
+    columns = ("spot", "words", "arrow", "slip_cm", "turn_deg", "patch")
+    rows: list[Sequence[object]] = [("name", *columns, "vertex")]
+    for card in cards:
+        cells = card | {"slip_cm": f"{card['slip_cm']:.0f}"}
+        rows.append((card["sensor"], *map(cells.get, columns), int(patches.vertices[card["patch"]])))
     write_text(out / PLACEMENTS, csv_text(rows))
 
 
@@ -72,7 +71,7 @@ def write_map(out: Path, utility: UtilityMap, patches: PatchSet, clusters: np.nd
 
 
 def write_failure(out: Path, library: Library, problem: str, clips: Sequence[ClipResult]) -> None:
-    """Write a `summary.json` that says what was wrong, and the list of clips with why each was skipped."""
+    """Write a `summary.json` with what was wrong, and the list of clips with the reason each was skipped."""
     skipped = _skipped(clips, library)
     used = [_entry(result) for result in clips if result.used]
     write_clip_list(out, [*used, *skipped])
@@ -87,7 +86,7 @@ def write_failure(out: Path, library: Library, problem: str, clips: Sequence[Cli
 
 
 def _skipped(results: Sequence[ClipResult], library: Library) -> list[Entry]:
-    """Files without use and the reasons."""
+    """The files that were not used, with the reasons."""
     left_out = [{"file": file, "skipped": reason} for file, reason in library.skipped]
     return left_out + [
         {"file": result.clip.file, "skipped": result.reason, "sha256": result.source_sha256}
@@ -97,9 +96,9 @@ def _skipped(results: Sequence[ClipResult], library: Library) -> list[Entry]:
 
 
 def patch_table(utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) -> str:
-    """Every patch's F1: patch, region, vertex, one column an activity, mean, rank, and their intervals.
+    """A csv table of every patch's F1: patch, region, vertex, each activity, mean, rank, and their intervals.
 
-    Patches of one `cluster` say the same.
+    Patches of one `cluster` predict nearly the same.
     """
     others = (*BEFORE_ACTIVITIES, *AFTER_ACTIVITIES)
     rows: list[list[object]] = [[*BEFORE_ACTIVITIES, *apart(utility.activities, others), *AFTER_ACTIVITIES]]
@@ -121,7 +120,7 @@ def summary(study: Study) -> dict[str, Any]:
         "clips": study_counts(study),
         "labelled_by": study.library.labelled_by,
         "labels": label_content(study.library.check),
-        "source_caution": source_caution(shown_in(study)),
+        "source_caution": source_caution(origins_of(study)),
         "windows": window_content(study.clips, study.config.windows),
         "ranked_activities": list(utility.activities),
         "activities": _activities(study),
@@ -131,7 +130,7 @@ def summary(study: Study) -> dict[str, Any]:
         "sensor": study.config.sensor,
         "band_caution": study.config.synthesis.caution,
         "full_scale_clips": sum("at_full_scale" in result.details for result in study.used),
-        "full_scale_caution": full_scale_sentence([(one.clip.name, one.details) for one in study.used]),
+        "full_scale_caution": full_scale_sentence([(clip.clip.name, clip.details) for clip in study.used]),
         **({"subject_caution": shared} if shared else {}),
         **({"garments": garments} if garments else {}),
         **advice_content(study.advice, utility, patches),
@@ -157,11 +156,11 @@ def versions() -> dict[str, str]:
         own = tomllib.loads(manifest)["version"]
     except OSError:
         own = _installed("where-to-wear")
-    found = {"w2w": own, "python": platform.python_version()}
-    found |= {name: version for name in LIBRARIES if (version := _installed(name))}
-    if "bpy" not in found and "bpy" in sys.modules:  # the Blender program
-        found["bpy"] = sys.modules["bpy"].app.version_string
-    return found
+    known = {"w2w": own, "python": platform.python_version()}
+    known |= {name: version for name in LIBRARIES if (version := _installed(name))}
+    if "bpy" not in known and "bpy" in sys.modules:  # the Blender program
+        known["bpy"] = sys.modules["bpy"].app.version_string
+    return known
 
 
 @cache
@@ -185,7 +184,7 @@ def window_content(results: Sequence[ClipResult], spec: WindowSpec) -> dict[str,
 
 
 def study_counts(study: Study) -> dict[str, int]:
-    """Clips found, used, ranked and skipped: found are the motion files, ranked those of the map."""
+    """Number of motion files found, and of clips used, ranked (in the map) and skipped."""
     found, used = len(study.clips) + len(study.library.skipped), len(study.used)
     ranked = sum(result.clip.activity in study.results.utility.activities for result in study.used)
     return {"found": found, "used": used, "ranked": ranked, "skipped": found - used}
@@ -213,7 +212,7 @@ def _activities(study: Study) -> dict[str, dict[str, Any]]:
 def map_content(
     utility: UtilityMap, patches: PatchSet, placements: Iterable[tuple[str, Any]]
 ) -> dict[str, Any]:
-    """Own placements and regions, which follow from the map alone."""
+    """Scores of the user's placements and of regions, which follow from the map alone."""
     return {
         "own_placements": own_scores([name for name, _ in placements], utility, patches),
         "regions": _regions(utility, patches),
@@ -221,10 +220,10 @@ def map_content(
 
 
 def own_scores(names: Sequence[str], utility: UtilityMap, patches: PatchSet) -> list[dict[str, Any]]:
-    """Own placements, by their names among the patches, each with its scores.
+    """Scores of the user's placements, by their names among the patches.
 
-    `rank` counts the sampled patches whose expected F1 is higher, and one; `loss` is the expected F1 that
-    wearing the sensor there costs against the best patch; `as_good` says whether they cannot be told apart.
+    `rank` is one more than the number of sampled patches with a higher expected F1; `loss` is the expected F1
+    that wearing the sensor there costs compared with the best patch; `as_good` is whether the two tie.
     """
     known = [name.lower() for name in patches.names]
     own = [known.index(plain_words(name)) for name in names]
@@ -243,7 +242,7 @@ def own_scores(names: Sequence[str], utility: UtilityMap, patches: PatchSet) -> 
 
 
 def best_regions(utility: UtilityMap, patches: PatchSet) -> list[dict[str, Any]]:
-    """The best patch of each region by expected F1, with its scores, best region first."""
+    """The best patch of each region by expected F1, with its scores; the best region first."""
     return [
         {
             "patch": patch,
@@ -261,7 +260,7 @@ def best_regions(utility: UtilityMap, patches: PatchSet) -> list[dict[str, Any]]
 
 
 def _regions(utility: UtilityMap, patches: PatchSet) -> dict[str, dict[str, Any]]:
-    """Each named region: how many patches it has and how good they are, best expected first."""
+    """The number and scores of the patches of each named region, the best expected first."""
     regions = np.array(patches.regions)
     content = {}
     for best in patches.best_of_regions(utility.expected_mean):
@@ -279,7 +278,7 @@ def _regions(utility: UtilityMap, patches: PatchSet) -> dict[str, dict[str, Any]
 
 
 def _listed(study: Study) -> Iterator[Entry]:
-    """Each clip that takes part, and which earlier one shows the same motion; then those skipped."""
+    """Entries of the used clips, with the earlier clip of the same motion, then those of the skipped."""
     copies = dict(study.copies)
     for result in study.used:
         same = {"same_motion_as": copies[result.clip.file]} if result.clip.file in copies else {}
@@ -288,7 +287,7 @@ def _listed(study: Study) -> Iterator[Entry]:
 
 
 def _entry(result: ClipResult) -> Entry:
-    """What the list says of a used clip."""
+    """The entry of a used clip."""
     clip = result.clip
     labels = {"file": clip.file, "clip": clip.name, "activity": clip.activity, "subject": clip.subject}
     source = {"source": clip.source} if clip.source else {}

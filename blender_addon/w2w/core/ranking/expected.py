@@ -42,9 +42,9 @@ class Expected:
     expected_mean: np.ndarray  # (N,), float32: macro F1
     expected_low: np.ndarray  # (N,): its interval, in which the clips trained on vary too
     expected_high: np.ndarray
-    as_good: np.ndarray  # (N,), bool: not to be told from the best by the mean, the choice among N included
-    can_rank: bool  # the best patch is `SURE` to beat the average one, and some patch can be told from it
-    reliability: float  # correlation over patches with as many other clips; NaN where clips cannot be halved
+    as_good: np.ndarray  # (N,), bool: ties with the best by the mean, the choice among N taken into account
+    can_rank: bool  # the best patch is `SURE` to beat the average one, and not all patches tie with it
+    reliability: float  # correlation over patches with as many other clips; NaN if clips cannot be halved
     beats_average: float  # chance that the best by the mean scores above the average patch on other clips
 
 
@@ -54,11 +54,11 @@ def expect(
     """Expected scores of all patches from the F1 of all clips and of disjoint halves of them.
 
     F1 is averaged over a little skin, and over both sides as far as halves of the clips disagree about the
-    side. A contrast that both halves show is signal, the rest is noise: that says how far to shrink, and how
-    sure the result is.
+    side. A contrast that both halves show is signal, the rest is noise; their ratio decides how far to shrink
+    and how wide the intervals are.
 
     `f1` (trials, A, N) is that of each trial of the plan, NaN where an activity was not tested. `weights`
-    (A,) say what each activity counts in the macro F1, all alike by default. `level` is the confidence of the
+    (A,) say what each activity counts in the macro F1, 1 each by default. `level` is the confidence of the
     intervals and of `as_good`.
     """
     raw = f1[0]
@@ -97,7 +97,7 @@ class _Repeat:
     variance: float  # of a patch's expected macro F1
     freedom: float  # its degrees of freedom; infinite where it is known
     of_lead: float  # variance of the best patch's lead over the average one, about the expected
-    noise_maps: np.ndarray  # (pairs, N): errors that the expected map may have; none without halves
+    noise_maps: np.ndarray  # (pairs, N): possible errors of the expected map; no rows without halves
     reliability: float  # of the macro F1 of all clips; NaN without halves
 
 
@@ -187,10 +187,10 @@ class _Variance(NamedTuple):
 
 
 def _variance(raw: Pairs, pooled: Pairs, slope: _Slope, noise_ratio: float, shrink: float) -> _Variance:
-    """From the halves' macro F1 (N,), raw and pooled.
+    """Variances from the halves' macro F1 (N,), raw and pooled.
 
-    The variance of a patch is half of that between its F1 on other clips and its expected F1: the other half
-    is noise of those other clips.
+    The variance of a patch is half of that between its F1 on other clips and its expected F1; the other half
+    is the noise of those other clips.
     """
     scale = noise_ratio / shrink
     of_level = np.mean([(a.mean() - b.mean()) ** 2 for a, b in raw]) * scale
@@ -209,10 +209,10 @@ def _variance(raw: Pairs, pooled: Pairs, slope: _Slope, noise_ratio: float, shri
 
 @dataclass(frozen=True, eq=False)
 class Unhalved:
-    """The R activities of too few clips to be halved.
+    """The R activities with too few clips to be halved.
 
-    Two or three clips of an activity count in the mean as forty of another do, but no halves tell how far
-    their map repeats. Halves of the H others tell what noise a clip has.
+    Two or three clips of an activity count in the mean like forty of another, but no halves show how far
+    their map repeats. Halves of the H others show the noise of a clip.
     """
 
     halved: float  # what the others count in the macro F1, of 1
@@ -222,13 +222,13 @@ class Unhalved:
 
     @classmethod
     def of(cls, weights: np.ndarray, both: np.ndarray, clips: np.ndarray) -> Self:
-        """From what each activity (A,) counts, whether both halves show it, and its clips."""
+        """Select them by the weight of each activity (A,), whether both halves show it, and its clips."""
         rows = ~both & (weights > 0)
         shares = weights / weights.sum()
         return cls(float(shares[both].sum()), shares[rows], clips[rows], clips[both])
 
     def noise_maps(self, pooled: Pairs, seed: int) -> np.ndarray:
-        """A map of their noise for each pair, shape (pairs, N): that of others (H, N), drawn at random."""
+        """Noise map of each pair, shape (pairs, N), drawn at random from that of the others (H, N)."""
         apart = np.array([centred(a - b) for a, b in pooled]) / np.sqrt(2)
         noise_of_a_clip = apart * np.sqrt(self.clips_of_halved / 2)[:, None]
         rng = np.random.default_rng([seed, 4])
@@ -238,7 +238,7 @@ class Unhalved:
         return np.einsum("r,pr,prn->pn", self.shares / np.sqrt(self.clips), sign, chosen)
 
     def variance_with(self, variance: float, raw: Pairs) -> float:
-        """The variance of a patch's macro F1, theirs taken in."""
+        """Variance of a patch's macro F1, these activities included."""
         if not len(self.shares):
             return variance
         apart = np.array([((a - b) ** 2).mean(axis=1) for a, b in raw]) / 2 * self.clips_of_halved / 2
@@ -260,15 +260,15 @@ def _as_good(mean: np.ndarray, noise_maps: np.ndarray, level: float, seed: int) 
 
 
 def agreement(pairs: Pairs) -> float:
-    """Mean correlation over patches of the maps (N,) of each pair; a flat map agrees with none."""
-    found = [np.corrcoef(a, b)[0, 1] if np.ptp(a) > 0 and np.ptp(b) > 0 else 0.0 for a, b in pairs]
-    return float(np.mean(found)) if found else np.nan
+    """Mean correlation over patches of the maps (N,) of each pair; 0 for a flat map."""
+    correlations = [np.corrcoef(a, b)[0, 1] if np.ptp(a) > 0 and np.ptp(b) > 0 else 0.0 for a, b in pairs]
+    return float(np.mean(correlations)) if correlations else np.nan
 
 
 def of_all(of_halves: float) -> float:
     """Reliability of the map of all clips from the agreement of halves of them (Spearman 1910, Brown 1910).
 
-    Halves that disagree stay as they are: no number of clips makes a map where there is none.
+    A negative agreement stays as it is: no number of clips makes a map of it.
     """
     return 2 * of_halves / (1 + of_halves) if of_halves > 0 else of_halves
 
@@ -276,7 +276,7 @@ def of_all(of_halves: float) -> float:
 def clips_needed(reliability: float) -> float:
     """Factor on the number of clips that would give the reliability `WANTED`, by the same formula.
 
-    1 or less where these do; infinite where they show nothing that repeats; NaN where it is not known.
+    1 or less if these are enough; infinite if they show nothing that repeats; NaN if that is not known.
     """
     if reliability <= 0:
         return np.inf

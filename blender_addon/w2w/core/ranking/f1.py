@@ -9,67 +9,70 @@ import numpy as np
 import scipy
 
 from ..windows.inputs import PatchBlocks, SomePatches
-from .halves import Named, Planned
+from .halves import Predictions, TrialPlan
 from .weights import mean_over
 
 FEWEST_CLIPS = 5
-"""From fewer clips the bootstrap draws nearly the same ones each time, and its interval means nothing."""
+"""With fewer clips the bootstrap draws nearly the same ones each time, and its interval means nothing."""
 
 COUNT_BYTES = 12 * 2**20
-"""Memory for the counts of the patches looked at at a time: of 5,000 clips and 30 activities 20 patches'.
-Of more at a time the samples outgrow the processor's cache."""
+"""Memory for the counts of a block of patches: 20 patches with 5,000 clips and 30 activities. With larger
+blocks the samples outgrow the processor's cache."""
 
 SAMPLE_BYTES = 12 * 2**20
-"""Memory for the sums of resamples: of 1,000 resamples and 24 activities those of 65 patches."""
+"""Memory for the sums of resamples: 65 patches with 1,000 resamples and 24 activities."""
 
 CLIPS_AT_ONCE = 8192
-"""Clips whose counts are weighted at once, in single precision: it takes four times what the draws do."""
+"""Clips whose counts are weighted at once, in single precision, which takes four times the draws' memory."""
 
 RESAMPLES_AT_ONCE = 64
 """Resamples drawn at once: NumPy draws them as 64-bit numbers."""
 
 COMPARED_AT_ONCE = 256
-"""Windows that are compared with all others at once, so that memory does not grow with their square."""
+"""Windows compared with all others at once, so that memory does not grow with their square."""
 
 
-def f1_of(hit: np.ndarray, named: np.ndarray, true: np.ndarray) -> np.ndarray:
-    """2 tp / (2 tp + fp + fn) from windows named rightly, named so and truly so, counted or weighted.
+def f1_of(correct: np.ndarray, predicted: np.ndarray, actual: np.ndarray) -> np.ndarray:
+    """F1 = 2 TP / (2 TP + FP + FN), from counts (or weights) of true positives, predicted and actual windows.
 
-    NaN where no window is truly so.
+    NaN for an activity without actual windows.
     """
     with np.errstate(invalid="ignore"):
-        return np.where(true > 0, 2 * hit / (named + true), np.nan)
+        return np.where(actual > 0, 2 * correct / (predicted + actual), np.nan)
 
 
-def window_f1(named: np.ndarray, labels: np.ndarray, n_activities: int) -> np.ndarray:
-    """F1 of each activity, shape (A,), from the names given to windows (V,) and their true labels (V,)."""
-    return f1_of(*window_counts(named, labels, n_activities))
+def window_f1(predicted: np.ndarray, labels: np.ndarray, n_activities: int) -> np.ndarray:
+    """F1 of each activity, shape (A,), from the predicted and the actual labels of windows, both (V,)."""
+    return f1_of(*window_counts(predicted, labels, n_activities))
 
 
-def window_counts(named: np.ndarray, labels: np.ndarray, n_activities: int) -> np.ndarray:
-    """Windows named rightly, named so and truly so, of each activity, shape (3, A)."""
-    hit = np.bincount(labels[named == labels], minlength=n_activities)
-    return np.stack([hit, *(np.bincount(of, minlength=n_activities) for of in (named, labels))])
+def window_counts(predicted: np.ndarray, labels: np.ndarray, n_activities: int) -> np.ndarray:
+    """True positives, predicted and actual windows of each activity, shape (3, A)."""
+    counted = (labels[predicted == labels], predicted, labels)
+    return np.stack([np.bincount(activity, minlength=n_activities) for activity in counted])
+
+
+def confusion_of(truth: np.ndarray, predictions: np.ndarray, n_activities: int) -> np.ndarray:
+    """Windows by sensor, actual (W,) and predicted (W, N) activity, shape (N, A, A), int32."""
+    cells = [
+        np.bincount(truth.astype(np.int64) * n_activities + predicted, minlength=n_activities**2)
+        for predicted in predictions.T
+    ]
+    return np.reshape(cells, (-1, n_activities, n_activities)).astype(np.int32)
 
 
 @dataclass(frozen=True, eq=False)
 class ClipCounts:
-    """Counts of C clips as N sensors named them, from which F1 of a resample is one matrix product."""
+    """Counts of C clips by N sensors, from which F1 of a resample is one matrix product."""
 
-    hit: np.ndarray  # (C, N), float32: windows of the clip that the sensor named rightly
-    named: np.ndarray  # (C, N, A), float32: windows that it named so, rightly or not
+    correct: np.ndarray  # (C, N), float32: windows of the clip that the sensor predicts correctly
+    predicted: np.ndarray  # (C, N, A), float32: windows of the clip predicted as each activity
     size: np.ndarray  # (C,), float32: windows of the clip
     activity: np.ndarray  # (C,), int
 
-    def confusion(self) -> np.ndarray:
-        """Windows by sensor, true and named activity, shape (N, A, A), int32."""
-        n_activities = self.named.shape[2]
-        of = [self.named[self.activity == a].sum(axis=0) for a in range(n_activities)]
-        return np.stack(of, axis=1).astype(np.int32)
-
 
 class ClipUnits:
-    """Windows (W,) by clip; those of one clip and several activities count as several clips."""
+    """Windows (W,) by clip; a clip with several activities counts once for each."""
 
     def __init__(self, truth: np.ndarray, clip: np.ndarray, n_activities: int) -> None:
         _, clip_index = np.unique(np.asarray(clip), return_inverse=True)
@@ -79,21 +82,21 @@ class ClipUnits:
         self.size = np.bincount(self.of_window, minlength=len(units)).astype(np.float32)
 
     def some(self, first: int, last: int) -> tuple[Self, np.ndarray]:
-        """Clips from the number `first` to before `last` by themselves, and their windows by number."""
+        """The clips from number `first` to before `last`, and the numbers of their windows."""
         windows = np.flatnonzero((self.of_window >= first) & (self.of_window < last))
         clips = self.of_window[windows]
         return type(self)(self.activity[clips], clips, self.n_activities), windows
 
     def count(self, predictions: np.ndarray) -> ClipCounts:
-        """Count hits and names clip by clip, of the activities that N sensors name, (W, N)."""
+        """Count true positives and predictions clip by clip, from the predictions (W, N) of N sensors."""
         n_sensors = predictions.shape[1]
-        named = np.zeros((len(self.size), n_sensors, self.n_activities), dtype=np.float32)
+        predicted = np.zeros((len(self.size), n_sensors, self.n_activities), dtype=np.float32)
         cells, first = len(self.size) * self.n_activities, self.of_window * self.n_activities
         for sensor in range(n_sensors):
-            found = np.bincount(first + predictions[:, sensor], minlength=cells)
-            named[:, sensor] = found.reshape(-1, self.n_activities)
-        hit = named[np.arange(len(named)), :, self.activity]
-        return ClipCounts(hit, named, self.size, self.activity)
+            counts = np.bincount(first + predictions[:, sensor], minlength=cells)
+            predicted[:, sensor] = counts.reshape(-1, self.n_activities)
+        correct = predicted[np.arange(len(predicted)), :, self.activity]
+        return ClipCounts(correct, predicted, self.size, self.activity)
 
 
 class Bootstrap(NamedTuple):
@@ -117,8 +120,8 @@ def score_patches(
     level: float,
     seed: int,
     activity_weights: np.ndarray | None = None,
-) -> tuple[np.ndarray, np.ndarray, Bootstrap]:
-    """F1 (N, A), float32, and confusion (N, A, A), int32, of every patch, and how sure they are.
+) -> tuple[np.ndarray, Bootstrap]:
+    """F1 (N, A), float32, of every patch, and its intervals.
 
     The intervals, of confidence `level`, are those of a percentile bootstrap over clips, within activities
     (Efron and Tibshirani 1993, chapter 13). The models are not trained again: what varies is which clips
@@ -126,19 +129,19 @@ def score_patches(
     folds. All patches see the same resamples.
 
     `truth` (W,), `predictions` (W, N) and `clip` (W,) are as for `ClipUnits`; `activity_weights` (A,) say
-    what each activity counts in the macro F1, all alike by default. Counts are whole numbers: how many clips
-    and patches are looked at at a time changes no bit.
+    what each activity counts in the macro F1, 1 each by default. Counts are integers, so the block sizes do
+    not change the result.
     """
     units = ClipUnits(truth, clip, n_activities)
     weights = clip_resamples(units.activity, n_resamples, np.random.default_rng(seed))
     block = max(1, SAMPLE_BYTES // (2 * n_activities * n_resamples * np.dtype(np.float32).itemsize))
     share = np.ones(n_activities) if activity_weights is None else activity_weights
     tail = [(1 - level) / 2, (1 + level) / 2]
-    confusion, means, bounds = [], [], []
+    f1, means, bounds = [], [], []
     for first in range(0, predictions.shape[1], block):
-        drawn = _resampled(units, weights, predictions[:, first : first + block])
-        confusion.append(drawn.confusion)
-        scores = np.moveaxis(f1_of(drawn.hit, drawn.named, drawn.true), 2, 0)
+        scores = _resampled_f1(units, weights, predictions[:, first : first + block])
+        f1.append(scores[0].copy())
+        scores = scores[1:]
         means.append(mean_over(scores, share))
         bounds.append(np.quantile(scores, tail, axis=0, overwrite_input=True).astype(np.float32))
     samples = np.concatenate(means, axis=1)
@@ -147,55 +150,43 @@ def score_patches(
     mean_low, mean_high = np.quantile(samples, tail, axis=0).astype(np.float32)
     rank_low, rank_high = np.quantile(ranks, tail, axis=0, method="nearest").astype(np.int32)
     bootstrap = Bootstrap(f1_low, f1_high, mean_low, mean_high, rank_low, rank_high, samples)
-    whole = np.concatenate(confusion)
-    counted = whole.astype(np.float32)
-    f1 = f1_of(np.einsum("naa->na", counted), counted.sum(axis=1), counted.sum(axis=2))
-    return f1, whole, bootstrap
+    return np.concatenate(f1), bootstrap
 
 
-class _Resampled(NamedTuple):
-    """Windows of N sensors, A activities and B resamples."""
+def _resampled_f1(units: ClipUnits, weights: np.ndarray, predictions: np.ndarray) -> np.ndarray:
+    """F1 (1 + B, N, A) of `predictions` (W, N), of each clip once, then as often as `weights` (B, C) say.
 
-    confusion: np.ndarray  # (N, A, A), int32: of all clips, each once
-    hit: np.ndarray  # (N, A, B), float32: named rightly
-    named: np.ndarray  # (N, A, B), float32: named so
-    true: np.ndarray  # (A, B), float32
-
-
-def _resampled(units: ClipUnits, weights: np.ndarray, predictions: np.ndarray) -> _Resampled:
-    """Sums of `predictions` (W, N) with each clip as often as `weights` (B, C) say, some clips at a time."""
+    Adds up some clips at a time.
+    """
     (n_resamples, n_clips), n_patches, n_activities = weights.shape, predictions.shape[1], units.n_activities
-    confusion = np.zeros((n_patches, n_activities, n_activities), dtype=np.int32)
-    hit, named = np.zeros((2, n_patches, n_activities, n_resamples), dtype=np.float32)
-    true = np.zeros((n_activities, n_resamples), dtype=np.float32)
+    correct, predicted = np.zeros((2, n_patches, n_activities, 1 + n_resamples), dtype=np.float32)
+    actual = np.zeros((n_activities, 1 + n_resamples), dtype=np.float32)
     clip_bytes = n_activities * np.dtype(np.float32).itemsize
     block = max(1, COUNT_BYTES // (min(n_clips, CLIPS_AT_ONCE) * clip_bytes))
     for start in range(0, n_clips, CLIPS_AT_ONCE):
         some, windows = units.some(start, start + CLIPS_AT_ONCE)
-        drawn = weights[:, start : start + CLIPS_AT_ONCE].T.astype(np.float32)
-        names = predictions[windows]
+        drawn = np.insert(weights[:, start : start + CLIPS_AT_ONCE], 0, 1, axis=0).T.astype(np.float32)
+        some_predictions = predictions[windows]
         for first in range(0, n_patches, block):
-            these = slice(first, first + block)
-            counts = some.count(names[:, these])
-            confusion[these] += counts.confusion()
-            right, said, truly = _drawn_counts(counts, drawn)
-            hit[these] += right
-            named[these] += said
-        true += truly
-    return _Resampled(confusion, hit, named, true)
+            patches = slice(first, first + block)
+            sums = _drawn_counts(some.count(some_predictions[:, patches]), drawn)
+            correct[patches] += sums[0]
+            predicted[patches] += sums[1]
+        actual += sums[2]
+    return np.moveaxis(f1_of(correct, predicted, actual), 2, 0)
 
 
 def _drawn_counts(counts: ClipCounts, drawn: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Windows named rightly, named so (N, A, B) and truly so (A, B), each clip as often as `drawn` (C, B)."""
-    n_clips, n_sensors, n_activities = counts.named.shape
+    """True positives, predicted (N, A, B) and actual windows (A, B), each clip as often as `drawn` (C, B)."""
+    n_clips, n_sensors, n_activities = counts.predicted.shape
     # samples of one score lie side by side, an activity at a time: half the time
-    named = (counts.named.reshape(n_clips, -1).T @ drawn).reshape(n_sensors, n_activities, -1)
-    hit, true = np.zeros_like(named), np.zeros(named.shape[1:], dtype=named.dtype)
+    predicted = (counts.predicted.reshape(n_clips, -1).T @ drawn).reshape(n_sensors, n_activities, -1)
+    correct, actual = np.zeros_like(predicted), np.zeros(predicted.shape[1:], dtype=predicted.dtype)
     for activity in np.unique(counts.activity):
-        of = np.flatnonzero(counts.activity == activity)
-        hit[:, activity] = counts.hit[of].T @ drawn[of]
-        true[activity] = counts.size[of] @ drawn[of]
-    return hit, named, true
+        clips = np.flatnonzero(counts.activity == activity)
+        correct[:, activity] = counts.correct[clips].T @ drawn[clips]
+        actual[activity] = counts.size[clips] @ drawn[clips]
+    return correct, predicted, actual
 
 
 def f1_scores(counts: ClipCounts, weights: np.ndarray) -> np.ndarray:
@@ -239,7 +230,7 @@ def class_auc(scores: np.ndarray, labels: np.ndarray, weight: np.ndarray) -> np.
 def _others_below(scores: np.ndarray, line: np.ndarray) -> np.ndarray:
     """Windows of other activities that score below each window on the line (A, V) of its own, shape (V,).
 
-    Each is compared with each: a fifth of the time of sorting all lines.
+    Compares all pairs; five times as fast as sorting each line.
     """
     windows = np.arange(len(line))
     own = scores[line, windows]
@@ -254,50 +245,53 @@ def _others_below(scores: np.ndarray, line: np.ndarray) -> np.ndarray:
 
 
 TASK_PATCHES = 16
-"""Patches that are tried in one piece elsewhere."""
+"""Patches of one task elsewhere, such as on a cluster."""
 
 
-class Tried(NamedTuple):
+class TrialScores(NamedTuple):
     """Results of the trials of a plan for N patches."""
 
-    predictions: np.ndarray  # (W_test, N), int16: activities that the whole named
+    predictions: np.ndarray  # (W_test, N), int16: activities that the whole predicts
     f1: np.ndarray  # (trials, A, N): F1 by window; NaN where an activity was not tested
 
 
 WHOLE = 0
 """Number of the trial on all clips, the first of a plan."""
 
-Spread = Callable[[Callable[[tuple[int, int]], Tried], Sequence[tuple[int, int]]], Iterable[Tried]]
-"""Calls a function with each of some items, wherever, and gives the results in their order: as `map` does."""
+Spread = Callable[
+    [Callable[[tuple[int, int]], TrialScores], Sequence[tuple[int, int]]], Iterable[TrialScores]
+]
+"""Like `map`, but may run the calls elsewhere; results keep the order of the items."""
 
 
 def try_patches(
     model: Any,
     source: PatchBlocks,
-    trial: Planned,
+    trial: TrialPlan,
     alpha: float,
     span: tuple[int, int],
     progress: Callable[[float], None] | None = None,
-) -> Tried:
-    """Try the patches of `source` from the first of a span to before its last.
+) -> TrialScores:
+    """Run the trials of a plan on the patches of `source` from the first of a span to before its last.
 
-    By the ridge `alpha` of a model with `name_splits`, as `Ridge` has; `progress` is given the fraction done.
+    `alpha` is the ridge of a model with `predict_splits`, as `Ridge` has; `progress` is given the fraction
+    done.
     """
     labels, plan, some = trial.labels, trial.plan, SomePatches(source, *span)
     position = np.cumsum(trial.is_test) - 1
     trials_of = [
-        [number for number, one in enumerate(plan.trials) if split in one.splits]
+        [number for number, each in enumerate(plan.trials) if split in each.splits]
         for split in range(len(plan.splits))
     ]
     n_patches, n_trials, n_activities = some.shape[1], len(plan.trials), len(plan.whole.testable)
     predictions = np.empty((int(trial.is_test.sum()), n_patches), dtype=np.int16)
     counts = np.zeros((n_patches, n_trials, 3, n_activities), dtype=np.int64)
 
-    def receive(patch: int, found: Iterable[Named]) -> None:
-        for split, windows, activities in found:
+    def receive(patch: int, predictions_of_patch: Iterable[Predictions]) -> None:
+        for split, windows, activities in predictions_of_patch:
             counts[patch, trials_of[split]] += window_counts(activities[0], labels[windows], n_activities)
             if WHOLE in trials_of[split]:
                 predictions[position[windows], patch] = activities[0]
 
-    model.name_splits(some, labels, plan.block, plan.splits, alpha, receive, progress)
-    return Tried(predictions, np.moveaxis(f1_of(*np.moveaxis(counts, -2, 0)), 0, 2))
+    model.predict_splits(some, labels, plan.block, plan.splits, alpha, receive, progress)
+    return TrialScores(predictions, np.moveaxis(f1_of(*np.moveaxis(counts, -2, 0)), 0, 2))

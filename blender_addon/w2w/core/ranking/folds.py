@@ -59,10 +59,10 @@ def subject_folds(subject: np.ndarray, clip: np.ndarray) -> np.ndarray:
             f"leave-one-subject-out needs a subject for every clip, and {without} of {len(clips)} have none: "
             "give labels with a column 'subject'"
         )
-    left, fold = np.unique(fold[first][clip_index], return_inverse=True)
-    if len(left) < 2:
+    people, fold = np.unique(fold[first][clip_index], return_inverse=True)
+    if len(people) < 2:
         what = "clips" if len(names) < 2 else "motions"
-        whose = spelled[person == left[0]][0]
+        whose = spelled[person == people[0]][0]
         raise ValueError(f"leave-one-subject-out needs two subjects, and all {what} are of {whose}")
     return fold
 
@@ -70,20 +70,20 @@ def subject_folds(subject: np.ndarray, clip: np.ndarray) -> np.ndarray:
 def untestable(
     activity: np.ndarray, group: np.ndarray, activities: Sequence[str], fold: np.ndarray | None = None
 ) -> dict[str, str]:
-    """Those of `activities` that cannot be cross-validated, each with a sentence that says why.
+    """The `activities` that cannot be cross-validated, each with the reason as a sentence.
 
-    By each window's activity (W,), its group (W,), the clip or the clips that are one motion, and, to find
-    activities that are in one fold only, its fold (W,).
+    `activity`, `group` (the clip or the clips that are one motion) and `fold`, to find activities that are in
+    one fold only, are those of each window, (W,).
     """
     activity, group = np.asarray(activity), np.asarray(group)
     reasons = {}
     for name in activities:
-        is_it = activity == name
-        n_groups = len(np.unique(group[is_it]))
+        windows = activity == name
+        n_groups = len(np.unique(group[windows]))
         if n_groups < 2:
-            found = "no clip" if n_groups == 0 else "only one clip"
-            reasons[name] = f"{name} has {found}; testing on a clip other than those trained on needs two"
-        elif fold is not None and len(np.unique(np.asarray(fold)[is_it])) < 2:
+            clips = "no clip" if n_groups == 0 else "only one clip"
+            reasons[name] = f"{name} has {clips}; testing on a clip other than those trained on needs two"
+        elif fold is not None and len(np.unique(np.asarray(fold)[windows])) < 2:
             reasons[name] = f"all clips of {name} fell into one fold, so it could not be trained when tested"
     return reasons
 

@@ -34,8 +34,8 @@ class Split(NamedTuple):
     tested: np.ndarray
 
 
-class Named(NamedTuple):
-    """Activities that one or several models name for some of the windows that a split tests."""
+class Predictions(NamedTuple):
+    """Activities that one or several models predict for some of the windows that a split tests."""
 
     split: int  # its number in the plan
     windows: np.ndarray  # (v,), int
@@ -75,17 +75,17 @@ class Plan:
 
     @property
     def trials(self) -> tuple[Trial, ...]:
-        """All of them, each once, the whole first."""
+        """All trials, each once, the whole first."""
         return (self.whole, *dict.fromkeys(trial for pair in self.pairs for trial in pair))
 
     def pairs_to_choose_by(self) -> tuple[tuple[Trial, Trial], ...]:
-        """The pairs that sets are chosen by: the first halvings, or all pairs of single subjects."""
+        """The pairs by which sets are chosen: the first halvings, or all pairs of single subjects."""
         return self.pairs[:SET_HALVINGS] if self.disjoint else self.pairs
 
     def among(self, rows: np.ndarray, labels: np.ndarray) -> Plan:
         """The same trainings and tests on the windows `rows` (R,), ascending, of activities `labels` (R,).
 
-        Of the pairs it has those that sets are chosen by.
+        Its pairs are those by which sets are chosen.
         """
         block, vote = self.block[rows], self.vote[rows]
         place = np.full(len(self.block), -1)
@@ -97,15 +97,15 @@ class Plan:
 
         splits = tuple(Split(split.train, kept(split.tested)) for split in self.splits)
 
-        def of(trial: Trial) -> Trial:
-            some = [number for number in trial.splits if len(splits[number].tested)]
+        def smaller(trial: Trial) -> Trial:
+            tested = tuple(number for number in trial.splits if len(splits[number].tested))
             windows = kept(trial.windows)
             testable = trial.testable & np.isin(np.arange(len(trial.testable)), labels[windows])
-            return Trial(tuple(some), windows, testable, _votes(labels, vote, windows))
+            return Trial(tested, windows, testable, _votes(labels, vote, windows))
 
         few = replace(self, pairs=self.pairs_to_choose_by())
-        trials = {trial: of(trial) for trial in few.trials}
-        pairs = tuple((trials[one], trials[other]) for one, other in few.pairs)
+        trials = {trial: smaller(trial) for trial in few.trials}
+        pairs = tuple((trials[a], trials[b]) for a, b in few.pairs)
         return replace(self, block=block, splits=splits, whole=trials[self.whole], pairs=pairs, vote=vote)
 
 
@@ -120,9 +120,9 @@ def plan(
 ) -> Plan:
     """Plan the trainings and tests of a ranking.
 
-    Of each window are given its activity (W,), 0 to A - 1, its clip (W,), never split between halves, its
-    fold (W,), -1 where every fold trains on it, and whether it may be tested (W,). Where folds are subjects,
-    they are halved, not the clips. 0 halvings plan the whole alone.
+    For each window, (W,): `labels` are its activity, 0 to A - 1; `clip` is never split between halves; `fold`
+    is -1 if every fold trains on it; `is_test` marks test windows. If folds are subjects, these are halved,
+    not the clips. 0 halvings plan the whole alone.
     """
     sides = _halve_subjects(fold, seed, halvings) if by_subject else deal_halves(labels, clip, seed, halvings)
     cells = np.stack([fold, *sides], axis=1)
@@ -159,7 +159,7 @@ def plan(
 def _single_folds(
     labels: np.ndarray, vote: np.ndarray, whole: Trial, splits: Sequence[Split]
 ) -> tuple[tuple[Trial, Trial], ...]:
-    """Pairs of the whole's folds, each a trial of its own."""
+    """Pairs of the whole's folds, each as a trial."""
     activities = np.arange(len(whole.testable))
     alone = []
     for number in whole.splits:
@@ -190,7 +190,7 @@ def deal_halves(labels: np.ndarray, clip: np.ndarray, seed: int, halvings: int) 
 
 
 def _halve_subjects(fold: np.ndarray, seed: int, halvings: int) -> list[np.ndarray]:
-    """Deal half of the subjects to one side, no two ways alike; none where each half would lack a second."""
+    """Deal half of the subjects to one side, differently each time; [] if a half would have one subject."""
     subjects = np.unique(fold[fold != ALWAYS_TRAIN])
     if len(subjects) < FEWEST_SUBJECTS:
         return []
@@ -208,7 +208,7 @@ def _halve_subjects(fold: np.ndarray, seed: int, halvings: int) -> list[np.ndarr
 
 def _in_two_folds(labels: np.ndarray, fold: np.ndarray, among: np.ndarray) -> np.ndarray:
     folds = (np.unique(fold[among & (labels == label)]) for label in range(labels.max() + 1))
-    return np.array([len(found) > 1 for found in folds])
+    return np.array([len(distinct) > 1 for distinct in folds])
 
 
 def _votes(labels: np.ndarray, vote: np.ndarray, windows: np.ndarray) -> np.ndarray:
@@ -222,12 +222,12 @@ def _votes(labels: np.ndarray, vote: np.ndarray, windows: np.ndarray) -> np.ndar
 
 def maps_of(values: np.ndarray, plan: Plan) -> Sequence[tuple[np.ndarray, np.ndarray]]:
     """The maps (A, N) of each pair, from those of all trials (trials, A, N)."""
-    of = dict(zip(plan.trials, values, strict=True))
-    return [(of[first], of[second]) for first, second in plan.pairs]
+    by_trial = dict(zip(plan.trials, values, strict=True))
+    return [(by_trial[first], by_trial[second]) for first, second in plan.pairs]
 
 
 @dataclass(frozen=True, eq=False)
-class Protocol:
+class CrossValidation:
     """Training and testing of W windows, never on the same clip.
 
     Clips that are one motion, and augmented copies of a clip, must bear one name
@@ -238,13 +238,13 @@ class Protocol:
     activity: np.ndarray  # (W,), of str
     clip: np.ndarray  # (W,)
     subject: np.ndarray | None  # (W,), of str; where given, one is left out at a time, not a fold of clips
-    is_test: np.ndarray  # (W,), bool: not overlapping; the others are for training only
+    is_test: np.ndarray  # (W,), bool: test windows, which do not overlap; the others only train
     activities: Sequence[str]  # in the order wanted
     folds: int = 5  # where no subjects are given; fewer when there are fewer clips
     seed: int = 0
     counts: Mapping[str, float] | None = None  # weights in the means, 1 by default; 0 is trained against only
 
-    def planned(self, halvings: int = HALVINGS) -> Planned:
+    def plan(self, halvings: int = HALVINGS) -> TrialPlan:
         """Deal the windows to trainings and tests.
 
         Raises
@@ -263,11 +263,11 @@ class Protocol:
         fold, is_test = fold[used], is_test[used]
         trials = plan(labels, clip[used], fold, is_test, self.subject is not None, self.seed, halvings)
         weights = weights_of(activities, self.counts)
-        return Planned(used, labels, fold, is_test, trials, activities, weights, left_out, protocol)
+        return TrialPlan(used, labels, fold, is_test, trials, activities, weights, left_out, protocol)
 
 
 @dataclass(frozen=True, eq=False)
-class Planned:
+class TrialPlan:
     """Windows of testable activities, and the trainings and tests on them."""
 
     used: np.ndarray  # (U,), int: the windows, of all that were given
@@ -280,8 +280,8 @@ class Planned:
     left_out: dict[str, str]  # activities not tested, each with the reason
     protocol: str  # in words
 
-    def among(self, rows: np.ndarray) -> Planned:
-        """The same on some of the windows, by their places in `used`, for choosing sets (`Plan.among`)."""
+    def among(self, rows: np.ndarray) -> TrialPlan:
+        """The plan on some of the windows, by their places in `used`, for choosing sets (`Plan.among`)."""
         labels = self.labels[rows]
         some = {name: getattr(self, name)[rows] for name in ("used", "fold", "is_test")}
         return replace(self, **some, labels=labels, plan=self.plan.among(rows, labels))

@@ -42,9 +42,9 @@ class JointScores:
     kernel of a set is the mean of its patches' kernels and a wide set is held back no less than a
     single patch.
 
-    From features (N, W, D), float32, about their means over windows, labels (W,) from 0 to A - 1, and a ridge
-    in units of a feature's variance within classes. The caller keeps BLAS to one thread in each of `WORKERS`.
-    `windows` (V,) are those tested, training by training, as scores are.
+    Takes features (N, W, D), float32, about their means over windows, labels (W,), 0 to A - 1, and a ridge in
+    units of a feature's variance within classes. The caller keeps BLAS to one thread in each of `WORKERS`.
+    `windows` (V,) are those tested, in the order of the scores: training by training.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class JointScores:
         return list(self._parallel(lambda candidate: judge(add(candidate)), candidates))
 
     def _is_wide(self, worn: int) -> bool:
-        """Windows are few, or fewer than features worn, in some training."""
+        """Whether some training has few windows, or fewer than features worn."""
         fewest = np.array(min(len(dual.training.trained) for dual in self._duals))
         return bool(few(fewest, self._width) or worn * self._width > fewest)
 
@@ -80,7 +80,7 @@ class JointScores:
         return partial(self._primal.add, self._primal.wear(worn) if len(worn) else None)
 
     def adding_by_kernels(self, worn: Sequence[int]) -> Callable[[int], np.ndarray]:
-        """The same, where windows are few."""
+        """Scores (V, A) by the patches worn and one more, if windows are few."""
         bases = list(self._parallel(lambda dual: dual.kernels(worn), self._duals))
 
         def add(candidate: int) -> np.ndarray:
@@ -96,14 +96,14 @@ class JointScores:
     ) -> Iterator[list[np.ndarray]]:
         """Scores (V, A) by the first patches of each of some ascending sizes, of one order after another."""
 
-        def of(order_and_dual: tuple[Sequence[int], _Dual]) -> list[np.ndarray]:
+        def scores(order_and_dual: tuple[Sequence[int], _Dual]) -> list[np.ndarray]:
             order, dual = order_and_dual
             sums = zip(sizes, dual.sums_of_kernels(order, sizes), strict=True)
             return [dual.scores(kernels, count) for count, kernels in sums]
 
-        found = self._parallel(of, [(order, dual) for order in orders for dual in self._duals])
+        results = self._parallel(scores, [(order, dual) for order in orders for dual in self._duals])
         for _ in orders:
-            of_duals = islice(found, len(self._duals))
+            of_duals = islice(results, len(self._duals))
             yield [np.concatenate(of_size) for of_size in zip(*of_duals, strict=True)]
 
     def _parallel(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
@@ -161,11 +161,11 @@ class _Dual:
         return within, means / scale, inputs[self.training.tested] / scale
 
     def kernels(self, patches: Sequence[int]) -> _Kernels:
-        """The kernels of patches, summed."""
+        """Kernels summed over patches."""
         return next(self.sums_of_kernels(patches, [len(patches)]))
 
     def sums_of_kernels(self, patches: Sequence[int], sizes: Iterable[int]) -> Iterator[_Kernels]:
-        """The kernels of the first patches, for each of the ascending `sizes`: one record, added to."""
+        """Kernels of the first patches, for each of the ascending `sizes`: one record that grows."""
         trained, tested, classes = len(self._labels), len(self.training.tested), len(self._counts)
         shapes = ((trained, trained), (classes, trained), (tested, trained), (tested, classes), (classes,))
         summed = _Kernels(*(np.zeros(shape, dtype=np.float32) for shape in shapes))
@@ -184,7 +184,7 @@ class _Dual:
         return self.offset(products / ridge, norms / ridge)
 
     def offset(self, products: np.ndarray, norms: np.ndarray) -> np.ndarray:
-        """Scores (v, A) from products with the class means and these' squared lengths (A,)."""
+        """Scores (v, A) from products with the class means and the squared lengths (A,) of these."""
         offset = np.where(self._counts > 0, norms / 2, np.inf).astype(np.float32)
         return (products - offset) * np.float32(len(self._labels))
 
@@ -213,8 +213,8 @@ class _Primal:
     """All trainings at once, solved for features.
 
     The windows are dealt to parts that every training has whole or not at all, such as folds. Products of
-    features are formed once a part; those of a training are sums of them. So that single precision does for
-    these, features are taken about the class means of all windows, which those of a training lie close to.
+    features are formed once per part; those of a training are sums of them. Features are taken about the
+    class means of all windows, which are close to those of a training, so that single precision is enough.
     """
 
     def __init__(self, features: np.ndarray, labels: np.ndarray, duals: Sequence[_Dual]) -> None:
@@ -255,12 +255,12 @@ class _Primal:
                 add_square(gram, crossed, -1.0)
                 means = means - multiply(base.means, crossed)
             slopes = solve_positive(gram, means)
-            found = multiply(features[dual.training.tested], (slopes / own.scale[number]).T)
+            products = multiply(features[dual.training.tested], (slopes / own.scale[number]).T)
             norms = (means * slopes).sum(axis=1)
             if worn is not None:
-                found += base.scores - multiply(base.tested, multiply(crossed, slopes.T))
+                products += base.scores - multiply(base.tested, multiply(crossed, slopes.T))
                 norms += base.norms
-            scores.append(dual.offset(found, norms))
+            scores.append(dual.offset(products, norms))
         return np.concatenate(scores)
 
     def _sums(self, features: np.ndarray) -> _FeatureSums:

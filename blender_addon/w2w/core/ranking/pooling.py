@@ -20,10 +20,10 @@ MIRROR_M = 0.04
 """Width of the kernel that reads a map at mirror images, which lie between patches."""
 
 UNLEARNED = 0.2
-"""Share of the difference between sides that is kept where a library cannot be halved."""
+"""Share of the difference between sides that is kept if a library cannot be halved."""
 
 LEAST = 0.05
-"""Least share of it, so that of two sides alike the better one is named, not one that rounding picks."""
+"""Least share of it, so that the better of two equal sides is recommended, not one that rounding picks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class Pooling:
 
     @classmethod
     def over(cls, skin: SkinDistances, width_m: float = WIDTH_M) -> Pooling:
-        """Pooling over skin whose distances are known."""
+        """Pooling over skin with known distances."""
         return cls(_kernel(skin.between, width_m), _kernel(skin.to_mirror_image, MIRROR_M))
 
     @classmethod
@@ -62,14 +62,14 @@ class Pooling:
         """
         together = square = 0.0
         for a, b in pairs:
-            for one, other in ((a, b), (b, a)):
-                one_sided = self.sides(one)[1]
-                together += float((one_sided * centred(other)).sum())
+            for here, there in ((a, b), (b, a)):
+                one_sided = self.sides(here)[1]
+                together += float((one_sided * centred(there)).sum())
                 square += float((one_sided**2).sum())
         return min(max(together / square, LEAST), 1.0) if square > 0 else UNLEARNED
 
     def apply(self, maps: np.ndarray, side_share: float = UNLEARNED) -> np.ndarray:
-        """Maps (A, N) averaged over the skin, and over both sides but for a share of their difference."""
+        """Maps (A, N) averaged over the skin and over both sides, which keep a share of their difference."""
         both, one_sided = self.sides(maps)
         return maps.mean(axis=1, keepdims=True) + both + side_share * one_sided
 

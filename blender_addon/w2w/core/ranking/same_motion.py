@@ -20,8 +20,7 @@ def same_motion_groups(
     """Number the distinct motions among C clips, in order of appearance, shape (C,), int.
 
     Two clips are the same if their names or keys are equal or they share a stretch of one motion, mirrored or
-    not. Sameness is passed on: if a equals b and b equals c, all three are one. An empty key or signature
-    says nothing.
+    not. Sameness is transitive. An empty key or signature matches none.
 
     Parameters
     ----------

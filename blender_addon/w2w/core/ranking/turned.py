@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a sensor loses that is strapped on turned, when its classifier learnt from one that was not."""
+"""How much F1 drops if a sensor is strapped on rotated and its classifier was trained on one that was not."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from scipy.spatial.transform import Rotation
 from ..windows.features import window_features
 from .classifiers.ridge import Ridge
 from .f1 import window_f1
-from .halves import Named, Protocol, Split
+from .halves import CrossValidation, Predictions, Split
 from .weights import mean_over
 
 TURNS = (5, 10, 15, 20, 30, 45, 90)
-"""Degrees about the outward normal that are tried, either way."""
+"""Rotations about the outward normal, degrees, tried in both directions."""
 
 
-def may_turn(windows: np.ndarray, rate: float, protocol: Protocol, drop: float) -> int:
+def may_turn(windows: np.ndarray, rate: float, protocol: CrossValidation, drop: float) -> int:
     """How far a sensor may be turned about its outward normal before macro F1 falls by more than `drop`.
 
-    A ridge learns from the windows as they are and names turned ones, never of a clip that it learnt from.
+    A ridge is trained on the windows as they are and predicts rotated windows of clips it was not trained on.
 
     Parameters
     ----------
@@ -29,8 +29,8 @@ def may_turn(windows: np.ndarray, rate: float, protocol: Protocol, drop: float) 
         Specific force (m/s2) and angular velocity (rad/s) of one sensor, z outward.
     rate : float
         Samples per second.
-    protocol : Protocol
-        Of the windows.
+    protocol : CrossValidation
+        Training and testing on these windows.
     drop : float
 
     Returns
@@ -44,9 +44,11 @@ def may_turn(windows: np.ndarray, rate: float, protocol: Protocol, drop: float) 
     return (0, *TURNS)[int(np.logical_and.accumulate(enough).sum())]
 
 
-def _f1_of_turned(windows: np.ndarray, rate: float, protocol: Protocol, turns: tuple[int, ...]) -> np.ndarray:
+def _f1_of_turned(
+    windows: np.ndarray, rate: float, protocol: CrossValidation, turns: tuple[int, ...]
+) -> np.ndarray:
     """Macro F1 with the tested windows turned by each of some angles, degrees; shape (K,)."""
-    trial = protocol.planned(halvings=0)
+    trial = protocol.plan(halvings=0)
     whole, tested = trial.plan.splits, np.flatnonzero(trial.is_test)
     seen = windows[trial.used]
     shown = [seen, *(_turned(seen[tested], turn) for turn in turns)]
@@ -60,23 +62,21 @@ def _f1_of_turned(windows: np.ndarray, rate: float, protocol: Protocol, turns: t
         for number in range(len(turns))
         for split in whole
     ]
-    named = np.zeros(len(labels), dtype=np.int16)
+    predicted = np.zeros(len(labels), dtype=np.int16)
 
-    def receive(_sensor: int, found: Iterable[Named]) -> None:
-        for _, rows, activities in found:
-            named[rows] = activities[0]
+    def receive(_sensor: int, predictions: Iterable[Predictions]) -> None:
+        for _, rows, activities in predictions:
+            predicted[rows] = activities[0]
 
     ridge = Ridge()
     alpha = ridge.choose_alpha(features[: len(seen)], trial.labels, trial.fold, trial.is_test)
-    ridge.name_splits(features, labels, np.concatenate([trial.plan.block, never]), splits, alpha, receive)
-    names = named[len(seen) :].reshape(len(turns), -1)
-    f1 = [window_f1(row, trial.labels[tested], len(trial.activities)) for row in names]
+    ridge.predict_splits(features, labels, np.concatenate([trial.plan.block, never]), splits, alpha, receive)
+    by_turn = predicted[len(seen) :].reshape(len(turns), -1)
+    f1 = [window_f1(row, trial.labels[tested], len(trial.activities)) for row in by_turn]
     return mean_over(np.array(f1), trial.weights)
 
 
 def _turned(windows: np.ndarray, degrees: float) -> np.ndarray:
-    """What a sensor reads that is turned about its z axis."""
-    turn = Rotation.from_euler(
-        "z", degrees, degrees=True
-    ).as_matrix()  # rows of readings times it: its inverse
+    """Windows as a sensor that is turned about its z axis would record them."""
+    turn = Rotation.from_euler("z", degrees, degrees=True).as_matrix()  # times rows of readings: its inverse
     return np.concatenate([windows[..., :3] @ turn, windows[..., 3:] @ turn], axis=-1).astype(np.float32)

@@ -4,7 +4,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
-from functools import partial
+from functools import cached_property, partial
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any, Self
@@ -17,9 +17,9 @@ from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks
 from .classifiers.estimator import own
 from .classifiers.ridge import Ridge
 from .expected import expect
-from .f1 import TASK_PATCHES, Spread, Tried, score_patches, try_patches
+from .f1 import TASK_PATCHES, Spread, TrialScores, confusion_of, score_patches, try_patches
 from .folds import SUBJECT_OUT
-from .halves import HALVINGS, Planned, Protocol, maps_of
+from .halves import HALVINGS, CrossValidation, TrialPlan, maps_of
 from .pooling import Pooling
 from .weights import alike, counted_columns, mean_over
 
@@ -60,18 +60,18 @@ class UtilityMap:
     expected_mean, expected_low, expected_high : ndarray, shape (N,), float32
         Macro F1 that other clips would show, and its interval.
     as_good : ndarray of bool, shape (N,)
-        Patches that cannot be told from the one of highest `expected_mean`.
+        Patches that tie with the one of highest `expected_mean`.
     can_rank : bool
         Whether disjoint halves of the clips agree about the patches more than by chance.
     reliability : float
         Correlation over patches of the macro F1 itself with that on as many other clips
-        (`reliability.clips_needed` says how many would do); NaN where it is not known.
+        (`expected.clips_needed` says how many more clips it takes); NaN where it is not known.
     beats_average : float
         Chance that the patch of highest `expected_mean` scores above an average patch on other clips.
     confusion : ndarray, shape (N, A, A), int32
-        Windows by true activity (rows) and named activity (columns).
+        Windows by actual activity (rows) and predicted activity (columns).
     predictions : ndarray, shape (W_test, N), int16
-        Activity each patch named for each test window.
+        Activity that each patch predicts for each test window.
     truth : ndarray, shape (W_test,), int16
     clip : ndarray of str, shape (W_test,)
     level : float
@@ -96,7 +96,6 @@ class UtilityMap:
     f1: np.ndarray
     f1_low: np.ndarray
     f1_high: np.ndarray
-    mean: np.ndarray
     mean_low: np.ndarray
     mean_high: np.ndarray
     rank_low: np.ndarray
@@ -110,7 +109,6 @@ class UtilityMap:
     can_rank: bool
     reliability: float
     beats_average: float
-    confusion: np.ndarray
     predictions: np.ndarray
     truth: np.ndarray
     clip: np.ndarray
@@ -129,6 +127,16 @@ class UtilityMap:
         if not len(self.weights):
             object.__setattr__(self, "weights", np.ones(len(self.activities)))
 
+    @cached_property
+    def mean(self) -> np.ndarray:
+        """Macro F1, shape (N,), float32: the mean over activities."""
+        return mean_over(self.f1, self.weights)
+
+    @cached_property
+    def confusion(self) -> np.ndarray:
+        """Windows by actual and predicted activity, shape (N, A, A), int32."""
+        return confusion_of(self.truth, self.predictions, len(self.activities))
+
     @property
     def counts(self) -> np.ndarray:
         """Activities that count, shape (A,), bool: all but background."""
@@ -145,9 +153,9 @@ class UtilityMap:
         return self.expected_mean, self.expected_low, self.expected_high
 
     def same(self, first: int, second: int) -> bool:
-        """Whether the macro F1 of two patches cannot be told apart.
+        """Whether the bootstrap interval of the difference in macro F1 of two patches holds zero.
 
-        The bootstrap interval of the difference, both seeing the same resampled clips, then holds zero.
+        Both see the same resampled clips.
         """
         tail = (1 - self.level) / 2
         difference = self.mean_samples[:, first] - self.mean_samples[:, second]
@@ -172,7 +180,7 @@ class UtilityMap:
 
     def save(self, path: str | Path) -> None:
         """Write an npz that `load` reads."""
-        arrays: dict[str, Any] = {one.name: getattr(self, one.name) for one in fields(self)}
+        arrays: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(self)}
         arrays["activities"] = np.array(self.activities, dtype=np.str_)
         arrays["left_out"] = np.array(json.dumps(self.left_out, ensure_ascii=False))
         if alike(self.weights):
@@ -182,19 +190,19 @@ class UtilityMap:
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read a file that `save` wrote; a ValueError if it is not a utility map."""
-        names = [one.name for one in fields(cls) if one.name not in OPTIONAL]
-        content = load_arrays(path, names, "is not a utility map", OPTIONAL)
-        found: dict[str, Any] = {
-            name: values if values.ndim else values.item() for name, values in content.items()
+        names = [each.name for each in fields(cls) if each.name not in OPTIONAL]
+        arrays = load_arrays(path, names, "is not a utility map", OPTIONAL)
+        content: dict[str, Any] = {
+            name: values if values.ndim else values.item() for name, values in arrays.items()
         }
-        found["activities"] = tuple(found["activities"].tolist())
-        found["left_out"] = json.loads(found["left_out"])
-        return cls(**found)
+        content["activities"] = tuple(content["activities"].tolist())
+        content["left_out"] = json.loads(content["left_out"])
+        return cls(**content)
 
 
 def utility_map(
     inputs: np.ndarray | PatchBlocks,
-    protocol: Protocol,
+    protocol: CrossValidation,
     classifier: Any = "ridge",
     *,
     resamples: int = 500,
@@ -211,9 +219,9 @@ def utility_map(
     inputs : ndarray or PatchBlocks, shape (W, N, ...)
         What the classifier takes (`inputs_of`): features (W, N, D), or windows (W, N, samples, 6);
         in memory, or served some patches at a time.
-    protocol : Protocol
+    protocol : CrossValidation
     classifier : str or object
-        Name in CLASSIFIERS, or an object with their `predict_folds`.
+        Name in CLASSIFIERS, or an object with `predict_folds` like theirs.
     resamples : int
         Bootstrap resamples of the clips.
     progress : callable, optional
@@ -226,7 +234,7 @@ def utility_map(
     halvings : int
         Ways in which the clips are halved for them; 0 for none.
     spread : callable, optional
-        Has some patches at a time tried elsewhere, such as on a cluster, where the classifier can.
+        Runs the trials of some patches at a time elsewhere, such as on a cluster, if the classifier can.
 
     Raises
     ------
@@ -235,8 +243,8 @@ def utility_map(
     """
     clip, seed = np.asarray(protocol.clip), protocol.seed
     model = _model(classifier, seed, work)
-    scored = hasattr(model, "name_splits")
-    trial = protocol.planned(halvings if scored else 0)
+    scored = hasattr(model, "predict_splits")
+    trial = protocol.plan(halvings if scored else 0)
     weights = trial.weights
     source = SomeWindows(as_blocks(inputs), trial.used)
     if scored:
@@ -247,7 +255,7 @@ def utility_map(
     tested = trial.used[trial.is_test]
     truth = trial.labels[trial.is_test].astype(np.int16)
     n_activities = len(trial.activities)
-    f1, confusion, boot = score_patches(
+    f1, boot = score_patches(
         truth, predictions, clip[tested], n_activities, resamples, LEVEL, seed, activity_weights=weights
     )
     if not scored:
@@ -257,10 +265,8 @@ def utility_map(
     return UtilityMap(
         activities=trial.activities,
         f1=f1,
-        mean=mean_over(f1, weights),
         **boot._asdict(),
         **vars(expected),
-        confusion=confusion,
         predictions=predictions,
         truth=truth,
         clip=clip[tested].astype(np.str_),
@@ -276,10 +282,10 @@ def utility_map(
 def _try_all(
     model: Any,
     source: PatchBlocks,
-    trial: Planned,
+    trial: TrialPlan,
     progress: Callable[[float], None] | None,
     spread: Spread | None,
-) -> Tried:
+) -> TrialScores:
     alpha = model.choose_alpha(source, trial.labels, trial.fold, trial.is_test)
     n_patches = source.shape[1]
     if spread is None:
@@ -290,7 +296,7 @@ def _try_all(
         parts.append(tried)
         if progress is not None:
             progress(len(parts) / len(spans))
-    return Tried(*(np.concatenate(values, axis=-1) for values in zip(*parts, strict=True)))
+    return TrialScores(*(np.concatenate(values, axis=-1) for values in zip(*parts, strict=True)))
 
 
 def inputs_of(classifier: Any) -> str:
@@ -301,14 +307,14 @@ def inputs_of(classifier: Any) -> str:
 
 
 def unavailable(classifier: str) -> str:
-    """Why a classifier cannot be used here, in a sentence; empty where it can."""
+    """Why a classifier cannot be used here, in a sentence; "" if it can."""
     if classifier not in CLASSIFIERS:
         return f"no classifier is called {classifier!r} here; there are {', '.join(CLASSIFIERS)}"
     return getattr(maker(classifier), "unavailable", str)()
 
 
 def maker(name: str) -> Callable[..., Any]:
-    """What makes the classifier of this name in CLASSIFIERS, given its `seed`."""
+    """The class or function that makes the classifier of this name in CLASSIFIERS from a `seed`."""
     point = CLASSIFIERS[name]
     return Ridge if point is None else point.load()
 

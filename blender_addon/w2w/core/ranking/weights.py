@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Weights of activities in means over them: background is trained against and counts for nothing.
+"""Weights of activities in means over them: background is trained against and weighs 0.
 
 Equal weights take the plain mean, to the last bit.
 """
@@ -20,7 +20,7 @@ BACKGROUND = 0.0
 def counting(
     activities: Sequence[str], background: Iterable[str] = (), weights: Iterable[tuple[str, float]] = ()
 ) -> dict[str, float]:
-    """Weight of each activity whose weight is not 1: those given, and 0 for background.
+    """Weights of the activities that do not weigh 1: those given, and 0 for background.
 
     Names match in any case and spelling of spaces.
     """

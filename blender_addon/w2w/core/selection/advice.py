@@ -12,16 +12,16 @@ from ..patches.card import Card, card
 from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import mean_over
-from .answer import Answer, Scored, answer, product_patches
+from .answer import Answer, ScoredMap, answer, product_patches
 from .constraints import Constraints, Terms
-from .joint import WORTH, JointSet, choose_together
+from .joint import WORTH, WornSet, choose_together
 from .set_tests import SetTests
 
 WINDOWS_AT_ONCE = 4096
 """Windows whose predictions are correlated at once, so that memory does not grow with the library."""
 
 SWAPS = 2
-"""Patches tried in the place of each one of a set."""
+"""Patches tried in place of each patch of a set."""
 
 SAME_OPINION = 0.8
 """Mean correlation of predictions from which patches are grouped as equivalent."""
@@ -31,8 +31,8 @@ def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.nda
     """Correlation (N, N), float64, between the predictions (W, N) of every two patches.
 
     Gorodkin's R_K (2004, doi:10.1016/j.compbiolchem.2004.09.006), the correlation
-    coefficient of two classifications: 1 where two patches always name the same activity,
-    rightly or wrongly, and 0 where they agree no more than by chance. A patch that always names one activity
+    coefficient of two classifications: 1 if two patches always predict the same activity,
+    correctly or not, and 0 if they agree no more than by chance. A patch that always predicts one activity
     correlates 0 with all others.
     """
     n_windows, n_patches = predictions.shape
@@ -41,8 +41,8 @@ def prediction_correlation(predictions: np.ndarray, n_activities: int) -> np.nda
     for activity in range(n_activities):
         mean = sum((part == activity).sum(axis=0) for part in parts) / n_windows
         for part in parts:
-            named = (part == activity).astype(np.float32) - mean.astype(np.float32)
-            covariance += named.T @ named
+            deviation = (part == activity).astype(np.float32) - mean.astype(np.float32)
+            covariance += deviation.T @ deviation
     variance = np.diag(covariance).copy()
     variance[variance <= 0] = np.inf
     correlation = covariance / np.sqrt(np.outer(variance, variance))
@@ -75,11 +75,11 @@ class Advice:
 
     best: int  # allowed patch with the highest expected macro F1
     answer: Answer  # where to wear one sensor
-    worn: JointSet | None  # the patches to wear together; None where nothing tests sets
+    worn: WornSet | None  # the patches to wear together; None if nothing tests sets
     alternatives: tuple[np.ndarray, ...]  # for each of these: at most two patches that can take its place
     clusters: np.ndarray  # (N,), int: as from `redundancy_clusters`
     cards: tuple[Card, ...]  # where each sensor recommended goes: those of the answer, then of the set
-    products: dict[int, str]  # the patches at which usual products sit, with their side and name
+    products: dict[int, str]  # the patches at which usual products sit, with side and name
     allowed: np.ndarray | None = None  # (N,), bool: patches that the constraints leave; all by default
 
 
@@ -95,31 +95,34 @@ def advise(
 ) -> Advice:
     """Choose patches from a finished ranking: sets by their `tests`, else the best spot alone.
 
-    `body` is the one that the patches are on. `target` and `every_activity` are as for `choose_together`.
+    `body` is that of the patches. `target` and `every_activity` are as for `choose_together`.
     Sets are chosen among the places of usual products unless a constraint says which patches to use. A
     ValueError says which constraints cannot be met.
     """
     constraints = constraints or Constraints()
     terms = constraints.terms(patches, max_places)
-    scored, products = Scored(utility, patches, body, terms.allowed), product_patches(patches, body)
-    worn: JointSet | None = None
+    scored, products = ScoredMap(utility, patches, body, terms.allowed), product_patches(patches, body)
+    worn: WornSet | None = None
     swaps: tuple[np.ndarray, ...] = ()
     if tests:
         among = _at_products(terms, products, constraints)
         worn = choose_together(tests, utility.expected, among, target, every_activity)
         swaps = interchangeable(tests, worn, among, utility)
-    said = answer(scored)
-    alone = [score.patch for score in said.named] or [said.patch]
+    to_one = answer(scored)
+    alone = [score.patch for score in to_one.named] or [to_one.patch]
     recommended = dict.fromkeys([*alone, *(worn.order if worn else ())])
     clusters = redundancy_clusters(utility.predictions, len(utility.activities))
     cards = tuple(card(body, patches, utility.expected_mean, patch) for patch in recommended)
-    return Advice(scored.best, said, worn, swaps, clusters, cards, products, terms.allowed)
+    return Advice(
+        best=scored.best, answer=to_one, worn=worn, alternatives=swaps, clusters=clusters, cards=cards,
+        products=products, allowed=terms.allowed,
+    )  # fmt: skip
 
 
 def _at_products(terms: Terms, products: dict[int, str], constraints: Constraints) -> Terms:
     """The terms with only those allowed patches at which products sit, and those that must be chosen.
 
-    All that are allowed where a wish says which patches to use, or no product sits on any.
+    All allowed patches stay if a wish says which patches to use, or no product sits on any.
     """
     sits = np.isin(np.arange(len(terms.allowed)), list(products))
     sits[np.concatenate([np.empty(0, int), *terms.required])] = True
@@ -130,22 +133,23 @@ def _at_products(terms: Terms, products: dict[int, str], constraints: Constraint
 
 
 def interchangeable(
-    tests: SetTests, worn: JointSet, terms: Terms, utility: UtilityMap
+    tests: SetTests, worn: WornSet, terms: Terms, utility: UtilityMap
 ) -> tuple[np.ndarray, ...]:
-    """For each patch of a set, at most two whose predictions are most like its, to take its place.
+    """For each patch of a set, the at most two patches with the most similar predictions, to take its place.
 
     With them the set's macro F1 on the clips that chose it falls by no more than `WORTH`.
     """
-    order, found = list(worn.order), []
+    order, alternatives = list(worn.order), []
     for number, patch in enumerate(order):
         rest = order[:number] + order[number + 1 :]
         others = [options for options in terms.required if patch in options and not set(rest) & set(options)]
         free = np.setdiff1d(others[0] if others else np.flatnonzero(terms.allowed), order)
         if not len(free):
-            found.append(free)
+            alternatives.append(free)
             continue
-        alike = prediction_correlation(utility.predictions[:, [patch, *free]], len(utility.activities))[0, 1:]
-        first = free[np.argsort(-alike, kind="stable")[:SWAPS]]
-        f1 = tests.whole.f1_of_firsts([[*rest, int(one)] for one in first], [len(order)])[:, -1]
-        found.append(first[mean_over(f1, tests.weights) >= worn.raw_mean[-1] - WORTH])
-    return tuple(found)
+        among = utility.predictions[:, [patch, *free]]
+        similar = prediction_correlation(among, len(utility.activities))[0, 1:]
+        first = free[np.argsort(-similar, kind="stable")[:SWAPS]]
+        f1 = tests.whole.f1_of_firsts([[*rest, int(swap)] for swap in first], [len(order)])[:, -1]
+        alternatives.append(first[mean_over(f1, tests.weights) >= worn.raw_mean[-1] - WORTH])
+    return tuple(alternatives)

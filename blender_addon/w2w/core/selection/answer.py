@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One answer to "where should the sensor go?": products that can be worn, or a region, in one sentence."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -19,14 +19,14 @@ NAMED = 2
 """Most products in the sentence."""
 
 SHOWN = 0.005
-"""Smallest difference in F1 that two digits show."""
+"""Smallest F1 difference that two digits show."""
 
 MOST_OF = 0.8
-"""Share of a part's patches that must tie before the part is said to tie."""
+"""Share of a part's patches that must tie before the sentence says that the part ties."""
 
 
 def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
-    """The allowed patch with the highest expected macro F1; of equals the highest on these clips."""
+    """The allowed patch with the highest expected macro F1; if equal, with the highest on these clips."""
     open_patches = np.arange(len(utility.mean)) if allowed is None else np.flatnonzero(allowed)
     order = np.lexsort((-utility.mean[open_patches], -utility.expected_mean[open_patches]))
     return int(open_patches[order[0]])
@@ -38,13 +38,13 @@ class PlaceScore:
 
     name: str  # "watch", "left wrist"
     phrase: str  # "a watch"
-    side: str  # the better side; empty where both do as well, or there is one place only
-    patch: int  # the nearest patch to where the sensor usually sits
+    side: str  # the better side; "" if both do as well or there is only one place
+    patch: int  # the patch nearest to where the sensor usually sits
     expected: float  # macro F1 on other clips; a loose product's is the mean of the patches it moves over
     low: float
     high: float
     costs: float  # expected F1 below that of the best allowed patch
-    as_good: bool  # cannot be told from the best
+    as_good: bool  # ties with the best
 
 
 @dataclass(frozen=True)
@@ -53,29 +53,29 @@ class Answer:
 
     where: str  # "a belt clip or a chest strap", "anywhere on the body", "left thigh front (9 by 14 cm)"
     patch: int  # the patch recommended
-    expected: float  # macro F1 there on other clips; of two products, that of the lower
+    expected: float  # macro F1 there on other clips; of two products, the lower one
     low: float
     high: float
-    caution: str  # in place of the interval, where too few clips give one
+    caution: str  # in place of the interval, if there are too few clips for one
     differs: bool  # these clips show that some places are better than others
     other: PlaceScore | None  # the commonest product that does worse
-    ties: str  # where else does as well, in a sentence; empty where no whole part does
+    ties: str  # a sentence on where else does as well; "" if no whole part does
     named: tuple[PlaceScore, ...]  # products in `where`
-    products: tuple[PlaceScore, ...]  # every product that fits the wishes, best first
+    products: tuple[PlaceScore, ...]  # all products that fit the wishes, best first
 
     def sentence(self) -> str:
         """The answer in words, the same on every page and panel."""
         interval = self.caution or f"{short(self.low)} to {short(self.high)}"
-        said = f"{capital(self.where)}: F1 {short(self.expected)} ({interval})."
+        best = f"{capital(self.where)}: F1 {short(self.expected)} ({interval})."
         if not self.differs:
-            return f"{said} These clips cannot show that one place is better."
+            return f"{best} These clips cannot show that one place is better."
         if self.other and (less := self.expected - self.other.expected) >= SHOWN:
-            return f"{said} {capital(self.other.phrase)} costs {short(less)}."
-        return said
+            return f"{best} {capital(self.other.phrase)} costs {short(less)}."
+        return best
 
 
 @dataclass(frozen=True, eq=False)
-class Scored:
+class ScoredMap:
     """A map whose products and places are scored under a designer's wishes."""
 
     utility: UtilityMap
@@ -101,11 +101,11 @@ class Scored:
     @cached_property
     def products(self) -> tuple[PlaceScore, ...]:
         """Every product that has an allowed patch, best first."""
-        found = (self.product(product, product.sides) for product in PRODUCTS.values())
-        return tuple(sorted((score for score in found if score), key=lambda score: -score.expected))
+        scores = (self.product(product, product.sides) for product in PRODUCTS.values())
+        return _best_first(score for score in scores if score)
 
     def product(self, product: Product, sides: Sequence[str]) -> PlaceScore | None:
-        """A product on the better of some sides; None where no allowed patch is near."""
+        """A product on the better of some sides; None if no allowed patch is near."""
         scores, at = [], product_places(self.patches, self.body)
         for side in sides:
             patch = at.get((product.name, side))
@@ -117,11 +117,11 @@ class Scored:
         if not scores:
             return None
         better = max(scores, key=lambda score: score.expected)
-        alike = len(scores) > 1 and self.utility.same(scores[0].patch, scores[1].patch)
-        return replace(better, side="") if alike else better
+        tie = len(scores) > 1 and self.utility.same(scores[0].patch, scores[1].patch)
+        return replace(better, side="") if tie else better
 
     def named(self, word: str) -> PlaceScore:
-        """A product or a place by name; a ValueError says that nothing is called that."""
+        """The score of a product or place by name; ValueError for an unknown name."""
         side, rest = side_of(plain_words(word))
         product = PRODUCT_NAMED.get(rest)
         sides = () if product is None else (side,) if side in product.sides else product.sides
@@ -138,7 +138,7 @@ class Scored:
         return PlaceScore(name, phrase, side, patch, expected, low, high, costs, as_good)
 
 
-def answer(scored: Scored) -> Answer:
+def answer(scored: ScoredMap) -> Answer:
     """Recommend what can be worn among the patches as good as the best."""
     utility, allowed, products = scored.utility, scored.allowed, scored.products
     tying = [score for score in products if score.as_good]
@@ -160,40 +160,47 @@ def answer(scored: Scored) -> Answer:
     else:
         where, patch = _region(scored)
         f1 = [float(values[patch]) for values in utility.expected]
-    caution, ties = mean_caution(utility), ties_text(scored.group, scored.patches) if differs else ""
     expected, low, high = f1
-    return Answer(where, patch, expected, low, high, caution, differs, other, ties, tuple(named), products)
+    return Answer(
+        where=where, patch=patch, expected=expected, low=low, high=high, caution=mean_caution(utility),
+        differs=differs, other=other, ties=ties_text(scored.group, scored.patches) if differs else "",
+        named=tuple(named), products=products,
+    )  # fmt: skip
 
 
-def compare(scored: Scored, words: Sequence[str]) -> tuple[PlaceScore, ...]:
-    """Products and places by name, best first; a ValueError says that nothing is called one of them."""
-    return tuple(sorted(map(scored.named, words), key=lambda score: -score.expected))
+def compare(scored: ScoredMap, words: Sequence[str]) -> tuple[PlaceScore, ...]:
+    """Scores of products and places by name, best first; ValueError for an unknown name."""
+    return _best_first(map(scored.named, words))
+
+
+def _best_first(scores: Iterable[PlaceScore]) -> tuple[PlaceScore, ...]:
+    return tuple(sorted(scores, key=lambda score: -score.expected))
 
 
 @lru_cache(maxsize=4)
 def product_places(patches: PatchSet, body: Body) -> dict[tuple[str, str], int]:
-    """Patch nearest to where each product sits, by its name and side; none that is more than 10 cm away."""
-    found = {}
+    """The patch nearest to each product, by name and side; left out are those with none within 10 cm."""
+    patch_at = {}
     for product in PRODUCTS.values():
         for side in product.sides:
             patch, away_m = nearest_patch(place(product.on(side), body), body, patches)
             if away_m <= FAR_M:
-                found[product.name, side] = patch
-    return found
+                patch_at[product.name, side] = patch
+    return patch_at
 
 
 def product_patches(patches: PatchSet, body: Body) -> dict[int, str]:
     """The patches at which usual products sit, each with the commonest product's side and name."""
-    found: dict[int, str] = {}
+    names: dict[int, str] = {}
     for (name, side), patch in product_places(patches, body).items():
-        found.setdefault(patch, f"{side} {name}".strip())
-    return found
+        names.setdefault(patch, f"{side} {name}".strip())
+    return names
 
 
 def ties_text(group: np.ndarray, patches: PatchSet) -> str:
-    """Where else does as well, in words, the largest part first; empty where no whole part does."""
+    """A sentence on where else does as well, the largest part first; "" if no whole part does."""
     tie = np.isin(np.arange(len(patches)), group)
-    said: list[str] = []
+    names: list[str] = []
     covered = np.zeros(len(patches), bool)
     for part_of in (great_part, segment):
         parts = np.array([side_of(part_of(region))[1] for region in patches.regions])
@@ -202,17 +209,17 @@ def ties_text(group: np.ndarray, patches: PatchSet) -> str:
             inside = parts == stem
             if tie[inside].mean() >= MOST_OF and not covered[inside].any():
                 sided = any(side_of(part_of(patches.regions[patch]))[0] for patch in np.flatnonzero(inside))
-                said.append({"foot": "feet"}.get(stem, f"{stem}s") if sided else stem)
+                names.append({"foot": "feet"}.get(stem, f"{stem}s") if sided else stem)
                 covered |= inside
-    if not said:
+    if not names:
         return ""
-    listed = said if len(said) <= 4 else [*said[:3], f"{len(said) - 3} other parts"]
-    words = listed[0] if len(listed) == 1 else f"{', '.join(listed[:-1])} or {listed[-1]}"
+    *others, last = names if len(names) <= 4 else [*names[:3], f"{len(names) - 3} other parts"]
+    words = f"{', '.join(others)} or {last}" if others else last
     return f"Anywhere on {words} does as well."
 
 
-def _region(scored: Scored) -> tuple[str, int]:
-    """The region that holds most of the best patches, with its size, and its middle patch."""
+def _region(scored: ScoredMap) -> tuple[str, int]:
+    """The region that holds most of the best patches, with its size in words, and its middle patch."""
     patches, group = scored.patches, scored.group
     regions, above = np.array(patches.regions)[group], scored.utility.expected_mean[group]
     above = above - above.min()

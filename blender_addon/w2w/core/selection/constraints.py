@@ -19,7 +19,7 @@ class Terms:
     """Terms of a choice among N patches."""
 
     allowed: np.ndarray  # (N,), bool
-    required: list[np.ndarray]  # of each of these patches' numbers one must be chosen
+    required: list[np.ndarray]  # numbers of patches; one of each array must be chosen
     cost: np.ndarray  # (N,), positive
     max_size: int
 
@@ -31,14 +31,14 @@ class Constraints:
     Parameters
     ----------
     only : tuple of str
-        Patches are taken from these alone; empty for everywhere.
+        The only regions to take patches from; empty for everywhere.
     forbid : tuple of str
-        Patches are not taken from these.
+        Regions not to take patches from.
     must : tuple of str
-        From each of these at least one patch is taken.
+        Regions to take at least one patch from, each.
     costs : tuple of (str, float)
-        Price or discomfort of a sensor there, positive; 1 elsewhere. Of several that mean a
-        patch the last counts.
+        Price or discomfort of a sensor there, positive; 1 elsewhere. If several apply to a
+        patch, the last counts.
 
     Raises
     ------
@@ -75,7 +75,7 @@ class Constraints:
                 raise ValueError(f"the cost of {words!r} must be a positive number, not {cost}")
 
     def terms(self, patches: PatchSet, max_size: int | None = None) -> Terms:
-        """The wishes as terms of a choice of at most `max_size` patches, by default of any number.
+        """The terms of a choice of at most `max_size` patches, by default of any number.
 
         Raises
         ------
@@ -97,22 +97,22 @@ class Constraints:
         for words, price in self.costs:
             cost[self._patches(patches, [words])] = price
         required = [self._patches(patches, [words]) for words in self.must]
-        for words, found in zip(self.must, required, strict=True):
-            if not len(found):
+        for words, options in zip(self.must, required, strict=True):
+            if not len(options):
                 raise ValueError(
                     f"{words!r} must be chosen, but none of the {len(patches)} patches lies there: use more"
                 )
-            if not allowed[found].any():
+            if not allowed[options].any():
                 raise ValueError(f"{words!r} must be chosen, but no patch there is allowed")
         limit = int(allowed.sum()) if max_size is None else max_size
         if limit < max(1, len(required)):
             raise ValueError(f"max_size is {limit}, but {max(1, len(required))} patches are required")
-        return Terms(allowed, [found[allowed[found]] for found in required], cost, limit)
+        return Terms(allowed, [options[allowed[options]] for options in required], cost, limit)
 
     @staticmethod
     def _patches(patches: PatchSet, wishes: Sequence[str]) -> np.ndarray:
-        found = [find_patches(patches.regions, patches.names, words) for words in wishes]
-        return np.concatenate([np.empty(0, dtype=int), *found])
+        matches = [find_patches(patches.regions, patches.names, words) for words in wishes]
+        return np.concatenate([np.empty(0, dtype=int), *matches])
 
 
 def read_costs(path: str | Path) -> tuple[tuple[str, float], ...]:
@@ -127,7 +127,7 @@ def read_costs(path: str | Path) -> tuple[tuple[str, float], ...]:
 
 
 def fewest(order: Sequence[int], required: Sequence[np.ndarray]) -> int:
-    """Number of the first patches chosen that it takes to have one wherever one must be."""
+    """How many of the first patches chosen it takes to have one of each required."""
     chosen = np.array(order)
-    firsts = [np.flatnonzero(np.isin(chosen, options)) for options in required]
-    return max((int(found[0]) + 1 for found in firsts if len(found)), default=1)
+    places = [np.flatnonzero(np.isin(chosen, options)) for options in required]
+    return max((int(place[0]) + 1 for place in places if len(place)), default=1)

@@ -17,14 +17,14 @@ CANNOT_RANK = (
 BELOW_AVERAGE = "No allowed spot is expected to do as well as an average one on the whole body"
 
 WORN = {True: ".11 lower to .26 higher", False: ".19 lower to .25 higher"}
-"""Range of measured less expected F1 on four data sets' worn sensors, by whether subjects were left out."""
+"""Range of measured minus expected F1 on four data sets' worn sensors, by whether subjects were left out."""
 
 FAR = 10.0
-"""Times as many clips beyond which a number would be a guess."""
+"""Factor on the number of clips above which a prediction would be a guess."""
 
 
 def as_good_as(best: int, utility: UtilityMap, allowed: np.ndarray | None = None) -> np.ndarray:
-    """Numbers of the allowed patches as good as the best of all; `best` alone where it is not."""
+    """Numbers of the allowed patches that tie with the best of all; `best` alone if it does not tie."""
     group = utility.as_good if allowed is None else utility.as_good & allowed
     return np.flatnonzero(group) if utility.as_good[best] else np.array([best])
 
@@ -35,15 +35,15 @@ def mean_title(utility: UtilityMap) -> str:
 
 
 def mean_sentence(utility: UtilityMap) -> str:
-    """The activities that the mean is over and their weights; empty where all count alike."""
+    """A sentence on the activities in the mean and their weights; "" if all weigh the same."""
     if alike(utility.weights):
         return ""
-    listed = list(zip(utility.activities, utility.weights.tolist(), strict=True))
-    background = [name for name, weight in listed if not weight]
-    counted = [(name, weight) for name, weight in listed if weight]
+    pairs = list(zip(utility.activities, utility.weights.tolist(), strict=True))
+    background = [name for name, weight in pairs if not weight]
+    counted = [(name, weight) for name, weight in pairs if weight]
     if len({weight for _, weight in counted}) == 1:
         names = [name for name, _ in counted]
-        text = f"The mean is over {len(names)} of {len(listed)} activities ({', '.join(names)})"
+        text = f"The mean is over {len(names)} of {len(pairs)} activities ({', '.join(names)})"
     else:
         weighed = ", ".join(f"{name} {weight:g}" for name, weight in counted)
         text = f"The mean over {len(counted)} activities is weighted ({weighed})"
@@ -53,7 +53,7 @@ def mean_sentence(utility: UtilityMap) -> str:
 
 
 def spot_caution(best: int, utility: UtilityMap) -> str:
-    """Why the recommended patch may be no better than an average one; empty where it is."""
+    """Why the recommended patch may be no better than an average one; "" if it is."""
     if not utility.can_rank:
         return CANNOT_RANK
     return BELOW_AVERAGE if utility.expected_mean[best] < utility.expected_mean.mean() else ""
@@ -62,7 +62,7 @@ def spot_caution(best: int, utility: UtilityMap) -> str:
 def confidence_sentence(utility: UtilityMap, best: int | None = None) -> str:
     """The best spot's lead over an average one, its chance, and the repeatability of F1 itself.
 
-    `best` is the best allowed patch, where not all are.
+    `best` is the best allowed patch, if not all are allowed.
     """
     worn = f"On people's sensors, four data sets, F1 came out {WORN[utility.by_subject]} (docs/truth.md)"
     return f"{_confidence(utility, best)}. {worn}"
@@ -95,9 +95,9 @@ def _confidence(utility: UtilityMap, best: int | None) -> str:
 
 
 def more_clips(utility: UtilityMap) -> int | None:
-    """Further clips of an activity with the median number that would make the map reliable.
+    """Further clips that an activity with the median number needs to make the map reliable.
 
-    None where that is not known, or more than `FAR` times as many would be needed.
+    None if that is not known, or more than `FAR` times as many are needed.
     """
     factor = clips_needed(utility.reliability)
     if not factor <= FAR:
@@ -106,7 +106,7 @@ def more_clips(utility: UtilityMap) -> int | None:
 
 
 def mean_caution(utility: UtilityMap) -> str:
-    """A caution in place of the mean's interval, where an activity has too few clips for one; else ""."""
+    """A caution in place of the mean's interval if an activity has too few clips for one; else ""."""
     counts = utility.tested_clips()
     fewest = min(counts)
     if fewest >= FEWEST_CLIPS:
@@ -118,5 +118,5 @@ def mean_caution(utility: UtilityMap) -> str:
 
 
 def short(value: float) -> str:
-    """Two decimals without the leading nought."""
+    """The value with two decimals, without a leading zero."""
     return f"{value:.2f}".replace("0.", ".", 1) if abs(value) < 0.995 else f"{value:.2f}"

@@ -16,31 +16,30 @@ LARGEST_SET = 6
 """Sensors up to which sets are grown."""
 
 FIRST_SETS = 3
-"""Sensors up to which they are grown at first; more where more is wanted and may help."""
+"""Sensors up to which sets are grown at first; then more if more are wanted and may help."""
 
 WORTH = 0.01
-"""Expected F1 that all sensors added must promise together, where the target is out of reach."""
+"""Expected F1 that all added sensors must promise together if the target is out of reach."""
 
 ROUNDING = 1e-6
 """F1 differences smaller than this are rounding."""
 
 SHORTLIST = 0.25
-"""Share of the candidates that stay candidates once they have been tried beside the patches worn."""
+"""Share of the candidates that stay candidates once they have been tried with the patches worn."""
 
 LEAST_LISTED = 32
-"""No fewer of them: on 826 clips the best for the next patch was left out once in 20, and missed by an area
-of .0002."""
+"""Minimum shortlist. On 826 clips the best next patch was missing 1 time in 20, at a cost of .0002 in AUC."""
 
 OF_HALVES = 128
-"""Candidates that a half chooses among: the first patches, which were sampled to lie far apart."""
+"""Candidates of a half: the first patches, which were sampled to lie far apart."""
 
 
 class GrownSet:
-    """A set that grows by the patch with which the classifier tells activities apart best.
+    """A set that grows by the patch with which the classifier separates activities best.
 
-    The first patch is chosen by `first` (N,). Of the candidates tried, the best stay candidates for further
-    patches; all do where the activity told apart `worst` decides, not the mean, for that is another activity
-    each time. `among` is how many candidates are looked at, all by default.
+    The first patch is chosen by `first` (N,). The best of the candidates tried stay candidates for further
+    patches; if the `worst` separated activity decides instead of the mean, all do, because the worst changes
+    each time. `among` is how many candidates are tried, all by default.
     """
 
     def __init__(
@@ -53,7 +52,7 @@ class GrownSet:
         self._area = 0.0
 
     def up_to(self, size: int) -> tuple[int, ...]:
-        """The patches in order of choice, up to a size; fewer where no more are allowed."""
+        """The patches in order of choice, up to a size; fewer if no more are allowed."""
         order, terms = self._order, self._terms
         with unthreaded_products():
             while len(order) < min(size, terms.max_size):
@@ -75,7 +74,7 @@ class GrownSet:
 
 @dataclass(frozen=True)
 class ByHalves:
-    """Chooses as all clips do, among fewer candidates; goes on from what it chose before."""
+    """Chooses like all clips do, among fewer candidates; continues from its earlier choice."""
 
     worst: bool = False
     _grown: dict[Tests, GrownSet] = field(default_factory=dict)
@@ -88,11 +87,11 @@ class ByHalves:
 
 
 @dataclass(frozen=True, eq=False)
-class JointSet:
+class WornSet:
     """A set of patches chosen to be worn together."""
 
     order: tuple[int, ...]  # the patches recommended, in order of choice
-    promise: Promise  # of the first, the first two, and so on
+    promise: Promise  # for the first, the first two, and so on
     activities: tuple[str, ...]
     target: float  # expected macro F1 to reach
     every_activity: float  # least expected F1 of any activity; 0 for none
@@ -100,7 +99,7 @@ class JointSet:
     cost: float
     weights: np.ndarray  # (A,): what each activity counts
     further: tuple[int, ...]  # patches that were tried after these, in order of choice
-    with_next: Promise | None  # of these patches and the first of `further`
+    with_next: Promise | None  # for these patches and the first of `further`
     most: float  # expected F1 of the largest set tried
 
     @property
@@ -110,17 +109,17 @@ class JointSet:
 
     def sentence(self) -> str:
         """Say in words what the set would reach on other clips."""
-        made, count = self.promise, len(self.order)
+        promise, count = self.promise, len(self.order)
         sensors = "1 sensor reaches" if count == 1 else f"{count} sensors worn together reach"
         text = (
-            f"{sensors} an expected F1 of {made.mean[-1]:.3f} on other clips "
-            f"(95 % interval {made.low[-1]:.2f} to {made.high[-1]:.2f}; target {self.target:.3g}"
+            f"{sensors} an expected F1 of {promise.mean[-1]:.3f} on other clips "
+            f"(95 % interval {promise.low[-1]:.2f} to {promise.high[-1]:.2f}; target {self.target:.3g}"
         )
         if self.every_activity:
-            worst = int(np.where(self.weights > 0, made.f1[-1], np.inf).argmin())
+            worst = int(np.where(self.weights > 0, promise.f1[-1], np.inf).argmin())
             text += (
                 f", {self.every_activity:g} for every activity, of which {self.activities[worst]} has the "
-                f"lowest, {made.f1[-1, worst]:.3f}"
+                f"lowest, {promise.f1[-1, worst]:.3f}"
             )
         if self.reached:
             return f"{text})"
@@ -136,8 +135,8 @@ def choose_together(
     terms: Terms,
     target: float = 0.9,
     every_activity: float = 0.0,
-) -> JointSet:
-    """The cheapest set whose promise reaches the target, or the one beyond which it rises no more.
+) -> WornSet:
+    """Choose the cheapest set whose promise reaches the target, or the one beyond which it rises no more.
 
     The first patch is chosen by `expected`, the macro F1 (N,) of each patch alone and the bounds of its
     interval.
@@ -147,29 +146,35 @@ def choose_together(
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
         order = grown.up_to(size)
         alone, low, high = (float(values[order[0]]) for values in expected)
-        made = promises.of(order, choose, (alone, low, high))
-        enough, reached = _enough(tests, terms, target, every_activity, order, made)
-        if reached or (len(order) > fewest(order, terms.required) and made.mean[-1] <= made.mean[-2]):
+        promise = promises.of(order, choose, (alone, low, high))
+        enough, reached = _enough(tests, terms, target, every_activity, order, promise)
+        if reached or (len(order) > fewest(order, terms.required) and promise.mean[-1] <= promise.mean[-2]):
             break
     chosen, further = order[:enough], order[enough:]
     cost = float(terms.cost[list(chosen)].sum())
-    with_next = made.first(enough + 1) if further else None
-    return JointSet(
-        chosen, made.first(enough), tests.activities, target, every_activity, reached, cost, tests.weights,
-        further, with_next, float(made.mean[-1]),
+    with_next = promise.first(enough + 1) if further else None
+    return WornSet(
+        order=chosen, promise=promise.first(enough), activities=tests.activities, target=target,
+        every_activity=every_activity, reached=reached, cost=cost, weights=tests.weights,
+        further=further, with_next=with_next, most=float(promise.mean[-1]),
     )  # fmt: skip
 
 
 def _enough(
-    tests: SetTests, terms: Terms, target: float, every_activity: float, order: Sequence[int], made: Promise
+    tests: SetTests,
+    terms: Terms,
+    target: float,
+    every_activity: float,
+    order: Sequence[int],
+    promise: Promise,
 ) -> tuple[int, bool]:
-    """The number of patches that reach the target for the least cost, and whether they do.
+    """The number of patches that reach the target at the least cost, and whether they do.
 
-    Where none do, it is the fewest that promise what the most promise but for little.
+    If none do, it is the fewest that promise almost as much as the most.
     """
     sizes = np.arange(fewest(order, terms.required), len(order) + 1)
-    mean = made.mean[sizes - 1]
-    lowest = made.f1[sizes - 1][:, tests.weights > 0].min(axis=1)
+    mean = promise.mean[sizes - 1]
+    lowest = promise.f1[sizes - 1][:, tests.weights > 0].min(axis=1)
     good = np.minimum(mean - target, lowest - every_activity) >= -ROUNDING
     reached = bool(good.any())
     if not reached:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import chain
 
 import numpy as np
 import scipy
@@ -20,25 +21,25 @@ RANDOM_SETS = 16
 """Sets drawn at random, whose mean F1 is the level above which a chosen set gains."""
 
 CONFIDENCE = 0.95
-"""Of the intervals."""
+"""Confidence level of the intervals."""
 
 Choose = Callable[[Tests, Terms, int], Sequence[int]]
-"""Chooses patches from the tests of a trial, in order, up to a number."""
+"""A function that chooses up to a number of patches, in order, by the tests of a trial."""
 
 
 @dataclass(frozen=True, eq=False)
 class Promise:
-    """Expected F1 on other clips of sets chosen in one way, by their size, 1 to K."""
+    """Expected F1 on other clips, for sets of size 1 to K chosen in one way."""
 
     f1: np.ndarray  # (K, A)
     mean: np.ndarray  # (K,): macro F1
     low: np.ndarray  # (K,): its interval
     high: np.ndarray
     raw: np.ndarray  # (K, A): F1 on the clips that chose the set
-    known: bool = True  # parts of the clips could be compared; else the interval is that nothing is known
+    known: bool = True  # whether parts of the clips could be compared; else the interval is 0 to 1
 
     def first(self, count: int) -> Promise:
-        """Of the first `count` sizes."""
+        """The promise for the first `count` set sizes."""
         by_size = ("f1", "mean", "low", "high", "raw")
         return replace(self, **{name: getattr(self, name)[:count] for name in by_size})
 
@@ -52,7 +53,7 @@ class Promise:
 
 @dataclass(frozen=True, eq=False)
 class Promises:
-    """Promises of sets chosen under the same terms; sets drawn at random are tested once for all of them."""
+    """Promises for sets chosen under the same terms, all compared with the same random sets."""
 
     tests: SetTests
     terms: Terms
@@ -62,17 +63,17 @@ class Promises:
         """Expected F1 on other clips of the first patch of a set, the first two, and so on.
 
         One half of the clips chooses a set in the same way, the other measures its F1 and that of sets
-        drawn at random. The gain of the choice over those, on average over halves and both ways, is added to
-        the F1 of random sets on all clips: more of it as all clips choose better than half of them, less
-        where random sets leave less to gain. A patch worn can be ignored, so the promise never falls.
+        drawn at random. The mean gain over those, both ways, is added to the F1 of random sets on all clips:
+        more of it because all clips choose better than half of them, less if random sets leave less to gain.
+        A patch worn can be ignored, so the promise never falls.
 
-        `alone` is the expected macro F1 of the first patch alone and the bounds of its interval, as the map
-        gives them.
+        `alone` is the expected macro F1 of the first patch alone and the bounds of its interval.
         """
         tests, size = self.tests, len(order)
         with unthreaded_products():
-            among = dict.fromkeys([tests.whole, *(one for pair in tests.pairs for one in pair)])
-            level_of = {one: self.level(one, size) for one in among}
+            level_of = {
+                part: self.level(part, size) for part in [tests.whole, *chain.from_iterable(tests.pairs)]
+            }
             raw = tests.whole.f1_of_first(order)
             more = _better_chosen(tests)
             gains = [
@@ -88,10 +89,10 @@ class Promises:
         mean = rising(np.clip([alone[0], *mean_over(f1[1:], tests.weights)], 0, 1))
         f1 = np.clip(f1 + (mean - mean_over(f1, tests.weights))[:, None], 0, 1)
         mean_of = partial(known_mean, weights=tests.weights)
-        apart = [mean_of(level_of[one]) - mean_of(level_of[other]) for one, other in tests.pairs]
+        apart = [mean_of(level_of[a]) - mean_of(level_of[b]) for a, b in tests.pairs]
         if gains:
             variance = np.mean(np.square(apart), axis=0) / tests.plan.shrink
-            variance = variance + np.var([mean_of(one) for one in gains], axis=0) / 2
+            variance = variance + np.var([mean_of(gain) for gain in gains], axis=0) / 2
         else:
             variance = np.ones(size)
         reach = scipy.stats.norm.ppf((1 + CONFIDENCE) / 2) * np.sqrt(variance)
@@ -115,7 +116,7 @@ class Promises:
         return there.f1_of_first(order)
 
     def _gain(self, order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
-        """F1 that a set chosen elsewhere has over random sets, by its size; a shorter one stays as it is."""
+        """F1 gain of a set chosen elsewhere over random sets, by size; a shorter set keeps its last F1."""
         delivered = self.delivered(order, there)
         more = len(level) - len(delivered)
         return np.concatenate([delivered, np.repeat(delivered[-1:], more, axis=0)]) - level
@@ -124,7 +125,7 @@ class Promises:
 def rising(by_size: np.ndarray) -> np.ndarray:
     """Values (K,) that never fall, nearest to those given and never below the first.
 
-    A sensor that is worn can be ignored. The running maximum would take in the luck of every size before.
+    A sensor that is worn can be ignored. The running maximum would add the luck of every smaller size.
     """
     if len(by_size) < 2:
         return by_size
@@ -134,7 +135,7 @@ def rising(by_size: np.ndarray) -> np.ndarray:
 
 def _left(level: np.ndarray, level_there: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Share of a gain that is left at another level: F1 moves by p (1 - p) with its logit; at most 1."""
-    means = (known_mean(one, weights) for one in (level, level_there))
+    means = (known_mean(f1, weights) for f1 in (level, level_there))
     whole, there = (mean * (1 - mean) for mean in means)
     return np.minimum(np.maximum(whole, 0) / np.maximum(there, 1e-6), 1.0)
 
@@ -148,7 +149,7 @@ def _better_chosen(tests: SetTests) -> float:
     """
     if not tests.plan.disjoint:
         return 1.0
-    repeats = agreement([(one.single, other.single) for one, other in tests.pairs])
+    repeats = agreement([(a.single, b.single) for a, b in tests.pairs])
     return float(np.sqrt(2 / (1 + max(repeats, 0.0))))
 
 

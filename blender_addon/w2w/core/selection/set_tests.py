@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tests that sets of patches are chosen and judged by: on all clips and on disjoint halves of them."""
+"""Tests by which sets of patches are chosen and judged: on all clips and on disjoint halves of them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.f1 import class_auc, window_f1
-from ..ranking.halves import Plan, Protocol, Trial
+from ..ranking.halves import CrossValidation, Plan, Trial
 from ..ranking.joint_scores import JointScores, Training
 from ..ranking.pooling import Pooling
 from ..ranking.utility import UtilityMap
@@ -19,22 +20,22 @@ from ..ranking.weights import mean_over
 from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks, spans
 
 MOST_WINDOWS = 1000
-"""Most windows that a choice rests on, evenly drawn: time grows with their square."""
+"""Most windows on which a choice rests, evenly drawn: time grows with their square."""
 
 READ_BYTES = 32 * 2**20
-"""Features read at a time: they take memory beside those of all patches, which are held."""
+"""Features read at a time: they take memory in addition to those of all patches, which are held."""
 
 
 @dataclass(frozen=True, eq=False)
 class Tests:
-    """The tests of one trial, that a choice may look at and is judged by."""
+    """The tests of one trial, by which a set is chosen or judged."""
 
     scores: JointScores
     labels: np.ndarray  # (V,): of the windows tested
     trial: Trial
     weights: np.ndarray  # (A,): what each activity counts
     pooling: Pooling
-    known: np.ndarray | None  # (A, N): F1 of each patch alone, where a ranking has it
+    known: np.ndarray | None  # (A, N): F1 of each patch alone, if a ranking has it
 
     def _f1(self, scores: np.ndarray) -> np.ndarray:
         return window_f1(scores.argmax(axis=1), self.labels, len(self.weights))
@@ -67,14 +68,14 @@ class Tests:
         return self.f1_of_firsts([order], range(1, len(order) + 1))[0]
 
     def f1_of_firsts(self, orders: Sequence[Sequence[int]], sizes: Sequence[int]) -> np.ndarray:
-        """The same of several orders, by the first patches of some ascending `sizes`; (orders, sizes, A)."""
-        found = [list(map(self._f1, of_order)) for of_order in self.scores.each_first_of(orders, sizes)]
-        return np.where(self.trial.testable, found, np.nan)
+        """F1 by the first patches of several orders, for ascending `sizes`; shape (orders, sizes, A)."""
+        f1 = [list(map(self._f1, of_order)) for of_order in self.scores.each_first_of(orders, sizes)]
+        return np.where(self.trial.testable, f1, np.nan)
 
 
 @dataclass(frozen=True, eq=False)
 class SetTests:
-    """All tests that sets of patches are chosen and judged by."""
+    """All tests by which sets of patches are chosen and judged."""
 
     whole: Tests  # on all clips
     pairs: tuple[tuple[Tests, Tests], ...]  # on disjoint halves of them, or on single subjects
@@ -87,16 +88,16 @@ class SetTests:
     def of(
         cls,
         inputs: np.ndarray | PatchBlocks,
-        protocol: Protocol,
+        protocol: CrossValidation,
         pooling: Pooling,
         utility: UtilityMap | None = None,
     ) -> SetTests:
         """Prepare the tests of a library, for features (W, N, D) as `Ridge` takes them.
 
-        `utility` is the `utility_map` of the same inputs and protocol, whose halves need not be ranked again
-        then. Errors are those of `Protocol.planned`.
+        `utility`, the `utility_map` of the same inputs and protocol, saves ranking the halves again. Raises
+        what `CrossValidation.plan` raises.
         """
-        everything = protocol.planned()
+        everything = protocol.plan()
         used = everything.used
         activity, clip = np.asarray(protocol.activity)[used], np.asarray(protocol.clip)[used]
         work = everything.among(_evenly(activity, clip, everything.is_test, MOST_WINDOWS))
@@ -120,10 +121,9 @@ class SetTests:
 
         halves = [(a, b) for a, b in work.plan.pairs if (a.testable & b.testable & (weights > 0)).any()]
         whole = work.plan.whole
-        trials = dict.fromkeys([whole, *(one for pair in halves for one in pair)])
-        made = {trial: tests(trial) for trial in trials}
-        pairs = tuple((made[a], made[b]) for a, b in halves)
-        return cls(made[whole], pairs, work.plan, work.activities, protocol.seed, weights)
+        by_trial = {trial: tests(trial) for trial in dict.fromkeys([whole, *chain.from_iterable(halves)])}
+        pairs = tuple((by_trial[a], by_trial[b]) for a, b in halves)
+        return cls(by_trial[whole], pairs, work.plan, work.activities, protocol.seed, weights)
 
 
 def _held(source: PatchBlocks) -> np.ndarray:
@@ -137,7 +137,7 @@ def _held(source: PatchBlocks) -> np.ndarray:
 
 
 def _evenly(activity: np.ndarray, clip: np.ndarray, is_test: np.ndarray, most: int) -> np.ndarray:
-    """Rows of at most `most` windows, evenly over activities and clips, those that may be tested first."""
+    """Rows of at most `most` windows, evenly over activities and clips, test windows first."""
     if len(activity) <= most:
         return np.arange(len(activity))
     rows = np.flatnonzero(is_test) if is_test.sum() >= most else np.arange(len(activity))

@@ -15,7 +15,7 @@ from ..ranking.turned import may_turn
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import counting, weights_of
 from ..selection.advice import Advice, advise
-from ..selection.answer import PlaceScore, Scored, compare
+from ..selection.answer import PlaceScore, ScoredMap, compare
 from ..selection.set_tests import SetTests
 from ..windows.windows import cut_windows
 from .clip_files import WORK
@@ -69,7 +69,7 @@ def choose_to_wear(
 
 def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:
     """One sensor on products and at places by name, best first; ValueError where a word means nothing."""
-    return compare(Scored(study.utility, study.patches, study.body()), words)
+    return compare(ScoredMap(study.utility, study.patches, study.body()), words)
 
 
 def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> Advice:

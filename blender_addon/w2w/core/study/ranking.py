@@ -12,7 +12,7 @@ from ..library.import_plan import same_files
 from ..library.library import Clip
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.f1 import Spread
-from ..ranking.halves import Protocol
+from ..ranking.halves import CrossValidation
 from ..ranking.pooling import Pooling
 from ..ranking.same_motion import same_motion_groups
 from ..ranking.utility import UtilityMap, utility_map
@@ -63,12 +63,12 @@ class WindowLabels:
         """Of some windows, by their numbers or a mask."""
         return replace(self, **{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
-    def protocol(self, config: StudyConfig) -> Protocol:
+    def protocol(self, config: StudyConfig) -> CrossValidation:
         """The protocol that the config asks for."""
         activities = sorted(set(self.activity.tolist()))
         counts = counting(activities, config.background, config.weights)
         subject = self.subject if config.by_subject else None
-        return Protocol(
+        return CrossValidation(
             activity=self.activity, clip=self.motion, subject=subject, is_test=self.is_test,
             activities=activities, folds=config.folds, seed=config.seed, counts=counts,
         )  # fmt: skip

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from w2w.core.findings import notes
 from w2w.core.findings.advice_content import called, next_worn
-from w2w.core.findings.sources import shown_in, source_caution
+from w2w.core.findings.sources import origins_of, source_caution
 from w2w.core.findings.summary import best_regions, own_scores, study_counts, window_content
 from w2w.core.garments.cover import garment_content, garment_sentence
 from w2w.core.garments.on_cloth import caught_sentences
@@ -78,7 +78,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     _say(notes.copies_sentence(study.copies), console)
     show_window_warning(study.clips, study.config.windows, console)
     _say(study.config.synthesis.caution, console)
-    if caution := source_caution(shown_in(study)):
+    if caution := source_caution(origins_of(study)):
         console.print(f"Caution: {caution}.", style="bold yellow")
     content = garment_content(out, study.config.garments, patches)
     _say(garment_sentence(content, len(patches)), console)

@@ -106,7 +106,7 @@ def taught_phases(
     clips = np.concatenate([test.clip for test in asked])
     found = []
     for way, parts in named.items():
-        f1, _, boot = score_patches(truth, np.concatenate(parts), clips, len(PHASES), 1000, 0.95, seed)
+        f1, boot = score_patches(truth, np.concatenate(parts), clips, len(PHASES), 1000, 0.95, seed)
         low, high = np.quantile(boot.mean_samples.mean(axis=1), [0.025, 0.975])
         found.append(PhasesTaught(way, float(f1.mean()), float(low), float(high), f1.mean(axis=1)))
     return found

@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from w2w.core.files import DIGITS
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.selection.promise import Promise
 from w2w.core.study.results import StudyResults
@@ -30,7 +30,7 @@ WORKERS = 2
 def multi_sensor_check(
     order: Sequence[int],
     inputs: np.ndarray | PatchBlocks,
-    protocol: Protocol,
+    protocol: CrossValidation,
     classifier: Any = Ridge.name,
     resamples: int = 500,
 ) -> list[UtilityMap]:

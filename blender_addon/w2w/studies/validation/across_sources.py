@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
 
 from .library_repeats import agreement
@@ -44,7 +44,7 @@ def across_sources(windows: MixedWindows, seed: int = 0) -> AcrossSources:
     names = sorted(set(kept.activity.tolist()))
     unseen = utility_map(
         kept.inputs,
-        Protocol(kept.activity, kept.motion, kept.source, kept.is_test, names, seed=seed),
+        CrossValidation(kept.activity, kept.motion, kept.source, kept.is_test, names, seed=seed),
         resamples=RESAMPLES,
         halvings=0,
     )

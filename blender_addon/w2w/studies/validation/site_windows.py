@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.windows.features import window_features
 from w2w.core.windows.windows import TooShortError, WindowSpec, cut_windows
@@ -41,7 +41,7 @@ class SiteWindows(NamedTuple):
     ) -> UtilityMap:
         """The map of all sensors, an expected one only where `halvings` are asked for; see `utility_map`."""
         subject = self.subject if by_subject else None
-        protocol = Protocol(self.activity, self.clip, subject, self.is_test, activities, folds, seed)
+        protocol = CrossValidation(self.activity, self.clip, subject, self.is_test, activities, folds, seed)
         return utility_map(self.features, protocol, **{"halvings": 0} | more)
 
     some = some_windows

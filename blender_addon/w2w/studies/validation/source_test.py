@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.windows.inputs import PatchBlocks, SomeWindows, as_blocks
 
@@ -72,7 +72,7 @@ def told_sources(
         kept = np.flatnonzero(rows & np.isin(source, sources))
         found[name] = utility_map(
             SomeWindows(as_blocks(inputs), kept),
-            Protocol(source[kept], mover[kept], None, is_test[kept], sources, seed=seed),
+            CrossValidation(source[kept], mover[kept], None, is_test[kept], sources, seed=seed),
             halvings=0,
         )
     return found

@@ -12,7 +12,7 @@ import numpy as np
 from w2w.core.imu.calibration import Pair, mounting, turned
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.classifiers.ridge import Ridge
-from w2w.core.ranking.f1 import score_patches
+from w2w.core.ranking.f1 import confusion_of, score_patches
 from w2w.core.ranking.folds import ALWAYS_TRAIN
 from w2w.core.windows.features import window_features
 from w2w.core.windows.windows import WindowSpec, cut_windows
@@ -90,8 +90,8 @@ def scored(
     seed: int,
 ) -> Transfer:
     """What windows were named against what they show."""
-    f1, confusion, boot = score_patches(truth, named[:, None], clips, n_activities, RESAMPLES, 0.95, seed)
+    f1, boot = score_patches(truth, named[:, None], clips, n_activities, RESAMPLES, 0.95, seed)
     return Transfer(
         trained, tested, float(f1[0].mean()), float(boot.mean_low[0]), float(boot.mean_high[0]),
-        float((truth == named).mean()), f1[0], confusion[0],
+        float((truth == named).mean()), f1[0], confusion_of(truth, named[:, None], n_activities)[0],
     )  # fmt: skip

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.windows.inputs import PatchBlocks
@@ -113,7 +113,7 @@ def _ranked(
     folds = max(2, min(FOLDS, len(set(part.performer))))
     return utility_map(
         part.inputs,
-        Protocol(
+        CrossValidation(
             labels, part.performer, None, part.is_test, sorted(set(labels.tolist())), folds=folds, seed=seed
         ),
         resamples=RESAMPLES,

@@ -6,10 +6,10 @@ import numpy as np
 
 from ...core.colours import score_range
 from ...core.findings.advice_content import answer_content
-from ...core.findings.sources import Shown, source_caution, system_of
+from ...core.findings.sources import Origin, source_caution, system_of
 from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
-from ...core.selection.answer import Scored, answer
+from ...core.selection.answer import ScoredMap, answer
 from ...core.wording import capital
 from ...scene import heatmap
 from ...scene.base.patches import empties_by_patch
@@ -37,7 +37,7 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
     study.ranked_as = ranked_as
     ranked = [clip for clip in state.usable(study) if clip.activity in utility.activities]
     caution = source_caution(
-        [Shown(clip.activity, "", system_of(clip.skeleton, clip.rate), "", clip.subject) for clip in ranked]
+        [Origin(clip.activity, "", system_of(clip.skeleton, clip.rate), "", clip.subject) for clip in ranked]
     )
     study.source_caution = f"{capital(caution)}." if caution else ""
     with state.without_updates():
@@ -166,7 +166,7 @@ def choose(body: bpy.types.Object) -> None:
         return
     mean = scores.expected_mean(study, utility)
     if counting.is_as_ranked(study, utility):
-        found = answer(Scored(utility, patches, state.body_as_run(body), terms.allowed))
+        found = answer(ScoredMap(utility, patches, state.body_as_run(body), terms.allowed))
         lists.keep_answer(study, answer_content(found, patches))
         patch = found.patch
     else:

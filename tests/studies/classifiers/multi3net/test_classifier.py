@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.studies.classifiers.multi3net.classifier import Multi3Net, split_windows
 
@@ -111,7 +111,10 @@ def test_labels_shuffled_by_clip_give_chance():
     activity = np.array(["bow", "run", "walk"])[shuffled]
     everywhere = np.ones(len(clip), bool)
     utility = utility_map(
-        windows, Protocol(activity, clip, None, everywhere, ("bow", "run", "walk")), SMALL, resamples=20
+        windows,
+        CrossValidation(activity, clip, None, everywhere, ("bow", "run", "walk")),
+        SMALL,
+        resamples=20,
     )
     assert utility.mean.mean() == pytest.approx(1 / 3, abs=0.12)
     assert utility.classifier == "multi3net"

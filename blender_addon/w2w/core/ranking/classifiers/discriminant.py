@@ -15,13 +15,13 @@ LEAST_WITHIN = 1e-6
 NEVER_VARIES = 1e-12
 """Variance of a feature that is the same in every training window."""
 KEPT_OUT = 1e30
-"""Unit of the ridge where a feature never varies: no score heeds it, yet it is a finite number."""
+"""Unit of the ridge if a feature never varies: large enough to switch it off, small enough to stay finite."""
 FEW = 1.2
-"""Solve in the dual (for windows) up to this many windows a feature: half the time at 1 and below."""
+"""Windows per feature up to which the dual is solved (for windows): half the time at 1 and below."""
 
 
 def few(n_windows: np.ndarray, width: int) -> np.ndarray:
-    """Which numbers of windows trained on are few for `width` features."""
+    """Whether there are few training windows for `width` features."""
     return n_windows <= FEW * width
 
 
@@ -35,7 +35,7 @@ def summing(group: np.ndarray, n_groups: int) -> csr_array:
 
 
 def averaging(group: np.ndarray, n_groups: int) -> csr_array:
-    """The same for the mean of each group; 0 of groups without any row."""
+    """Sparse matrix (n_groups, W), float32, that takes the mean of each group; 0 for a group without rows."""
     share = (1 / np.maximum(np.bincount(group, minlength=n_groups), 1)).astype(np.float32)
     return csr_array((share[group], (group, np.arange(len(group)))), shape=(n_groups, len(group)))
 
@@ -43,8 +43,8 @@ def averaging(group: np.ndarray, n_groups: int) -> csr_array:
 class Discriminant:
     """A training, with several ridges.
 
-    From class means (A, D), the windows trained on of each class (A,), a class without any being never
-    named, and slopes (A, D), one a ridge; all in single precision.
+    Built from class means (A, D), training windows per class (A,) (a class with none is never predicted) and
+    slopes (A, D), one per ridge, in single precision.
     """
 
     def __init__(self, means: np.ndarray, windows: np.ndarray, slopes: Iterable[np.ndarray]) -> None:
@@ -56,7 +56,7 @@ class Discriminant:
     def by_features(
         cls, within: np.ndarray, whole: np.ndarray, means: np.ndarray, windows: np.ndarray, ridges: np.ndarray
     ) -> Discriminant:
-        """From sums over the windows trained on, in single precision.
+        """Train from sums over the training windows, in single precision.
 
         `within` (D, D) holds products of features about their class means, the upper triangle; `whole` (D,)
         squares of features about whatever `means` (A, D) are about.
@@ -69,7 +69,7 @@ class Discriminant:
 
     @classmethod
     def by_windows(cls, inputs: np.ndarray, member: np.ndarray, ridges: np.ndarray) -> Discriminant:
-        """From windows (n, D), their classes as rows (n, A) of ones and zeros, and ridges.
+        """Train from windows (n, D), their classes as rows (n, A) of ones and zeros, and ridges.
 
         By Woodbury's identity a matrix of windows is solved, not of features (Saunders, Gammerman and
         Vovk 1998).
@@ -99,13 +99,13 @@ class Discriminant:
 
 
 def deviation(within: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    """Deviation from the variances within classes and of all; infinite where a feature never varies."""
+    """Standard deviation from the variances within classes and of all; infinite if a feature never varies."""
     variance = np.maximum(within, LEAST_WITHIN * whole)
     return np.sqrt(np.where(variance > NEVER_VARIES, variance, np.inf))
 
 
 def with_ridge(matrix: np.ndarray, ridge: float | np.floating | np.ndarray) -> np.ndarray:
-    """The matrix itself, the ridge, or one for each row, added to its diagonal."""
+    """The matrix itself, with the ridge, or one for each row, added to its diagonal."""
     diagonal = np.einsum("ii->i", matrix)
     diagonal += np.asarray(ridge, dtype=np.float32)
     return matrix

@@ -14,7 +14,7 @@ from ...windows.inputs import BLOCK_BYTES, PatchBlocks, as_blocks, for_each_patc
 
 @dataclass(frozen=True)
 class EstimatorClassifier:
-    """An estimator of your own, fitted anew for each patch and fold.
+    """The user's estimator, fitted anew for each patch and fold.
 
     Nothing is shared between patches, so a map takes as long as that many fits.
 

@@ -12,22 +12,22 @@ import numpy as np
 from ...blas import add_square, multiply
 from ...threads import unthreaded_products
 from ...windows.inputs import BLOCK_BYTES, PatchBlocks, as_blocks, for_each_patch
-from ..halves import Named, Split, plan
+from ..halves import Predictions, Split, plan
 from .discriminant import Discriminant, few, summing
 
 ALPHAS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Ridges on a logarithmic grid, in units of a feature's variance within classes."""
 INNER_FOLDS = 4
-"""Parts that a fold's training windows are dealt to, to choose its ridge."""
+"""Parts into which a fold's training windows are dealt to choose its ridge."""
 WINDOWS_AT_ONCE = 4096
-"""Windows of a patch that are added up or scored at once, so that memory does not grow with the library."""
+"""Windows of a patch added up or scored at once, so that memory does not grow with the library."""
 
 
 @dataclass(frozen=True)
 class Ridge:
     """Linear discriminant analysis with a ridge and equal priors.
 
-    Least squares onto class indicators with a ridge finds the same directions, but naming
+    Least squares onto class indicators with a ridge finds the same directions, but predicting
     the largest output masks classes that lie between others when there are many; the
     discriminant rule does not (Hastie, Tibshirani and Buja 1994,
     doi:10.1080/01621459.1994.10476866; Hastie, Buja and Tibshirani 1995,
@@ -65,46 +65,46 @@ class Ridge:
         is_test: np.ndarray,
         progress: Callable[[float], None] | None = None,
     ) -> np.ndarray:
-        """Name every test window by the model of the folds it does not belong to.
+        """Predict every test window by the model of the folds it does not belong to.
 
         `features` (W, N, D) are of order one, as `window_features` gives them; `labels` (W,) from 0 to A - 1;
         `fold` (W,) is -1 for windows that every fold trains on; `progress` is given the fraction done. The
-        names have the shape (sum of `is_test`, N), int16.
+        predictions have the shape (sum of `is_test`, N), int16.
         """
         work = plan(labels, np.arange(len(labels)), fold, is_test, halvings=0)
         position = np.cumsum(is_test) - 1
         predictions = np.empty((int(is_test.sum()), as_blocks(features).shape[1]), dtype=np.int16)
 
-        def receive(sensor: int, found: Iterable[Named]) -> None:
-            for _, windows, activities in found:
+        def receive(sensor: int, of_sensor: Iterable[Predictions]) -> None:
+            for _, windows, activities in of_sensor:
                 predictions[position[windows], sensor] = activities[0]
 
         alpha = self.choose_alpha(features, labels, fold, is_test)
-        self.name_splits(features, labels, work.block, work.splits, alpha, receive, progress)
+        self.predict_splits(features, labels, work.block, work.splits, alpha, receive, progress)
         return predictions
 
-    def name_splits(
+    def predict_splits(
         self,
         features: np.ndarray | PatchBlocks,
         labels: np.ndarray,
         block: np.ndarray,
         splits: Sequence[Split],
         alpha: float,
-        receive: Callable[[int, Iterable[Named]], None],
+        receive: Callable[[int, Iterable[Predictions]], None],
         progress: Callable[[float], None] | None = None,
     ) -> None:
-        """Name the tested windows of each split by a ridge.
+        """Predict the tested windows of each split by a ridge.
 
-        `block` (W,) is as `halves.plan` gives it. `receive` is given a sensor's number and all its names, to
-        be taken one after the other; sensors in any order and from several threads.
+        `block` (W,) is as `halves.plan` gives it. `receive` is given a sensor's number and an iterator of its
+        predictions, for sensors in any order and from several threads.
         """
         sums, alphas = _Splits(labels, block, splits), np.full((len(splits), 1), alpha)
 
-        def name_windows(sensor: int, inputs: np.ndarray) -> None:
-            receive(sensor, sums.named(inputs, alphas))
+        def predict(sensor: int, inputs: np.ndarray) -> None:
+            receive(sensor, sums.predicted(inputs, alphas))
 
         with unthreaded_products():
-            for_each_patch(as_blocks(features), name_windows, self.workers, self.block_bytes, progress)
+            for_each_patch(as_blocks(features), predict, self.workers, self.block_bytes, progress)
 
     def choose_alpha(
         self, features: np.ndarray | PatchBlocks, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
@@ -128,12 +128,12 @@ class Ridge:
         sensors = np.unique(np.linspace(0, source.shape[1] - 1, self.tuning_sensors).astype(int))
 
         def accuracies(sensor: int) -> np.ndarray:
-            hits = np.zeros((len(splits), len(self.alphas), sums.n_classes))
-            for split, rows, activities in sums.named(source.patches(sensor, sensor + 1)[:, 0], alphas):
-                true = labels[rows]
-                right = activities == true
-                hits[split] += [np.bincount(true, one, minlength=sums.n_classes) for one in right]
-            return np.nanmean(hits / windows[:, None], axis=2)
+            correct = np.zeros((len(splits), len(self.alphas), sums.n_classes))
+            for split, rows, activities in sums.predicted(source.patches(sensor, sensor + 1)[:, 0], alphas):
+                actual = labels[rows]
+                right = activities == actual  # by ridge
+                correct[split] += [np.bincount(actual, row, minlength=sums.n_classes) for row in right]
+            return np.nanmean(correct / windows[:, None], axis=2)
 
         with unthreaded_products(), ThreadPoolExecutor(self.workers) as pool:
             scores = np.mean(list(pool.map(accuracies, sensors)), axis=0)
@@ -143,7 +143,7 @@ class Ridge:
 
 
 class _Sums(NamedTuple):
-    """Features trained on, about the class means of all windows, added up over some blocks."""
+    """Sums over some blocks of training features, taken about the class means of all windows."""
 
     gram: np.ndarray  # (D, D): the upper triangle
     of_class: np.ndarray  # (A, D)
@@ -180,8 +180,8 @@ class _Splits:
         self._few: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._rooms = local()
 
-    def named(self, inputs: np.ndarray, alphas: np.ndarray) -> Iterator[Named]:
-        """Names of some tested windows at a time, by each ridge of the split in `alphas`."""
+    def predicted(self, inputs: np.ndarray, alphas: np.ndarray) -> Iterator[Predictions]:
+        """Predictions for some tested windows at a time, by each ridge of the split in `alphas`."""
         centre = inputs.mean(axis=0)
         is_few = few(self.n_trained, inputs.shape[1])
         class_means = self._share * sum(
@@ -201,7 +201,7 @@ class _Splits:
             for first in range(0, len(rows), WINDOWS_AT_ONCE):
                 some = rows[first : first + WINDOWS_AT_ONCE]
                 scores = trained.scores(_single(inputs[some] - centre))
-                yield Named(number, some, scores.argmax(axis=0))
+                yield Predictions(number, some, scores.argmax(axis=0))
 
     def _of_splits(self, chosen: np.ndarray, inputs: np.ndarray, class_means: np.ndarray) -> Iterator[_Sums]:
         """Sums over the blocks that each of some splits trains on."""
@@ -225,7 +225,7 @@ class _Splits:
         return map(_Sums, *of_splits)
 
     def _room(self, name: str, count: int, width: int) -> _Sums:
-        """Room for `count` sums, each thread's own: memory new to each patch would take a tenth more time."""
+        """Memory of this thread for `count` sums; allocated per patch it would take a tenth more time."""
         rooms = self._rooms.__dict__
         if name not in rooms:
             shapes = ((count, width, width), (count, self.n_classes, width))
@@ -246,5 +246,5 @@ def _by_features(
 
 
 def _single(features: np.ndarray) -> np.ndarray:
-    """In single precision, which does about a mean."""
+    """Features in single precision, which is enough once they are taken about a mean."""
     return features.astype(np.float32, copy=False)

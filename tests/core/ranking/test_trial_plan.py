@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.halves import Protocol
+from w2w.core.ranking.halves import CrossValidation
 
 CLIP = np.repeat(np.arange(16), 3)
 ACTIVITY = np.array(["jump", "run", "sit", "wave"])[CLIP % 4]
@@ -12,7 +12,7 @@ IS_TEST = np.arange(len(CLIP)) % 3 < 2
 
 
 def test_no_clip_is_trained_on_and_tested():
-    work = Protocol(ACTIVITY, CLIP, None, IS_TEST, ["jump", "run", "sit"], folds=4).planned()
+    work = CrossValidation(ACTIVITY, CLIP, None, IS_TEST, ["jump", "run", "sit"], folds=4).plan()
     assert work.activities == ("jump", "run", "sit")
     assert set(ACTIVITY[work.used]) == set(work.activities)
     clips = CLIP[work.used]
@@ -26,18 +26,18 @@ def test_no_clip_is_trained_on_and_tested():
 
 def test_no_subject_is_trained_on_and_tested():
     subject = np.array(["ann", "ben"])[CLIP // 8]
-    work = Protocol(ACTIVITY, CLIP, subject, IS_TEST, ["jump", "run", "sit", "wave"]).planned()
+    work = CrossValidation(ACTIVITY, CLIP, subject, IS_TEST, ["jump", "run", "sit", "wave"]).plan()
     assert len(work.plan.whole.splits) == 2
     assert "2 subjects" in work.protocol
 
 
 def test_an_activity_of_one_clip_is_left_out_with_its_reason():
     names = np.where(CLIP == 0, "cartwheel", ACTIVITY)
-    work = Protocol(names, CLIP, None, IS_TEST, sorted(set(names))).planned()
+    work = CrossValidation(names, CLIP, None, IS_TEST, sorted(set(names))).plan()
     assert "cartwheel" not in work.activities
     assert list(work.left_out) == ["cartwheel"]
 
 
 def test_two_activities_are_needed():
     with pytest.raises(ValueError, match="needs two activities"):
-        Protocol(ACTIVITY, CLIP, None, IS_TEST, ["jump"]).planned()
+        CrossValidation(ACTIVITY, CLIP, None, IS_TEST, ["jump"]).plan()
