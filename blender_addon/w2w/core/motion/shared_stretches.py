@@ -80,7 +80,7 @@ LATE, FASTER = 0.75, 0.055
 FOR_AXES, FRAMES_FOR_AXES = 2000, 20
 """Clips from which the axes are found, and frames of each, at most."""
 
-CLIPS_AT_ONCE, PAIRS_AT_ONCE, IN_FULL_AT_ONCE = 400, 2000, 300
+CLIPS_AT_ONCE, PAIRS_AT_ONCE, IN_FULL_AT_ONCE = 400, 1000, 300
 """Clips read at a time, and pairs of moments compared on the axes and in full."""
 
 CELL = 1000.0
@@ -105,40 +105,39 @@ def shared_stretches(
     axes, spacing = _axes(signatures, clips)
     every = np.eye(WIDTH, dtype=np.float32)
     mirror = mirrored_poses(every)
-    all_lines = _Lines(np.empty((frames.sum(), AXES), np.float16), frames, np.empty(len(clips), dtype=bool))
-    as_is, mirrored = [], []
+    as_is, asked, mirrored = [], [], []
     for start in range(0, len(clips), CLIPS_AT_ONCE):
         block = slice(start, start + CLIPS_AT_ONCE)
-        poses, first = _poses(signatures, clips[block]), all_lines.start[start]
+        poses = _poses(signatures, clips[block])
         part, reflected = (_Lines.of(poses, frames[block], of) for of in (axes, mirror @ axes))
-        as_is.append(_moments(part, start, spacing))
+        as_is.append(_Moments.joined([_moments(part, start, spacing)]))
+        asked.append(_asked(as_is[-1], part.quiet, start))
         mirrored.append(_asked(_moments(reflected, start, spacing), part.quiet, start))
-        all_lines.poses[first : first + len(poses)], all_lines.quiet[block] = part.poses, part.quiet
     base = _Moments.joined(as_is)
 
-    def of_pairs(asked: np.ndarray, along: np.ndarray) -> tuple[_Lines, np.ndarray]:
-        """Lines of those of the clips that are asked for, each once, and the place of each among them."""
-        numbers, places = np.unique(asked, return_inverse=True)
-        return _Lines.of(_poses(signatures, clips[numbers]), frames[numbers], along), places
+    def apart_along(pairs: _Pairs, ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+        """Difference of pairs whose poses are projected on these axes, (WIDTH, A) each: (C,)."""
+        lines, places = [], []
+        for asked_for, along in ((pairs.first, ours), (pairs.second, theirs)):
+            numbers, place = np.unique(asked_for, return_inverse=True)
+            lines.append(_Lines.of(_poses(signatures, clips[numbers]), frames[numbers], along))
+            places.append(place)
+        return _apart(replace(pairs, first=places[0], second=places[1]), *lines)
 
-    for side, turned in ((_asked(base, all_lines.quiet), every), (_Moments.joined(mirrored), mirror)):
-        pairs = _candidates(side, base)
+    for side, turned in ((asked, every), (mirrored, mirror)):
+        pairs = _candidates(_Moments.joined(side), base)
         apart = np.empty(len(pairs.first))
         for start in range(0, len(apart), PAIRS_AT_ONCE):
             some = slice(start, start + PAIRS_AT_ONCE)
-            ours, first = of_pairs(pairs.first[some], turned @ axes)
-            apart[some] = _apart(replace(pairs.some(some), first=first), ours, all_lines)
+            apart[some] = apart_along(pairs.some(some), turned @ axes, axes)
         near = np.argsort(apart, kind="stable")[: np.count_nonzero(apart <= APART)]
         for start in range(0, len(near), IN_FULL_AT_ONCE):
             close = pairs.some(near[start : start + IN_FULL_AT_ONCE])
             numbers = zip(clips[close.first].tolist(), clips[close.second].tolist(), strict=True)
             close = close.some(np.array([not is_known(*pair) for pair in numbers]))
-            if not len(close.first):
-                continue
-            ours, first = of_pairs(close.first, turned)
-            theirs, second = of_pairs(close.second, every)
-            same = close.some(_apart(replace(close, first=first, second=second), ours, theirs) <= 1)
-            yield from zip(clips[same.first].tolist(), clips[same.second].tolist(), strict=True)
+            if len(close.first):
+                same = close.some(apart_along(close, turned, every) <= 1)
+                yield from zip(clips[same.first].tolist(), clips[same.second].tolist(), strict=True)
 
 
 def _poses(signatures: Sequence[np.ndarray], clips: np.ndarray) -> np.ndarray:
@@ -260,7 +259,7 @@ def _moments(clips: _Lines, number: int, spacing: np.ndarray) -> _Moments:
     )
 
 
-def _asked(moments: _Moments, quiet: np.ndarray, number: int = 0) -> _Moments:
+def _asked(moments: _Moments, quiet: np.ndarray, number: int) -> _Moments:
     """About `ASKED` moments of each clip, the first of this number; those at rest of quiet clips alone."""
     moments = moments.some((moments.level != AT_REST) | quiet[moments.clip - number])
     order = np.argsort(moments.clip, kind="stable")
