@@ -5,8 +5,6 @@ Run as ``blender --background --python blender_worker.py -- MARK``. Blender and 
 standard output, so results take a copy of it, after a line with MARK, and all further prints are dropped.
 """
 
-from __future__ import annotations
-
 import os
 import pickle
 import queue

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A clip's task, as a worker gets it, and the mark of the worker that is at it."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

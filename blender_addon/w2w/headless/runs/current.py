@@ -4,8 +4,6 @@
 Sizes and times tell it in seconds, whatever the library; where they changed, what the results were made of.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A run's folder: held and made before the run, and cleared of what earlier runs left."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import shutil

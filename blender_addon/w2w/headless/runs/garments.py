@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The garments of a run: read from the command line, and fitted to the body before the first clip."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from w2w.core.body.body import Body

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Limits of time and memory for worker processes, so that no file can hang or fill a machine."""
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import faulthandler

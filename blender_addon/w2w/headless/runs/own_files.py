@@ -7,8 +7,6 @@ the file before it, so that a run that was killed in between can go on, and a li
 gives away no file whose content he does not know. Everything is checked before anything is made.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable, Collection, Iterable, Iterator

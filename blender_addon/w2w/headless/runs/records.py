@@ -5,8 +5,6 @@ A worker writes a clip's record as a file of its own, which no kill can cut in h
 into a list, one line a clip: a hundred thousand are read in a second. A shard has a list of its own.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -5,8 +5,6 @@ On one machine the workers are loky's, or background Blenders where this is the 
 on a cluster they are Dask's (see `cluster`). Either way a task is handed out again when its worker died.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import time

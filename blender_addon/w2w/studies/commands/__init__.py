@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The commands of the studies, for `w2w`."""
 
-from __future__ import annotations
-
 import typer
 
 from .challenge import challenge

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w challenge`: anybody's ranking of sites, judged by the people of five data sets."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

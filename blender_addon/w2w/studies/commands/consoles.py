@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What several of the studies' commands print on, and print."""
 
-from __future__ import annotations
-
 from rich.console import Console
 
 from w2w.headless.console import Terminal

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w demo-library`: W2W's own motion library, as FBX files like Mixamo's."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Callable

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w study`: the paper's studies, for anyone to run."""
 
-from __future__ import annotations
-
 import typer
 
 from .study_copies import copies

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w study library`: a library of several sources, ranked within each of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w study rehab`: the paper's use case, four rehabilitation exercises, done well and badly."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import replace
 from functools import partial

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w sweep`: does the ranking hold at another tempo, on another body, with another sensor?"""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from typing import Annotated

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Write down what a library of several sources says: a page, a table, a picture and plain values."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Whether somebody who stays where they are sits or stands."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from w2w.core.body.body import Body

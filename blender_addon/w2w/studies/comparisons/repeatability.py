@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Does a run's advice hold for other clips? Disjoint halves choose, and each other's raw F1 judges."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

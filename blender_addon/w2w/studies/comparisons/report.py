@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Write a validation down: tables, pictures, one honest sentence."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

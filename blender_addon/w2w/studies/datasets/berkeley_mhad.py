@@ -4,8 +4,6 @@
 All in SI units and the conventions of `imu`: specific force in the sensor frame. There is no gyroscope.
 """
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from collections.abc import Mapping

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Readings of sensors that each keep their own time, brought to one clock."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@
 All in SI units and the conventions of `imu`: specific force and angular velocity in the sensor frame.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

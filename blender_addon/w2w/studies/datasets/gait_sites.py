@@ -9,8 +9,6 @@ orientation while the wearer stands: the face of an MTw is its z axis. The lever
 want (`python -m w2w.studies.experiments.gait`) agree to a few centimetres, but are not used.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 from w2w.core.body.landmarks import SensorSite

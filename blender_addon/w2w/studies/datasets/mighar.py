@@ -7,8 +7,6 @@ could be tried on the download itself. Where the sensors are is published as pic
 a user says it in a csv.
 """
 
-from __future__ import annotations
-
 import gzip
 import zlib
 from collections.abc import Iterator, Sequence

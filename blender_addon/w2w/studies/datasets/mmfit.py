@@ -7,8 +7,6 @@ and so inferred from each file and reported: the units of acceleration and rate,
 points up, and whether their left is the person's left.
 """
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 from typing import NamedTuple

@@ -4,8 +4,6 @@
 Delp et al. 2007 (doi:10.1109/TBME.2007.901024). Custom, pin and weld joints, as gait models have.
 """
 
-from __future__ import annotations
-
 import gzip
 from pathlib import Path
 from xml.etree import ElementTree

@@ -6,8 +6,6 @@ public programs that load it; tried on nine people's files of single trials, put
 the conventions of `imu`: specific force and angular velocity in the sensor frame.
 """
 
-from __future__ import annotations
-
 import csv
 from collections.abc import Iterator, Sequence
 from datetime import datetime

@@ -8,8 +8,6 @@ The poses' unit and upward axis are inferred. Video and sensors are off by up to
 tools mend by comparing joint angles; windows are compared by their statistics here, so it is left.
 """
 
-from __future__ import annotations
-
 import csv
 import re
 from pathlib import Path

@@ -15,8 +15,6 @@ by least squares; this stage is no proof, for it fits three numbers to the signa
 biases and scales are never estimated.
 """
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable
 from pathlib import Path

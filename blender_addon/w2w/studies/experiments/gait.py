@@ -13,8 +13,6 @@ narrower band than the default 10 Hz as well, and as baselines the Vicon joints,
 each sensor with the turn of its segment, without and with the lever arm fitted.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The lever arm between a point whose path is known and an accelerometer, by least squares."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

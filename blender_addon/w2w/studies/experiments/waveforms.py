@@ -11,8 +11,6 @@ within 0.1 s, and the ratio of their spreads, simulated over worn; with one cons
 on one half of the trial, r and root mean square error over the three axes on the other half.
 """
 
-from __future__ import annotations
-
 import argparse
 import gzip
 import shutil

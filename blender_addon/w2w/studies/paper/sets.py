@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's sets of a finished study: algorithm 2's, the exact optimum, their promises, the joint test."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

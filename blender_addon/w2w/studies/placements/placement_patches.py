@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Patches that represent the paper's 11 placements."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 

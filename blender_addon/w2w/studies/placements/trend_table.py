@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Claims about parts of the body and what a ranking says of them: on the screen, as csv and as markdown."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Arm raises with a resistance band: to the front, overhead or to the sides."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .curves import pulse

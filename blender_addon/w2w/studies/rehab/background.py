@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What people do between exercises, and a sensor must not take for one: stand, sit, reach, walk."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

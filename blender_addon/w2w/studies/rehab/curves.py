@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Smooth curves over time that the generated exercises are made of: strokes, glides, sway."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.special import ndtr
 

@@ -4,8 +4,6 @@
 Half the range, slowly, one-sidedly: another style. A compensating trunk or a tremor: written over the plan.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Write a generated clip as an FBX file laid out as Mixamo's downloads are."""
 
-from __future__ import annotations
-
 import contextlib
 import datetime
 import io

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Standing on one leg: shift the weight, lift the other foot, hold, put it down."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From what an exercise asks of pelvis, trunk, feet and hands to the rotations of all bones."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

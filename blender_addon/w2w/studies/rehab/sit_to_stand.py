@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sit-to-stand: rise from a chair and sit down again."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The skeleton of the generated exercises: Mixamo's bone names on a human of any size."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Stair climbing, foot over foot or both feet on every tread; and the same on the level."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How one clip differs from the next, and the quiet stance that every exercise starts from."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Two bones and the hinge between them: how far they reach, and where they point to reach a target."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

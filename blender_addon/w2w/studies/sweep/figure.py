@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A picture of a sweep: how far each case's ranking agrees, and which parts of the body gain and lose."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The maps of a sweep: a finished study's motions recorded and ranked again, case by case."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil

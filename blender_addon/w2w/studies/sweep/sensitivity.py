@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How a map shifts when an assumption of the study changes, against clips drawn again."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

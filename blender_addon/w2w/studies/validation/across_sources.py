@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What carries over from one source of a library to another."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

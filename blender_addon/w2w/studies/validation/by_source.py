@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scores from several comparisons of one source each, in which no source can be recognised."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

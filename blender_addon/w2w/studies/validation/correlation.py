@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How far two signals of unknown axes go together: correlation of their magnitudes."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

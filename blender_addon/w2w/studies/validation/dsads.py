@@ -5,8 +5,6 @@ No test: other comparisons with this data set had been seen when it was written 
 features, folds and bars are those of the others.
 """
 
-from __future__ import annotations
-
 from w2w.core.body.landmarks import SensorSite
 from w2w.core.imu.presets import preset
 

@@ -5,8 +5,6 @@ A source's name becomes our activity where both mean the same movement; wherever
 (with which hand, to which side) they stay apart. Names that no rule holds are left out.
 """
 
-from __future__ import annotations
-
 from .mhad import BANDAI, HDM05, MIXAMO
 from .protocol import Rule
 from .umafall import CMU

@@ -11,8 +11,6 @@ more). The real side leaves one person out at a time, the simulated side one per
 nobody is named, clip.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The test on the MIG HAR dataset, whose garment the paper cites: fixed before anybody here had its data."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What a wearer loses by putting the sensor where the simulation says instead of at the really best site."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -5,8 +5,6 @@ Where each source shows other activities, a classifier may learn their recording
 activity that several sources show, whoever tells the sources apart can do nothing else.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

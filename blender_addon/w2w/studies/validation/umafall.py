@@ -4,8 +4,6 @@
 Its sites nearly tie: two halves of its people hardly agree about them, so what counts is regret.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

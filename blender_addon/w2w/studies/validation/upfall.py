@@ -4,8 +4,6 @@
 Its last analysis came later: two of the nine people at hand lack the pocket's sensor.
 """
 
-from __future__ import annotations
-
 from ..datasets.upfall import UPFALL_RATE, read_upfall
 from .dsads import RULES as SPORTS
 from .protocol import BY_POSTURE, HDM05, Protocol, Rule, usual_analyses
