@@ -16,7 +16,7 @@ from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from w2w.core.body.body import Body
-from w2w.core.patches.patches import PATCH_ORDER, farthest
+from w2w.core.patches.patches import PATCH_ORDER, TIE
 
 
 def main() -> None:
@@ -28,7 +28,7 @@ def main() -> None:
         picks.append(pick)
         distance = np.minimum(distance, exact.geodesicDistances([pick], None)[0])
         distance[picks] = -np.inf  # rounding may leave a picked vertex a hair's breadth from itself
-        pick = farthest(distance)
+        pick = int(np.argmax(distance >= distance.max() - TIE))
     np.save(PATCH_ORDER, np.array(picks, dtype=np.int16))
 
 

@@ -213,21 +213,22 @@ def time_left(fraction: float, seconds: float) -> str:
 
 
 def show_error(operator: bpy.types.Operator, text: str) -> set[str]:
-    """Say what went wrong in the status bar, in the panel and, as Blender does, in the terminal."""
-    global message
-    text = harmless(text)
-    message = Message(text, True, running.title if running is not None else "")
-    operator.report({"ERROR"}, text)
+    """Show what went wrong; returns that the operator was cancelled."""
+    _show(operator, "ERROR", text)
     return {"CANCELLED"}
 
 
 def show_done(operator: bpy.types.Operator, text: str) -> set[str]:
-    """Say what was done in the status bar, in the panel and, as Blender does, in the terminal."""
-    global message
-    text = harmless(text)
-    message = Message(text, False, running.title if running is not None else "")
-    operator.report({"INFO"}, text)
+    """Show what was done; returns that the operator has finished."""
+    _show(operator, "INFO", text)
     return {"FINISHED"}
+
+
+def _show(operator: bpy.types.Operator, kind: str, text: str) -> None:
+    """Show a message in the status bar, in the panel and, as Blender does, in the terminal."""
+    global message
+    message = Message(harmless(text), kind == "ERROR", running.title if running is not None else "")
+    operator.report({kind}, message.text)
 
 
 def dismiss() -> None:

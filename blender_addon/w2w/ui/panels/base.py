@@ -7,7 +7,7 @@ import bpy
 
 from ..jobs import jobs
 from ..jobs.text import draw_outcome, draw_text, styled
-from ..study.state import current_body, is_ranked
+from ..study.state import current_body, is_ranked, missing_for_patches
 
 if TYPE_CHECKING:
     from bpy.types import Panel as Mixin
@@ -70,8 +70,8 @@ class StepPanel(W2WPanel):
         draw_outcome(self.layout, context, self.titles)
 
     def missing(self, body: Body) -> str:
-        """Say what this step still needs; empty where nothing."""
-        return ""
+        """What this step still needs, as a sentence, or ""; at least a body."""
+        return missing_for_patches(body)
 
     def is_done(self, body: bpy.types.Object) -> bool:
         """Whether the step is done on a body."""

@@ -30,12 +30,9 @@ def armature_meant(item: bpy.types.Object | None) -> bpy.types.Object | None:
     """The armature of a character that an object is, or is moved by; None where it is W2W's own."""
     if item is None or state.body_of_object(item) is not None:
         return None
-    if item.type == "ARMATURE":
-        return item
-    if item.type != "MESH":
-        return None
-    parent = item.parent if item.parent is not None and item.parent.type == "ARMATURE" else None
-    return moving_armature(item) or parent
+    if item.type == "MESH":
+        item = moving_armature(item) or item.parent
+    return item if item is not None and item.type == "ARMATURE" else None
 
 
 class W2W_OT_use_character(operators.Works, bpy.types.Operator):

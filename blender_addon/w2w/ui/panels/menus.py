@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Menus: ticking clips, Add > Mesh, File > Import, dropped files, presets, the keymap."""
+"""Menus: Add > Mesh, File > Import, dropped files, presets, the keymap."""
 
 from pathlib import Path
 
@@ -40,15 +40,6 @@ STEPS = (
 """Operators by the steps of the panel."""
 
 _keymap_items: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
-
-
-class W2W_MT_tick_clips(bpy.types.Menu):
-    """Choices of clips to tick."""
-
-    bl_label = "Tick Clips"
-
-    def draw(self, context: bpy.types.Context) -> None:
-        self.layout.operator_enum("w2w.tick_clips", "which")
 
 
 class W2W_MT_study(bpy.types.Menu):

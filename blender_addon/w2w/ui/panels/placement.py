@@ -53,13 +53,9 @@ class W2W_OT_remove_wish(operators.OnPatches, bpy.types.Operator):
 
     index: IntProperty(name="Wish", description="Its place in the list", min=0)
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        body = state.polled_body(context)
-        if self.index >= len(body.w2w.wishes):
-            return {"CANCELLED"}
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         body.w2w.wishes.remove(self.index)
         results.choose(body)
-        return {"FINISHED"}
 
 
 class W2W_PT_placement(ResultPanel, bpy.types.Panel):

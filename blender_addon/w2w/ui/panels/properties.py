@@ -59,7 +59,7 @@ FIRST_LIMIT = 3
 
 
 ENDS = {"min": 0, "max": 1, "update": rows.repaint}
-"""Of the two ends of the colours."""
+"""Arguments of both ends of the colour range."""
 
 _menus: dict[str, list[tuple[str, str, str, int]]] = {}
 """Items of dynamic menus: Blender keeps no reference to their strings."""
@@ -80,10 +80,6 @@ def _minuses(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str,
 def _views_beside(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple[str, str, str, int]]:
     _menus["beside"] = view_items(beside_of(self) or self)
     return _menus["beside"]
-
-
-def _is_limited(study: W2W_PG_study) -> bool:
-    return study.max_places > 0
 
 
 def _limit(study: W2W_PG_study, limited: bool) -> None:
@@ -217,8 +213,9 @@ class W2W_PG_study(sensors.SensorProperties, KeptTexts, bpy.types.PropertyGroup)
     )
     max_places: IntProperty(**declared("max_places"), soft_max=12, update=rows.choose_patches)
     limit_places: BoolProperty(
-        name="Limit", description="Limit the number of sensors", get=_is_limited, set=_limit
-    )
+        name="Limit",
+        description="Limit the number of sensors", get=lambda study: study.max_places > 0, set=_limit,
+    )  # fmt: skip
     own: CollectionProperty(type=rows.W2W_PG_own)
     own_index: IntProperty(
         name="Active Placement",

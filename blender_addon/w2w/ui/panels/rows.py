@@ -56,11 +56,6 @@ def relabel(clip: Group, _context: bpy.types.Context) -> None:
         lists.list_labels(clip.id_data.w2w)
 
 
-def spell_subject(clip: Group, _context: bpy.types.Context) -> None:
-    """Spell the subject as other clips have it."""
-    spell(clip, "subject")
-
-
 def spell(clip: Group, what: str) -> None:
     """Spell a label that was typed as other clips have it, and say so."""
     study, typed = clip.id_data.w2w, getattr(clip, what)
@@ -185,7 +180,7 @@ class W2W_PG_clip(Group):
     subject: StringProperty(
         name="Subject",
         description="Who moves, where that is known",
-        update=spell_subject,
+        update=lambda clip, _context: spell(clip, "subject"),
     )
     action: PointerProperty(type=bpy.types.Action, name="Action", description="The motion on the body")
     n_frames: IntProperty(name="Frames", description="Frames of the motion")

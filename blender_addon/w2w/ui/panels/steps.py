@@ -54,6 +54,9 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
     bl_label = "1  Body"
     titles = ("Load SMPL Body", "Open Results")
 
+    def missing(self, body: Body) -> str:
+        return ""
+
     def is_done(self, body: bpy.types.Object) -> bool:
         return True
 
@@ -120,9 +123,6 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
     bl_label = "2  Motions"
     titles = ("Import Motions",)
 
-    def missing(self, body: Body) -> str:
-        return state.missing_for_patches(body)
-
     def is_done(self, body: bpy.types.Object) -> bool:
         return bool(state.usable(body.w2w))
 
@@ -137,7 +137,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
             return
         layout.template_list("W2W_UL_clips", "", study, "clips", study, "clip_index", rows=6, maxrows=6)
         row = layout.row(align=True)
-        row.menu("W2W_MT_tick_clips", text="Tick", icon="CHECKBOX_HLT")
+        row.operator_menu_enum("w2w.tick_clips", "which", text="Tick", icon="CHECKBOX_HLT")
         row.operator("w2w.relabel_clips", text="Relabel", icon="GREASEPENCIL")
         row.operator("w2w.remove_clips", text="", icon="TRASH")
         self.draw_active(context, layout, study)
@@ -160,8 +160,8 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
                 draw_bone_map(layout.row(align=True))
             return
         layout.prop(clip, "subject")
-        about = f"{clip.n_frames} frames at {clip.rate:g} fps, {clip.skeleton or 'own'} skeleton"
-        draw_note(layout, context, about)
+        skeleton = clip.skeleton or "own"
+        draw_note(layout, context, f"{clip.n_frames} frames at {clip.rate:g} fps, {skeleton} skeleton")
         row = layout.row(align=True)
         row.operator("w2w.preview_clip", text="Preview", icon="PLAY").index = study.clip_index
         if has_source(clip):
@@ -181,9 +181,6 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
 
     bl_label = "3  Patches"
     titles = ("Place Patches",)
-
-    def missing(self, body: Body) -> str:
-        return state.missing_for_patches(body)
 
     def is_done(self, body: bpy.types.Object) -> bool:
         return state.patches_of(body) is not None

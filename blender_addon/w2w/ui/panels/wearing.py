@@ -159,8 +159,7 @@ class W2W_OT_add_garment(operators.OnBody, bpy.types.Operator):
     kind: EnumProperty(name="Garment", items=GARMENTS)
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
-        item = dress(body, self.kind)
-        body.w2w.garments.add().item = item
+        body.w2w.garments.add().item = dress(body, self.kind)
         jobs.dismiss()
 
 
@@ -186,24 +185,22 @@ class W2W_OT_wear_garment(operators.OnBody, bpy.types.Operator):
 class W2W_OT_take_off(operators.OnBody, bpy.types.Operator):
     """Take a garment off: W2W's own is removed, another stays in the scene"""
 
-    index: IntProperty(options={"HIDDEN", "SKIP_SAVE"})
+    index: IntProperty(min=0, options={"HIDDEN", "SKIP_SAVE"})
 
     @staticmethod
     def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         return "" if len(body.w2w.garments) else "Put a garment on first"
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        body = state.polled_body(context)
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         garments = body.w2w.garments
-        if not 0 <= self.index < len(garments):
-            return {"CANCELLED"}
+        if self.index >= len(garments):
+            raise ValueError("There is no such garment")
         item = garments[self.index].item
         garments.remove(self.index)
         if item is not None and KIND in item:
             bpy.data.objects.remove(item)
         if not len(garments):
             lies_on_nothing(body)
-        return {"FINISHED"}
 
 
 class W2W_PT_garments(PartPanel, bpy.types.Panel):

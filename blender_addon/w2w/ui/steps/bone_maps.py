@@ -14,7 +14,7 @@ from ...core.motion.source import SourceMotion, UnusableMotion
 from ...core.retargeting.bone_maps import REQUIRED_JOINTS, BoneMap, best_match
 from ...core.retargeting.retarget import matched_joints
 from ...core.wording import capital
-from ...scene.base.body import armature_of, body_of
+from ...scene.base.body import body_of
 from ...scene.motion.load import carry, read_motion
 from ..jobs import jobs
 from ..jobs.text import styled
@@ -92,7 +92,7 @@ class W2W_OT_map_bones(operators.OnClips, bpy.types.Operator):
             clip.source_sha256 = file_sha256(file)
         except jobs.EXPECTED as error:
             raise ValueError(f"{clip.name}: {error}") from error
-        set_motion(armature_of(mesh), clip, carried)
+        set_motion(clip, carried)
         return f"{clip.name} was read by the bone map '{rig}', kept in {path}"
 
 

@@ -66,8 +66,7 @@ def missing_for_choice(body: bpy.types.Object) -> str:
 @on_body
 def choose_steps(mesh: bpy.types.Object) -> Steps:
     """Choose in a thread, after ranking again if weights have changed; then keep and mark the choice."""
-    missing = missing_for_choice(mesh)
-    if missing:
+    if missing := missing_for_choice(mesh):
         raise ValueError(missing)
     study, left_out = mesh.w2w, counting.left_out(mesh.w2w)
     reweighed = counting.is_reweighed(study, state.ranking_of(mesh))

@@ -160,16 +160,8 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
         """The files to import as it is set; looked at anew only when that changes, for it is drawn often."""
         names = tuple(file.name for file in self.files if file.name)
         listed = tuple(listed_files(state.current_body(context)))
-        settings = (
-            self.directory,
-            names,
-            self.labelled_by,
-            self.csv,
-            self.frame_rate,
-            self.up,
-            self.again,
-            listed,
-        )
+        files = (self.directory, names, listed)
+        settings = (*files, self.labelled_by, self.csv, self.frame_rate, self.up, self.again)
         if self.planned is None or self.planned[0] != settings:
             self.planned = settings, self.look(names, listed)
         return self.planned[1]
@@ -187,20 +179,13 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
             return Found(error=str(error))
         if not self.again:
             plan = import_plan.without_known(plan, listed)
-        seen = look_up(
-            ((clip.file, clip.path) for clip in plan.clips),
-            PoseFacts(self.frame_rate or None, up=self.given_up),
-        )
-        up = seen.sentence()
-        notes = (*label_notes(plan.check), *([f"Up: {up}"] if up else ()))
-        return Found(
-            wanted(plan, self.frame_rate, self.given_up),
-            plan.activities,
-            plan.known,
-            plan.left_out,
-            notes,
-            ups=seen.ups,
-        )
+        files = ((clip.file, clip.path) for clip in plan.clips)
+        seen = look_up(files, PoseFacts(self.frame_rate or None, up=self.given_up))
+        notes = list(label_notes(plan.check))
+        if up := seen.sentence():
+            notes.append(f"Up: {up}")
+        items = wanted(plan, self.frame_rate, self.given_up)
+        return Found(items, plan.activities, plan.known, plan.left_out, notes, ups=seen.ups)
 
 
 def source_armatures(scene: bpy.types.Scene) -> list[bpy.types.Object]:

@@ -84,7 +84,7 @@ def import_steps(
     The names of the latter come with their reasons. `ups` are the axes that are up in the files together. A
     ValueError refuses motions that hang head down in most frames.
     """
-    body, armature, maps = body_of(mesh), armature_of(mesh), saved_maps()
+    body, maps = body_of(mesh), saved_maps()
     before = len(mesh.w2w.clips)
     twice = _listed_already(mesh, wanted)
     wanted = _spelled_as_listed(mesh.w2w, wanted)
@@ -101,7 +101,7 @@ def import_steps(
                     frames, count = read_scene_take(item.take), len(wanted)
                     source = yield from as_steps(frames, item.shown, number / count, (number + 1) / count)
                 carried = carry(source, body, maps)
-                add_clip(mesh, armature, carried, item)
+                add_clip(mesh, carried, item)
                 if carried.cut:
                     cut.append((item.shown, {"cut": carried.cut}))
                 if item.take is None and item.up is None:
@@ -163,12 +163,7 @@ def _outcome(used: int, failed: int, left_out: int, unlabelled: int, twice: list
     return "; ".join(parts)
 
 
-def add_clip(
-    mesh: bpy.types.Object,
-    armature: bpy.types.Object,
-    carried: Carried,
-    item: Wanted,
-) -> None:
+def add_clip(mesh: bpy.types.Object, carried: Carried, item: Wanted) -> None:
     """Write a motion as an action of the body and list it."""
     name = _free_name(mesh, item.name)
     source = (str(item.path), file_sha256(item.path)) if item.path.name else ("", "")
@@ -179,12 +174,12 @@ def add_clip(
         clip.activity = item.activity
     clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
     clip.given_rate, clip.given_up = item.rate, item.up or ""
-    set_motion(armature, clip, carried)
+    set_motion(clip, carried)
 
 
-def set_motion(armature: bpy.types.Object, clip: bpy.types.PropertyGroup, carried: Carried) -> None:
+def set_motion(clip: bpy.types.PropertyGroup, carried: Carried) -> None:
     """Give a clip of the list its motion, in place of the one it had or could not have."""
-    before = clip.action
+    armature, before = armature_of(clip.id_data), clip.action
     motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
     with state.without_updates():
         clip.action = write_action(armature, motion, clip.name)

@@ -63,25 +63,19 @@ class OnBody(Works):
 class OnClips(OnBody):
     """An operator that works on the list of clips."""
 
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object, /) -> str:
-        return "" if len(body.w2w.clips) else "Import motions first (step 2)"
+    missing = staticmethod(lambda _, body: "" if len(body.w2w.clips) else "Import motions first (step 2)")
 
 
 class OnPatches(OnBody):
     """An operator that needs patches."""
 
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object, /) -> str:
-        return "" if patches_of(body) is not None else "Place patches first (step 3)"
+    missing = staticmethod(lambda _, body: "" if patches_of(body) else "Place patches first (step 3)")
 
 
 class OnRanking(OnBody):
     """An operator that needs a ranking."""
 
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object, /) -> str:
-        return "" if is_ranked(body) else "Rank the patches first (step 5)"
+    missing = staticmethod(lambda _, body: "" if is_ranked(body) else "Rank the patches first (step 5)")
 
 
 class AsksForFile(Named):
