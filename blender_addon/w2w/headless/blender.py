@@ -83,8 +83,7 @@ def find_libraries() -> None:
     packages = Path("lib", f"python{version}", "site-packages")
     folders = [ROOT / ".venv" / packages, ROOT / f".venv-blender-python{version}"]
     if "bpy" in sys.modules:
-        extensions = sys.modules["bpy"].utils.user_resource("EXTENSIONS")
-        folders.insert(0, Path(extensions) / ".local" / packages)
+        folders.insert(0, Path(sys.modules["bpy"].utils.user_resource("EXTENSIONS")) / ".local" / packages)
     for folder in folders:
         if all(PathFinder.find_spec(name, [str(folder)]) for name in missing):
             sys.path.append(str(folder))  # last, so that Blender's own numpy stays

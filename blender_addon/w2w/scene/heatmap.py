@@ -148,8 +148,7 @@ def add_beside(mesh: bpy.types.Object, model: bpy.types.Object) -> bpy.types.Obj
     aside = copy.modifiers.new(ASIDE, "DISPLACE")
     aside.direction, aside.space, aside.mid_level = "X", "LOCAL", 0.0
     copy.hide_select = True
-    homes = mesh.users_collection or (bpy.context.scene.collection,)
-    homes[0].objects.link(copy)
+    (mesh.users_collection or (bpy.context.scene.collection,))[0].objects.link(copy)
     return copy
 
 

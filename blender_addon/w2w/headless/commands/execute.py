@@ -169,8 +169,7 @@ def _say_unchanged(out: Path, monitor: RunMonitor) -> dict[str, int]:
     """Say that an earlier run's results are those of this one, too; returns the counts of its clips."""
     summary = json.loads((out / folder.SUMMARY).read_text(encoding="utf-8"))
     monitor.console.print(f"\n{summary['answer']['sentence']}", style="bold")
-    unchanged = f"Nothing has changed since the last run, whose results are in {out} as they were."
-    monitor.console.print(unchanged)
+    monitor.console.print(f"Nothing has changed since the last run, whose results are in {out} as they were.")
     return summary["clips"]
 
 
@@ -221,8 +220,7 @@ def execute_bodies(
     studies = [(name, study) for name, study in done if study is not None]
     if len(bodies) > 1:
         console_tables.show_comparison(write_comparison(studies, out), monitor.console)
-    skipped = plan.library.skipped
-    if strict and any(len(study.used) < len(study.clips) + len(skipped) for _, study in studies):
+    if strict and any(len(study.used) < len(study.clips) + len(plan.library.skipped) for _, study in studies):
         raise ended("Clips were skipped, and --strict was given.", SKIPPED, monitor)
     return studies
 

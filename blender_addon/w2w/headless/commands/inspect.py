@@ -145,8 +145,7 @@ def _about_joints(source: JointPositions, details: dict, body: Body) -> list[tup
     else:
         scale += "; its unit is not known (--pose-unit), which the signals do not need"
     rows = [("joints", source.joint_set.name), ("scale", scale)]
-    seen = np.isfinite(source.positions).all(axis=2).mean(axis=0)
-    shares = zip(source.joint_set.joints, seen, strict=True)
+    shares = zip(source.joint_set.joints, np.isfinite(source.positions).all(axis=2).mean(axis=0), strict=True)
     if rare := [f"{name} {share:.0%}" for name, share in shares if share < 0.9]:
         rows.append(("seldom seen", f"share of the frames: {', '.join(rare)}".replace("%", " %")))
     return [*rows, ("not seen", f"{'; '.join(unseen(source.joint_set))}: sensors see none of it here")]

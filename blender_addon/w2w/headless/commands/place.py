@@ -172,8 +172,7 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
                 write_placements(out, content["cards"], patches)
                 changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
                 for name, change in changes.items():
-                    before = json.loads((out / name).read_text(encoding="utf-8"))
-                    write_json(out / name, {**before, **change})
+                    write_json(out / name, {**json.loads((out / name).read_text(encoding="utf-8")), **change})
             write_report(out, by=None)
             failed = draw.draw_folder(out, study.utility.activities, RunMonitor(console))
             mark_whole(out)

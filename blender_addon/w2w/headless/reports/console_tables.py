@@ -67,8 +67,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     """Print the answer, what it rests on, the files that hold it, and what could not be drawn."""
     out, utility, patches = study.results.out, study.results.utility, study.results.patches
     show_answer(study.advice, utility, console)
-    placements = [name for name, _ in study.config.placements]
-    show_own_placements(own_scores(placements, utility, patches), console)
+    show_own_placements(own_scores([name for name, _ in study.config.placements], utility, patches), console)
     show_worn(study.advice, patches, console)
     if plan.verbose:
         _show_regions(study.results, console)
@@ -80,8 +79,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     _say(study.config.synthesis.caution, console)
     if caution := source_caution(origins_of(study)):
         console.print(f"Caution: {caution}.", style="bold yellow")
-    content = garment_content(out, study.config.garments, patches)
-    _say(garment_sentence(content, len(patches)), console)
+    _say(garment_sentence(garment_content(out, study.config.garments, patches), len(patches)), console)
     about = [(result.clip.name, result.details) for result in study.used]
     _say(notes.cut_sentence(about), console)
     for sentence in (notes.full_scale_sentence(about), *caught_sentences(about)):
@@ -101,8 +99,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
 
 def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console: Console) -> None:
     """Say so where most clips are shorter than a window."""
-    used = sum(result.used for result in results)
-    _say(notes.window_warning(window_content(results, spec), used), console)
+    _say(notes.window_warning(window_content(results, spec), sum(result.used for result in results)), console)
 
 
 def _show_regions(results: StudyResults, console: Console) -> None:

@@ -23,7 +23,7 @@ import cloudpickle
 
 from w2w.core.body.body import PACKAGE
 
-from .blender_worker import read_frame, write_frame
+from .blender_worker import GONE, send
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -48,11 +48,8 @@ class BlenderExecutor:
     """
 
     def __init__(self, workers: int, program: list[str] | None = None) -> None:
-        blender = sys.modules["bpy"].app.binary_path if program is None else ""
-        self._program = program or [blender, *OPTIONS]
-        self._waiting: queue.SimpleQueue[tuple[Future[Any], Callable[[], object]] | None] = (
-            queue.SimpleQueue()
-        )
+        self._program = program or [sys.modules["bpy"].app.binary_path, *OPTIONS]
+        self._waiting = queue.SimpleQueue[tuple[Future[Any], Callable[[], object]] | None]()
         self._broken = threading.Event()
         self._lock = threading.Lock()
         self._closed = False
@@ -105,7 +102,7 @@ class BlenderExecutor:
                     call = cloudpickle.dumps(work)
                     worker = worker or self._start()
                     done, value = worker.ask(call)
-                except (EOFError, OSError, BrokenProcessPool):
+                except (*GONE, BrokenProcessPool):
                     self._broken.set()
                     future.set_exception(BrokenProcessPool("a worker died"))
                 except Exception as error:  # the call cannot be pickled
@@ -154,14 +151,14 @@ class _Worker:
         while (line := self._results.readline()).strip() != self._mark.encode():
             if not line:
                 raise BrokenProcessPool("a worker could not start")
-        self._session_folder = read_frame(self._results).decode()
+        self._session_folder = pickle.load(self._results)  # noqa: S301 - from our own worker
         # where the tree itself is the extension, `w2w` is not on the path
-        write_frame(self._calls, pickle.dumps((Path.cwd(), [*sys.path, str(PACKAGE.parent)])))
+        send(self._calls, (Path.cwd(), [*sys.path, str(PACKAGE.parent)]))
 
     def ask(self, call: bytes) -> tuple[bool, Any]:
         """Whether a call succeeded, and what it returned or raised."""
-        write_frame(self._calls, call)
-        return pickle.loads(read_frame(self._results))  # noqa: S301 - from our own worker
+        send(self._calls, call)
+        return pickle.loads(pickle.load(self._results))  # noqa: S301 - from our own worker
 
     def end(self) -> None:
         """End the process, and remove the folder that a killed Blender leaves."""

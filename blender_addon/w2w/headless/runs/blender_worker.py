@@ -9,43 +9,31 @@ import os
 import pickle
 import queue
 import shutil
-import struct
 import sys
 import threading
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
-HEADER = struct.Struct("<Q")
+GONE = (EOFError, OSError, pickle.UnpicklingError)
+"""Errors of reading a message where the process at the other end is gone, at its start or within it."""
 
 
-def write_frame(stream: IO[bytes], payload: bytes) -> None:
-    stream.write(HEADER.pack(len(payload)) + payload)
+def send(stream: IO[bytes], message: object) -> None:
+    """Write a message that `pickle.load` reads; calls and answers are bytes, pickled by themselves before."""
+    pickle.dump(message, stream)
     stream.flush()
-
-
-def read_frame(stream: IO[bytes]) -> bytes:
-    """Read one message; an EOFError where the process at the other end is gone."""
-    (length,) = HEADER.unpack(_read(stream, HEADER.size))
-    return _read(stream, length)
-
-
-def _read(stream: IO[bytes], length: int) -> bytes:
-    content = stream.read(length)
-    if len(content) < length:
-        raise EOFError
-    return content
 
 
 def main(mark: str) -> None:
     """Do calls until the process at the other end is gone."""
     results = _take_output(mark)
-    write_frame(results, _session_folder().encode())
-    calls: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+    send(results, _session_folder())
+    calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(calls,), daemon=True).start()
-    folder, sys.path[:] = pickle.loads(calls.get())  # noqa: S301 - from the process that started this one
+    folder, sys.path[:] = calls.get()
     os.chdir(folder)
     while True:
-        write_frame(results, _answer(calls.get()))
+        send(results, _answer(calls.get()))
 
 
 def _take_output(mark: str) -> IO[bytes]:
@@ -59,13 +47,13 @@ def _take_output(mark: str) -> IO[bytes]:
     return results
 
 
-def _receive(calls: queue.SimpleQueue[bytes]) -> None:
+def _receive(calls: queue.SimpleQueue[Any]) -> None:
     """Queue the calls that come in; end with the process that makes them, whatever this one is doing."""
     stream = os.fdopen(os.dup(0), "rb")
     while True:
         try:
-            calls.put(read_frame(stream))
-        except (EOFError, OSError):
+            calls.put(pickle.load(stream))  # noqa: S301 - from the process that started this one
+        except GONE:
             shutil.rmtree(_session_folder(), ignore_errors=True)
             os._exit(1)
 
@@ -78,8 +66,7 @@ def _session_folder() -> str:
 def _answer(call: bytes) -> bytes:
     """Whether a call succeeded, and what it returned or raised."""
     try:
-        work = pickle.loads(call)  # noqa: S301 - from the process that started this one
-        return pickle.dumps((True, work()))
+        return pickle.dumps((True, pickle.loads(call)()))  # noqa: S301 - from the process that started it
     except Exception as error:
         try:
             return pickle.dumps((False, error))

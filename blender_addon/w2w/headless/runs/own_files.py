@@ -111,8 +111,7 @@ def _either(before: Hashes, after: Hashes) -> Hashes:
 def _note(folder: Path, names: Collection[str]) -> None:
     """List files that were just written, with their hashes, and none under whose name nothing was written."""
     made = {name: {file_sha256(folder / name)} for name in names if (folder / name).is_file()}
-    others = {name: hashes for name, hashes in _read(folder).items() if name not in names}
-    _write(folder, others | made)
+    _write(folder, {name: hashes for name, hashes in _read(folder).items() if name not in names} | made)
 
 
 @contextmanager

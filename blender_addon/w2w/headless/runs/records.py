@@ -118,8 +118,7 @@ def last_record(task: ClipTask) -> Record | None:
 def _own_record(path: Path) -> Record | None:
     """The record in a clip's own file and when it was written; empty where it is damaged."""
     try:
-        at = path.stat().st_mtime_ns
-        return {"clip": path.stem, "at": at, **json.loads(path.read_text("utf-8"))}
+        return {"clip": path.stem, "at": path.stat().st_mtime_ns, **json.loads(path.read_text("utf-8"))}
     except FileNotFoundError:
         return None
     except (OSError, ValueError, TypeError, RecursionError):

@@ -165,8 +165,7 @@ def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Stu
 
 def write_config(study: Study) -> None:
     """Save every parameter, the versions and the hashes of all inputs beside the results."""
-    content = config_content(study)
-    write_json(study.results.out / "config.json", content | {"code_sha256": code_sha256()})
+    write_json(study.results.out / "config.json", config_content(study) | {"code_sha256": code_sha256()})
 
 
 def _prepare(plan: RunPlan, body: Body, out: Path) -> PatchSet:

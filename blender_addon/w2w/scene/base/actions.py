@@ -125,8 +125,7 @@ def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
     rotations = rests @ turns @ np.linalg.inv(rests)
     head = matrix(bones[0].bone.head_local)
     pelvis = (head + places[:, 0] @ rests[0].T) @ body_space(armature)[:3, :3].T
-    labels = {label: str(action.get(label, "")) for label in LABELS}
-    return Motion(rotations, pelvis, rate, **labels)
+    return Motion(rotations, pelvis, rate, **{label: str(action.get(label, "")) for label in LABELS})
 
 
 def frames_of(action: bpy.types.Action, curves: Curves) -> tuple[np.ndarray, float]:
@@ -210,8 +209,7 @@ def _new_curves(action: bpy.types.Action, armature: bpy.types.Object) -> list[bp
     if not hasattr(action, "layers"):
         return [action.fcurves.new(path, index=index, action_group=bone) for path, index, bone in channels]
     slot = action.slots.new("OBJECT", armature.name)
-    strip = action.layers.new("Layer").strips.new(type="KEYFRAME")
-    bag = strip.channelbag(slot, ensure=True)
+    bag = action.layers.new("Layer").strips.new(type="KEYFRAME").channelbag(slot, ensure=True)
     groups = {bone: bag.groups.new(bone) for bone in JOINT_NAMES}
     curves = []
     for path, index, bone in channels:

@@ -117,8 +117,7 @@ def armature_of(mesh: bpy.types.Object) -> bpy.types.Object:
 
 def body_space(armature: bpy.types.Object) -> np.ndarray:
     """Matrix from the armature's space to the body's: its scale alone, shape (4, 4)."""
-    scale = np.linalg.norm(matrix(armature.matrix_world)[:3, :3], axis=0)
-    return np.diag([*scale, 1.0])
+    return np.diag([*np.linalg.norm(matrix(armature.matrix_world)[:3, :3], axis=0), 1.0])
 
 
 def in_body_space(mesh: bpy.types.Object, armature: bpy.types.Object) -> np.ndarray:
@@ -198,8 +197,7 @@ def _new_mesh(body: Body, name: str) -> bpy.types.Mesh:
     mesh.from_pydata(body.vertices, [], body.faces)
     mesh.shade_smooth()
     if body.mirror is not None:
-        attribute = mesh.attributes.new(MIRROR_ATTRIBUTE, "INT", "POINT")
-        attribute.data.foreach_set("value", body.mirror)
+        mesh.attributes.new(MIRROR_ATTRIBUTE, "INT", "POINT").data.foreach_set("value", body.mirror)
     return mesh
 
 

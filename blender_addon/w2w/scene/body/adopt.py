@@ -123,5 +123,4 @@ def _polygons(mesh: bpy.types.Mesh) -> np.ndarray:
     sizes = read_values(mesh.polygons, "loop_total", len(mesh.polygons), np.int32)
     if sizes.max() > MOST_CORNERS:
         return np.pad(triangles_of(mesh), ((0, 0), (0, 1)), constant_values=-1)
-    corners = read_values(mesh.loops, "vertex_index", len(mesh.loops), np.int32)
-    return padded(corners, sizes)
+    return padded(read_values(mesh.loops, "vertex_index", len(mesh.loops), np.int32), sizes)

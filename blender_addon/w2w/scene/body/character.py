@@ -96,8 +96,7 @@ def carry_heatmaps(body: bpy.types.Object, mesh: bpy.types.Object) -> None:
     for name in heatmap_names(body):
         own = body.data.color_attributes[name].data
         colours = read_values(own, "color_srgb", len(body.data.vertices) * 4, np.float32)
-        carried = np.einsum("vc,vca->va", shares, colours.reshape(-1, 4)[corners, :3])
-        paint_colours(mesh.data, name, carried)
+        paint_colours(mesh.data, name, np.einsum("vc,vca->va", shares, colours.reshape(-1, 4)[corners, :3]))
 
 
 def place_marks(

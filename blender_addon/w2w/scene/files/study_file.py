@@ -65,8 +65,7 @@ def write_study(
     shown = utility.expected_f1, utility.activities, utility.expected_mean
     heatmap.add_heatmaps(objects.mesh, study.patches, *shown, span=utility.colour_span)
     collections = _add_empties(objects.mesh, study, chosen)
-    actions = _add_actions(objects.armature, motions)
-    _add_record(objects.mesh, study, collections, actions)
+    _add_record(objects.mesh, study, collections, _add_actions(objects.armature, motions))
     _set_up_view(objects.mesh, body.height)
     with folder_beside(Path(path)) as folder:  # no half-written file ever stands under its name
         temporary = Path(folder) / "study.blend"

@@ -116,8 +116,7 @@ def followed(body: Body, patches: PatchSet, covers: Mapping[str, Cover], motion:
     Raises `ValueError` if a garment cannot be worn, or its cloth flies apart.
     """
     with _dressed(body, tuple(covers)) as (objects, garments):
-        worn = Worn(objects.mesh, garments, tuple(covers.values()))
-        return without_pauses(follow(worn, motion, patches))
+        return without_pauses(follow(Worn(objects.mesh, garments, tuple(covers.values())), motion, patches))
 
 
 @contextmanager

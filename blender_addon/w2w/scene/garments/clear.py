@@ -57,8 +57,7 @@ def outward(body: Body, motion: Motion, side: str) -> float:
     arm = limb(body, side, ARM)
     sunk = []
     for angle in ANGLES:
-        turned = replace(few, rotations=_turned(few, {side: angle}))
-        points = pushed_out(body, arm, turned)
+        points = pushed_out(body, arm, replace(few, rotations=_turned(few, {side: angle})))
         sunk.append(sum(inside(tree, own) for tree, own in zip(trunks, points, strict=True)))
         if not sunk[-1]:
             break
@@ -148,8 +147,7 @@ def _sunk(body: Body, poses: Motion) -> tuple[list[int], int]:
     for trees, side, joints in ((trunks, "left", ARM), (trunks, "right", ARM), (left_legs, "right", LEG)):
         vertices = limb(body, side, joints)
         of += len(vertices)
-        points = pushed_out(body, vertices, poses)
-        for number, (tree, own) in enumerate(zip(trees, points, strict=True)):
+        for number, (tree, own) in enumerate(zip(trees, pushed_out(body, vertices, poses), strict=True)):
             sunk[number] += inside(tree, own)
     return sunk, of
 

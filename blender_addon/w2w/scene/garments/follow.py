@@ -75,8 +75,7 @@ def follow_scene(
     count = int(np.ceil(n_frames * per_second / rate)) + 1
     before = round((POSE_S + SETTLE_S) * per_second)
     with at_rate(per_second), playing(armature, action):
-        frames = np.arange(first - before, first + count)
-        return (yield from _settled(worn, frames, before, per_second))
+        return (yield from _settled(worn, np.arange(first - before, first + count), before, per_second))
 
 
 def _settled(

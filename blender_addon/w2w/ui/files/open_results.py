@@ -72,9 +72,10 @@ class W2W_OT_locate_results(ChoosesResults, operators.Works, bpy.types.Operator)
         found = sum(signal_cache.has(clip) for clip in stored)
         if not found:
             study.results_folder = before
-            text = f"{folder} does not hold the signals of this study"
-            hint = "choose the results folder that it was opened from or saved in"
-            raise ValueError(f"{text}: {hint}")
+            raise ValueError(
+                f"{folder} does not hold the signals of this study: choose the results folder that it was "
+                "opened from or saved in"
+            )
         text = f"Found the signals of {found} clips in {folder}"
         if found < len(stored):
             text += f"; those of {len(stored) - found} are not there: bake them again (step 4)"

@@ -125,8 +125,7 @@ def draw_worn(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.
     following = worn["next_sensor"]
     if following:
         draw_text(layout, context, _sentence(following["sentence"]))
-    together = zip(worn["places"], worn["alternatives"], strict=True)
-    for number, (sensor, names) in enumerate(together, start=1):
+    for number, (sensor, names) in enumerate(zip(worn["places"], worn["alternatives"], strict=True), start=1):
         if names:
             text = f"instead of {number} ({sensor['name']}): {' or '.join(names)}"
             draw_text(layout, context, _sentence(text))

@@ -180,8 +180,7 @@ class W2W_PT_regions(ResultPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         study = state.polled_body(context).w2w
-        layout = styled(self.layout, enabled=can_change_now(context))
-        draw_rows(layout, study, study.regions, numbered=False)
+        draw_rows(styled(self.layout, enabled=can_change_now(context)), study, study.regions, numbered=False)
 
 
 def draw_rows(
@@ -194,8 +193,7 @@ def draw_rows(
         split = row.split(factor=0.6 if entry.high > 0 else 0.7, align=True)
         text = f"{number}  {entry.label}" if numbered else entry.label
         is_picked = entry.patch in (study.picked, study.compared)
-        look = split.operator("w2w.select_patch", text=text, translate=False, depress=is_picked)
-        look.patch = entry.patch
+        split.operator("w2w.select_patch", text=text, translate=False, depress=is_picked).patch = entry.patch
         value = styled(split.row(align=True), alignment="RIGHT")
         interval = f"{short(entry.f1)} ({short(entry.low)}–{short(entry.high)})"
         value.label(text=interval if entry.high > 0 else f"{entry.f1:.3f}")

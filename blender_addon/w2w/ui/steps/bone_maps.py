@@ -86,10 +86,9 @@ class W2W_OT_map_bones(operators.OnClips, bpy.types.Operator):
         path = _path_of(rig)
         write_json(path, {"name": rig, "joints": joints})
         clip = mesh.w2w.clips[mesh.w2w.clip_index]
-        file = Path(clip.file)
         try:
             carried = carry(_with_bones(clip), body_of(mesh), [BoneMap.load(path)])
-            clip.source_sha256 = file_sha256(file)
+            clip.source_sha256 = file_sha256(Path(clip.file))
         except jobs.EXPECTED as error:
             raise ValueError(f"{clip.name}: {error}") from error
         set_motion(clip, carried)

@@ -37,8 +37,7 @@ def bar_of_colours(x: float, y: float, width: float, height: float, colours: np.
     right = low + len(levels)
     triangles = np.column_stack([low, right, right + 1, low, right + 1, low + 1]).reshape(-1, 3)
     shader = gpu.shader.from_builtin("SMOOTH_COLOR")
-    batch = batch_for_shader(shader, "TRIS", {"pos": corners, "color": shades}, indices=triangles)
-    batch.draw(shader)
+    batch_for_shader(shader, "TRIS", {"pos": corners, "color": shades}, indices=triangles).draw(shader)
 
 
 def polyline(points: np.ndarray, colour: Colour, width: float) -> None:

@@ -148,8 +148,7 @@ def mark_character(body: bpy.types.Object, vertices: list[int], names: list[str]
         return
     study.marks = bpy.data.collections.new(f"Sensors on {study.character.name}")
     study.marks.color_tag = "COLOR_01"
-    home = next(iter(study.character.users_collection), bpy.context.scene.collection)
-    home.children.link(study.marks)
+    next(iter(study.character.users_collection), bpy.context.scene.collection).children.link(study.marks)
     balls = character.place_marks(body, vertices, meshes, MARK_RADIUS * study.patch_size)
     for ball, vertex, name in zip(balls, vertices, names, strict=True):
         ball.name, ball[character.MARK] = name, vertex
