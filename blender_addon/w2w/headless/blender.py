@@ -2,6 +2,7 @@
 """Blender in this process, module or program: whether it is there, and where it finds W2W's libraries."""
 
 import shlex
+import site
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,7 +18,7 @@ LIBRARIES = (
     "PIL", "filelock", "jinja2", "loky", "matplotlib", "numpy", "plyfile", "rich", "scipy", "threadpoolctl",
     "trimesh", "typer",
 )  # fmt: skip
-"""Those that the extension brings, by the names of their imports; a test compares the two."""
+"""Import names of the libraries bundled with the extension; a test keeps the list in step."""
 
 NOT_INSTALLED = (
     "Blender's Python module, bpy, is not installed. In W2W's folder run 'make setup', which makes .venv, "
@@ -54,26 +55,12 @@ def inside_blender() -> bool:
 
 
 def _program() -> str:
-    """The path of the Blender program that this is; empty in any other Python."""
+    """The path of this Blender program, or "" in any other Python."""
     return sys.modules["bpy"].app.binary_path if sys.modules.get("bpy") else ""
 
 
-def forget_scripts_path() -> None:
-    """Let a fresh worker find the `bpy` module.
-
-    Importing `bpy` puts Blender's scripts folder on the path, which has a package `bpy` that
-    needs the module loaded first; workers inherit the path but not the module.
-    """
-    if "bpy" not in sys.modules:
-        sys.path[:] = [entry for entry in sys.path if not _is_scripts_folder(Path(entry))]
-
-
-def _is_scripts_folder(folder: Path) -> bool:
-    return folder.parts[-2:] == ("scripts", "modules") and (folder / "bpy" / "__init__.py").is_file()
-
-
 def find_libraries() -> None:
-    """Put the extension's libraries, or those of `make setup`, on the path where some are missing.
+    """Let a Blender without W2W's libraries find those of the extension, or of `make setup`.
 
     Where there are none for this Python, a SystemExit says how to get them.
     """
@@ -86,7 +73,7 @@ def find_libraries() -> None:
         folders.insert(0, Path(sys.modules["bpy"].utils.user_resource("EXTENSIONS")) / ".local" / packages)
     for folder in folders:
         if all(PathFinder.find_spec(name, [str(folder)]) for name in missing):
-            sys.path.append(str(folder))  # last, so that Blender's own numpy stays
+            site.addsitedir(str(folder))  # comes last, so that Blender's own numpy stays
             return
     raise SystemExit(_how_to_get_libraries(missing, version))
 

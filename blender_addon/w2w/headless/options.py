@@ -53,7 +53,7 @@ def argument(name: str, about: str) -> Any:
 PoseRate = Annotated[
     float | None,
     option(
-        "Frames per second of all files, whatever they say (of amc files 120 otherwise).",
+        "Frames per second of all files, whatever they say (for amc files 120 by default).",
         min=1,
         max=2000,
         rich_help_panel=PANEL,

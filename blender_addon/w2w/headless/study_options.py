@@ -51,7 +51,7 @@ def declared(name: str, **other: Any) -> Any:
 
 
 def _default(parameter: Parameter) -> Any:
-    """An option's default: empty for a list, None for a table."""
+    """An option's default: "" for a list, None for a table."""
     if parameter.default == ():
         return "" if _kind(parameter) is str else None
     return parameter.default
@@ -184,7 +184,7 @@ class StudyOptions(DeclaredOptions):
 
 
 def with_study_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command every option of `StudyOptions` beside its own; it gets them as `asked`."""
+    """Add every option of `StudyOptions` to a command's own; it gets them as `asked`."""
     own = dict(inspect.signature(command, eval_str=True).parameters)
     del own["asked"]
     shared = inspect.signature(StudyOptions).parameters

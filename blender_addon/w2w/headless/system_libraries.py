@@ -34,7 +34,7 @@ def how_to_install(libraries: list[str]) -> str:
 
 
 def missing_library(text: str) -> str:
-    """A sentence about the library that the dynamic linker could not open; empty where a text names none."""
+    """A sentence about the library that the dynamic linker could not open, or "" if the text names none."""
     found = UNOPENED.findall(text)
     if not found:
         return ""

@@ -37,7 +37,7 @@ class Bake:
     reason : str
         Why that path, as a sentence for the person who waits.
     motion : Motion or None
-        What the action does in the armature's space; None where no `Motion` can tell it.
+        The action in the armature's space; None if it is more than a `Motion` can express.
     root : ndarray, shape (T, 3), or None
         Path of the root in the world; None on the general path, where more than the bones may move it.
     on_cloth : ClothSensors or None
@@ -113,7 +113,7 @@ class PatchBaker:
 
 
 def _is_even(item: bpy.types.Object) -> bool:
-    """Whether an object is scaled alike along its axes and not mirrored."""
+    """Whether an object is scaled evenly along its axes and not mirrored."""
     axes = matrix(item.matrix_world)[:3, :3]
     scales = np.linalg.norm(axes, axis=0)
     return np.ptp(scales) <= 1e-4 * scales.max() and np.linalg.det(axes) > 0
@@ -128,12 +128,12 @@ def placed(motion: Motion, armature: bpy.types.Object) -> Motion:
 
 
 def why_not_fast(mesh: bpy.types.Object, action: bpy.types.Action | None) -> str:
-    """The first thing besides the action's bone curves that moves the body; empty where nothing does."""
+    """The first thing besides the action's bone curves that moves the body, or ""."""
     return next(_modifiers(mesh, armature_of(mesh)), "") or moved_besides_bones(mesh, action)
 
 
 def moved_besides_bones(mesh: bpy.types.Object, action: bpy.types.Action | None) -> str:
-    """The same for a body whose modifiers may do what they like."""
+    """Like `why_not_fast`, but ignores the body's modifiers."""
     return next(_besides(mesh, action), "")
 
 

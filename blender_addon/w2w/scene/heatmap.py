@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Expected F1 as colour attributes of a body's mesh, and a second map on a copy beside the body."""
+"""Expected F1 as colour attributes of a body's mesh, and a second map on a copy next to the body."""
 
 from collections.abc import Sequence
 
@@ -60,7 +60,7 @@ def add_heatmaps(
 
 
 def add_difference(mesh: bpy.types.Object, patches: PatchSet, scores: np.ndarray) -> None:
-    """Paint the difference of two heatmaps, beside those that `add_heatmaps` left, in colours of its own."""
+    """Paint the difference of two heatmaps, in addition to those of `add_heatmaps`, in its own colours."""
     paint_colours(
         mesh.data, DIFFERENCE, patch_colours(patches, scores, *difference_range(scores), DIFFERENCE_MAP)
     )
@@ -131,7 +131,7 @@ def paint_colours(mesh: bpy.types.Mesh, name: str, colours: np.ndarray) -> None:
 
 
 def add_beside(mesh: bpy.types.Object, model: bpy.types.Object) -> bpy.types.Object:
-    """Add a copy of a model, this body or another, for `follow` to put beside a body; it cannot be selected.
+    """Add a copy of a model, this body or another, for `follow` to put next to a body; it cannot be selected.
 
     The surface is moved aside after the armature has posed it: the copy needs no armature of its own.
     """
@@ -158,7 +158,7 @@ def fits(copy: bpy.types.Object, model: bpy.types.Object) -> bool:
 
 
 def follow(copy: bpy.types.Object, mesh: bpy.types.Object, model: bpy.types.Object) -> None:
-    """Give a copy the shape that its model has now, and put it beside the body again."""
+    """Give a copy the shape that its model has now, and put it next to the body again."""
     model.update_from_editmode()
     points = rest_vertices(model)
     copy.data.vertices.foreach_set("co", points.astype(np.float32).ravel())

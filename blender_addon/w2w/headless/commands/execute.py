@@ -63,7 +63,7 @@ def refused(monitor: RunMonitor) -> Iterator[None]:
 def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study | None:
     """Run a study and write everything down; without a result, a typer.Exit has the exit code.
 
-    None where everything was there already, unless the plan has it made `again`.
+    None if everything was there already, unless the plan has it made `again`.
     """
     with _in_folder(out, monitor):
         check(out, ())
@@ -111,7 +111,7 @@ def execute_shard(
 
 @contextmanager
 def _in_folder(out: Path, monitor: RunMonitor) -> Iterator[None]:
-    """End the command with a sentence and an exit code where a run has no result."""
+    """End the command with a sentence and an exit code if a run has no result."""
     try:
         yield
     except NO_RESULT as error:
@@ -128,7 +128,7 @@ def _in_folder(out: Path, monitor: RunMonitor) -> Iterator[None]:
 def _execute(
     plan: RunPlan, body: Body, out: Path, inputs: str, monitor: RunMonitor
 ) -> tuple[Study | None, dict[str, str]]:
-    """The study, None where its results are all there, and what could not be drawn, with the reason."""
+    """The study, or None if its results are all there, and what could not be drawn, with the reason."""
     try:
         made = make_signals(plan, body, out, monitor)
         if not plan.again and is_current(plan, made, out):

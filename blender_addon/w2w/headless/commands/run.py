@@ -94,7 +94,7 @@ def run(
 
 
 def part_of(text: str) -> tuple[int, int]:
-    """A part and how many there are, from such as "17/400"; a ValueError where it is none."""
+    """A part and how many there are, from text such as "17/400"; otherwise a ValueError."""
     found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text.strip())
     part, parts = map(int, found.groups()) if found else (0, 0)
     if not 1 <= part <= parts:

@@ -94,7 +94,7 @@ def _presets() -> Table:
 
 def _worn(model: SensorModel) -> str:
     parts = (
-        f"{model.mounting_turn_deg:g} deg anew in every clip" if model.mounting_turn_deg else "",
+        f"{model.mounting_turn_deg:g} deg, another turn in every clip" if model.mounting_turn_deg else "",
         f"{model.fixed_misalignment_deg:g} deg, fixed" if model.fixed_misalignment_deg else "",
         f"tissue {model.soft_tissue_hz:g} Hz" if model.soft_tissue_hz else "",
         f"{model.drop_fraction:.1%} lost".replace("%", " %") if model.drop_fraction else "",

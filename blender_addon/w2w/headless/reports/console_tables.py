@@ -98,7 +98,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
 
 
 def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console: Console) -> None:
-    """Say so where most clips are shorter than a window."""
+    """Warn if most clips are shorter than a window."""
     _say(notes.window_warning(window_content(results, spec), sum(result.used for result in results)), console)
 
 

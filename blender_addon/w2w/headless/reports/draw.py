@@ -20,7 +20,7 @@ from w2w.core.study.results import StudyResults
 from w2w.core.wording import capital
 from w2w.scene.base.output import output_to
 
-from ..blender import NoBlenderError, forget_scripts_path, needs_blender
+from ..blender import NoBlenderError, needs_blender
 from ..runs.folder import HEATMAPS, MEAN, SUBSET, picture_files, picture_names
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import move_in, remove_written
@@ -39,7 +39,7 @@ EXPECTED = "Expected F1"
 """What the colours of every heatmap mean."""
 
 MAX_LISTED = 12
-"""Sensors that fit beside the picture; the summary lists all."""
+"""Sensors that fit next to the picture; the summary lists all."""
 
 MAX_SAID = 300
 """Characters of Blender's last words that are shown."""
@@ -64,7 +64,7 @@ def draw_folder(out: Path, activities: Sequence[str], monitor: RunMonitor) -> di
 
 
 def draw_side_by_side(works: Sequence[Callable[[Path], None]], out: Path) -> list[str]:
-    """Draw, each in a worker process of its own; why each failed, empty where it did not."""
+    """Draw, each in a worker process of its own; returns why each failed, or ""."""
     with tempfile.TemporaryDirectory(prefix="w2w_draw_") as folder:
         said = [Path(folder) / f"blender_{number}.txt" for number in range(len(works))]
         calls = [partial(_draw, work, out, file) for work, file in zip(works, said, strict=True)]
@@ -80,8 +80,7 @@ def _crash(said: Path) -> str:
 
 
 def _draw(work: Callable[[Path], None], out: Path, said: Path) -> str:
-    """Draw, in the worker; what Blender prints is kept in case the process dies."""
-    forget_scripts_path()
+    """Draw, in the worker; what Blender prints is written to a file in case the process dies."""
     with output_to(said):
         try:
             work(out)

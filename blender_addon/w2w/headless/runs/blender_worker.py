@@ -9,6 +9,7 @@ import os
 import pickle
 import queue
 import shutil
+import site
 import sys
 import threading
 from pathlib import Path
@@ -30,8 +31,11 @@ def main(mark: str) -> None:
     send(results, _session_folder())
     calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_receive, args=(calls,), daemon=True).start()
-    folder, sys.path[:] = calls.get()
+    folder, path = calls.get()
     os.chdir(folder)
+    for place in path:  # Blender's own Python lacks the libraries that its parent has found
+        if place and place not in sys.path:
+            site.addsitedir(place)
     while True:
         send(results, _answer(calls.get()))
 
@@ -59,7 +63,7 @@ def _receive(calls: queue.SimpleQueue[Any]) -> None:
 
 
 def _session_folder() -> str:
-    """The folder that Blender made for this session and removes at a regular end; empty without Blender."""
+    """The folder that Blender made for this session and removes at a regular end, or "" without Blender."""
     return sys.modules["bpy"].app.tempdir if "bpy" in sys.modules else ""
 
 

@@ -27,7 +27,7 @@ from w2w.core.study.signals import describe, measured, record
 from w2w.core.threads import unthreaded_products
 from w2w.scene.base.output import quiet_output
 
-from ..blender import NoBlenderError, forget_scripts_path, needs_blender
+from ..blender import NoBlenderError, needs_blender
 from .clip_task import ClipTask, Looks, mark_read, marked_read
 from .guard import allowed_memory, crashed, guarded, timed_out, untimed
 from .records import finished, last_record, refresh, unfinished, untouched, write_record
@@ -53,7 +53,6 @@ def get_ready(blender: bool) -> None:
 
     What fails here fails again at the first clip that needs it, which says so.
     """
-    forget_scripts_path()
     with guarded(), quiet_output():
         import w2w.scene.motion.load
 
@@ -93,8 +92,8 @@ def record_death(task: ClipTask) -> ClipResult:
 def try_alone(task: ClipTask, once: Callable[[ClipTask], ClipResult | None]) -> ClipResult:
     """Do a task at which workers died, again and again with a worker of its own.
 
-    A clip is to blame only where it crashes such a worker twice, or takes too long: workers are also killed
-    from outside, as their job ends or the machine is short of memory. `once` gives None where its worker
+    A clip is to blame only if it crashes such a worker twice, or takes too long: workers are also killed
+    from outside, when their job ends or the machine is short of memory. `once` returns None if its worker
     died.
     """
     crashes = 0
@@ -198,11 +197,10 @@ def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
 
 
 def _sensors_on_cloth(task: ClipTask, body: Body, patches: PatchSet, motion: Motion) -> ClothSensors | None:
-    """Where the sensors on garments are, as Blender moves the cloth; None where the study has no garments."""
+    """The places of the sensors on garments, as Blender moves the cloth; None without garments."""
     if not task.config.garments:
         return None
     covers = _covers(task.out, task.inputs)
-    forget_scripts_path()
     with needs_blender(), quiet_output():
         from w2w.scene.garments.bake import followed
 
@@ -221,7 +219,6 @@ def load_clip(
     Returns what the file holds, the motion, and facts: take, skeleton, scale, frames, rate, duration. Raises
     UnusableMotion and NoBlenderError.
     """
-    forget_scripts_path()
     from w2w.scene.motion.load import carry, read_motion
 
     with needs_blender(), quiet_output():
@@ -260,7 +257,7 @@ def _refuse_too_long(motion: Motion, task: ClipTask) -> None:
 
 
 def _conclude(task: ClipTask, result: ClipResult, looks: Looks, files: tuple[Path, ...] = ()) -> ClipResult:
-    """Write down what became of a clip: only now does it count as done."""
+    """Record the result of a clip, which counts as done only now."""
     with untimed():
         write_record(task, result, looks, files)
     return result

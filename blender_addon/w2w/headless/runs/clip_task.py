@@ -24,7 +24,7 @@ from w2w.core.wording import name_bytes
 from .guard import LIMIT_S, MEMORY
 
 Looks = list[str | list[int]]
-"""What `look` gives."""
+"""What `look` returns."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +110,7 @@ def look(library: str, path: Path) -> Looks:
 
 
 def read_beside(path: Path) -> list[Path]:
-    """Files that say what the clip's own does not: its skeleton, or its rate and joints."""
+    """Companion files: the skeleton of an AMC, or the side-car with rate and joint set."""
     suffix = path.suffix.lower()
     if suffix == AMC_SUFFIX:
         try:
@@ -131,7 +131,7 @@ def mark_read(task: ClipTask, source: str, looks: Looks) -> None:
 
 
 def marked_read(task: ClipTask) -> tuple[str, Looks]:
-    """The hash of the clip's file, and the `look` before it was read; empty where the worker died earlier."""
+    """The hash of the clip's file, and its `look` before that; "" and [] if the worker died earlier."""
     source, looks = "", []
     with suppress(OSError, ValueError, RecursionError):
         first, second, *_ = [*task.marker.read_text(errors="replace").splitlines(), "", ""]

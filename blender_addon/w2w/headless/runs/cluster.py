@@ -174,7 +174,7 @@ def _submit(client: Client, task: ClipTask) -> Future:
 
 
 def _once(client: Client, task: ClipTask) -> ClipResult | None:
-    """Do a task by a worker with nothing else of ours to do; None where the worker died."""
+    """Do a task on a worker that has no other task; None if the worker died."""
     from distributed import KilledWorker
 
     with suppress(KilledWorker):
@@ -183,7 +183,7 @@ def _once(client: Client, task: ClipTask) -> ClipResult | None:
 
 
 def spread_over(scheduler: str) -> Spread | None:
-    """How a ranking's patches are spread over a Dask scheduler's workers; None without a scheduler.
+    """A function that spreads a ranking's patches over a Dask scheduler's workers; None without a scheduler.
 
     The workers read the features where the run has written them, and send back sums by patch and the
     names given to the windows tested.

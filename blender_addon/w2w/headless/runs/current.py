@@ -37,7 +37,7 @@ PLACED = (f"{WORK}/body.npz", f"{WORK}/patches.npz", FITTED)
 def note_current(plan: RunPlan, made: Made, out: Path, inputs: str) -> None:
     """Note what the results in a folder, which are all there now, were made of.
 
-    `inputs` is `looks_of_inputs` before the run read any of them: a file that changed since looks otherwise.
+    `inputs` is `looks_of_inputs` before the run read any of them: a file that changed since looks different.
     """
     # what no hash is known of was not read, and perhaps could be now
     is_settled = all(one.source_sha256 or not stamp(one.clip.path) for one in made.clips)

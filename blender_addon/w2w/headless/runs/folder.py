@@ -58,7 +58,7 @@ def only_run(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def only_shard(folder: Path, shard: str) -> Iterator[None]:
-    """Hold a shard, such as "17-of-400", beside others of the folder, or raise a FolderBusyError."""
+    """Hold a shard, such as "17-of-400", next to others of the folder, or raise a FolderBusyError."""
     path = folder / f"{LOCK}.{shard}"
     lock = FileLock(path)
     try:
@@ -217,7 +217,7 @@ def _code() -> list[tuple[str, Path]]:
 
 
 def code_of_signals() -> list[tuple[str, Path]]:
-    """What of it signals and features depend on."""
+    """The part of that code that signals and features depend on."""
     return [(name, path) for name, path in _code() if not name.startswith(NO_SIGNALS)]
 
 

@@ -13,7 +13,7 @@ from w2w.core.study.clip_files import mark_changing
 from w2w.core.study.config import StudyConfig
 from w2w.scene.base.output import quiet_output
 
-from ..blender import forget_scripts_path, needs_blender
+from ..blender import needs_blender
 from .folder import save_new
 from .guard import guarded
 from .workers import run_alone
@@ -76,7 +76,6 @@ def _cover(garment: str, body: Body, patches: PatchSet) -> Cover:
 
 def _cover_in_blender(garment: str, body: Body, patches: PatchSet) -> Cover | str:
     """The cover, or a sentence."""
-    forget_scripts_path()
     with guarded():
         try:
             with needs_blender(), quiet_output():

@@ -24,7 +24,7 @@ MEMORY = 4 * 2**30
 """Bytes a worker may take: many times what a clip of minutes needs."""
 
 PR_SET_PDEATHSIG = 1
-"""Of Linux's prctl: the signal to get when the parent ends."""
+"""Option of Linux's prctl: the signal to receive when the parent exits."""
 
 LOOK_EVERY_S = 1.0
 
@@ -68,16 +68,16 @@ _WATCHDOGS: list[_Watchdog] = []
 
 
 @contextlib.contextmanager
-def guarded(limit_s: float = LIMIT_S, memory: int = MEMORY, said: Path | None = None) -> Iterator[None]:
+def guarded(limit_s: float = LIMIT_S, memory: int = MEMORY, marker: Path | None = None) -> Iterator[None]:
     """Bound the seconds and the bytes of data that a block of work may take in this process.
 
     Blender's importers are C++ and may hang where no Python exception reaches them: the watchdog's
     thread ends the process from outside the interpreter. More memory than the limit is refused by
     the system (Linux), which Python raises as a MemoryError; C++ may end the process on it.
 
-    In the file `said`, `timed_out` finds that the time was used up, and `crashed` a crash.
+    In the file `marker`, `timed_out` finds that the time was used up, and `crashed` a crash.
     """
-    with Path(said or os.devnull).open("a") as file, _memory_limit(memory):
+    with Path(marker or os.devnull).open("a") as file, _memory_limit(memory):
         _WATCHDOGS.append(_Watchdog(limit_s, file))
         _WATCHDOGS[-1].start()
         before = sys.__stderr__ if faulthandler.is_enabled() else None
@@ -104,18 +104,18 @@ def untimed() -> Iterator[None]:
         _WATCHDOGS[-1].start()
 
 
-def timed_out(said: Path) -> bool:
+def timed_out(marker: Path) -> bool:
     """Whether a process that `guarded` ended had used up its time."""
-    return said.is_file() and "Timeout (" in said.read_text(errors="replace")
+    return marker.is_file() and "Timeout (" in marker.read_text(errors="replace")
 
 
-def crashed(said: Path) -> bool:
+def crashed(marker: Path) -> bool:
     """Whether a process died of a fault of its own within `guarded`, not by someone's SIGKILL or SIGTERM."""
-    return said.is_file() and "Fatal Python error" in said.read_text(errors="replace")
+    return marker.is_file() and "Fatal Python error" in marker.read_text(errors="replace")
 
 
 def allowed_memory() -> float:
-    """Bytes that this process may take by limits that W2W did not set (`ulimit`); infinite without any."""
+    """Bytes that this process may take by limits from outside W2W (`ulimit`); infinite without any."""
     if resource is None:
         return float("inf")
     limits = (resource.getrlimit(resource.RLIMIT_DATA)[1], resource.getrlimit(resource.RLIMIT_AS)[0])

@@ -63,7 +63,7 @@ class RunState:
     clips: int = 0
     done: int = 0
     skipped: int = 0
-    """Of those done."""
+    """How many of the finished clips were skipped."""
     started: float = 0.0
     updated: float = 0.0
     """Seconds since the epoch, by a clock that may be set meanwhile."""

@@ -2,7 +2,7 @@
 """The rule for everything that W2W writes: it replaces and removes its own files, and nobody else's.
 
 A file is W2W's where it is listed with its hash: files of a clip in the clip's record, all others in
-`written.sha256`, as `sha256sum` writes it. The hash is listed before the file gets its name, beside that of
+`written.sha256`, as `sha256sum` writes it. The hash is listed before the file gets its name, next to that of
 the file before it, so that a run that was killed in between can go on, and a list that somebody else made
 gives away no file whose content he does not know. Everything is checked before anything is made.
 """
@@ -43,7 +43,7 @@ def keep_apart(library: Path, out: Path) -> None:
         )
     if any(parent.samefile(out) for parent in inside.parents):
         raise ValueError(
-            f"--out {out} holds the library {library}: give the results a folder of their own, beside the "
+            f"--out {out} holds the library {library}: give the results a folder of their own, next to the "
             "library or in it"
         )
 
@@ -104,7 +104,7 @@ def listed(folder: Path, names: Collection[str]) -> Iterator[None]:
 
 
 def _either(before: Hashes, after: Hashes) -> Hashes:
-    """The hashes of both lists: while a file is replaced, either may be the one that is there."""
+    """The hashes of both lists: while a file is replaced, either version may be there."""
     return {name: before.get(name, set()) | after.get(name, set()) for name in before | after}
 
 

@@ -24,14 +24,14 @@ from .own_files import Hashes, remove_own
 Record = dict[str, Any]
 
 LIST = "records"
-"""The list's file is called so, with the shard's name after it where it has one."""
+"""Name of the list's file; a shard's name follows it."""
 
 CLIP = re.compile(r'\{"clip": "((?:[^"\\]|\\.)*)"')
-"""How a line of the list begins, be the rest as damaged as it may."""
+"""The beginning of a line of the list, whose rest may be damaged."""
 
 
 class Records(Mapping[str, Record]):
-    """The newest record of each clip, as text until it is asked for; a damaged one says whose it is."""
+    """The newest record of each clip, as text until it is asked for; only the name of a damaged one."""
 
     def __init__(self, texts: dict[str, str], out: Path) -> None:
         self._texts, self._out = texts, out
@@ -53,7 +53,7 @@ class Records(Mapping[str, Record]):
         )
 
     def text(self, clip: str) -> str:
-        """The clip's line in the list; empty where it has none."""
+        """The clip's line in the list, or ""."""
         return self._texts.get(clip, "")
 
 
@@ -65,9 +65,9 @@ def unfinished(path: Path) -> Path:
 def write_record(task: ClipTask, result: ClipResult, looks: Looks, files: tuple[Path, ...]) -> None:
     """Record what became of a clip, the hash of each of its files, and how it looked before it was read.
 
-    Where it looks otherwise now, nobody knows what was read: such a record fits no file. The record goes
-    first and the files get their names after it, so that a kill at any moment leaves no file of ours that no
-    record names; `finished` names them where it did not come to it.
+    If it looks different now, nobody knows what was read: such a record fits no file. The record goes
+    first and the files get their names after it, so that a process killed at any point never leaves a file
+    without a record; `finished` renames those that were not reached.
     """
     mark_changing(task.out)
     names = {}
@@ -104,7 +104,7 @@ def refresh(task: ClipTask, record: Record, looks: Looks) -> None:
 
 
 def _size_and_time(path: Path | str) -> list[int]:
-    """Bytes of a file of ours and when it was written (ns), which its name and a move leave alone."""
+    """Bytes of a file of ours and when it was written (ns), which renames and moves keep."""
     found = os.lstat(path)  # no file of ours is a link
     return [found.st_size, found.st_mtime_ns]
 
@@ -116,7 +116,7 @@ def last_record(task: ClipTask) -> Record | None:
 
 
 def _own_record(path: Path) -> Record | None:
-    """The record in a clip's own file and when it was written; empty where it is damaged."""
+    """The record in a clip's own file and when it was written; no more than the name if it is damaged."""
     try:
         return {"clip": path.stem, "at": path.stat().st_mtime_ns, **json.loads(path.read_text("utf-8"))}
     except FileNotFoundError:
@@ -136,7 +136,7 @@ def lists_in(out: Path) -> list[Path]:
 
 
 def read_records(out: Path) -> Records:
-    """The newest record of each clip; of one that is damaged no more than whose it is."""
+    """The newest record of each clip; of a damaged one only the clip's name."""
     lists = ((path, path.stat()) for path in lists_in(out))
     found = dict(_listed(tuple((path, of.st_size, of.st_mtime_ns) for path, of in lists)))
     for own in (out / WORK / "clips").glob("*.json"):
@@ -162,7 +162,7 @@ def _listed(lists: tuple[tuple[Path, int, int], ...]) -> dict[str, str]:
 
 
 def forget_read() -> None:
-    """Let go of what was read last."""
+    """Clear the cache of lists."""
     _listed.cache_clear()
 
 
@@ -211,7 +211,7 @@ def _list_file(out: Path, shard: str = "") -> Path:
 
 
 def given_names(out: Path, clip: str, record: Record) -> Hashes:
-    """Hashes of the motion and signals that a record names, which is believed about no other file."""
+    """Hashes of the motion and signals that a record names; what it says of other files is ignored."""
     names = [file(out, clip).relative_to(out).as_posix() for file in (motion_file, signals_file)]
     if not isinstance(files := record.get("files"), Mapping):
         return {name: set() for name in names}  # the record is damaged, but ours
@@ -251,7 +251,7 @@ def _check_names(out: Path, clip: str, record: Record) -> Collection[str]:
 
 
 def _place_of(out: Path, clip: str) -> str:
-    """Where a clip's record stands, in words."""
+    """The place of a clip's record, in words."""
     found = str(out / WORK / "clips" / f"{clip}.json")
     for path in lists_in(out):
         with path.open(encoding="utf-8", errors="replace") as stream:

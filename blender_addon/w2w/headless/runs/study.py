@@ -95,7 +95,7 @@ class Made:
 
 
 def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shard: str = "") -> Made:
-    """Bake every clip of a plan in a folder made by `make_folders`, or a part of a study's beside others.
+    """Bake every clip of a plan in a folder made by `make_folders`, or a shard of them next to other shards.
 
     Raises a StudyError where no clip can be used, an EngineError where the workers cannot go on, an OSError
     where the folder cannot be written, and for a shard a FolderBusyError where a run holds the folder.
@@ -121,7 +121,7 @@ def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shar
 def _refuse_head_down(clips: Sequence[ClipResult]) -> None:
     """Refuse a library whose people hang head down in most frames; a few handstands are motions."""
     details = [result.details for result in clips if result.used]
-    if mostly_head_down((of.get("frames", 0), "head_down" in of) for of in details):
+    if mostly_head_down((facts.get("frames", 0), "head_down" in facts) for facts in details):
         raise StudyError(UPSIDE_DOWN, clips)
 
 
@@ -150,8 +150,8 @@ def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Stu
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
-        said = f"{error}. Clips used by activity: {found}", copies_sentence(copies_among(used, ranked))
-        raise StudyError(". ".join(filter(None, said)), made.clips) from error
+        problem = f"{error}. Clips used by activity: {found}", copies_sentence(copies_among(used, ranked))
+        raise StudyError(". ".join(filter(None, problem)), made.clips) from error
     results = StudyResults(out, utility, made.patches, ranked, config.as_dict(), read=files)
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
         try:
@@ -164,7 +164,7 @@ def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Stu
 
 
 def write_config(study: Study) -> None:
-    """Save every parameter, the versions and the hashes of all inputs beside the results."""
+    """Save every parameter, the versions and the hashes of all inputs with the results."""
     write_json(study.results.out / "config.json", config_content(study) | {"code_sha256": code_sha256()})
 
 
@@ -190,7 +190,7 @@ def _prepare(plan: RunPlan, body: Body, out: Path) -> PatchSet:
 def _bake(
     plan: RunPlan, out: Path, monitor: RunMonitor, workers: Workers | None, shard: str
 ) -> tuple[tuple[ClipResult, ...], Records]:
-    """What became of each clip, and the records that the folder had before."""
+    """The result of each clip, and the records that the folder had before."""
     config, engine = plan.config, plan.engine
     files = [f"{WORK}/body.npz", f"{WORK}/patches.npz", *([FITTED] if config.garments else ())]
     inputs = hashlib.sha256(
@@ -246,7 +246,7 @@ def _files_to_rank(used: list[Clip], config: StudyConfig, out: Path, signatures:
 
 
 def _with_bar(rank: Callable[..., UtilityMap], monitor: RunMonitor) -> UtilityMap:
-    """What a ranking gives, shown as it comes on."""
+    """The result of a ranking, with a progress bar."""
     with monitor.bar("ranking patches", 100) as advance:
         done = 0
 

@@ -58,7 +58,7 @@ KILL_S = 5.0
 
 @contextmanager
 def clip_workers(engine: Engine, clips: Sequence[Clip]) -> Iterator[Workers | None]:
-    """Workers for clips that get ready while this process is still at other things; None on a cluster."""
+    """Workers for clips that start while this process does other work; None on a cluster."""
     if engine.scheduler:
         yield None
         return
@@ -124,7 +124,7 @@ def run_alone(work: Callable[..., Result], *args: object) -> Result | None:
 
 
 def run_side_by_side(works: Sequence[Callable[[], Result]]) -> list[Result | None]:
-    """As `run_alone`, for several functions at once."""
+    """Like `run_alone`, for several functions in parallel."""
     with ExitStack() as stack:
         executors = [stack.enter_context(local_executor(1)) for _ in works]
         with deaf_children():
@@ -134,7 +134,7 @@ def run_side_by_side(works: Sequence[Callable[[], Result]]) -> list[Result | Non
 
 
 def _once(task: ClipTask) -> ClipResult | None:
-    """Do a task in a worker of its own; None where the worker died."""
+    """Do a task in a worker of its own; None if the worker died."""
     found: dict[str, ClipResult] = {}
     with local_executor(1) as executor:
         _collect(executor, 1, [task], found, lambda _: None)
@@ -211,7 +211,7 @@ def load_alone(
     pose: PoseFacts = NO_FACTS,
     ups: Ups | None = None,
 ) -> Loaded:
-    """As `load_clip`, in a worker process, whatever the file does to it.
+    """Like `load_clip`, in a worker process, whatever the file does to it.
 
     Without the `ups` of a library the clip is by itself, and refused if it is upside down.
     """
@@ -244,7 +244,7 @@ def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts,
 
 
 def spread_here(workers: int, n_windows: int) -> Spread | None:
-    """How a ranking's patches are spread over worker processes; None leaves them to threads of this one.
+    """A function that spreads a ranking's patches over worker processes; None leaves them to threads here.
 
     A patch's sums take many small steps: threads would spend much of their time waiting for the
     interpreter's lock.

@@ -22,7 +22,7 @@ CONSTANT = 1e-7
 """Channels that change less than float32 resolves are keyed once."""
 
 STRAY = 1e-6
-"""How far a bone may be moved or scaled before a `Motion` can no longer tell, metres or 1."""
+"""Tolerances (m, scale) within which a bone's translation and scale may be ignored."""
 
 SPACING_TOLERANCE = 1e-3
 """How unevenly keys may be spaced, in frames, and still be the frames of a motion."""
@@ -43,7 +43,7 @@ OBJECT_CHANNELS = ("location", "rotation_euler", "rotation_quaternion", "rotatio
 
 
 class InexpressibleActionError(ValueError):
-    """An action that moves bones in a way that a `Motion` cannot tell: off their joints, or scaled."""
+    """An action that a `Motion` cannot express: it moves bones off their joints, or scales them."""
 
 
 def write_action(armature: bpy.types.Object, motion: Motion, name: str = "") -> bpy.types.Action:
@@ -84,12 +84,12 @@ def show_action(armature: bpy.types.Object, action: bpy.types.Action) -> None:
 
 
 def key_rate(action: bpy.types.Action | None) -> float:
-    """Frames per second of the time that an action's keys lie in; the scene's where nothing says so."""
+    """Frames per second of the time of an action's keys; by default the scene's."""
     return scene_rate() if action is None else action.get(KEYED_AT, scene_rate())
 
 
 def keep_pace(action: bpy.types.Action) -> None:
-    """Move the keys of an action so that it plays at its speed in the scene as that is now."""
+    """Move the keys of an action so that it plays at its speed at the scene's present frame rate."""
     ratio = scene_rate() / key_rate(action)
     if ratio == 1 or not action.is_editable:
         return

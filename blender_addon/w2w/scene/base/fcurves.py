@@ -26,7 +26,7 @@ LINEAR = 1
 
 
 class NotFiniteError(ValueError):
-    """Curves hold NaN, infinite values or such as no body has."""
+    """Curves hold NaN, infinite or physically impossible values."""
 
 
 def action_curves(action: bpy.types.Action, slot: object | None = None) -> Iterator[list[bpy.types.FCurve]]:
@@ -47,7 +47,7 @@ def action_curves(action: bpy.types.Action, slot: object | None = None) -> Itera
 
 
 def slot_named_for(item: bpy.types.Object, action: bpy.types.Action) -> object | None:
-    """The slot of an action that has an object's name; None where there is none, and before Blender 4.4."""
+    """The slot of an action that has an object's name, or None; there are none before Blender 4.4."""
     named = f"OB{item.name}"
     return next((slot for slot in getattr(action, "slots", ()) if slot.identifier == named), None)
 

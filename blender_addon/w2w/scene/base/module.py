@@ -6,8 +6,25 @@ so that is another one meanwhile.
 """
 
 import sys
-from contextlib import chdir, nullcontext
+from collections.abc import Iterable
+from contextlib import chdir
+from importlib.machinery import PathFinder
+from importlib.util import module_from_spec
 from pathlib import Path
 
-with nullcontext() if "bpy" in sys.modules else chdir(Path(__file__).parent):
-    import bpy as bpy
+
+def import_from(folders: Iterable[str], name: str) -> None:
+    """Import a package from the first of these folders that has it; nothing happens where none has."""
+    spec = PathFinder.find_spec(name, [*folders])
+    if spec is not None and spec.loader is not None:
+        module = sys.modules[name] = module_from_spec(spec)
+        spec.loader.exec_module(module)
+
+
+if "bpy" not in sys.modules:
+    # a worker inherits the path of a process that has `bpy`, whose import puts Blender's scripts there: the
+    # package `bpy` among them needs the module loaded first
+    others = [folder for folder in sys.path if Path(folder).parts[-2:] != ("scripts", "modules")]
+    with chdir(Path(__file__).parent):
+        import_from(others, "bpy")
+import bpy as bpy  # noqa: E402

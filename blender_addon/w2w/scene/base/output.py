@@ -10,7 +10,7 @@ from pathlib import Path
 
 @contextlib.contextmanager
 def output_to(path: Path) -> Iterator[None]:
-    """Let a file have what the process prints, C++ included, even when it dies."""
+    """Write what the process prints to a file, C++ included, even when it dies."""
     with path.open("w") as file:
         sys.stdout.flush()  # what was printed before is the user's
         saved = [os.dup(1), os.dup(2)]

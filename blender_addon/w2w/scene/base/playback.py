@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Walk through the frames of the scene for a while, read meshes there, and leave the scene as it was."""
+"""Step through the frames of the scene, read meshes there, and restore the scene."""
 
 from collections.abc import Generator, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -13,7 +13,7 @@ from .module import bpy
 from .patches import PATCH
 
 TAG = "W2W vertex tag"
-"""Attribute that tells a mesh's own vertices apart from those that modifiers make."""
+"""Attribute that distinguishes a mesh's own vertices from those that modifiers make."""
 
 
 def active_action(armature: bpy.types.Object) -> bpy.types.Action | None:
@@ -53,7 +53,7 @@ def kept(*settings: tuple) -> Iterator[None]:
 
 @contextmanager
 def at_rate(rate: float) -> Iterator[None]:
-    """Let the scene run at so many frames per second, and as before at the end."""
+    """Set the scene's frames per second, and restore them at the end."""
     with same_timing():
         if rate != actions.scene_rate():
             actions.set_scene_rate(rate)

@@ -22,7 +22,7 @@ def without_pauses(steps: Generator[Any, None, Result]) -> Result:
 def each_as(
     steps: Generator[Step, None, Result], change: Callable[[Step], Other]
 ) -> Generator[Other, None, Result]:
-    """The same work with each step changed as it comes."""
+    """The same work, with a function applied to each step."""
     with closing(steps):
         while True:
             try:

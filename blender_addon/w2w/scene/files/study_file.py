@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A finished study as a .blend file that opens complete in any Blender, with or without W2W.
 
-For W2W's panel it holds the small files of the results folder, packed as a text beside the body: this record
+For W2W's panel it holds the small files of the results folder, packed as a text: this record
 is only data; nothing in it is ever run.
 """
 
@@ -117,7 +117,7 @@ def _add_actions(armature: bpy.types.Object, motions: Iterable[Motion]) -> dict[
 def _add_record(
     mesh: bpy.types.Object, study: StudyResults, collections: tuple[str, str], actions: Mapping[str, str]
 ) -> None:
-    """Put the record of a results folder into the open file, beside a body."""
+    """Put the record of a results folder into the open file, on a body's mesh."""
     packed = io.BytesIO()
     with ZipFile(packed, "w", ZIP_DEFLATED) as archive:
         for name in FILES:
@@ -152,12 +152,12 @@ class SceneNames(NamedTuple):
 
 
 def keys_of(study: StudyResults) -> dict[str, str]:
-    """The key by which each clip's stored signals are recognised."""
+    """The key of each clip's stored signals."""
     return {clip.name: signals_key(study.out, clip.name) for clip in study.clips}
 
 
 def has_record(mesh: bpy.types.Object) -> bool:
-    """Whether a record lies beside a mesh."""
+    """Whether a mesh has a record."""
     return isinstance(mesh.get(RECORD), bpy.types.Text)
 
 
@@ -169,7 +169,7 @@ def read_record(mesh: bpy.types.Object) -> tuple[StudyResults, SceneNames]:
             size = sum(archive.getinfo(name).file_size for name in (*FILES, NAMES))
             if size > min(MOST_PACKED, most_unpacked(len(packed))):
                 raise ValueError("it unpacks to too much")
-            for name in FILES:  # no other: a file's word leads nowhere
+            for name in FILES:  # and no other that the file may name
                 archive.extract(name, folder)
             study = StudyResults.load(Path(folder))
             study.summary, study.listed  # noqa: B018 - kept, for the folder does not stay

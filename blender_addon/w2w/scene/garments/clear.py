@@ -68,9 +68,9 @@ def outward(body: Body, motion: Motion, side: str) -> float:
 def clear_reach(body: Body, motion: Motion) -> float:
     """The longest of `REACHES` with hardly more overlap than the clip's first pose has; else the shortest."""
     for reach in REACHES:
-        sunk, of = _sunk(body, reached_back(motion, reach))
+        sunk, total = _sunk(body, reached_back(motion, reach))
         if reach == REACHES[0]:
-            bearable = sunk[-1] + RUN_UP_AS_CLEAR * of
+            bearable = sunk[-1] + RUN_UP_AS_CLEAR * total
         if max(sunk) <= bearable:
             return reach
     return REACHES[-1]
@@ -120,7 +120,7 @@ def inside(tree: BVHTree, points: np.ndarray) -> int:
 def times_inside(tree: BVHTree, point: Vector) -> int:
     """How many times more a ray from a point leaves a closed surface than it enters it.
 
-    Once where the point is inside, twice where two parts of the surface overlap there.
+    Once if the point is inside, twice if two parts of the surface overlap there.
     """
     turns = 0
     while True:
@@ -141,15 +141,15 @@ def _turned(motion: Motion, degrees: dict[str, float]) -> np.ndarray:
 
 
 def _sunk(body: Body, poses: Motion) -> tuple[list[int], int]:
-    """Vertices sunk in each pose, and of how many: arms in the rest of the body, one leg in the other."""
-    sunk, of = [0] * poses.n_frames, 0
+    """Vertices sunk in each pose, and their total: arms in the rest of the body, one leg in the other."""
+    sunk, total = [0] * poses.n_frames, 0
     trunks, left_legs = (closed(body, part, poses) for part in (trunk(body), moved_by(body, "left", LEG)))
     for trees, side, joints in ((trunks, "left", ARM), (trunks, "right", ARM), (left_legs, "right", LEG)):
         vertices = limb(body, side, joints)
-        of += len(vertices)
+        total += len(vertices)
         for number, (tree, own) in enumerate(zip(trees, pushed_out(body, vertices, poses), strict=True)):
             sunk[number] += inside(tree, own)
-    return sunk, of
+    return sunk, total
 
 
 def _caps(faces: np.ndarray, n_vertices: int) -> tuple[list[tuple[int, int, int]], list[list[int]]]:

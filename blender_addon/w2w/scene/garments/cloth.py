@@ -35,13 +35,13 @@ COTTON = {
     "tension_damping": 5.0, "compression_damping": 5.0, "shear_damping": 5.0,
     "bending_stiffness": 0.5, "bending_damping": 0.5,
 }  # fmt: skip
-"""As Blender's own preset for cotton."""
+"""Blender's own preset for cotton."""
 
 COLLISION_STEPS, CLOTH_GAP, SKIN_GAP = 4, 0.004, 0.004
 """Passes of collision a step; how far cloth and skin stay apart, metres: the sum of both."""
 
 FRICTION = 60.0
-"""Of cloth on a body, in hundredths: cotton slides on skin at 0.25 (forearm) to 0.79 (chest)."""
+"""Friction of cloth on a body, in hundredths: cotton slides on skin at 0.25 (forearm) to 0.79 (chest)."""
 
 COLLIDER = "W2W collision"
 """Modifier of a body that cloth lies on."""
@@ -155,7 +155,7 @@ def _hold(item: bpy.types.Object, garment: Garment) -> None:
 
 
 def _double(mesh: bpy.types.Object) -> bpy.types.Object:
-    """The mesh with fewer triangles, weighted alike."""
+    """The mesh with fewer triangles and the same weights."""
     double = mesh.copy()
     mesh.users_collection[0].objects.link(double)
     rig = next(modifier.object for modifier in double.modifiers if modifier.type == "ARMATURE")

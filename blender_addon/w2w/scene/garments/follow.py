@@ -63,7 +63,7 @@ def follow(worn: Worn, motion: Motion, patches: PatchSet) -> Generator[float, No
 def follow_scene(
     worn: Worn, action: bpy.types.Action | None, n_frames: int, rate: float
 ) -> Generator[float, None, ClothSensors]:
-    """As `follow` where more than bones moves the body: it holds its first pose while cloth settles.
+    """Like `follow`, for bodies moved by more than bones: the first pose is held while cloth settles.
 
     `n_frames` and `rate` are the clip's; the scene is played at the rate of the action's keys.
     """
@@ -121,13 +121,13 @@ def simulated(item: bpy.types.Object) -> list[bpy.types.Modifier]:
 
 
 class Followed:
-    """Corners of the triangles that carry a garment's sensors, and how often its cloth had caught.
+    """Corners of the triangles that carry a garment's sensors, and the frames in which its cloth was caught.
 
     Attributes
     ----------
     corners : ndarray, shape (n_frames, K, 3, 3)
     caught : int
-        Frames in which it had; a garment that is not simulated never does.
+        Number of these frames; 0 for a garment that is not simulated.
     """
 
     def __init__(self, item: bpy.types.Object, own: Cover, n_frames: int) -> None:
@@ -142,7 +142,7 @@ class Followed:
             self._lengths = RestLengths(points, edges.reshape(-1, 2))
 
     def take(self, number: int) -> None:
-        """Take the scene's frame as this one of the clip; a `ValueError` where the cloth has flown apart."""
+        """Read the scene's frame as this frame of the clip; a `ValueError` if the cloth has flown apart."""
         if self._lengths is None:
             self.corners[number] = self._vertices.positions()
         else:
@@ -152,7 +152,7 @@ class Followed:
         points = self.corners[number].reshape(-1, 3)
         if not len(points):
             return
-        # it has where a sensor is more than 3 m from the middle of all
+        # it has if a sensor is more than 3 m from the middle of all
         if not np.isfinite(points).all() or np.abs(points - np.median(points, axis=0)).max() > 3.0:
             raise ValueError(
                 f"the cloth of '{self._item.name}' flew apart in this clip: raise the quality steps of its "

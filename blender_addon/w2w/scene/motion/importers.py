@@ -11,7 +11,7 @@ from ...core.motion.source import UnusableMotion, size_and_head
 from ...core.motion.up import UPS, Up
 from ...core.readers.import_checks import VRM_SUFFIXES, check_gltf, check_usd, with_skin
 from ..base.actions import set_scene_rate
-from ..base.module import bpy
+from ..base.module import bpy, import_from
 
 FBX_MAGIC = b"Kaydara FBX Binary  \x00\x1a\x00"
 FBX_HEADER_SIZE = 27
@@ -41,7 +41,7 @@ FAULTS = {
     "deflate": "it is damaged: a packed part of it cannot be unpacked",
     "ascii parse": "it is damaged: its text cannot be understood",
 }
-"""What Blender's importers say, in lower case, and what it means."""
+"""Words in the messages of Blender's importers, in lower case, and what they mean."""
 
 
 def check_fbx(path: Path, python_importer: bool = False) -> None:
@@ -89,7 +89,7 @@ def import_fault(path: Path, error: Exception) -> str:
 
 
 def _version(head: bytes) -> int | None:
-    """Such as 7400 for FBX 7.4; None where the start of a text file does not say."""
+    """The version, such as 7400 for FBX 7.4; None if the start of a text file does not say."""
     if head.startswith(FBX_MAGIC):
         return struct.unpack_from("<I", head, 23)[0]
     said = re.search(rb"FBXVersion:\s*(\d{1,5})\b", head)
@@ -148,12 +148,7 @@ def import_usd(path: Path) -> None:
     """
     if "usd_import" not in dir(bpy.ops.wm):
         raise UnusableMotion("this Blender was built without USD: export the file as .glb or FBX")
-    before = sys.path.copy()
-    if hasattr(bpy.utils, "expose_bundled_modules"):  # Blender's module leaves its `pxr` off the path (4.4+)
-        bpy.utils.expose_bundled_modules()
-    try:
-        rate = check_usd(path)
-    finally:
-        sys.path[:] = before
-    set_scene_rate(rate)
+    if bpy.app.module and "pxr" not in sys.modules:  # Blender's module has one off the path (4.4 and later)
+        import_from(map(str, Path(bpy.__file__).parents[3].glob("python/lib/**/site-packages")), "pxr")
+    set_scene_rate(check_usd(path))
     bpy.ops.wm.usd_import(filepath=str(path), import_materials=False, import_lights=False)

@@ -82,12 +82,12 @@ def scene_takes(armature: bpy.types.Object) -> tuple[list[SceneTake], list[LeftO
 
 
 def stands_beside(armature: bpy.types.Object) -> bool:
-    """Whether it is a clip's own armature that W2W shows beside the body."""
+    """Whether it is a clip's own armature that W2W shows next to the body."""
     return any(SOURCE in collection for collection in armature.users_collection)
 
 
 def _take(armature: bpy.types.Object, action: bpy.types.Action, slot: Slot | None) -> Take | None:
-    """An action on an armature; None where it is for other bones, or W2W made it."""
+    """An action on an armature; None if it is for other bones, or W2W made it."""
     if RATE in action or SOURCE in action:
         return None
     curves = slot_curves(armature, action, slot)
@@ -119,7 +119,7 @@ def _players(action: bpy.types.Action) -> list[bpy.types.Object]:
 
 
 def _strips(armature: bpy.types.Object) -> tuple[list[bpy.types.NlaStrip], list[LeftOut]]:
-    """Strips of an armature that play an action, muted ones among them: so are stashed actions kept."""
+    """Strips of an armature that play an action; also muted ones, which hold stashed actions."""
     found, left_out = [], []
     for strip in _all_strips(armature.animation_data) if armature.animation_data else ():
         if strip.type != "CLIP" or strip.action is None:
@@ -163,14 +163,14 @@ def _strip_frames(strip: bpy.types.NlaStrip) -> np.ndarray:
 
 
 def _part_name(strip: bpy.types.NlaStrip, frames: np.ndarray) -> str:
-    """The strip's own name, or where it is the action's, the frames that it plays."""
+    """The strip's name; if that is the action's, the frames that it plays are appended."""
     if not strip.name.startswith(strip.action.name):
         return strip.name
     return f"{strip.action.name} {frames.min():g} to {frames.max():g}"
 
 
-def _equal(one: np.ndarray, other: np.ndarray) -> bool:
-    return len(one) == len(other) and bool(np.allclose(one, other, atol=EPSILON))
+def _equal(a: np.ndarray, b: np.ndarray) -> bool:
+    return len(a) == len(b) and bool(np.allclose(a, b, atol=EPSILON))
 
 
 class AtRest(NamedTuple):
@@ -281,7 +281,7 @@ def _put(bone: bpy.types.PoseBone, channels: Sequence[Sequence[float]]) -> None:
 
 
 def _values(found: SceneTake) -> list[tuple[bpy.types.PoseBone, str, object]]:
-    """Custom properties of bones that a take animates, such as switches between IK and FK, as they are."""
+    """Present values of the bones' custom properties that a take animates, such as IK/FK switches."""
     armature, values = found.take.armature, {}
     for curve in slot_curves(armature, found.take.action, found.slot):
         owner_path, mark, name = curve.data_path.rpartition('["')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A clip's own armature beside the body, for comparison."""
+"""A clip's own armature next to the body, for comparison."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ SOURCE = "w2w source"
 """Custom property of a collection that holds a clip's own armature: the clip's name."""
 
 ASIDE = 1.2
-"""Metres from the body to the armature beside it."""
+"""Metres from the body to the armature next to it."""
 
 
 def source_collections(name: str = "") -> list[bpy.types.Collection]:
@@ -23,7 +23,7 @@ def source_collections(name: str = "") -> list[bpy.types.Collection]:
 
 
 def remove_source(name: str = "") -> None:
-    """Remove the armature of a clip that stands beside the body, or of all clips."""
+    """Remove the armature of a clip that stands next to the body, or of all clips."""
     for collection in source_collections(name):
         data = [item.data for item in collection.objects if item.data is not None]
         actions = [take for take in bpy.data.actions if take.get(SOURCE) == collection[SOURCE]]
@@ -31,7 +31,7 @@ def remove_source(name: str = "") -> None:
 
 
 def show_source(mesh: bpy.types.Object, name: str, path: Path, scale: float, given: float = 0.0) -> None:
-    """Import a clip's FBX or BVH file beside the body; selection, frame rate and range stay as they are.
+    """Import a clip's FBX or BVH file next to the body; selection, frame rate and range stay.
 
     `scale` is that of the body to the file, `given` a frame rate that goes before the file's,
     or 0. A file that Blender cannot import raises an `UnusableMotion`.
@@ -52,7 +52,7 @@ def show_source(mesh: bpy.types.Object, name: str, path: Path, scale: float, giv
 
 
 def _stand_beside(mesh: bpy.types.Object, new: list[bpy.types.Object], name: str, scale: float) -> None:
-    """Put objects into a collection of the clip's, on an empty that scales them: themselves they stay."""
+    """Put objects into a collection of the clip, on an empty that scales them: they keep their own scale."""
     collection = bpy.data.collections.new(f"Source: {name}")
     collection[SOURCE] = name
     bpy.context.scene.collection.children.link(collection)
@@ -70,7 +70,7 @@ def _stand_beside(mesh: bpy.types.Object, new: list[bpy.types.Object], name: str
 
 
 def keep_pace_beside(name: str) -> None:
-    """Let a clip's own armature play at its speed in the scene as that is now."""
+    """Let a clip's own armature play at its speed at the scene's present frame rate."""
     for collection in source_collections(name):
         for item in collection.objects:
             for track in item.animation_data.nla_tracks if item.animation_data else ():

@@ -79,7 +79,7 @@ def read_clip(path: str | Path, rate: float | None = None) -> SourceMotion:
 
 @contextmanager
 def imported(path: Path, keys_as_frames: bool = False) -> Iterator[list[bpy.types.Object]]:
-    """The objects that a motion file brings, removed again at the end; what was selected is so again."""
+    """The objects that a motion file brings, removed again at the end; the selection is restored."""
     before = existing_data()
     with same_selection():
         try:
@@ -142,7 +142,7 @@ def best_take(
 
 
 def find_takes(armature: bpy.types.Object, actions: Iterable[bpy.types.Action]) -> list[Take]:
-    """Every one of some actions that animates bones of this armature."""
+    """The actions that animate bones of this armature."""
     takes = []
     for action in actions:
         for curves in action_curves(action):
@@ -237,7 +237,7 @@ def _most_moving(takes: list[Take]) -> SourceMotion:
 
 
 def _rests_crumpled(armature: bpy.types.Object, matched: dict[int, int]) -> bool:
-    """Whether an armature has no body's rest pose, as a broken copy beside the true one may."""
+    """Whether an armature's rest pose is no body's, as that of a broken copy may be."""
     heads = [np.zeros(3), *(np.array(bone.head_local) for bone in armature.data.bones)]
     return is_crumpled({joint: heads[bone] for joint, bone in matched.items()})
 
@@ -265,12 +265,12 @@ def _object_matrices(item: bpy.types.Object, take: Take, frames: np.ndarray) -> 
 
 
 def existing_data() -> set[int]:
-    """What is in the file, to be told from what comes later."""
+    """Identifiers of all data in the file, to recognise what comes later."""
     return {item.session_uid for item in _all_data()}
 
 
 def new_data(before: set[int]) -> list[bpy.types.ID]:
-    """What has come into the file since `existing_data`."""
+    """The data that came into the file since `existing_data`."""
     return [item for item in _all_data() if item.session_uid not in before]
 
 

@@ -57,7 +57,7 @@ class W2W_OT_open_results(ChoosesResults, operators.StartsJob, bpy.types.Operato
 
 
 class W2W_OT_locate_results(ChoosesResults, operators.Works, bpy.types.Operator):
-    """Say where the results folder is now that holds the signals of this study"""
+    """Choose the results folder that holds the signals of this study, after it was moved"""
 
     @classmethod
     def poll(cls, context: Context) -> bool:
@@ -91,7 +91,7 @@ class W2W_FH_results(operators.OnDrop, bpy.types.FileHandler):
 
 
 def misses_folder(study: bpy.types.PropertyGroup) -> bool:
-    """Whether signals of a study are in a results folder that is not there; one look at the disk."""
+    """Whether a study has signals in a results folder that is missing; one look at the disk."""
     if not any(clip.signals.startswith(STORED) for clip in study.clips):
         return False
     return not study.results_folder or not (Path(study.results_folder) / SUMMARY).is_file()
@@ -138,7 +138,7 @@ def open_steps(folder: Path) -> Steps:
 def _act(
     armature: bpy.types.Object, run: StudyResults, low: float, high: float
 ) -> Generator[Step, None, dict[str, bpy.types.Action | None]]:
-    """Write the run's motions as actions, and play the first; None for a motion that is gone."""
+    """Write the run's motions as actions, None for a missing one, and play the first."""
     actions: dict[str, bpy.types.Action | None] = {}
     for number, clip in enumerate(run.clips):
         begin, end = (low + (high - low) * done / len(run.clips) for done in (number, number + 1))

@@ -25,7 +25,7 @@ POLL = 0.02
 """Seconds to wait for a thread or a process before the window gets its turn."""
 
 KNOWN_FROM, KNOWN_AFTER = 0.03, 3.0
-"""Fraction done, and seconds gone, from which the time that is left can be told."""
+"""Fraction done, and seconds spent, from which the time left can be estimated."""
 
 EXPECTED = (ValueError, UnusableMotion, OSError, ImportError)
 """Errors that core and scene raise with a sentence for people."""
@@ -54,7 +54,7 @@ class Job:
     title: str
     steps: Steps
     kept: Callable[[], str] = str
-    """Says what was done so far, where that is kept when the job is ended early; empty where nothing is."""
+    """Returns what was done so far and is kept if the job is stopped early, or ""."""
     fraction: float = 0.0
     text: str = ""
     begun: float = field(default_factory=time.monotonic)
@@ -73,7 +73,7 @@ class Job:
         return f"{self.title} stopped: {kept}" if kept else f"{self.title} cancelled: nothing was changed"
 
     def why_failed(self, error: Exception) -> str:
-        """An error as a sentence; how one came about that nobody foresaw goes to the console."""
+        """An error as a sentence; the traceback of an unforeseen one goes to the console."""
         if isinstance(error, EXPECTED) and str(error).strip():
             return str(error)
         traceback.print_exception(error)
@@ -89,7 +89,7 @@ class Message(NamedTuple):
     text: str
     is_error: bool
     job: str = ""
-    """Title of the job that it is of: it is shown beside the button that started that."""
+    """Title of its job: the message is shown next to the button that started that job."""
 
 
 running: Job | None = None
@@ -132,7 +132,7 @@ def run_now(operator: bpy.types.Operator, title: str, steps: Steps) -> set[str]:
 
 
 def is_there(item: bpy.types.Object) -> bool:
-    """Whether an object is in a scene; one that was removed is no object any more."""
+    """Whether an object is in a scene; a removed object raises ReferenceError."""
     try:
         return any(scene.objects.get(item.name) is item for scene in bpy.data.scenes)
     except ReferenceError:
@@ -200,12 +200,12 @@ def part(steps: Generator[Step, None, T], low: float, high: float) -> Generator[
 def as_steps(
     shares: Generator[float, None, T], text: str, low: float, high: float
 ) -> Generator[Step, None, T]:
-    """Work that yields its share done as steps of a job that show a text."""
+    """The steps of a job, with a text, from work that yields the share done."""
     return each_as(shares, lambda share: Step(low + (high - low) * share, text))
 
 
 def time_left(fraction: float, seconds: float) -> str:
-    """Estimate of the time left for work that has come this far; empty while it would be a guess."""
+    """An estimate of the time left for work that has come this far, or "" while it would be a guess."""
     if seconds < KNOWN_AFTER or not KNOWN_FROM <= fraction < 1:
         return ""
     left = seconds * (1 - fraction) / fraction
@@ -238,13 +238,13 @@ def dismiss() -> None:
 
 
 def dismiss_error() -> None:
-    """Take the panel's message away where it tells an error: that is over."""
+    """Take the panel's message away if it is an error: it is resolved."""
     if message is not None and message.is_error:
         dismiss()
 
 
 def advance(job: Job, budget: float) -> str | None:
-    """Work for a while; the job's outcome where that finished it."""
+    """Work for a while; returns the job's outcome once it has finished, else None."""
     deadline = time.perf_counter() + budget
     while True:
         try:

@@ -18,12 +18,12 @@ SIGNALS_SUFFIX = ".w2w"
 
 
 def _preferences() -> W2W_AddonPreferences | None:
-    """The preferences as the user set them; None where W2W does not run as an add-on."""
+    """The preferences as the user set them, or None if W2W does not run as an add-on."""
     return getattr(bpy.context.preferences.addons.get(EXTENSION), "preferences", None)
 
 
 def cache_folder() -> Path:
-    """Folder for baked signals, made where it is missing: the chosen one, or the extension's own."""
+    """The folder of baked signals, made if missing: the chosen one, or the extension's own."""
     preferences = _preferences()
     chosen = preferences.cache_folder if preferences is not None else ""
     if not chosen:
@@ -34,7 +34,7 @@ def cache_folder() -> Path:
 
 
 def own_folder(name: str) -> Path:
-    """A folder in the extension's own, made where it is missing."""
+    """A folder in the extension's own, made if missing."""
     try:
         return Path(bpy.utils.extension_path_user(EXTENSION, path=name, create=True))
     except ValueError:  # not installed as an extension, as in tests

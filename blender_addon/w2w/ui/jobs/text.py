@@ -47,7 +47,7 @@ def draw_message(layout: bpy.types.UILayout, context: bpy.types.Context, message
 
 
 def draw_outcome(layout: bpy.types.UILayout, context: bpy.types.Context, titles: Collection[str]) -> None:
-    """Draw how far one of these jobs is, or what came out of it, where it was started."""
+    """Draw the progress or the outcome of one of these jobs where it was started."""
     if jobs.running is not None:
         if jobs.running.title in titles:
             draw_progress(layout, jobs.running)

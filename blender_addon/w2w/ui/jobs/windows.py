@@ -98,7 +98,7 @@ class W2W_OT_run_job(bpy.types.Operator):
 
 
 def abandon(job: jobs.Job) -> None:
-    """End a job as Esc does where nobody drives it any more."""
+    """End a job that no window drives any more, as Esc does."""
     try:
         jobs.message = Message(job.stop(), False, job.title)
     except Exception as error:
@@ -113,14 +113,14 @@ def _clear_windows() -> None:
 
 
 def _set_status(context: bpy.types.Context, text: str | None) -> None:
-    """Text of the status bar of every window: Blender redraws that of the context's alone."""
+    """Set the text of every window's status bar: Blender redraws only that of the context's window."""
     for window in context.window_manager.windows:
         with context.temp_override(window=window):
             window.workspace.status_text_set(text)
 
 
 def unregister() -> None:
-    """End the running job, which nobody would end any more."""
+    """End the running job, since no window would."""
     job = jobs.running
     if job is not None:
         abandon(job)

@@ -25,7 +25,7 @@ class W2WPanel(Mixin):
     bl_region_type = "UI"
     bl_category = "W2W"
     titles: tuple[str, ...] = ()
-    """Jobs that the panel's buttons start: their outcome is shown beside these."""
+    """Jobs that the panel's buttons start: their outcome is shown next to the buttons."""
 
 
 class PartPanel(W2WPanel):
@@ -50,7 +50,7 @@ class ResultPanel(W2WPanel):
 
 
 class StepPanel(W2WPanel):
-    """A step: its header tells whether it is done, its body what it needs."""
+    """A step: its header shows whether it is done, its body what it needs."""
 
     bl_parent_id = "W2W_PT_main"
 
@@ -87,12 +87,12 @@ def form(layout: bpy.types.UILayout) -> bpy.types.UILayout:
 
 
 def draw_info(layout: bpy.types.UILayout, context: bpy.types.Context, text: str) -> None:
-    """Draw a text that tells what to do."""
+    """Draw a text that says what to do."""
     draw_text(layout, context, text, icon="INFO")
 
 
 def draw_warning(layout: bpy.types.UILayout, context: bpy.types.Context, text: str) -> None:
-    """Draw a text in a red box; nothing where there is none."""
+    """Draw a text in a red box, or nothing for ""."""
     if text:
         draw_text(styled(layout.box(), alert=True), context, text, icon="ERROR", indent=20)
 
@@ -103,6 +103,6 @@ def draw_note(layout: bpy.types.UILayout, context: bpy.types.Context, text: str)
 
 
 def beside_their_buttons() -> set[str]:
-    """Titles of the jobs whose outcome is shown in a panel of their own; that of others stands at the top."""
+    """Titles of the jobs whose outcome is shown in a panel of their own; others are shown at the top."""
     panels = (*StepPanel.__subclasses__(), *ResultPanel.__subclasses__())
     return {title for panel in panels for title in panel.titles}

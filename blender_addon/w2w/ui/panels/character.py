@@ -27,7 +27,7 @@ SELECT = "Select the armature or a mesh of a rigged character"
 
 
 def armature_meant(item: bpy.types.Object | None) -> bpy.types.Object | None:
-    """The armature of a character that an object is, or is moved by; None where it is W2W's own."""
+    """The armature of a character, given it or a mesh that it moves; None if it is W2W's own."""
     if item is None or state.body_of_object(item) is not None:
         return None
     if item.type == "MESH":
@@ -88,7 +88,7 @@ class W2W_OT_forget_character(operators.Works, bpy.types.Operator):
 
 
 def forget(body: bpy.types.Object, tied: Collection[bpy.types.Object] = ()) -> None:
-    """Let a study know of no character any more; meshes `tied` to the body stay so."""
+    """Forget a study's character; meshes `tied` to the body stay so."""
     for row in body.w2w.character_meshes:
         if row.mesh is not None and row.mesh not in tied:
             untie(row.mesh)
@@ -98,7 +98,7 @@ def forget(body: bpy.types.Object, tied: Collection[bpy.types.Object] = ()) -> N
 
 
 def _own_likeness(context: bpy.types.Context, figure: Character) -> bpy.types.Object:
-    """Add our body in a character's proportions, beside it."""
+    """Add our body next to a character, in its proportions."""
     plain = Body.bundled()
     shape = likeness(figure, plain)
     body = add_study(context, shaped(plain, **shape), "Body")

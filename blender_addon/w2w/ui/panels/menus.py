@@ -43,7 +43,7 @@ _keymap_items: list[tuple[bpy.types.KeyMap, bpy.types.KeyMapItem]] = []
 
 
 class W2W_MT_study(bpy.types.Menu):
-    """All that can be done with a body, so that Blender's search (F3) finds it too."""
+    """Everything that can be done with a body, for Blender's search (F3), too."""
 
     bl_label = "Where to Wear"
 

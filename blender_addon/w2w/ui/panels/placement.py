@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensor Placement: wishes, the best spot they leave, and the set to wear together with its promise."""
+"""Sensor Placement: wishes, the best spot that they allow, and the set to wear together."""
 
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty

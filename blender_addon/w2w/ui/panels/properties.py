@@ -26,7 +26,7 @@ from . import rows
 
 COLOUR_MAPS = (
     ("viridis", "Viridis", "Blue to yellow, even in lightness; safe for colour-blind eyes"),
-    ("cividis", "Cividis", "Blue to yellow; looks alike to colour-blind and other eyes"),
+    ("cividis", "Cividis", "Blue to yellow; looks the same to colour-blind eyes"),
     ("magma", "Magma", "Black to pale yellow, even in lightness"),
     ("batlow", "Batlow", "Dark blue to pink, even in lightness; safe for colour-blind eyes"),
 )
@@ -41,7 +41,7 @@ SENSOR_NAMES = {"ideal": "Ideal (no errors)", "phone": "Smartphone", "watch": "S
 SPELLED = {name: name.upper() if len(name) < 10 else name.title() for name in PRESETS} | SENSOR_NAMES
 SENSORS = [
     *((name, SPELLED[name], f"Signals as of {name}") for name in PRESETS),
-    (sensors.OWN, "Own Part", "A part of your own: its figures stand under Sensor and Bands"),
+    (sensors.OWN, "Own Part", "A part of your own: its figures are under Sensor and Bands"),
 ]
 
 CLASSIFIER_NAMES = {
@@ -188,12 +188,12 @@ class W2W_PG_study(sensors.SensorProperties, KeptTexts, bpy.types.PropertyGroup)
         type=bpy.types.Object, name="Second Body", description="The copy that shows the second map"
     )
     beside_view: EnumProperty(
-        name="Beside", description="The map beside", items=_views_beside, update=rows.repaint
+        name="Beside", description="The second map", items=_views_beside, update=rows.repaint
     )
     beside_body: PointerProperty(
         type=bpy.types.Object,
         name="Of Body",
-        description="Body whose map stands beside, such as that of another run; this one where none is given",
+        description="Body whose map is shown next to this one, such as another run's; by default this body",
         poll=_is_other,
         update=rows.repaint,
     )

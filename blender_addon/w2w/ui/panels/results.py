@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The results below step 5: the findings, the heatmap, a second one beside it, activities and regions."""
+"""The results below step 5: the findings, the heatmap, a second one next to it, activities and regions."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -21,7 +21,7 @@ from ..viewport.framing import frame
 from .base import Layout, PartPanel, ResultPanel, draw_warning
 
 WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
-"""Of a weight and a score, in heights of a row."""
+"""Column widths of weight and score, in row heights."""
 
 PRODUCTS = 3
 """Products shown."""
@@ -94,7 +94,7 @@ class W2W_UL_activities(bpy.types.UIList):
 
 
 def draw_activities(layout: Layout, study: bpy.types.PropertyGroup, right: str) -> None:
-    """Draw the list of activities under a line that says what stands in it; `right` of its right side."""
+    """Draw the list of activities under a line with its headings; `right` is the right one."""
     row = styled(layout.row(), active=False)
     row.label(text="Activity")
     styled(row.row(), alignment="RIGHT").label(text=right)
@@ -152,7 +152,7 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
 
 
 class W2W_OT_side_by_side(operators.OnRanking, bpy.types.Operator):
-    """Show a second map on a copy of the body beside it, both on one scale; press again to take it away"""
+    """Show a second map on a copy of the body, both on one scale; press again to take it away"""
 
     bl_label = "Side by Side"
 

@@ -48,7 +48,7 @@ def _then_redraw(change: Callable[[bpy.types.Object], None]) -> Callable[[Group,
 
 
 def relabel(clip: Group, _context: bpy.types.Context) -> None:
-    """The motion's label travels with its action, and is among the activities, spelled as they are."""
+    """Spell the label like the listed activities, note it on the action, and list it."""
     spell(clip, "activity")
     if clip.action is not None:
         clip.action["activity"] = clip.activity
@@ -57,7 +57,7 @@ def relabel(clip: Group, _context: bpy.types.Context) -> None:
 
 
 def spell(clip: Group, what: str) -> None:
-    """Spell a label that was typed as other clips have it, and say so."""
+    """Spell a typed label like the other clips', and say so."""
     study, typed = clip.id_data.w2w, getattr(clip, what)
     spelled = lists.listed_spelling(study, typed, what, {clip.name})
     if state.is_silent() or spelled == typed:
@@ -100,7 +100,7 @@ def reweigh(body: bpy.types.Object) -> None:
 
 @_then_redraw
 def fix_range(body: bpy.types.Object) -> None:
-    """One range for all heatmaps: the first time, the range of their scores."""
+    """Give all heatmaps one range: the first time, the range of their scores."""
     study = body.w2w
     if study.fix_range and not any(study.is_property_set(name) for name in ("range_low", "range_high")):
         results.fit_range(body)
@@ -121,7 +121,7 @@ def show_view(body: bpy.types.Object) -> None:
 
 
 def view_activity(study: Group, _context: bpy.types.Context) -> None:
-    """A click on an activity in the list shows its heatmap."""
+    """Show the heatmap of the activity that was clicked."""
     if not state.is_silent() and study.utility_key and 0 <= study.activity_index < len(study.activities):
         study.view = f"A{study.activity_index + 1}"
 
@@ -132,7 +132,7 @@ def redraw(_group: Group, context: bpy.types.Context) -> None:
 
 
 def rename_placement(own: Group, context: bpy.types.Context) -> None:
-    """Call a placement of one's own as typed, or say why that cannot be and leave it."""
+    """Rename the user's placement, or show why the name is refused and restore the old one."""
     if state.is_silent() or own.title == own.name:
         return
     try:
@@ -147,7 +147,7 @@ def rename_placement(own: Group, context: bpy.types.Context) -> None:
 
 
 def look_at_own(study: Group, context: bpy.types.Context) -> None:
-    """A click on a placement of one's own looks at its patch, where it has one."""
+    """Look at the patch of the placement that was clicked, if it has one."""
     if state.is_silent() or not 0 <= study.own_index < len(study.own):
         return
     body, own = study.id_data, study.own[study.own_index]
@@ -179,7 +179,7 @@ class W2W_PG_clip(Group):
     )
     subject: StringProperty(
         name="Subject",
-        description="Who moves, where that is known",
+        description="Who moves, if known",
         update=lambda clip, _context: spell(clip, "subject"),
     )
     action: PointerProperty(type=bpy.types.Action, name="Action", description="The motion on the body")
@@ -197,9 +197,7 @@ class W2W_PG_clip(Group):
     taken_from: StringProperty(
         name="Taken From", description="Armature and action of the scene that the motion was taken from"
     )
-    motion_key: StringProperty(
-        name="Motion", description="Clips of an equal key show the same motion; empty where nothing is known"
-    )
+    motion_key: StringProperty(name="Motion", description="Clips with the same key show the same motion")
     source_sha256: StringProperty(options={"HIDDEN"})
     stored_as: StringProperty(name="Stored As", description="Name of its files in the results folder")
 
@@ -211,14 +209,14 @@ class W2W_PG_activity(Group):
     part: EnumProperty(name="Part", description="What this activity counts", items=PARTS, update=reweigh)
     weight: FloatProperty(
         name="Weight",
-        description="What this activity counts in the mean, beside 1 for the others; 0 is background",
+        description="What this activity counts in the mean, against 1 for the others; 0 is background",
         default=1.0, min=0.0, soft_max=10.0, precision=2, step=10, update=reweigh,
     )  # fmt: skip
     given: StringProperty(options={"HIDDEN"})
 
 
 def _suggest(wish: W2W_PG_wish, _context: bpy.types.Context, typed: str) -> list[str]:
-    """Parts, products and patches whose names hold what has been typed."""
+    """Parts, products and patches whose names contain what was typed."""
     patches = state.patches_of(wish.id_data)
     return lists.suggestions(patches, typed) if patches is not None else []
 
@@ -260,7 +258,7 @@ class W2W_PG_wish(Group):
 
 
 class W2W_PG_own(Group):
-    """A placement of one's own."""
+    """A placement of the user's."""
 
     name: StringProperty(name="Name", description="What it is called", options={"HIDDEN"})
     title: StringProperty(

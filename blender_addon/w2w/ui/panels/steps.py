@@ -20,7 +20,7 @@ from ..study.counting import Group
 from .base import Body, Layout, PartPanel, StepPanel, W2WPanel, beside_their_buttons, draw_info, draw_note
 
 ICONS = {state.BAKED: "CHECKMARK", state.STALE: "FILE_REFRESH", state.FAILED: "ERROR"}
-"""Of the states of a clip."""
+"""Icons of the clip states."""
 
 
 class W2W_PT_main(W2WPanel, bpy.types.Panel):
@@ -171,7 +171,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
 
 
 def draw_bone_map(row: Layout) -> None:
-    """Draw the buttons for files whose bones are not told rightly."""
+    """Draw the buttons for files whose bones were matched wrongly."""
     row.operator("w2w.map_bones", icon="BONE_DATA")
     row.operator("w2w.load_bone_map", text="", icon="FILE_FOLDER")
 

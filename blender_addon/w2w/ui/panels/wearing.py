@@ -92,7 +92,7 @@ def spot(context: bpy.types.Context, body: bpy.types.Object) -> int:
 
 
 class W2W_UL_placements(bpy.types.UIList):
-    """Placements of one's own: the name, to be edited in place, expected F1 and rank."""
+    """The user's placements: the name, to be edited in place, expected F1 and rank."""
 
     def draw_item(
         self, context: bpy.types.Context, layout: Layout, data: Group, item: Group, icon: int,
@@ -106,7 +106,7 @@ class W2W_UL_placements(bpy.types.UIList):
 
 
 class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
-    """Spots that were named, beside the sampled patches."""
+    """Spots that the user named, besides the sampled patches."""
 
     bl_label = "Your Placements"
     bl_parent_id = "W2W_PT_patches"
@@ -148,7 +148,7 @@ def in_words(scores: dict[str, Any], utility: UtilityMap) -> str:
     low, high = scores["expected_f1_interval"]
     interval = mean_caution(utility) or f"{low:.2f} to {high:.2f}"
     loss = "as good as the best" if scores["as_good"] else f"{scores['loss']:.3f} less than the best"
-    rank = f"rank {scores['rank']} of {scores['of']} beside the sampled patches"
+    rank = f"rank {scores['rank']} of {scores['of']} among the sampled patches"
     score = f"expected F1 {scores['expected_f1']:.3f} ({interval})"
     return f"{scores['region'].capitalize()}: {score}, {rank}, {loss}."
 

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Placements of one's own in the panel: the list, which of them are among the patches, and how they do.
+"""The user's placements in the panel: the list, which of them are among the patches, and their scores.
 
-The list says what is wanted; only those among the patches have signals and scores. Placing the patches
-again makes both alike.
+Only placements in the patch set have signals and scores. Placing the patches again puts the whole list there.
 """
 
 from collections.abc import Iterable
@@ -30,12 +29,12 @@ def listed(study: bpy.types.PropertyGroup) -> dict[str, int]:
 
 
 def is_pending(study: bpy.types.PropertyGroup) -> bool:
-    """Whether the list is no longer what is among the patches."""
+    """Whether the list differs from the placements in the patch set."""
     return listed(study) != dict(state.own_placed(study))
 
 
 def patch_of_own(body: bpy.types.Object, own: bpy.types.PropertyGroup) -> int:
-    """The patch of a placement; -1 where it is not among the patches."""
+    """The patch of a placement, or -1 if it is not in the patch set."""
     patches = state.patches_of(body)
     if patches is None or (own.name, own.vertex) not in state.own_placed(body.w2w):
         return -1
@@ -43,13 +42,13 @@ def patch_of_own(body: bpy.types.Object, own: bpy.types.PropertyGroup) -> int:
 
 
 def spot_name(study: bpy.types.PropertyGroup, patches: PatchSet, patch: int) -> str:
-    """Words of a wish for a patch: the name of a placement of one's own, else the patch's region."""
+    """Words of a wish for a patch: its name if it is the user's placement, else its region."""
     own = {name for name, _ in state.own_placed(study)}
     return patches.names[patch] if patches.names[patch] in own else patches.regions[patch]
 
 
 def scores_of_own(body: bpy.types.Object, own: bpy.types.PropertyGroup) -> dict[str, Any] | None:
-    """A placement's scores as core tells them; None where it is not ranked."""
+    """A placement's `own_scores`, or None if it is not ranked."""
     utility, patches = state.utility_of(body.w2w), state.patches_of(body)
     if utility is None or patches is None or patch_of_own(body, own) < 0:
         return None
@@ -96,7 +95,7 @@ def rename(body: bpy.types.Object, own: bpy.types.PropertyGroup, name: str) -> N
 
 
 def keep_placed(study: bpy.types.PropertyGroup, patches: PatchSet, config: StudyConfig) -> None:
-    """List the placements of one's own that a run has among its patches."""
+    """List the user's placements that a run has among its patches."""
     known = [name.lower() for name in patches.names]
     found = [plain_words(name) for name, _ in config.placements]
     numbers = [known.index(name) for name in found if name in known]
@@ -106,14 +105,14 @@ def keep_placed(study: bpy.types.PropertyGroup, patches: PatchSet, config: Study
 
 
 def _taken(body: bpy.types.Object, vertices: Iterable[int]) -> list[str]:
-    """Names of patches that are not placements of one's own, nor at one of these vertices."""
+    """Names of patches that are neither the user's placements nor at one of these vertices."""
     patches = state.patches_of(body)
     own = [vertex for _, vertex in state.own_placed(body.w2w)]
     return [] if patches is None else core.names_elsewhere(patches, [*own, *vertices])
 
 
 def _list(body: bpy.types.Object, placements: Iterable[tuple[str, int]]) -> None:
-    """Let the list be these, if they can be."""
+    """Replace the list after validating names and distances."""
     names, vertices = zip(*placements, strict=True)
     names = core.check_names(names, _taken(body, vertices))
     core.check_apart(names, vertices)
@@ -130,7 +129,7 @@ def _fill(study: bpy.types.PropertyGroup, placements: Iterable[tuple[str, int]])
 
 
 def _name_patch(study: bpy.types.PropertyGroup, patches: PatchSet, number: int, name: str) -> None:
-    """Call a patch otherwise; what was baked and ranked with it is as fresh as before."""
+    """Rename a patch; what was baked and ranked with it stays up to date."""
     baked, ranked = state.bake_settings(study), state.rank_settings(study)
     names = (*patches.names[:number], name, *patches.names[number + 1 :])
     study.patches_text, study.patches_key = pack(replace(patches, own_names=names))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A finished run as a study of the panel's: from the record in a .blend file, or from a results folder."""
+"""A finished run as a study in the panel: from the record in a .blend file, or from a results folder."""
 
 import json
 import os
@@ -31,7 +31,7 @@ UNHELD = "its motion is not in this file, which holds three an activity: 'Open R
 
 
 def restore(mesh: bpy.types.Object) -> str:
-    """Make a study of the record that lies beside a mesh; says what was found.
+    """Make a study of the record stored with a mesh; returns what was found.
 
     ValueError if the record is damaged or not of this mesh; nothing has been changed then.
     """
@@ -104,7 +104,7 @@ def clips_of(
 
 
 def _shown_file(entry: Entry) -> str:
-    """The file of a clip, which is shown and never opened: it is in a library that the run does not name."""
+    """The file of a clip, to show and never to open: the run does not name its library."""
     file = PurePath(entry["file"])
     return file.name if file.is_absolute() else entry["file"]
 
@@ -151,7 +151,7 @@ def opened_text(mesh: bpy.types.Object) -> str:
     lost = [clip for clip in stored if not signal_cache.has(clip)]
     if not lost:
         return text
-    where = f"in {study.results_folder}" if study.results_folder else "beside this file"
+    where = f"in {study.results_folder}" if study.results_folder else "next to this file"
     hint = "locate the results folder, or bake them again (step 4)"
     return f"{text}. The signals of {len(lost)} clips are not {where}: {hint}"
 
@@ -169,7 +169,7 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
 
 
 def _advise(mesh: bpy.types.Object, content: Mapping[str, Any]) -> None:
-    """Show what the run said of sets; what cannot be understood is left to be chosen anew."""
+    """Show the run's sets; what cannot be understood is to be chosen again."""
     try:
         lists.keep_advice(mesh.w2w, content)
         known = range(len(state.patches_of(mesh) or ()))

@@ -52,7 +52,7 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
 
 
 def clear(body: bpy.types.Object) -> None:
-    """Take a ranking away: it was of other patches."""
+    """Remove a ranking, which was of other patches."""
     study = body.w2w
     study.utility_text = study.utility_key = study.ranked_as = study.answer_text = study.source_caution = ""
     lists.list_labels(study)
@@ -70,7 +70,7 @@ def clear(body: bpy.types.Object) -> None:
 
 
 def findings(study: bpy.types.PropertyGroup, utility: UtilityMap) -> tuple[str, list[str]]:
-    """A caution where the clips cannot rank, else empty; and how sure the answer is, by sentence."""
+    """A caution, or "", if the clips cannot rank; and sentences that say how sure the answer is."""
     caution = "" if utility.can_rank else f"{headline.CANNOT_RANK}."
     if not counting.is_as_ranked(study, utility):
         return caution, ["Intervals are of all activities alone."]
@@ -91,7 +91,7 @@ def fit_range(body: bpy.types.Object) -> None:
 
 
 def paint(body: bpy.types.Object, follow: bool = True) -> None:
-    """Colour the body's heatmaps, and show the one chosen; bodies beside which it is shown may follow."""
+    """Colour the body's heatmaps and show the chosen one; other bodies that show it `follow`."""
     study, patches = body.w2w, state.patches_of(body)
     utility = state.utility_of(study)
     if utility is None or patches is None:
@@ -151,7 +151,7 @@ def list_regions(body: bpy.types.Object) -> None:
 
 
 def choose(body: bpy.types.Object) -> None:
-    """Choose the best spot that the wishes leave, and mark it on the body."""
+    """Choose the best spot that the wishes allow, and mark it on the body."""
     study, patches = body.w2w, state.patches_of(body)
     utility = state.utility_of(study)
     if utility is None or patches is None:
@@ -208,13 +208,13 @@ def mark_chosen(body: bpy.types.Object) -> None:
 
 
 def hide_patches(study: bpy.types.PropertyGroup) -> None:
-    """Show or hide all patches, as the study says: by their collection, or they would still be evaluated."""
+    """Show or hide all patches through their collection, or Blender would still evaluate them."""
     if study.patch_collection is not None:
         study.patch_collection.hide_viewport = not study.show_patches
 
 
 def show_colours(context: bpy.types.Context) -> None:
-    """Let solid 3D views show colour attributes, or nobody would see the heatmap."""
+    """Show colour attributes in solid 3D views, or nobody would see the heatmap."""
     for area in jobs.views(context):
         if area.spaces.active.shading.type == "SOLID":
             area.spaces.active.shading.color_type = "VERTEX"

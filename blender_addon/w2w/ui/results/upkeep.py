@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What follows by itself when people undo, leave Edit Mode or delete a body."""
+"""What happens by itself when people undo, leave Edit Mode or delete a body."""
 
 from collections.abc import Iterator
 
@@ -12,22 +12,22 @@ from ..jobs import jobs
 from . import results
 
 BUSY = 0.5
-"""Seconds until it is looked again whether a job has ended."""
+"""Seconds until the next look whether a job has ended."""
 
 _counts: dict[str, int] = {}
-"""Objects of each scene when it was looked at last."""
+"""Number of objects of each scene at the last look."""
 
 
 @bpy.app.handlers.persistent
 def undone(*_: object) -> None:
-    """Something was undone or redone: the message tells of what is no longer so."""
+    """After undo or redo the panel's message is out of date: clear it."""
     if jobs.running is None:
         jobs.dismiss()
 
 
 @bpy.app.handlers.persistent
 def updated(scene: bpy.types.Scene, *_: object) -> None:
-    """The scene has changed: paint what waited for it, and look after the patches of deleted bodies."""
+    """After a change of the scene, paint what waited for it and remove the patches of deleted bodies."""
     results.paint_waiting()
     count = len(scene.objects)
     if count < _counts.get(scene.name, 0) and not bpy.app.timers.is_registered(take_along):
@@ -57,7 +57,7 @@ def take_along() -> float | None:
 
 
 def _lost_empties(kept: set[bpy.types.Object]) -> Iterator[bpy.types.Object]:
-    """Empties whose body is deleted; where it is no object any more, they were a collection's own."""
+    """Empties whose body is deleted; those without a parent are judged by their collection."""
     lost: dict[object, bool] = {}
     for item in bpy.data.objects:
         if PATCH not in item or item.library is not None:

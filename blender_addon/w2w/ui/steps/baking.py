@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Signals of a study's clips and the ranking made of them, as jobs."""
+"""Jobs that bake the signals of a study's clips and rank patches by them."""
 
 import hashlib
 from collections.abc import Callable, Sequence
@@ -34,15 +34,15 @@ from ..study import garments, operators, signal_cache, state
 SHOWN_REASONS = 2
 
 UNBAKED = "cannot be baked"
-"""How the bake path of a clip begins that could not be."""
+"""Prefix of `bake_path` for clips that failed to bake."""
 
 
 @on_body
 def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], keep: bool = False) -> Steps:
     """Bake clips of a body: the surface through Blender, the signals in a thread.
 
-    A clip that cannot be baked is left without signals and says why. With `keep`, baked clips stay so where
-    the job is ended before the last.
+    A clip that cannot be baked gets no signals and its `bake_path` says why. With `keep`, clips stay baked
+    if the job is stopped before the last.
     """
     if not indices:
         return "All signals are up to date"
@@ -95,7 +95,7 @@ def _bake_clip(mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, first: 
             recording, windows = signal_cache.with_added(place, recording, windows)
             recording = recording.labelled(names, *labels)
         key = _key(recording, windows[0], settings)
-        # an action that no motion tells has no signature: it is like no other
+        # an action that is not a plain Motion has no signature, so it never counts as a copy
         signature = np.empty(0) if bake.motion is None else motion_signature(bake.motion)
         signal_cache.save(key, recording, windows, signature, folder)
         return key
@@ -158,7 +158,7 @@ def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup
 
 
 def as_labelled(clip: bpy.types.PropertyGroup) -> LabelledClip:
-    """A clip by its labels, as core takes it."""
+    """A clip as `LabelledClip`."""
     return LabelledClip(clip.name, clip.activity, clip.subject, clip.motion_key)
 
 
@@ -176,7 +176,7 @@ def _some(reasons: list[str]) -> str:
 
 
 def _key(recording: ImuRecording, features: np.ndarray, settings: str) -> str:
-    """Key of baked signals: equal content has an equal key, whichever study it is of."""
+    """Key of baked signals: the same content has the same key in every study."""
     digest = hashlib.sha256(settings.encode())
     for array in (recording.acc, recording.gyr, *recording.further.values(), features):
         digest.update(np.ascontiguousarray(array).tobytes())
@@ -209,7 +209,7 @@ class W2W_OT_bake_signals(operators.IsJob, bpy.types.Operator):
 
 
 class W2W_OT_rank_patches(operators.IsJob, bpy.types.Operator):
-    """Train and test a classifier at every patch, and show where activities are told apart best"""
+    """Train and test a classifier at every patch, and show where it recognises activities best"""
 
     missing = staticmethod(lambda _context, body: state.missing_for_rank(body))
     steps = staticmethod(rank_steps)

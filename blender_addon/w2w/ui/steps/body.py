@@ -54,7 +54,7 @@ def sliders(update: object = None) -> dict[str, object]:
 
 
 def _reshape(shape: W2W_PG_shape, context: bpy.types.Context) -> None:
-    """Follow a slider."""
+    """Reshape the body after a slider was moved."""
     if not state.is_silent():
         apply_shape(shape.id_data)
         jobs.redraw(context)
@@ -73,7 +73,7 @@ def shaped_body(shape: bpy.types.bpy_struct) -> Body:
 
 
 def apply_shape(mesh: bpy.types.Object) -> None:
-    """Give the body the shape that its sliders say; where that cannot be, say why and leave it."""
+    """Give the body the shape of its sliders, or show why that is impossible and leave it."""
     study = mesh.w2w
     try:
         reshape_body(mesh, shaped_body(study.shape), [clip.action for clip in state.usable(study)])
@@ -168,7 +168,7 @@ class W2W_OT_use_mesh(operators.Works, bpy.types.Operator):
         dismiss()
 
     def adopt(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
-        """Make a body of a mesh whose rig spells SMPL's bones otherwise (m_avg_Pelvis)."""
+        """Make a body of a mesh whose rig spells SMPL's bones in another way (m_avg_Pelvis)."""
         try:
             body = adopt_mesh(mesh)
         except ValueError as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bone maps of one's own: edited here or loaded, and used for every later file of that rig."""
+"""The user's bone maps: edited here or loaded, and used for every later file of that rig."""
 
 from contextlib import suppress
 from pathlib import Path
@@ -25,7 +25,7 @@ WIDTH = 420
 """Pixels of the dialog at a scale of 1."""
 
 ORDER = tuple(dict.fromkeys((*REQUIRED_JOINTS, *JOINT_NAMES)))
-"""The joints, those first without which a motion cannot be used."""
+"""The joints; the required ones come first."""
 
 
 class W2W_PG_mapped_joint(bpy.types.PropertyGroup):
@@ -35,7 +35,7 @@ class W2W_PG_mapped_joint(bpy.types.PropertyGroup):
 
 
 class W2W_OT_map_bones(operators.OnClips, bpy.types.Operator):
-    """Say which bones of the active clip's file play the body's joints; kept for all files of that rig"""
+    """Match bones of the active clip's file with the body's joints; kept for all files of that rig"""
 
     rig: StringProperty(name="Rig", description="Name of the rig; a map of that name is replaced")
     joints: CollectionProperty(type=W2W_PG_mapped_joint, options={"SKIP_SAVE"})

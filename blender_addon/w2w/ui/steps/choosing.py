@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Choose Sensors: what `w2w place` finds in a finished ranking, as a job of the panel's."""
+"""Choose Sensors: what `w2w place` does with a finished ranking, as a job of the panel."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class SceneResults(StudyResults):
 
 
 def missing_for_choice(body: bpy.types.Object) -> str:
-    """What stands in the way of choosing sensors; empty where nothing does."""
+    """What prevents choosing sensors, as a sentence, or ""."""
     if not state.is_ranked(body):
         return "Rank the patches first (step 5)"
     if body.w2w.ranked_as != state.rank_settings(body.w2w):
@@ -97,10 +97,9 @@ def counted_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGrou
 def advised_steps(
     mesh: bpy.types.Object, config: StudyConfig
 ) -> Generator[Step, None, tuple[SceneResults, Advice]]:
-    """The ranked study in the scene as a results folder holds one, and the sensors chosen in it.
+    """The ranked study in the scene as `StudyResults`, and the sensors chosen in it.
 
-    Clips of activities that are left out are not looked at. The others are ranked anew without them, and
-    where activities count otherwise than in the ranking.
+    Excluded activities are ignored. The study is ranked again if there are any, or if weights have changed.
     """
     study, utility = mesh.w2w, state.ranking_of(mesh)
     patches, body = state.placed_patches(mesh), state.body_as_run(mesh)
@@ -127,7 +126,7 @@ def advised_steps(
 
 
 def _pooling(finished: SceneResults) -> Pooling:
-    """Pooling over the study's skin, kept: wishes change more often than bodies."""
+    """Pooling over the study's skin, cached: wishes change more often than bodies."""
     body, patches = finished.body(), finished.patches
     digest = hashlib.sha256(body.vertices.tobytes() + np.asarray(patches.vertices).tobytes()).hexdigest()
     if digest not in _poolings:

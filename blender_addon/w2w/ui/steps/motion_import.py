@@ -44,7 +44,7 @@ class Wanted(NamedTuple):
 
     @property
     def taken_from(self) -> str:
-        """Armature and take that it is from; empty of a file."""
+        """Armature and take that it is from, or "" for a file."""
         return "" if self.take is None else f"{self.take.take.armature.name}|{self.take.name}"
 
 
@@ -57,7 +57,7 @@ def wanted(plan: ImportPlan, rate: float = 0.0, up: Up | None = None) -> list[Wa
 
 
 def listed_files(mesh: bpy.types.Object) -> list[Path]:
-    """Files that clips of the list were read from, where they still are."""
+    """Existing files that clips of the list were read from."""
     files = [Path(clip.file) for clip in mesh.w2w.clips if clip.file and not clip.problem]
     return [file for file in files if file.is_absolute() and file.is_file()]
 
@@ -68,7 +68,7 @@ def map_folder() -> Path:
 
 
 def saved_maps() -> list[BoneMap]:
-    """The user's bone maps; a ValueError names the one that is damaged."""
+    """The user's bone maps; a ValueError names a damaged one."""
     return [BoneMap.load(path) for path in sorted(map_folder().glob("*.json"))]
 
 
@@ -178,7 +178,7 @@ def add_clip(mesh: bpy.types.Object, carried: Carried, item: Wanted) -> None:
 
 
 def set_motion(clip: bpy.types.PropertyGroup, carried: Carried) -> None:
-    """Give a clip of the list its motion, in place of the one it had or could not have."""
+    """Give a clip of the list its motion, in place of any that it had."""
     armature, before = armature_of(clip.id_data), clip.action
     motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
     with state.without_updates():
@@ -212,5 +212,5 @@ def _add_failed(
 
 
 def _free_name(mesh: bpy.types.Object, name: str) -> str:
-    """A name that no clip of the list has: clips of one name would count as one motion."""
+    """A name that no clip of the list has: clips with the same name would count as one motion."""
     return free_name(name, set(mesh.w2w.clips.keys()), "{} {:03d}", 1)

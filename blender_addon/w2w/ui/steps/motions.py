@@ -129,7 +129,7 @@ class W2W_OT_preview_clip(operators.Works, bpy.types.Operator):
 
 
 class W2W_OT_show_source(operators.OnBody, bpy.types.Operator):
-    """Show the active clip's own armature beside the body, or take it away again"""
+    """Show the active clip's own armature next to the body, or take it away again"""
 
     bl_label = "Show Source Beside"
 

@@ -21,7 +21,7 @@ PLACING, BAKING, RANKING, CHOOSING = 6.0, 0.4, 12.0, 30.0
 
 
 def missing_for_all(body: bpy.types.Object) -> str:
-    """What stands in the way of running all; empty where nothing does."""
+    """What prevents running all, as a sentence, or ""."""
     clips = state.usable(body.w2w)
     if not clips:
         return "Import motions first (step 2)"
@@ -30,7 +30,7 @@ def missing_for_all(body: bpy.types.Object) -> str:
 
 @on_body
 def run_all_steps(mesh: bpy.types.Object) -> Steps:
-    """Do what is missing, part after part; a part that is up to date is left out."""
+    """Do what is missing, part after part; skip what is up to date."""
     study, said = mesh.w2w, []
     place = state.patches_of(mesh) is None or is_pending(study)
     count = len(state.usable(study)) if place else len(to_bake(study))
@@ -64,7 +64,7 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
 
 
 def kept_of(mesh: bpy.types.Object) -> Callable[[], str]:
-    """What says, when the work is ended early, how far it came; empty where nothing was done."""
+    """A function that reports progress if the job is stopped early ("" if nothing was done)."""
     before = _done(mesh)
 
     def kept() -> str:

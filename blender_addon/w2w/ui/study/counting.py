@@ -20,18 +20,18 @@ Group: TypeAlias = bpy.types.PropertyGroup
 
 
 def ticked(study: Group) -> np.ndarray:
-    """Mask of the activities that are not left out, shape (A,); all True where every one would be."""
+    """Mask of the activities that are not left out, shape (A,); all True if every one would be."""
     used = np.array([activity.part != LEFT_OUT for activity in study.activities], dtype=bool)
     return used if used.any() else np.ones(len(used), dtype=bool)
 
 
 def left_out(study: Group) -> list[str]:
-    """Names of the activities that are left out; none where every one would be."""
+    """Names of the activities that are left out; [] if every one would be."""
     return [row.name for row, taken in zip(study.activities, ticked(study), strict=True) if not taken]
 
 
 def shown_weights(study: Group) -> np.ndarray:
-    """Weights of the activities in the heatmap, shape (A,); 1 for each that is ticked where none counts."""
+    """Weights of the activities in the heatmap, shape (A,); 1 for each not left out if none counts."""
     weights = np.where(ticked(study), _weights(study), 0.0)
     return weights if weights.any() else ticked(study).astype(np.float64)
 
@@ -42,15 +42,16 @@ def is_as_ranked(study: Group, utility: UtilityMap) -> bool:
 
 
 def is_reweighed(study: Group, utility: UtilityMap) -> bool:
-    """Whether an activity that is ticked counts otherwise than in the ranking."""
+    """Whether the weight of an activity that is not left out differs from the ranking's."""
     taken = ticked(study)
     return not np.array_equal(_weights(study)[taken], utility.weights[taken])
 
 
 def counted_in(study: Group, run: StudyConfig) -> tuple[tuple[str, ...], tuple[tuple[str, float], ...]]:
-    """Background and weights as core takes them; those of the run opened where they say the same.
+    """Background activities and weights for `StudyConfig`.
 
-    What is left out is in neither. Of activities that the ranking lacks the run's are kept.
+    Excluded activities appear in neither; activities missing from the ranking keep the opened run's values,
+    and the run's own tuples are returned if equivalent.
     """
     taken = [activity for activity, is_in in zip(study.activities, ticked(study), strict=True) if is_in]
     weights = [(one.name, _weight(one)) for one in taken if one.part == COUNTED and _weight(one) != 1]
@@ -67,7 +68,7 @@ def counted_in(study: Group, run: StudyConfig) -> tuple[tuple[str, ...], tuple[t
 
 
 def list_activities(study: Group, activities: Iterable[str], run: StudyConfig) -> None:
-    """List activities: as they counted before, new ones as in the run opened."""
+    """List activities with their weights, or for new ones those of the opened run."""
     before = {item.name: (item.part, item.weight, item.given) for item in study.activities}
     activities = list(activities)
     counts = counting(activities, run.background, run.weights)

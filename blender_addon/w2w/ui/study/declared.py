@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Properties made of the parameters that a study's records declare, and numbers as they were given to one."""
+"""Properties made from the parameters that `StudyConfig` declares, and numbers as the user gave them."""
 
 from dataclasses import replace
 from typing import Any, get_args
@@ -17,10 +17,10 @@ SHOWN = (
     "patches", "rate", "band", "root_band", "classifier", "folds", "by_subject", "target", "every_activity",
     "max_places", "seed",
 )  # fmt: skip
-"""Parameters of which each is one property, with the same value but for 0, which stands for none."""
+"""Parameters shown as one property with the same value; 0 stands for None."""
 
 PROPERTIES = {"patches": "patch_count"}
-"""Properties that are not called as their parameter."""
+"""Properties whose name differs from their parameter's."""
 
 
 def declared(name: str, **other: Any) -> dict[str, Any]:
@@ -43,7 +43,7 @@ def declared(name: str, **other: Any) -> dict[str, Any]:
 
 
 def config_values(study: bpy.types.PropertyGroup, run: StudyConfig) -> dict[str, Any]:
-    """Fields of a config by the properties that were set; numbers that were not touched are the run's own."""
+    """Fields of a config from the properties that were set; untouched numbers are the run's own."""
     fields: dict[str, Any] = {}
     for name in SHOWN:
         parameter, shown = parameters_of(StudyConfig)[name], PROPERTIES.get(name, name)
@@ -76,5 +76,5 @@ def _is_optional(parameter: Parameter) -> bool:
 
 
 def as_given(shown: float, given: float) -> float:
-    """A property's value: the one given where it is that in single precision, else in few digits."""
+    """A property's value: `given` if it is the same in single precision, else rounded to few digits."""
     return given if abs(shown - given) <= SINGLE * abs(given) else float(f"{shown:.{DIGITS}g}")

@@ -28,7 +28,7 @@ def worn_by(study: bpy.types.PropertyGroup) -> list[bpy.types.Object]:
 
 
 def wardrobe_text(study: bpy.types.PropertyGroup) -> str:
-    """What is quickly read of the garments that signals depend on; empty without garments."""
+    """What signals depend on and is quickly read of the garments, or "" without any."""
     parts = []
     for item in worn_by(study):
         modifiers = " ".join(f"{modifier.type}:{modifier.show_viewport}" for modifier in item.modifiers)
@@ -60,7 +60,7 @@ def baker_steps(
 
 
 def _while_alive(work: Callable[[], T], item: bpy.types.Object) -> Generator[Step, None, T]:
-    """Work on arrays of a garment while the window stays alive."""
+    """Do numerical work on a garment in a thread."""
     return (yield from in_thread(lambda _: work(), f"fitting {item.name}", 0.0, 0.0))
 
 

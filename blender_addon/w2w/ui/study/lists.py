@@ -32,7 +32,7 @@ def list_labels(study: bpy.types.PropertyGroup) -> None:
 
 
 def listed_spelling(study: bpy.types.PropertyGroup, typed: str, what: str, but: Container[str]) -> str:
-    """How an ``activity`` or ``subject`` is spelled in the list, `but` for clips of some names."""
+    """The spelling of an ``activity`` or ``subject`` in the list, `but` for clips with these names."""
     listed = (getattr(clip, what) for clip in study.clips if clip.name not in but)
     return next(
         (label for label in listed if same_label(label) == same_label(typed)), composed(typed).strip()
@@ -70,7 +70,7 @@ def is_understood(patches: PatchSet, place: str) -> bool:
 
 
 def suggestions(patches: PatchSet, typed: str) -> list[str]:
-    """Names that hold all that has been typed: sides, parts, products, placements, regions."""
+    """Sides, parts, products, placements and regions whose names contain all typed words."""
     sided = [f"{side} {part}" for part in ("arm", "hand", "leg", "foot") for side in SIDES]
     common = [*PRODUCT_NAMED, *(placement.name for placement in PLACEMENTS)]
     names = [*SIDES, MIDDLE, *PARTS, *sided, *common, *sorted(set(patches.regions)), *patches.names]
@@ -94,7 +94,7 @@ def keep_answer(study: bpy.types.PropertyGroup, content: Mapping[str, Any]) -> N
 
 
 def answer_of(study: bpy.types.PropertyGroup) -> dict[str, Any]:
-    """Where to wear one sensor, as `w2w run` writes it; empty before a ranking."""
+    """Where to wear one sensor, as `w2w run` writes it, or {} before a ranking."""
     return _read_advice(study.answer_text) if study.answer_text else {}
 
 
@@ -105,7 +105,7 @@ def forget_advice(study: bpy.types.PropertyGroup) -> None:
 
 
 def advice_of(study: bpy.types.PropertyGroup) -> dict[str, Any] | None:
-    """The choice; None where none was made, or wishes or ranking have changed since."""
+    """The choice, or None if there is none, or wishes or ranking have changed since."""
     if not study.advice_text or study.advised_as != advice_settings(study):
         return None
     return _read_advice(study.advice_text)

@@ -17,7 +17,7 @@ else:
 
 
 class Named(Mixin):
-    """An operator named as its class: W2W_OT_add_body is w2w.add_body and, unless it says else, Add Body."""
+    """An operator named after its class: W2W_OT_add_body is w2w.add_body, with the default label Add Body."""
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -28,7 +28,7 @@ class Named(Mixin):
 
 
 class Works(Named):
-    """An operator whose `work` returns what was done, in a sentence if at all, and raises what went wrong."""
+    """An operator whose `work` may return a sentence about what was done, and raises what went wrong."""
 
     bl_options = {"REGISTER", "UNDO"}
 
@@ -56,7 +56,7 @@ class OnBody(Works):
 
     @staticmethod
     def missing(context: bpy.types.Context, body: bpy.types.Object, /) -> str:
-        """Say what the operator needs beside the body; empty where nothing."""
+        """What the operator needs besides the body, as a sentence, or ""."""
         return ""
 
 

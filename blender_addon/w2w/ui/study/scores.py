@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The scores that a study shows: of which activities, expected or on these clips, and in which heatmap."""
+"""The scores that a study shows: for which activities, expected or on these clips, and in which heatmap."""
 
 import numpy as np
 
@@ -65,13 +65,13 @@ def patch_lines(study: Group, utility: UtilityMap, patch: int) -> tuple[str, ...
 
 
 def shown_scores(study: Group, utility: UtilityMap) -> np.ndarray:
-    """Scores of the heatmap that is shown, less those of the other where two are compared, shape (N,)."""
+    """Scores of the heatmap that is shown, minus another's if two are compared, shape (N,)."""
     scores, minus = _scores_of(study, utility, view_index(study)), minus_index(study)
     return scores if minus < 0 else scores - _scores_of(study, utility, minus)
 
 
 def beside_of(study: Group) -> Group | None:
-    """The study whose map stands beside the one shown; None where none does."""
+    """The study of the second map, or None without one."""
     if study.beside is None or not is_there(study.beside):
         return None
     other = study.beside_body
@@ -79,7 +79,7 @@ def beside_of(study: Group) -> Group | None:
 
 
 def beside_scores(study: Group) -> np.ndarray | None:
-    """Scores of the map beside, of the kind shown, one a patch of its body; None where there is none."""
+    """Scores of the second map, of the kind shown, one per patch of its body; None without one."""
     other = beside_of(study)
     if other is None or (utility := utility_of(other)) is None:
         return None
@@ -99,12 +99,12 @@ def view_index(study: Group) -> int:
 
 
 def minus_index(study: Group) -> int:
-    """Number of the heatmap that is taken off the one shown; -1 is none."""
+    """Number of the heatmap that is subtracted from the one shown, or -1."""
     return view_of(study, study.minus)
 
 
 def view_of(study: Group, view: str) -> int:
-    """Number of the heatmap that a view names; -1 where it names none."""
+    """Number of the heatmap that a view names, or -1."""
     if view in ("", NOTHING):
         return -1
     index = 0 if view == MEAN_VIEW else int(view[1:])
@@ -112,20 +112,20 @@ def view_of(study: Group, view: str) -> int:
 
 
 def colour_range(study: Group, utility: UtilityMap) -> tuple[float, float]:
-    """F1 at the two ends of the colours, which a map beside shares."""
+    """F1 at the two ends of the colours, which both maps share."""
     if study.fix_range:
         return min(study.range_low, study.range_high), max(study.range_low, study.range_high)
     return score_range(_with_beside(study, utility), utility.colour_span)
 
 
 def range_note(study: Group, utility: UtilityMap) -> str:
-    """What the colour bar says where its colours span more than the scores; else empty."""
+    """The colour bar's note if its colours span more than the scores, else ""."""
     if study.fix_range:
         return ""
     return span_note(_with_beside(study, utility), *colour_range(study, utility))
 
 
 def _with_beside(study: Group, utility: UtilityMap) -> np.ndarray:
-    """The scores that are shown, and those beside them."""
+    """The scores that are shown, those of the second map included."""
     scores, beside = shown_scores(study, utility), beside_scores(study)
     return scores if beside is None else np.concatenate([scores.ravel(), beside])

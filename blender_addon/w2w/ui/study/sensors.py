@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Properties of how signals are made: a part of one's own, the bands, and further sensors.
+"""Properties of how signals are made: the user's own sensor, the bands, and further sensors.
 
 The part is kept whole, as the text of a file that `w2w run --sensor` reads; its fields read and write that.
 """
@@ -34,16 +34,16 @@ TEXTS = {
 ITEMS = [(name, name.capitalize(), TEXTS[name], 1 << bit) for bit, name in enumerate(FURTHER)]
 
 TICKS = {"record": "recorded", "recognise_by": "recognised_by"}
-"""The ticks that show a set of sensors: a click on Blender's own buttons for one lets go of the others."""
+"""Tick boxes for a set of sensors: Blender's own enum buttons would clear the other flags on a click."""
 
 
 def own_sensor(study: bpy.types.PropertyGroup) -> SensorModel:
-    """The part of one's own; before anything is said of it, the default part's figures."""
+    """The user's own sensor; until it is edited, a copy of the default preset."""
     return _read(study.own_sensor_text)
 
 
 def keep_own_sensor(study: bpy.types.PropertyGroup, model: SensorModel) -> None:
-    """Make a sensor the part of one's own."""
+    """Make a sensor the user's own."""
     name = FIRST_NAME if model.name in PRESETS else model.name
     study.own_sensor_text = json.dumps(sensor_content(replace(model, name=name)))
 
@@ -81,7 +81,7 @@ def _figure(name: str) -> Any:
 
 
 def _ticks(name: str, title: str, about: str) -> Any:
-    """Ticks that show and change a set of further sensors."""
+    """Tick boxes that show and change a set of further sensors."""
 
     def get(study: bpy.types.PropertyGroup) -> list[bool]:
         return [sensor in getattr(study, name) for sensor in FURTHER]
@@ -120,7 +120,7 @@ class SensorProperties(FigureProperties):
 
 
 def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: bool) -> FurtherSensors:
-    """The sensors beside acc and gyr as core takes them; errors of the parts are those of the run opened.
+    """`FurtherSensors` of the study; errors of the parts are those of the run opened.
 
     `dressed` is whether garments carry the sensors: these record acc and gyr alone.
     """
@@ -149,5 +149,5 @@ def keep_further(study: bpy.types.PropertyGroup, further: FurtherSensors) -> Non
 
 
 def _in_order(chosen: set[str], run: tuple[str, ...]) -> tuple[str, ...]:
-    """In the run's own order where it is the same choice: features follow it."""
+    """The chosen sensors, in the run's order if they are the same: features follow it."""
     return run if chosen == set(run) else tuple(name for name in FURTHER if name in chosen)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the signals of a clip are: in a results folder, or in the cache under a key of their content.
+"""The place of a clip's signals: in a results folder, or in the cache under a key of their content.
 
 The cache folder is laid out as a results folder. Equal content has an equal key, whichever study it is of, so
 undo and files saved under another name find theirs.
@@ -23,7 +23,7 @@ Place = tuple[Path, str]
 """Folder of a clip's files, and their name there."""
 
 Windows = tuple[np.ndarray, np.ndarray]
-"""Windows of a clip as features, and whether each may be tested on."""
+"""Windows of a clip as features, and the mask of test windows."""
 
 KEPT = 4
 """Recordings kept in memory for the overlay."""
@@ -54,7 +54,7 @@ def places_of(clips: Sequence[bpy.types.PropertyGroup]) -> list[Place]:
 
 
 def has(clip: bpy.types.PropertyGroup) -> bool:
-    """Whether a clip's signals are there; those of a run may have been made anew since."""
+    """Whether a clip's signals are there; a run may have replaced its own since."""
     place = place_of(clip)
     try:
         if clip.signals.startswith(STORED):
@@ -74,14 +74,14 @@ def save(key: str, recording: ImuRecording, windows: Windows, signature: np.ndar
 
 
 def with_added(place: Place, added: ImuRecording, windows: Windows) -> tuple[ImuRecording, Windows]:
-    """Signals and windows that a clip has, with those of patches that were added after them."""
+    """A clip's signals and windows, with those of patches that were appended."""
     before = load_arrays(features_file(*place), ("features",), "does not hold a clip's windows")["features"]
     features = np.concatenate([before, windows[0]], axis=1)
     return stored_recording(*place).with_sensors_of(added), (features, windows[1])
 
 
 def recording(clip: bpy.types.PropertyGroup) -> ImuRecording | None:
-    """Recording of a clip, or None where it is not on disk (any more)."""
+    """The recording of a clip, or None if it is not on disk (any more)."""
     if clip.signals not in _recordings:
         try:
             (place,) = places_of([clip])

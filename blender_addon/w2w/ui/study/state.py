@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The study of a body: its parts as core's types, and what is missing before a step makes sense."""
+"""The study of a body: its parts as core's types, and what a step still lacks."""
 
 import hashlib
 import json
@@ -94,7 +94,7 @@ def body_of_object(item: bpy.types.Object | None) -> bpy.types.Object | None:
 
 
 def config_of(study: Group) -> StudyConfig:
-    """The study's parameters as core takes them; what the panel does not show is as in the run opened."""
+    """The study's `StudyConfig`; what the panel does not show is as in the opened run."""
     run = run_of(study)
     background, weights = counted_in(study, run)
     return replace(
@@ -124,7 +124,7 @@ def _config_of_signals(study: Group, run: StudyConfig) -> StudyConfig:
 
 
 def run_of(study: Group) -> StudyConfig:
-    """The parameters of the run that a study was opened from; the usual ones where it was not."""
+    """The parameters of the run that a study was opened from, or the defaults."""
     return _run(study.parameters)
 
 
@@ -134,7 +134,7 @@ def _run(parameters: str) -> StudyConfig:
 
 
 def constraints_of(study: Group) -> Constraints:
-    """The study's wishes as core takes them; one that says nowhere yet is none."""
+    """The study's wishes as `Constraints`; those without a place yet are left out."""
     found: dict[str, list] = {ONLY: [], FORBID: [], MUST: [], COST: []}
     for wish in study.wishes:
         for words in (part.strip() for part in wish.place.split(",")):
@@ -145,24 +145,24 @@ def constraints_of(study: Group) -> Constraints:
 
 
 def own_placed(study: Group) -> tuple[tuple[str, int], ...]:
-    """Name and vertex of the placements of one's own that are among the patches."""
+    """Name and vertex of the user's placements that are in the patch set."""
     held = json.loads(study.own_placed) if study.own_placed else {"placements": []}
     return tuple((name, vertex) for name, vertex in held["placements"])
 
 
 def sampled_patches(study: Group, total: int) -> int:
-    """How many of all patches were sampled; the others are placements of one's own."""
+    """Number of sampled patches; the others are the user's placements."""
     return json.loads(study.own_placed)["sampled"] if study.own_placed else total
 
 
 def keep_own_placed(study: Group, placements: Iterable[tuple[str, int]], sampled: int) -> None:
-    """Note which placements of one's own are among the patches, beside so many sampled ones."""
+    """Note which of the user's placements are in the patch set and how many patches were sampled."""
     held = [[name, vertex] for name, vertex in placements]
     study.own_placed = json.dumps({"sampled": sampled, "placements": held}) if held else ""
 
 
 def advice_settings(study: Group) -> str:
-    """All that a choice of sensors depends on, as a hash."""
+    """A hash of everything that a choice of sensors depends on."""
     config = config_of(study)
     ticks = [activity.name for activity in study.activities if activity.part == LEFT_OUT]
     parts = [study.ranked_as, study.utility_key, config.target, config.every_activity, config.max_places]
@@ -172,7 +172,7 @@ def advice_settings(study: Group) -> str:
 
 
 def patches_of(body: bpy.types.Object) -> PatchSet | None:
-    """The patches placed on a body; None where there are none, or those of a body it was copied from."""
+    """The patches placed on a body; None if there are none, or they belong to the body it was copied from."""
     study = body.w2w
     collection = study.patch_collection
     if not study.patches_key or collection is None:
@@ -183,7 +183,7 @@ def patches_of(body: bpy.types.Object) -> PatchSet | None:
 
 
 def placed_patches(body: bpy.types.Object) -> PatchSet:
-    """The patches placed on a body; a ValueError where there are none."""
+    """The patches placed on a body; a ValueError if there are none."""
     patches = patches_of(body)
     if patches is None:
         raise ValueError("Place patches first (step 3)")
@@ -191,7 +191,7 @@ def placed_patches(body: bpy.types.Object) -> PatchSet:
 
 
 def ranking_of(body: bpy.types.Object) -> UtilityMap:
-    """A body's ranking; a ValueError where it has none."""
+    """A body's ranking; a ValueError if it has none."""
     utility = utility_of(body.w2w)
     if utility is None:
         raise ValueError("Rank the patches first (step 5)")
@@ -199,7 +199,7 @@ def ranking_of(body: bpy.types.Object) -> UtilityMap:
 
 
 def body_as_run(mesh: bpy.types.Object) -> Body:
-    """A study's body as the run that it was opened from had it: a mesh keeps single precision only."""
+    """A study's body, from the opened run if it is the same: a mesh keeps single precision only."""
     shown = body_of(mesh)
     if not mesh.w2w.results_folder:
         return shown
@@ -213,7 +213,7 @@ def body_as_run(mesh: bpy.types.Object) -> Body:
 
 
 def utility_of(study: Group) -> UtilityMap | None:
-    """The ranking, or None where there is none that can be read."""
+    """The ranking, or None if there is none that can be read."""
     key = study.utility_key
     if not key or key in _unreadable:
         return None
@@ -238,13 +238,13 @@ def is_up_to_date(study: Group) -> bool:
 
 
 def unreadable_ranking(study: Group) -> str:
-    """Says so where the file holds a ranking that this version cannot read; else empty."""
+    """A sentence if the file holds a ranking that this version cannot read, else ""."""
     is_unreadable = study.utility_key and utility_of(study) is None
     return "The ranking in this file cannot be read: rank the patches again" if is_unreadable else ""
 
 
 def bake_settings(study: Group) -> str:
-    """All that signals depend on besides body and motion: the patches' key, and a hash of the rest."""
+    """Everything that signals depend on besides body and motion: the patches' key, and a hash of the rest."""
     counting = [name for name in RANGES if getattr(study.shape, f"set_{name}", True)]
     shape = tuple((name, getattr(study.shape, name)) for name in counting)
     config = _config_of_signals(study, run_of(study))
@@ -257,14 +257,14 @@ def _digest(config: StudyConfig, *others: object) -> str:
 
 
 def kept_patches(study: Group, clip: Group) -> int:
-    """How many of the first patches a clip has signals of, as they are wanted, since others were added."""
+    """Number of leading patches that already have up-to-date signals (patches were appended since)."""
     before, _, count = study.patches_before.partition(" ")
     key, _, rest = bake_settings(study).partition(" ")
     return int(count) if before and key != before and clip.baked_as == f"{before} {rest}" else 0
 
 
 def rank_settings(study: Group) -> str:
-    """All that a ranking depends on, as a hash."""
+    """A hash of everything that a ranking depends on."""
     parts = [bake_settings(study), study.classifier, str(study.folds), str(study.by_subject)]
     parts += [f"{clip.signals} {clip.activity} {clip.subject}" for clip in study.clips if not clip.problem]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]
@@ -285,13 +285,13 @@ def usable(study: Group) -> list[Group]:
 
 
 def baked(study: Group) -> list[Group]:
-    """Clips with signals as they are wanted."""
+    """Clips with up-to-date signals."""
     settings = bake_settings(study)
     return [clip for clip in study.clips if state_of(clip, settings) == BAKED]
 
 
 def selected(study: Group) -> list[Group]:
-    """The ticked clips, or the active one where none is."""
+    """The ticked clips, or the active one if none is ticked."""
     ticked = [clip for clip in study.clips if clip.selected]
     return ticked or [clip for index, clip in enumerate(study.clips) if index == study.clip_index]
 
@@ -306,12 +306,12 @@ def playing_clip(body: bpy.types.Object) -> Group | None:
 
 
 def missing_for_patches(body: bpy.types.Object | None) -> str:
-    """What stands in the way of placing patches; empty where nothing does."""
+    """What prevents placing patches, as a sentence, or ""."""
     return "" if body is not None else "Add a body first (step 1)"
 
 
 def missing_for_bake(body: bpy.types.Object | None) -> str:
-    """What stands in the way of baking signals."""
+    """What prevents baking signals, or ""."""
     if body is not None and not usable(body.w2w):
         return "Import motions first (step 2)"
     if body is not None and patches_of(body) is None:
@@ -320,13 +320,13 @@ def missing_for_bake(body: bpy.types.Object | None) -> str:
 
 
 def missing_for_rank(body: bpy.types.Object | None) -> str:
-    """What stands in the way of ranking."""
+    """What prevents ranking, or ""."""
     missing = missing_for_any_rank(body)
     return missing if body is None or missing else classifier_problem(body.w2w)
 
 
 def missing_for_any_rank(body: bpy.types.Object | None) -> str:
-    """What stands in the way of ranking, whatever the classifier."""
+    """What prevents ranking with any classifier, or ""."""
     missing = missing_for_bake(body)
     if body is None or missing:
         return missing
@@ -335,7 +335,7 @@ def missing_for_any_rank(body: bpy.types.Object | None) -> str:
 
 
 def labels_problem(clips: Sequence[Group]) -> str:
-    """Why clips cannot be ranked by their labels; empty where they can."""
+    """Why clips cannot be ranked by their labels, or ""."""
     labelled = Counter(clip.activity for clip in clips if clip.activity.strip())
     if sum(count > 1 for count in labelled.values()) < 2:
         if labelled.total() < len(clips):
@@ -345,5 +345,5 @@ def labels_problem(clips: Sequence[Group]) -> str:
 
 
 def classifier_problem(study: Group) -> str:
-    """Why the chosen classifier cannot work here; empty where it can."""
+    """Why the chosen classifier cannot work here, or ""."""
     return capital(unavailable(study.classifier))

@@ -37,18 +37,18 @@ class Card:
     title: str
     lines: tuple[str, ...]  # below the title
     activities: tuple[str, ...]
-    f1: np.ndarray  # (A,), empty before ranking
+    f1: np.ndarray  # (A,), of length 0 before a ranking
     low: float  # F1 at the ends of the colours
     high: float
     colour_map: str
-    recording: ImuRecording | None  # the clip's signals, where they are baked
+    recording: ImuRecording | None  # the clip's signals, if baked
     patch: int
     clip: str  # what the signals show, or why there are none
     time: float  # playhead, seconds from the clip's start
     limits: tuple[tuple[float, float], ...] = ()  # of the plots, one pair a signal: see `on_one_scale`
 
     def signals(self) -> tuple[np.ndarray, ...]:
-        """Acceleration and angular velocity of the patch, each of shape (T, 3), where they are baked."""
+        """Acceleration and angular velocity of the patch, each of shape (T, 3), or () before a bake."""
         shown = self.recording
         return () if shown is None else (shown.acc[:, self.patch], shown.gyr[:, self.patch])
 
@@ -136,7 +136,7 @@ class Card:
 
 
 def on_one_scale(cards: Sequence[Card]) -> list[Card]:
-    """The cards, their plots of one signal between the same limits, so that heights can be compared."""
+    """The cards with the same limits for plots of the same signal, so that heights can be compared."""
     shown = [signals for card in cards if (signals := card.signals())]
     limits = tuple(_limits(np.concatenate(signals)) for signals in zip(*shown, strict=True))
     return [replace(card, limits=limits) for card in cards]

@@ -77,7 +77,7 @@ def text(x: float, y: float, words: str, size: float, colour: Colour, align: str
 
 
 def clipped(words: str, width: float, size: float) -> str:
-    """A text cut so that it is no wider than this."""
+    """A text cut to at most this width."""
     if width_of(words, size) <= width:
         return words
     while words and width_of(words + "…", size) > width:
@@ -121,7 +121,7 @@ class Surface:
         """Whether the mesh has the vertices that patches know; modifiers may have made others."""
 
     def on_screen(self, patch: int) -> Vector | None:
-        """Point of a patch in the region, pixels; None behind the viewer, or where nothing tells."""
+        """Point of a patch in the region, pixels; None behind the viewer, or if unknown."""
         return self._on_screen(self._place(patch))
 
     def in_sight(self, patch: int) -> bool:
@@ -129,7 +129,7 @@ class Surface:
         return self._in_sight(self._place(patch))
 
     def spot(self, vertex: int) -> Vector | None:
-        """Point of a vertex in the region, pixels; None where it is out of sight, or nothing tells."""
+        """Point of a vertex in the region, pixels; None if it is out of sight, or unknown."""
         if not (self._whole and 0 <= vertex < len(self._patches.labels)):
             return None
         place = self._evaluated.matrix_world @ self._evaluated.data.vertices[vertex].co

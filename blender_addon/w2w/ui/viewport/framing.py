@@ -15,7 +15,7 @@ ROOM = 2.1
 """Distance of the view from a body, in its heights."""
 
 BESIDE = 0.65
-"""Distance of a body's middle from what it stands beside, in its heights: room for its arms."""
+"""Distance of a body's middle from what it stands next to, in its heights: room for its arms."""
 
 DRAWN_AFTER = 0.3
 """Seconds until Outliners have drawn a new collection."""

@@ -22,7 +22,7 @@ MARK_RADIUS = 1.5
 
 
 class Legend(NamedTuple):
-    """Title, numbers and note beside the colours."""
+    """Title, numbers and note next to the colours."""
 
     name: str
     title: str
@@ -33,7 +33,7 @@ class Legend(NamedTuple):
     number: str
     """Format of scores."""
     beside: str = ""
-    """Name of the map beside."""
+    """Name of the second map."""
 
 
 def legend(study: bpy.types.PropertyGroup, utility: UtilityMap) -> Legend:
@@ -52,7 +52,7 @@ def left_of_legend(width: float, left: float, right: float, bodies: Sequence[flo
     """Left edge of a legend, pixels: midway between two bodies that leave it room, else at the right.
 
     `left` and `right` are the edges of what no panel and no card covers, `bodies` the middles of two bodies
-    side by side; empty where one stands alone.
+    side by side, or () if one stands alone.
     """
     if len(bodies) == 2 and abs(bodies[1] - bodies[0]) >= BODIES_APART * width:
         between = (sum(bodies) - width) / 2
@@ -67,7 +67,7 @@ def map_name(study: bpy.types.PropertyGroup, index: int) -> str:
 
 
 def paint(body: bpy.types.Object) -> None:
-    """Show the second map on the copy, which stands anew where it is of another body now."""
+    """Show the second map on the copy, which is made again if it is of another body now."""
     study, other = body.w2w, scores.beside_of(body.w2w)
     if other is None:
         if study.beside is not None:  # taken out of the scene by hand
@@ -89,7 +89,7 @@ def paint(body: bpy.types.Object) -> None:
 
 
 def bodies_beside(body: bpy.types.Object) -> list[bpy.types.Object]:
-    """Other bodies that show this one's map beside their own."""
+    """Other bodies that show this one's map as their second."""
     others = [item for item in bpy.data.objects if item.type == "MESH" and item != body]
     return [item for item in others if item.w2w.beside_body == body and item.w2w.beside is not None]
 
@@ -104,7 +104,7 @@ def name_of(study: bpy.types.PropertyGroup) -> str:
 
 
 def owner_of(item: bpy.types.Object) -> bpy.types.Object | None:
-    """The body that a copy stands beside, where a spot on one is the same spot on the other."""
+    """The body next to which a copy stands, if a spot on one is the same spot on the other."""
     bodies = [body for body in bpy.data.objects if body.type == "MESH" and body.w2w.is_body]
     owner = next((body for body in bodies if body.w2w.beside == item), None)
     return owner if owner is not None and len(owner.data.vertices) == len(item.data.vertices) else None

@@ -113,7 +113,7 @@ def _free_part(context: bpy.types.Context) -> Free:
 
 
 def _heads(context: bpy.types.Context, bodies: Sequence[bpy.types.Object]) -> list[Vector]:
-    """Points in the region over the heads of bodies side by side; empty where one cannot be told."""
+    """Points in the region over the heads of bodies side by side; [] if one is behind the viewer."""
     points = []
     for item in bodies:
         evaluated = item.evaluated_get(context.view_layer.depsgraph)
@@ -186,7 +186,7 @@ def _draw_chosen(surface: Surface, study: bpy.types.PropertyGroup, scale: float)
 
 
 def _draw_own(surface: Surface, study: bpy.types.PropertyGroup, scale: float) -> None:
-    """Put a pin and its name on each placement of one's own, and a dot on the spot that was clicked."""
+    """Put a pin and its name on each of the user's placements, and a dot on the clicked spot."""
     named = {own.vertex: own.name for own in study.own}
     for vertex, name in (named | {study.picked_vertex: named.get(study.picked_vertex, "")}).items():
         point = surface.spot(vertex)
@@ -197,7 +197,7 @@ def _draw_own(surface: Surface, study: bpy.types.PropertyGroup, scale: float) ->
 
 
 def _draw_mark(surface: Surface, patch: int, number: int, scale: float) -> None:
-    """Put a ring and a letter on the patch, wherever the body moves it; faint where it is behind."""
+    """Put a ring and a letter on the patch as the body moves it; faint if it is hidden."""
     point = surface.on_screen(patch)
     if point is None:
         return
