@@ -39,7 +39,7 @@ from w2w.scene.base.patches import patch_empties, place_patches
 from w2w.scene.base.playback import each_frame
 from w2w.scene.base.steps import without_pauses
 from w2w.scene.heatmap import add_heatmaps, show_heatmap
-from w2w.scene.motion.load import carry, read_motion
+from w2w.scene.motion.load import read_motion, to_body
 
 RATE = 24.0
 AIMS = {"general path": 9.0, "fast path, from the action": 60.0, "fast path, from a Motion": 100.0}
@@ -194,7 +194,7 @@ def _import_by_python(path: Path) -> None:
 
 
 def _to_matrices(path: Path, body: Body, patches: PatchSet) -> tuple[np.ndarray, float]:
-    motion = carry(read_motion(path), body).motion
+    motion = to_body(read_motion(path), body).motion
     return patch_matrices(body, patches.triangles, motion), motion.rate
 
 

@@ -24,7 +24,7 @@ from w2w.scene.base.output import quiet_output
 from w2w.scene.base.playback import EvaluatedVertices
 from w2w.scene.garments.cloth import dress
 from w2w.scene.garments.follow import Worn, follow
-from w2w.scene.motion.load import carry, read_motion
+from w2w.scene.motion.load import read_motion, to_body
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
 SKIN, COLOURS = (0.85, 0.72, 0.62), {"tshirt": (0.35, 0.55, 0.75), "trousers": (0.35, 0.4, 0.5)}
@@ -55,7 +55,7 @@ def draw(path: Path, body: Body, cloths: dict[str, Body]) -> None:
 def draped(body: Body, clip: Path, second: float) -> tuple[Body, dict[str, Body]]:
     """Body and garments so many seconds into a clip."""
     with quiet_output():
-        motion = carry(read_motion(clip), body).motion
+        motion = to_body(read_motion(clip), body).motion
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     objects = add_body(body)
     items = {kind: dress(objects.mesh, kind) for kind in KINDS}

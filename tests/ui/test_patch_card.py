@@ -6,11 +6,11 @@ from __future__ import annotations
 import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.ui.viewport.card import Card, on_one_scale
+from w2w.ui.viewport.card import HoverCard, on_one_scale
 
 
-def card(recording: ImuRecording | None, patch: int) -> Card:
-    return Card(
+def card(recording: ImuRecording | None, patch: int) -> HoverCard:
+    return HoverCard(
         "A", (1, 1, 1, 1), "wrist", (), (), np.zeros(0), 0.0, 1.0, "viridis", recording, patch, "", 0.0
     )
 

@@ -183,14 +183,14 @@ def warn_of_spellings(check: LabelCheck) -> None:
 def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups) -> Motion:
     """One file on the body; a ValueError where it cannot be used, or needs a module that is missing."""
     from ..scene.base.output import quiet_output
-    from ..scene.motion.load import carry, read_motion
+    from ..scene.motion.load import read_motion, to_body
 
     try:
         if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
-            return carry(Motion.load(path, pose.rate, pose.up, ups), body).motion  # keeps W2W's labels
+            return to_body(Motion.load(path, pose.rate, pose.up, ups), body).motion  # keeps W2W's labels
         with _needs_blender(path.name), quiet_output():
             source = read_motion(path, pose, ups)
-        return carry(source, body, bone_maps).motion
+        return to_body(source, body, bone_maps).motion
     except UnusableMotion as error:
         raise ValueError(str(error)) from error
 

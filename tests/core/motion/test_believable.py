@@ -14,7 +14,7 @@ from w2w.core.motion.believable import believed, moving_part
 from w2w.core.motion.motion import Motion, demo_motions, read_amass
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
-from w2w.scene.motion.load import carry, read_motion
+from w2w.scene.motion.load import read_motion, to_body
 
 from ..readers.test_bvh import write_bvh
 
@@ -214,7 +214,7 @@ def carry_joints(tmp_path, body, heads):
     """Joint positions (T, 24, 3) as a file, carried to the body."""
     facts = {"fps": np.array(RATE), "unit": np.array("m"), "up": np.array("z")}
     write_npz(tmp_path / "a.npz", {"positions": heads, "joint_set": np.array("smpl-24")} | facts)
-    return carry(read_motion(tmp_path / "a.npz"), body)
+    return to_body(read_motion(tmp_path / "a.npz"), body)
 
 
 @pytest.mark.parametrize("far", [0.4, 4.0])
@@ -267,12 +267,12 @@ def test_a_bvh_s_root_in_another_unit_than_its_offsets_is_refused(tmp_path, bund
     """Its path is compared with the legs as the file has it: little of it is left on the body."""
     file = tmp_path / "a.bvh"
     write_bvh(file, bundled_body, walk, scale=100, t_pose=False)
-    assert carry(read_motion(file), bundled_body).motion.n_frames == walk.n_frames
+    assert to_body(read_motion(file), bundled_body).motion.n_frames == walk.n_frames
     rewrite_bvh(file, lambda values: values * np.r_[[factor] * 3, np.ones(values.shape[1] - 3)])
     with pytest.raises(UnusableMotion, match=f"its pelvis moves .*legs .*looks like {said}$"):
-        carry(read_motion(file), bundled_body)
+        to_body(read_motion(file), bundled_body)
     rewrite_bvh(file, lambda values: values * np.r_[np.zeros(3), np.ones(values.shape[1] - 3)])
-    carry(read_motion(file), bundled_body)  # in place
+    to_body(read_motion(file), bundled_body)  # in place
 
 
 def test_a_bvh_in_radians_is_refused(tmp_path, bundled_body, walk):
@@ -292,7 +292,7 @@ def test_one_constant_pose_is_a_pose(tmp_path, bundled_body, walk):
         with pytest.raises(
             UnusableMotion, match=f"a pose, not a motion: nothing moves over its {frames} frames"
         ):
-            carry(read_motion(tmp_path / "held.npz"), bundled_body)
+            to_body(read_motion(tmp_path / "held.npz"), bundled_body)
 
 
 def test_the_demos_motions_are_kept_whole(bundled_body):
@@ -306,7 +306,7 @@ def test_files_of_one_motion_lose_the_same_frames_and_say_so(tmp_path, bundled_b
     posed.save(tmp_path / "a.npz")
     write_bvh(tmp_path / "a.bvh", bundled_body, posed, t_pose=False)
     for name in ("a.npz", "a.bvh"):
-        kept, *_, cut = carry(read_motion(tmp_path / name), bundled_body)
+        kept, *_, cut = to_body(read_motion(tmp_path / name), bundled_body)
         assert cut == believed(bundled_body, posed).cut != ""
         turn = (np.swapaxes(kept.rotations, -1, -2) @ walk.rotations)[:, LIMBS]
         assert np.degrees(Rotation.from_matrix(turn.reshape(-1, 3, 3)).magnitude()).max() < 0.1
@@ -314,7 +314,7 @@ def test_files_of_one_motion_lose_the_same_frames_and_say_so(tmp_path, bundled_b
 
 @pytest.mark.parametrize(("file", "frames"), [("tpose_at_end.bvh", 180), ("root_glitch.bvh", 113)])
 def test_files_with_damaged_ends(shared_cases, bundled_body, file, frames):
-    assert carry(read_motion(shared_cases / file), bundled_body).motion.n_frames == frames
+    assert to_body(read_motion(shared_cases / file), bundled_body).motion.n_frames == frames
 
 
 @pytest.mark.parametrize("file", ["trans_in_cm.npz", "aist_cm.npz"])
@@ -322,4 +322,4 @@ def test_files_in_centimetres(shared_cases, bundled_body, file):
     with pytest.raises(
         UnusableMotion, match="its translation looks like centimetres, not metres: divide it by 100"
     ):
-        carry(read_motion(shared_cases / file), bundled_body)
+        to_body(read_motion(shared_cases / file), bundled_body)

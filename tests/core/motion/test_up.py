@@ -15,7 +15,7 @@ from w2w.core.motion.motion import Motion, demo_motions, read_amass
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.motion.up import TO_Z, UPS
-from w2w.scene.motion.load import carry, look_up, read_motion
+from w2w.scene.motion.load import look_up, read_motion, to_body
 
 from ...seen_joints import seen_as
 
@@ -212,7 +212,7 @@ def test_who_lies_down_shows_the_ground(tmp_path, bundled_body, clips, degrees):
     ],
 )
 def test_files_that_were_stood_up_once(shared_cases, bundled_body, file, trunk_z, pelvis):
-    found = carry(read_motion(shared_cases / file), bundled_body).motion
+    found = to_body(read_motion(shared_cases / file), bundled_body).motion
     assert trunk_z[0] <= trunk(found, bundled_body) <= trunk_z[1]
     assert pelvis[0] <= np.median(found.pelvis[:, 2]) <= pelvis[1]
 

@@ -14,7 +14,7 @@ import pytest
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.study.ranking import LabelledClip
 from w2w.core.study.results import StudyResults
-from w2w.headless.reports.draw import draw_side_by_side, marked, write_pictures
+from w2w.headless.reports.draw import draw_side_by_side, marked_set, write_pictures
 from w2w.studies.commands.study_rehab import FIGURE, draw_figure
 from w2w.studies.paper.subsets import Subset
 
@@ -98,13 +98,13 @@ def test_pictures_and_file_mark_the_set_worn_together(drawn_results, tmp_path):
     shutil.copytree(drawn_results, out)
     summary = json.loads((out / "summary.json").read_text())
     worn = summary["worn_together"]
-    shown = marked(StudyResults.load(out))
+    shown = marked_set(StudyResults.load(out))
     assert shown.order == [place["patch"] for place in worn["places"]]
     assert shown.scores[-1] == worn["expected_f1"]
     assert shown.target == worn["target"]
     assert shown.sentence.lower() == worn["sentence"].lower()
     (out / "summary.json").write_text(json.dumps(summary | {"worn_together": None}))
-    shown, best = marked(StudyResults.load(out)), summary["answer"]
+    shown, best = marked_set(StudyResults.load(out)), summary["answer"]
     assert shown == ([best["patch"]], [best["expected_f1"]], None, best["sentence"])
 
 

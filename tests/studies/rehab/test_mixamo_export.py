@@ -15,7 +15,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from w2w.core.motion.motion import demo_motions  # noqa: E402
-from w2w.scene.motion.load import carry, read_motion  # noqa: E402
+from w2w.scene.motion.load import read_motion, to_body  # noqa: E402
 from w2w.studies.commands.demo_library import ACTIVITIES, write_demo_library  # noqa: E402
 from w2w.studies.rehab import mixamo_export  # noqa: E402
 from w2w.studies.rehab.clips import EXERCISES, RehabClip, generate_clip  # noqa: E402
@@ -173,7 +173,7 @@ def test_a_library_has_a_folder_an_activity_and_says_who_moves(tmp_path):
 def test_the_demos_motions_are_such_clips_on_the_bundled_body(bundled_body, tmp_path):
     stored = demo_motions()["one_leg_stand/One Leg Stand (3).npz"]
     write_mixamo_fbx(generate_clip("one_leg_stand", 2), tmp_path / "clip.fbx")
-    made = carry(read_motion(tmp_path / "clip.fbx"), bundled_body).motion
+    made = to_body(read_motion(tmp_path / "clip.fbx"), bundled_body).motion
     assert (stored.subject, stored.rate, stored.n_frames) == ("S03", made.rate, made.n_frames)
     np.testing.assert_allclose(stored.pelvis, made.pelvis, rtol=0, atol=1e-6)
     np.testing.assert_allclose(stored.rotations, made.rotations, rtol=0, atol=1e-6)

@@ -130,13 +130,13 @@ def _execute(
 ) -> tuple[Study | None, dict[str, str]]:
     """The study, or None if its results are all there, and what could not be drawn, with the reason."""
     try:
-        made = make_signals(plan, body, out, monitor)
-        if not plan.again and is_current(plan, made, out):
-            note_current(plan, made, out, inputs)
+        baked = make_signals(plan, body, out, monitor)
+        if not plan.again and is_current(plan, baked, out):
+            note_current(plan, baked, out, inputs)
             monitor.announce("finished")
             return None, {}
         with claimed(out, _written_by(plan)):
-            study = rank_study(plan, made, out, monitor)
+            study = rank_study(plan, baked, out, monitor)
             with monitor.step("writing results"):
                 mark_changing(out)
                 write_results(study)
@@ -160,7 +160,7 @@ def _execute(
             console_tables.show_window_warning(clips, plan.config.windows, monitor.console)
         raise
     if not failed:
-        note_current(plan, made, out, inputs)
+        note_current(plan, baked, out, inputs)
     monitor.announce("finished", "; ".join(f"no {name}: {why}" for name, why in failed.items()))
     return study, failed
 

@@ -148,10 +148,10 @@ def write_blend(out: Path, to: Path) -> None:
 
     study = StudyResults.load(out, by=None)
     motions = (study.motion(clip.name) for clip in study.clips_in_blend)
-    write_study(to / BLEND, study, motions, marked(study).order)
+    write_study(to / BLEND, study, motions, marked_set(study).order)
 
 
-class Marked(NamedTuple):
+class MarkedSet(NamedTuple):
     """The set that a picture marks, with the expected F1 of its first sensor, its first two, and so on."""
 
     order: list[int]
@@ -160,15 +160,15 @@ class Marked(NamedTuple):
     sentence: str
 
 
-def marked(study: StudyResults) -> Marked:
+def marked_set(study: StudyResults) -> MarkedSet:
     """The set to wear together in the summary; the best spot where there is none."""
     worn = study.summary["worn_together"]
     if worn is None:
         answer = study.summary["answer"]
-        return Marked([answer["patch"]], [answer["expected_f1"]], None, answer["sentence"])
+        return MarkedSet([answer["patch"]], [answer["expected_f1"]], None, answer["sentence"])
     order = [sensor["patch"] for sensor in worn["places"]]
     scores = [sensor["expected_f1_so_far"] for sensor in worn["places"]]
-    return Marked(order, scores, worn["target"], capital(worn["sentence"]))
+    return MarkedSet(order, scores, worn["target"], capital(worn["sentence"]))
 
 
 def _draw_worn(
@@ -176,7 +176,7 @@ def _draw_worn(
 ) -> None:
     from w2w.drawing.heatmap import subset_figure  # matplotlib is slow to import
 
-    shown, body = marked(study), shaded.body
+    shown, body = marked_set(study), shaded.body
     order = shown.order[:MAX_LISTED]
     by_patch = {card["patch"]: card for card in study.summary["cards"]}
     cards = [by_patch[patch] for patch in order]

@@ -219,22 +219,22 @@ def load_clip(
     Returns what the file holds, the motion, and facts: take, skeleton, scale, frames, rate, duration. Raises
     UnusableMotion and NoBlenderError.
     """
-    from w2w.scene.motion.load import carry, read_motion
+    from w2w.scene.motion.load import read_motion, to_body
 
     with needs_blender(), quiet_output():
         source = read_motion(clip.path, pose, ups)
-    carried = carry(source, body, bone_maps)
-    motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
+    retargeted = to_body(source, body, bone_maps)
+    motion = retargeted.motion.labelled(clip.activity, clip.subject, clip.name)
     details = {
-        "take": carried.take,
-        "skeleton": carried.skeleton,
+        "take": retargeted.take,
+        "skeleton": retargeted.skeleton,
         "frames": motion.n_frames,
         "frame_rate": motion.rate,
         "duration_s": round(motion.duration, 4),
-        "scale": carried.scale,
+        "scale": retargeted.scale,
     }
-    if carried.cut:
-        details["cut"] = carried.cut
+    if retargeted.cut:
+        details["cut"] = retargeted.cut
     if isinstance(source, SourceMotion) and source.people > 1:
         details["people"] = source.people
     if motion.head_down and pose.up is None:

@@ -26,7 +26,7 @@ from .clip_task import digest_of_path, look, stamp
 from .folder import DIVIDED, code_sha256
 from .own_files import LIST, is_whole
 from .records import lists_in
-from .study import Made, RunPlan
+from .study import BakedStudy, RunPlan
 
 CURRENT = f"{WORK}/current.json"
 """What the results in the folder were made of, how all files looked then, and the list of results."""
@@ -34,15 +34,15 @@ CURRENT = f"{WORK}/current.json"
 PLACED = (f"{WORK}/body.npz", f"{WORK}/patches.npz", FITTED)
 
 
-def note_current(plan: RunPlan, made: Made, out: Path, inputs: str) -> None:
+def note_current(plan: RunPlan, baked: BakedStudy, out: Path, inputs: str) -> None:
     """Note what the results in a folder, which are all there now, were made of.
 
     `inputs` is `looks_of_inputs` before the run read any of them: a file that changed since looks different.
     """
     # what no hash is known of was not read, and perhaps could be now
-    is_settled = all(one.source_sha256 or not stamp(one.clip.path) for one in made.clips)
-    looks = _looks(made.body, out, inputs) if is_settled else ""
-    write_json(out / CURRENT, _content(plan, made, out) | {"looks": looks})
+    is_settled = all(one.source_sha256 or not stamp(one.clip.path) for one in baked.clips)
+    looks = _looks(baked.body, out, inputs) if is_settled else ""
+    write_json(out / CURRENT, _content(plan, baked, out) | {"looks": looks})
 
 
 def looks_of_inputs(plan: RunPlan) -> str:
@@ -60,10 +60,10 @@ def is_untouched(body: Body, out: Path, inputs: str) -> bool:
     return False
 
 
-def is_current(plan: RunPlan, made: Made, out: Path) -> bool:
+def is_current(plan: RunPlan, baked: BakedStudy, out: Path) -> bool:
     """Whether the results are all there, unchanged, and would come out the same."""
     with suppress(OSError):  # there are no results yet
-        return _content(plan, made, out).items() <= _noted(out).items() and is_whole(out)
+        return _content(plan, baked, out).items() <= _noted(out).items() and is_whole(out)
     return False
 
 
@@ -75,9 +75,9 @@ def _noted(out: Path) -> dict[str, str]:
     return noted if isinstance(noted, dict) else {}
 
 
-def _content(plan: RunPlan, made: Made, out: Path) -> dict[str, str]:
+def _content(plan: RunPlan, baked: BakedStudy, out: Path) -> dict[str, str]:
     placed = (path for name in PLACED if (path := out / name).exists())
-    clips = ((*_labels(one.clip), one.reason, one.source_sha256) for one in made.clips)
+    clips = ((*_labels(one.clip), one.reason, one.source_sha256) for one in baked.clips)
     return {
         "made_of": _digest([_study(plan), *map(file_sha256, placed), *clips]),
         "written": file_sha256(out / LIST),

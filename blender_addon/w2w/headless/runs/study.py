@@ -86,7 +86,7 @@ class RunPlan:
 
 
 @dataclass(frozen=True)
-class Made:
+class BakedStudy:
     """A study up to the signals of its clips."""
 
     body: Body
@@ -94,7 +94,7 @@ class Made:
     clips: tuple[ClipResult, ...]
 
 
-def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shard: str = "") -> Made:
+def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shard: str = "") -> BakedStudy:
     """Bake every clip of a plan in a folder made by `make_folders`, or a shard of them next to other shards.
 
     Raises a StudyError where no clip can be used, an EngineError where the workers cannot go on, an OSError
@@ -115,7 +115,7 @@ def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shar
         _refuse_head_down(clips)
         used = {result.clip.name for result in clips if result.used}
         remove_leftovers(out, {clip.name for clip in plan.library.clips}, used, records)
-    return Made(body, patches, clips)
+    return BakedStudy(body, patches, clips)
 
 
 def _refuse_head_down(clips: Sequence[ClipResult]) -> None:
@@ -125,19 +125,19 @@ def _refuse_head_down(clips: Sequence[ClipResult]) -> None:
         raise StudyError(UPSIDE_DOWN, clips)
 
 
-def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Study:
+def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor) -> Study:
     """Rank every patch by the signals that were made, and choose.
 
     Raises a StudyError where there is no result, and an EngineError where the workers cannot go on.
     """
-    config, used = plan.config, [result.clip for result in made.clips if result.used]
-    pooling = Pooling.on(made.body, made.patches)
+    config, used = plan.config, [result.clip for result in baked.clips if result.used]
+    pooling = Pooling.on(baked.body, baked.patches)
     with closing(Signatures(out / WORK)) as signatures:
         try:
             files = _files_to_rank(used, config, out, signatures)
             ranked = same_motions(used, files.windows, signatures)
         except ValueError as error:
-            raise StudyError(str(error), made.clips) from error
+            raise StudyError(str(error), baked.clips) from error
     if config.by_subject and (caution := subjects_sentence(ranked)):
         monitor.console.print(f"{caution}.", style="bold yellow", markup=False)
     n_windows = sum(len(found.is_test) for found in files.windows)
@@ -146,13 +146,13 @@ def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Stu
     try:
         utility = _with_bar(partial(rank, work=out.resolve() / WORK, spread=spread), monitor)
     except np.linalg.LinAlgError as error:
-        raise StudyError(f"{TOO_ALIKE} to rank patches by", made.clips) from error
+        raise StudyError(f"{TOO_ALIKE} to rank patches by", baked.clips) from error
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
         problem = f"{error}. Clips used by activity: {found}", copies_sentence(copies_among(used, ranked))
-        raise StudyError(". ".join(filter(None, problem)), made.clips) from error
-    results = StudyResults(out, utility, made.patches, ranked, config.as_dict(), read=files)
+        raise StudyError(". ".join(filter(None, problem)), baked.clips) from error
+    results = StudyResults(out, utility, baked.patches, ranked, config.as_dict(), read=files)
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
         try:
             advice = advised(results, config, pooling)
@@ -160,7 +160,7 @@ def rank_study(plan: RunPlan, made: Made, out: Path, monitor: RunMonitor) -> Stu
             raise StudyError(f"{TOO_ALIKE} to choose sensors by") from error
         except ValueError as error:
             raise StudyError(f"the constraints cannot be met: {error}") from error
-    return Study(plan.library, config, made.body, made.clips, results, advice)
+    return Study(plan.library, config, baked.body, baked.clips, results, advice)
 
 
 def write_config(study: Study) -> None:

@@ -201,7 +201,7 @@ def _kill(executor: ProcessPoolExecutor) -> None:
         wait([worker.sentinel], max(0.0, until - time.monotonic()))
 
 
-Loaded = tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]
+LoadedClip = tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]
 
 
 def load_alone(
@@ -210,7 +210,7 @@ def load_alone(
     bone_maps: Sequence[BoneMap] = (),
     pose: PoseFacts = NO_FACTS,
     ups: Ups | None = None,
-) -> Loaded:
+) -> LoadedClip:
     """Like `load_clip`, in a worker process, whatever the file does to it.
 
     Without the `ups` of a library the clip is by itself, and refused if it is upside down.
@@ -228,7 +228,9 @@ def load_alone(
     return found
 
 
-def _load(clip: Clip, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups) -> Loaded | str:
+def _load(
+    clip: Clip, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups
+) -> LoadedClip | str:
     """The clip, or a sentence."""
     with guarded():
         try:

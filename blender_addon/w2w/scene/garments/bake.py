@@ -22,7 +22,7 @@ from ..base.playback import active_action
 from ..base.steps import scaled, without_pauses
 from ..motion.takes import existing_data, new_data
 from .cloth import dress, lie_on
-from .follow import Worn, follow, follow_scene, simulated
+from .follow import DressedBody, follow, follow_scene, simulated
 
 TIED = ("ARMATURE", "CLOTH", "SOFT_BODY", "SURFACE_DEFORM", "SHRINKWRAP", "LATTICE", "MESH_DEFORM", "NODES",
         "HOOK", "CAST", "MESH_CACHE", "MESH_SEQUENCE_CACHE")  # fmt: skip
@@ -90,7 +90,7 @@ class GarmentBaker:
         """Bake as `PatchBaker.by_frame` does, then let the garments follow; a pause after each frame."""
         skin = yield from scaled(self._skin.by_frame(action), 0.0, 0.1)
         action = action or active_action(armature_of(self.mesh))
-        worn = Worn(self.mesh, self.garments, self.covers)
+        worn = DressedBody(self.mesh, self.garments, self.covers)
         if skin.motion is not None and not moved_besides_bones(self.mesh, action):
             frames = follow(worn, skin.motion, self.patches)
         else:
@@ -116,7 +116,8 @@ def followed(body: Body, patches: PatchSet, covers: Mapping[str, Cover], motion:
     Raises `ValueError` if a garment cannot be worn, or its cloth flies apart.
     """
     with _dressed(body, tuple(covers)) as (objects, garments):
-        return without_pauses(follow(Worn(objects.mesh, garments, tuple(covers.values())), motion, patches))
+        worn = DressedBody(objects.mesh, garments, tuple(covers.values()))
+        return without_pauses(follow(worn, motion, patches))
 
 
 @contextmanager

@@ -23,7 +23,7 @@ from .clear import clear_reach, with_clear_arms
 from .cloth import KIND, coarse_collider, real_time_speed
 
 
-class Worn(NamedTuple):
+class DressedBody(NamedTuple):
     """A body's mesh, its garments and what each covers."""
 
     mesh: bpy.types.Object
@@ -31,7 +31,7 @@ class Worn(NamedTuple):
     covers: Sequence[Cover]
 
 
-def follow(worn: Worn, motion: Motion, patches: PatchSet) -> Generator[float, None, ClothSensors]:
+def follow(worn: DressedBody, motion: Motion, patches: PatchSet) -> Generator[float, None, ClothSensors]:
     """Let garments follow a body through a motion in its armature's space, settled before it begins.
 
     Where one is ours, the body's arms are held clear of its trunk meanwhile; the sensors are then carried
@@ -61,7 +61,7 @@ def follow(worn: Worn, motion: Motion, patches: PatchSet) -> Generator[float, No
 
 
 def follow_scene(
-    worn: Worn, action: bpy.types.Action | None, n_frames: int, rate: float
+    worn: DressedBody, action: bpy.types.Action | None, n_frames: int, rate: float
 ) -> Generator[float, None, ClothSensors]:
     """Like `follow`, for bodies moved by more than bones: the first pose is held while cloth settles.
 
@@ -79,7 +79,7 @@ def follow_scene(
 
 
 def _settled(
-    worn: Worn, frames: np.ndarray, before: int, rate: float
+    worn: DressedBody, frames: np.ndarray, before: int, rate: float
 ) -> Generator[float, None, ClothSensors]:
     """Garments through frames of the scene, in the first of which cloth only settles."""
     with ExitStack() as stack:
@@ -88,7 +88,7 @@ def _settled(
         for item in worn.garments:
             stack.enter_context(_simulated_over(item, frames, scene_rate()))
         pairs = zip(worn.garments, worn.covers, strict=True)
-        followed = [Followed(item, own, len(frames) - before) for item, own in pairs]
+        followed = [SensorTriangles(item, own, len(frames) - before) for item, own in pairs]
         with closing(each_frame(frames)) as numbers:
             for number in numbers:
                 if number >= before:
@@ -120,7 +120,7 @@ def simulated(item: bpy.types.Object) -> list[bpy.types.Modifier]:
     return [modifier for modifier in item.modifiers if getattr(modifier, "point_cache", None) is not None]
 
 
-class Followed:
+class SensorTriangles:
     """Corners of the triangles that carry a garment's sensors, and the frames in which its cloth was caught.
 
     Attributes

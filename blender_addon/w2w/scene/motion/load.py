@@ -29,7 +29,7 @@ from ...core.retargeting.bone_maps import BoneMap
 from ...core.retargeting.retarget import retarget
 
 
-class Carried(NamedTuple):
+class RetargetedMotion(NamedTuple):
     """A motion without labels on the body, and where it came from.
 
     `take` is empty for SMPL files; `skeleton` says whose bone names matched, or the joint set; `scale` is
@@ -103,7 +103,7 @@ def look_up(files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS) -> Vo
     return votes
 
 
-def carry(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:
+def to_body(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> RetargetedMotion:
     """Retarget what a file holds to a body; the user's own bone maps are tried before the bundled ones.
 
     Rest poses and damage at the ends are left out. Raises `UnusableMotion` if the skeleton cannot be matched,
@@ -113,10 +113,10 @@ def carry(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> Carried:
         part, cut = unbroken(body, source.fit(body, UNSMOOTHED_HZ).motion)
         fit = replace(source, positions=source.positions[part]).fit(body)
         kept = believed(body, fit.motion, None, part.start, cut, path_apart=False)
-        return Carried(kept.motion, "", source.joint_set.name, fit.scale, kept.cut)
+        return RetargetedMotion(kept.motion, "", source.joint_set.name, fit.scale, kept.cut)
     if isinstance(source, Motion):
         kept = believed(body, on_the_ground(body, source))
-        return Carried(kept.motion, "", "SMPL", 1.0, kept.cut)
+        return RetargetedMotion(kept.motion, "", "SMPL", 1.0, kept.cut)
     found = retarget(with_likely_rest(source, body, maps), body, maps)
     kept = believed(body, found.motion, found.rest, source.first_frame, source.cut, found.path)
-    return Carried(kept.motion, source.take, found.bone_map, found.scale, kept.cut)
+    return RetargetedMotion(kept.motion, source.take, found.bone_map, found.scale, kept.cut)

@@ -24,7 +24,7 @@ Slot = object
 """A `bpy.types.ActionSlot`, which Blender has from 4.4 on."""
 
 
-class LeftOut(NamedTuple):
+class SkippedTake(NamedTuple):
     """An action or strip that gives no clip, and why."""
 
     name: str
@@ -45,7 +45,7 @@ class SceneTake:
     slot: Slot | None
 
 
-def scene_takes(armature: bpy.types.Object) -> tuple[list[SceneTake], list[LeftOut]]:
+def scene_takes(armature: bpy.types.Object) -> tuple[list[SceneTake], list[SkippedTake]]:
     """Every motion that an armature's actions and NLA strips hold; nothing is read or changed.
 
     In the order of their actions' names. An action that strips of the armature play is there as those strips:
@@ -63,7 +63,7 @@ def scene_takes(armature: bpy.types.Object) -> tuple[list[SceneTake], list[LeftO
             continue
         other = next((item for item in _players(action) if item != armature), None)
         if not own and other is not None and armature not in _players(action):
-            left_out.append(LeftOut(action.name, f"'{other.name}' plays it: choose that armature for it"))
+            left_out.append(SkippedTake(action.name, f"'{other.name}' plays it: choose that armature for it"))
             continue
         if not own:
             takes.append(SceneTake(action.name, take, _own_frames(take), slot))
@@ -72,9 +72,9 @@ def scene_takes(armature: bpy.types.Object) -> tuple[list[SceneTake], list[LeftO
             frames = _strip_frames(strip)
             same = [found for found in takes if found.take.action == action and _equal(found.frames, frames)]
             if same:
-                left_out.append(LeftOut(strip.name, f"it plays the same as '{same[0].name}'"))
+                left_out.append(SkippedTake(strip.name, f"it plays the same as '{same[0].name}'"))
             elif not len(frames):
-                left_out.append(LeftOut(strip.name, "this strip has no length"))
+                left_out.append(SkippedTake(strip.name, "this strip has no length"))
             else:
                 name = action.name if _equal(frames, _own_frames(take)) else _part_name(strip, frames)
                 takes.append(SceneTake(name, take, frames, slot))
@@ -118,14 +118,16 @@ def _players(action: bpy.types.Action) -> list[bpy.types.Object]:
     ]
 
 
-def _strips(armature: bpy.types.Object) -> tuple[list[bpy.types.NlaStrip], list[LeftOut]]:
+def _strips(armature: bpy.types.Object) -> tuple[list[bpy.types.NlaStrip], list[SkippedTake]]:
     """Strips of an armature that play an action; also muted ones, which hold stashed actions."""
     found, left_out = [], []
     for strip in _all_strips(armature.animation_data) if armature.animation_data else ():
         if strip.type != "CLIP" or strip.action is None:
-            left_out.append(LeftOut(strip.name, f"this strip plays no action ({strip.type.lower()})"))
+            left_out.append(SkippedTake(strip.name, f"this strip plays no action ({strip.type.lower()})"))
         elif strip.use_animated_time:
-            left_out.append(LeftOut(strip.name, "this strip's time is animated: bake it to an action first"))
+            left_out.append(
+                SkippedTake(strip.name, "this strip's time is animated: bake it to an action first")
+            )
         else:
             found.append(strip)
     return found, left_out

@@ -56,7 +56,7 @@ class W2W_OT_open_results(ChoosesResults, operators.StartsJob, bpy.types.Operato
         return open_steps(self.folder)
 
 
-class W2W_OT_locate_results(ChoosesResults, operators.Works, bpy.types.Operator):
+class W2W_OT_locate_results(ChoosesResults, operators.WorkOperator, bpy.types.Operator):
     """Choose the results folder that holds the signals of this study, after it was moved"""
 
     @classmethod

@@ -35,7 +35,7 @@ def armature_meant(item: bpy.types.Object | None) -> bpy.types.Object | None:
     return item if item is not None and item.type == "ARMATURE" else None
 
 
-class W2W_OT_use_character(operators.Works, bpy.types.Operator):
+class W2W_OT_use_character(operators.WorkOperator, bpy.types.Operator):
     """Show map and sensors on the active character too: any rig of a human, its meshes in any topology"""
 
     @classmethod
@@ -75,7 +75,7 @@ class W2W_OT_use_character(operators.Works, bpy.types.Operator):
         jobs.dismiss()
 
 
-class W2W_OT_forget_character(operators.Works, bpy.types.Operator):
+class W2W_OT_forget_character(operators.WorkOperator, bpy.types.Operator):
     """Take map and sensors off the character; the character itself stays"""
 
     @classmethod

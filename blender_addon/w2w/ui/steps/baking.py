@@ -187,7 +187,7 @@ def _set_signals(clip: bpy.types.PropertyGroup, key: str, settings: str, path: s
     clip.signals, clip.baked_as, clip.bake_path = key, settings, path
 
 
-class W2W_OT_bake_signals(operators.IsJob, bpy.types.Operator):
+class W2W_OT_bake_signals(operators.JobOperator, bpy.types.Operator):
     """Simulate accelerometers and gyroscopes on all patches; Esc cancels"""
 
     which: EnumProperty(
@@ -208,7 +208,7 @@ class W2W_OT_bake_signals(operators.IsJob, bpy.types.Operator):
         return bake_steps(body, [study.clips.find(name) for name in ticked])
 
 
-class W2W_OT_rank_patches(operators.IsJob, bpy.types.Operator):
+class W2W_OT_rank_patches(operators.JobOperator, bpy.types.Operator):
     """Train and test a classifier at every patch, and show where it recognises activities best"""
 
     missing = staticmethod(lambda _context, body: state.missing_for_rank(body))

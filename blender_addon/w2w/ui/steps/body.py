@@ -95,7 +95,7 @@ def draw_sliders(layout: bpy.types.UILayout, shape: bpy.types.bpy_struct) -> Non
         layout.prop(shape, name, slider=True)
 
 
-class W2W_OT_add_body(operators.Works, bpy.types.Operator):
+class W2W_OT_add_body(operators.WorkOperator, bpy.types.Operator):
     """Add the body that comes with W2W; its shape can be changed at any time"""
 
     __annotations__ = sliders()
@@ -141,7 +141,7 @@ class W2W_OT_load_body(operators.AsksForFile, operators.StartsJob, bpy.types.Ope
         return load_steps(self.path())
 
 
-class W2W_OT_use_mesh(operators.Works, bpy.types.Operator):
+class W2W_OT_use_mesh(operators.WorkOperator, bpy.types.Operator):
     """Work on the active mesh: one that an armature with SMPL's bones moves, in any spelling"""
 
     bl_label = "Use Active Mesh"

@@ -15,7 +15,7 @@ from ...core.retargeting.bone_maps import REQUIRED_JOINTS, BoneMap, best_match
 from ...core.retargeting.retarget import matched_joints
 from ...core.wording import capital
 from ...scene.base.body import body_of
-from ...scene.motion.load import carry, read_motion
+from ...scene.motion.load import read_motion, to_body
 from ..jobs import jobs
 from ..jobs.text import styled
 from ..study import operators, state
@@ -87,15 +87,15 @@ class W2W_OT_map_bones(operators.OnClips, bpy.types.Operator):
         write_json(path, {"name": rig, "joints": joints})
         clip = mesh.w2w.clips[mesh.w2w.clip_index]
         try:
-            carried = carry(_with_bones(clip), body_of(mesh), [BoneMap.load(path)])
+            retargeted = to_body(_with_bones(clip), body_of(mesh), [BoneMap.load(path)])
             clip.source_sha256 = file_sha256(Path(clip.file))
         except jobs.EXPECTED as error:
             raise ValueError(f"{clip.name}: {error}") from error
-        set_motion(clip, carried)
+        set_motion(clip, retargeted)
         return f"{clip.name} was read by the bone map '{rig}', kept in {path}"
 
 
-class W2W_OT_load_bone_map(operators.AsksForFile, operators.Works, bpy.types.Operator):
+class W2W_OT_load_bone_map(operators.AsksForFile, operators.WorkOperator, bpy.types.Operator):
     """Keep a bone map from a file, for all motions imported from now on"""
 
     bl_options = {"REGISTER"}

@@ -81,7 +81,7 @@ def choose_steps(mesh: bpy.types.Object) -> Steps:
     return f"{text}. Without {', '.join(left_out)}" if left_out else text
 
 
-class W2W_OT_choose_sensors(operators.IsJob, bpy.types.Operator):
+class W2W_OT_choose_sensors(operators.JobOperator, bpy.types.Operator):
     """Choose sensors to wear together under your wishes, by one classifier that reads them all"""
 
     missing = staticmethod(lambda _context, body: missing_for_choice(body))

@@ -17,11 +17,11 @@ from ...core.library.labels import LibraryError
 from ...core.motion.source import HIGHEST_RATE
 from ...core.motion.up import BY_ITSELF, UPS, Up, Ups
 from ...scene.motion.load import look_up
-from ...scene.motion.scene_takes import LeftOut, SceneTake, scene_takes, stands_beside
+from ...scene.motion.scene_takes import SceneTake, SkippedTake, scene_takes, stands_beside
 from ..jobs import jobs
 from ..jobs.text import styled
 from ..study import operators, state
-from .motion_import import Wanted, import_steps, listed_files, wanted
+from .motion_import import ImportItem, import_items, import_steps, listed_files
 
 ROWS, NAMED = 12, 3
 """Activities, and files left out, that a dialog has room for; names of each that are shown."""
@@ -63,10 +63,10 @@ _items: list[tuple[str, str, str]] = []
 """Blender keeps no reference to the strings of a dynamic enum: this does."""
 
 
-class Found(NamedTuple):
+class ImportList(NamedTuple):
     """Motions that can be imported, those in the list already, and those left out."""
 
-    wanted: Sequence[Wanted] = ()
+    items: Sequence[ImportItem] = ()
     activities: Mapping[str, Sequence[str]] = {}
     known: Sequence[str] = ()
     left_out: Sequence[tuple[str, str]] = ()
@@ -109,9 +109,9 @@ class ImportDialog(operators.OnBody):
         found = self.found(context)
         known = f"All of these {self.kind} are in the list already" if found.known else ""
         error = known or found.error or self.nothing
-        if error and not found.wanted:
+        if error and not found.items:
             return jobs.show_error(self, error)
-        steps = import_steps(state.current_body(context), found.wanted, found.left_out, found.ups)
+        steps = import_steps(state.current_body(context), found.items, found.left_out, found.ups)
         return jobs.start(self, context, "Import Motions", steps)
 
 
@@ -141,7 +141,7 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
     up: EnumProperty(
         name="Up", description="Axis of the files that points up", items=UP_AXES, options={"SKIP_SAVE"}
     )
-    planned: tuple[object, Found] | None = None
+    planned: tuple[object, ImportList] | None = None
     """The settings looked at last and what was found; a dialog opened again reads the folder anew."""
 
     def draw_settings(self, layout: bpy.types.UILayout) -> None:
@@ -156,7 +156,7 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
         """The axis that the user says is up in the files."""
         return None if self.up == import_plan.AUTOMATIC else self.up
 
-    def found(self, context: bpy.types.Context) -> Found:
+    def found(self, context: bpy.types.Context) -> ImportList:
         """The files to import as it is set; looked at anew only when that changes, for it is drawn often."""
         names = tuple(file.name for file in self.files if file.name)
         listed = tuple(listed_files(state.current_body(context)))
@@ -166,7 +166,7 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
             self.planned = settings, self.look(names, listed)
         return self.planned[1]
 
-    def look(self, names: tuple[str, ...], listed: tuple[Path, ...]) -> Found:
+    def look(self, names: tuple[str, ...], listed: tuple[Path, ...]) -> ImportList:
         """Read the files' names and labels; `listed` are the files that the list has already."""
         folder, by = Path(self.directory), self.labelled_by
         table = Path(bpy.path.abspath(self.csv)) if self.csv else None
@@ -176,7 +176,7 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
             else:
                 plan = import_plan.plan_folder(folder, by, table)
         except LibraryError as error:
-            return Found(error=str(error))
+            return ImportList(error=str(error))
         if not self.again:
             plan = import_plan.without_known(plan, listed)
         files = ((clip.file, clip.path) for clip in plan.clips)
@@ -184,8 +184,8 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
         notes = list(label_notes(plan.check))
         if up := seen.sentence():
             notes.append(f"Up: {up}")
-        items = wanted(plan, self.frame_rate, self.given_up)
-        return Found(items, plan.activities, plan.known, plan.left_out, notes, ups=seen.ups)
+        items = import_items(plan, self.frame_rate, self.given_up)
+        return ImportList(items, plan.activities, plan.known, plan.left_out, notes, ups=seen.ups)
 
 
 def source_armatures(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -231,10 +231,10 @@ class W2W_OT_use_scene_animation(ImportDialog, bpy.types.Operator):
         if self.labelled_by == ONE:
             layout.prop(self, "activity")
 
-    def found(self, context: bpy.types.Context) -> Found:
+    def found(self, context: bpy.types.Context) -> ImportList:
         """Takes to import, takes in the list already, and takes left out."""
         listed = {clip.taken_from for clip in state.polled_body(context).w2w.clips}
-        wanted, known, left_out = [], [], []
+        items, known, left_out = [], [], []
         for armature in source_armatures(context.scene):
             if self.armature not in (ALL, armature.name):
                 continue
@@ -244,20 +244,20 @@ class W2W_OT_use_scene_animation(ImportDialog, bpy.types.Operator):
                 activity = import_plan.activity_of_action(take.name, armature.name)
                 if self.labelled_by == ONE:
                     activity = self.activity.strip()
-                item = Wanted(Path(), take.name, activity, take=take)
+                item = ImportItem(Path(), take.name, activity, take=take)
                 if item.taken_from in listed and not self.again:
                     known.append(take.name)
                 else:
-                    wanted.append(item)
+                    items.append(item)
         activities: dict[str, list[str]] = {}
-        for item in sorted(wanted, key=lambda item: item.activity):
+        for item in sorted(items, key=lambda item: item.activity):
             activities.setdefault(item.activity, []).append(item.name)
-        return Found(wanted, activities, known, left_out)
+        return ImportList(items, activities, known, left_out)
 
-    def takes(self, armature: bpy.types.Object) -> tuple[list[SceneTake], list[LeftOut]]:
+    def takes(self, armature: bpy.types.Object) -> tuple[list[SceneTake], list[SkippedTake]]:
         """The takes of an armature; looked for once, for the dialog is drawn often."""
         if not hasattr(self, "_takes"):
-            self._takes: dict[str, tuple[list[SceneTake], list[LeftOut]]] = {}
+            self._takes: dict[str, tuple[list[SceneTake], list[SkippedTake]]] = {}
         if armature.name not in self._takes:
             self._takes[armature.name] = scene_takes(armature)
         return self._takes[armature.name]

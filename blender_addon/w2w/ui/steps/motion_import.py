@@ -18,14 +18,14 @@ from ...core.retargeting.bone_maps import BoneMap
 from ...core.wording import free_name, shown
 from ...scene.base.actions import write_action
 from ...scene.base.body import armature_of, body_of
-from ...scene.motion.load import Carried, carry, read_motion
+from ...scene.motion.load import RetargetedMotion, read_motion, to_body
 from ...scene.motion.scene_takes import SceneTake, read_scene_take
 from ..jobs import preferences
 from ..jobs.jobs import Step, Steps, as_steps, on_body
 from ..study import lists, state
 
 
-class Wanted(NamedTuple):
+class ImportItem(NamedTuple):
     """A file or a take of the scene to import, and its labels."""
 
     path: Path
@@ -48,10 +48,10 @@ class Wanted(NamedTuple):
         return "" if self.take is None else f"{self.take.take.armature.name}|{self.take.name}"
 
 
-def wanted(plan: ImportPlan, rate: float = 0.0, up: Up | None = None) -> list[Wanted]:
+def import_items(plan: ImportPlan, rate: float = 0.0, up: Up | None = None) -> list[ImportItem]:
     """Files that a plan would import, with labels, a frame rate that is not 0, and the axis that is up."""
     return [
-        Wanted(clip.path, clip.name, clip.activity, clip.subject, clip.motion_key, rate=rate, up=up)
+        ImportItem(clip.path, clip.name, clip.activity, clip.subject, clip.motion_key, rate=rate, up=up)
         for clip in plan.clips
     ]
 
@@ -75,7 +75,7 @@ def saved_maps() -> list[BoneMap]:
 @on_body
 def import_steps(
     mesh: bpy.types.Object,
-    wanted: Sequence[Wanted],
+    items: Sequence[ImportItem],
     left_out: Sequence[tuple[str, str]] = (),
     ups: Ups = BY_ITSELF,
 ) -> Steps:
@@ -86,26 +86,26 @@ def import_steps(
     """
     body, maps = body_of(mesh), saved_maps()
     before = len(mesh.w2w.clips)
-    twice = _listed_already(mesh, wanted)
-    wanted = _spelled_as_listed(mesh.w2w, wanted)
+    twice = _listed_already(mesh, items)
+    items = _spelled_as_listed(mesh.w2w, items)
     failed = unlabelled = 0
     down: list[tuple[int, bool]] = []
     cut: list[tuple[str, dict[str, str]]] = []
     try:
-        for number, item in enumerate(wanted):
-            yield Step(number / len(wanted), item.shown)
+        for number, item in enumerate(items):
+            yield Step(number / len(items), item.shown)
             try:
                 if item.take is None:
                     source = read_motion(item.path, PoseFacts(item.rate or None, up=item.up), ups)
                 else:  # Blender must play it to read it: the window gets its turn after each frame
-                    frames, count = read_scene_take(item.take), len(wanted)
+                    frames, count = read_scene_take(item.take), len(items)
                     source = yield from as_steps(frames, item.shown, number / count, (number + 1) / count)
-                carried = carry(source, body, maps)
-                add_clip(mesh, carried, item)
-                if carried.cut:
-                    cut.append((item.shown, {"cut": carried.cut}))
+                retargeted = to_body(source, body, maps)
+                add_clip(mesh, retargeted, item)
+                if retargeted.cut:
+                    cut.append((item.shown, {"cut": retargeted.cut}))
                 if item.take is None and item.up is None:
-                    down.append((carried.motion.n_frames, carried.motion.head_down))
+                    down.append((retargeted.motion.n_frames, retargeted.motion.head_down))
                 unlabelled += not item.activity
             except Exception as error:  # even a fault of ours costs this clip alone
                 failed += 1
@@ -119,11 +119,11 @@ def import_steps(
         raise
     mesh.w2w.clip_index = before
     lists.list_labels(mesh.w2w)
-    said = [_outcome(len(wanted) - failed, failed, len(left_out), unlabelled, twice), cut_sentence(cut)]
+    said = [_outcome(len(items) - failed, failed, len(left_out), unlabelled, twice), cut_sentence(cut)]
     return "; ".join(filter(None, said))
 
 
-def _spelled_as_listed(study: bpy.types.PropertyGroup, wanted: Sequence[Wanted]) -> list[Wanted]:
+def _spelled_as_listed(study: bpy.types.PropertyGroup, items: Sequence[ImportItem]) -> list[ImportItem]:
     """Motions with their activities and subjects spelled as the list has them already."""
     activities = {same_label(clip.activity): clip.activity for clip in study.clips}
     subjects = {same_label(clip.subject): clip.subject for clip in study.clips}
@@ -132,18 +132,18 @@ def _spelled_as_listed(study: bpy.types.PropertyGroup, wanted: Sequence[Wanted])
             activity=activities.get(same_label(item.activity), item.activity),
             subject=subjects.get(same_label(item.subject), item.subject),
         )
-        for item in wanted
+        for item in items
     ]
 
 
-def _listed_already(mesh: bpy.types.Object, wanted: Sequence[Wanted]) -> list[str]:
+def _listed_already(mesh: bpy.types.Object, items: Sequence[ImportItem]) -> list[str]:
     """Names of motions that the list has already, from the same file or a copy of it, or the same take."""
     listed = listed_files(mesh)
     takes = {clip.taken_from for clip in mesh.w2w.clips} - {""}
-    copies = same_files([*listed, *(item.path for item in wanted if item.take is None)])
+    copies = same_files([*listed, *(item.path for item in items if item.take is None)])
     return [
         item.shown
-        for item in wanted
+        for item in items
         if item.taken_from in takes or item.path in listed or copies.get(item.path) in listed
     ]
 
@@ -163,7 +163,7 @@ def _outcome(used: int, failed: int, left_out: int, unlabelled: int, twice: list
     return "; ".join(parts)
 
 
-def add_clip(mesh: bpy.types.Object, carried: Carried, item: Wanted) -> None:
+def add_clip(mesh: bpy.types.Object, retargeted: RetargetedMotion, item: ImportItem) -> None:
     """Write a motion as an action of the body and list it."""
     name = _free_name(mesh, item.name)
     source = (str(item.path), file_sha256(item.path)) if item.path.name else ("", "")
@@ -174,17 +174,17 @@ def add_clip(mesh: bpy.types.Object, carried: Carried, item: Wanted) -> None:
         clip.activity = item.activity
     clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
     clip.given_rate, clip.given_up = item.rate, item.up or ""
-    set_motion(clip, carried)
+    set_motion(clip, retargeted)
 
 
-def set_motion(clip: bpy.types.PropertyGroup, carried: Carried) -> None:
+def set_motion(clip: bpy.types.PropertyGroup, retargeted: RetargetedMotion) -> None:
     """Give a clip of the list its motion, in place of any that it had."""
     armature, before = armature_of(clip.id_data), clip.action
-    motion = carried.motion.labelled(clip.activity, clip.subject, clip.name)
+    motion = retargeted.motion.labelled(clip.activity, clip.subject, clip.name)
     with state.without_updates():
         clip.action = write_action(armature, motion, clip.name)
     clip.n_frames, clip.rate = motion.n_frames, motion.rate
-    clip.skeleton, clip.scale = carried.skeleton, carried.scale
+    clip.skeleton, clip.scale = retargeted.skeleton, retargeted.scale
     clip.problem = clip.signals = clip.baked_as = clip.bake_path = ""
     if before is not None:
         bpy.data.actions.remove(before)

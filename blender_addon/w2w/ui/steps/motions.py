@@ -14,11 +14,11 @@ from ...scene.base.actions import FIRST_FRAME, keep_pace, key_rate, show_action
 from ...scene.base.body import armature_of, body_of
 from ...scene.base.playback import active_action
 from ...scene.motion import source_beside
-from ...scene.motion.load import carry
+from ...scene.motion.load import to_body
 from ...scene.motion.takes import best_take
 from ..jobs import jobs
 from ..study import lists, operators, state
-from .motion_import import Wanted, add_clip, import_steps, remove_clips, saved_maps, wanted
+from .motion_import import ImportItem, add_clip, import_items, import_steps, remove_clips, saved_maps
 
 
 class _Import(operators.AsksForFile, operators.OnBody):
@@ -43,7 +43,7 @@ class _Import(operators.AsksForFile, operators.OnBody):
             plan = self.plan(Path(self.directory))
         except LibraryError as error:
             return jobs.show_error(self, str(error))
-        steps = import_steps(state.current_body(context), wanted(plan), plan.left_out)
+        steps = import_steps(state.current_body(context), import_items(plan), plan.left_out)
         return jobs.start(self, context, "Import Motions", steps)
 
     def names(self) -> list[str]:
@@ -92,15 +92,15 @@ class W2W_OT_add_armature_motion(operators.OnBody, bpy.types.Operator):
         playing = active_action(source)
         try:
             take = best_take([source], None if playing is None else [playing])
-            carried = carry(take, body_of(mesh), saved_maps())
+            retargeted = to_body(take, body_of(mesh), saved_maps())
         except jobs.EXPECTED as error:
             raise ValueError(f"{source.name}: {error}") from error
-        add_clip(mesh, carried, Wanted(Path(), source.name, ""))
+        add_clip(mesh, retargeted, ImportItem(Path(), source.name, ""))
         mesh.w2w.clip_index = len(mesh.w2w.clips) - 1
         jobs.dismiss()
 
 
-class W2W_OT_preview_clip(operators.Works, bpy.types.Operator):
+class W2W_OT_preview_clip(operators.WorkOperator, bpy.types.Operator):
     """Play this clip on the body"""
 
     index: IntProperty(name="Clip", description="Number of the clip in the list", default=-1)

@@ -58,7 +58,7 @@ def remove_all(mesh: bpy.types.Object) -> None:
         remove_patches(collection)
 
 
-class W2W_OT_place_patches(operators.IsJob, bpy.types.Operator):
+class W2W_OT_place_patches(operators.JobOperator, bpy.types.Operator):
     """Spread patches evenly over the body, an empty on each; replaces those that are there"""
 
     steps = staticmethod(place_steps)

@@ -76,7 +76,7 @@ def kept_of(mesh: bpy.types.Object) -> Callable[[], str]:
     return kept
 
 
-class W2W_OT_run_all(operators.IsJob, bpy.types.Operator):
+class W2W_OT_run_all(operators.JobOperator, bpy.types.Operator):
     """Do all that is missing, from patches to sensors; Esc stops, and the next time goes on from there"""
 
     missing = staticmethod(lambda _context, body: missing_for_all(body))

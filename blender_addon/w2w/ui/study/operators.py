@@ -16,7 +16,7 @@ else:
     Mixin = object
 
 
-class Named(Mixin):
+class NamedOperator(Mixin):
     """An operator named after its class: W2W_OT_add_body is w2w.add_body, with the default label Add Body."""
 
     def __init_subclass__(cls) -> None:
@@ -27,7 +27,7 @@ class Named(Mixin):
             cls.bl_label = vars(cls).get("bl_label", name.replace("_", " ").title())
 
 
-class Works(Named):
+class WorkOperator(NamedOperator):
     """An operator whose `work` may return a sentence about what was done, and raises what went wrong."""
 
     bl_options = {"REGISTER", "UNDO"}
@@ -40,7 +40,7 @@ class Works(Named):
         return jobs.show_done(self, done) if done else {"FINISHED"}
 
 
-class OnBody(Works):
+class OnBody(WorkOperator):
     """An operator that works on a body which no job is changing."""
 
     @classmethod
@@ -78,7 +78,7 @@ class OnRanking(OnBody):
     missing = staticmethod(lambda _, body: "" if is_ranked(body) else "Rank the patches first (step 5)")
 
 
-class AsksForFile(Named):
+class AsksForFile(NamedOperator):
     """An operator that asks for a file first."""
 
     filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
@@ -120,7 +120,7 @@ class StartsJob(OnBody):
         return jobs.start(self, context, self.bl_label, self.steps(current_body(context)))
 
 
-class IsJob(StartsJob):
+class JobOperator(StartsJob):
     """An operator that is a job named like it: in the background from a button, at once from a script."""
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:

@@ -29,7 +29,7 @@ AXES: tuple[Colour, ...] = ((0.90, 0.49, 0.13, 1), (0.16, 0.72, 0.55, 1), (0.42,
 
 
 @dataclass(frozen=True, eq=False)
-class Card:
+class HoverCard:
     """The text, scores and signals of a card."""
 
     mark: str  # letter that the patch has on the body
@@ -135,7 +135,7 @@ class Card:
             right -= 52 * scale
 
 
-def on_one_scale(cards: Sequence[Card]) -> list[Card]:
+def on_one_scale(cards: Sequence[HoverCard]) -> list[HoverCard]:
     """The cards with the same limits for plots of the same signal, so that heights can be compared."""
     shown = [signals for card in cards if (signals := card.signals())]
     limits = tuple(_limits(np.concatenate(signals)) for signals in zip(*shown, strict=True))

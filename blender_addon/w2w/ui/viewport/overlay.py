@@ -14,7 +14,7 @@ from ...core.patches.patches import PatchSet
 from ...scene.base.actions import FIRST_FRAME, key_rate
 from ...scene.base.patches import PATCH
 from ..study import lists, scores, signal_cache, state
-from .card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, Card, on_one_scale
+from .card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, HoverCard, on_one_scale
 from .drawing import Colour, Surface, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
 from .legend import Legend, left_of_legend, legend
 
@@ -157,7 +157,7 @@ def _draw_names(shown: Legend, heads: list[Vector], scale: float) -> None:
         text(point.x, point.y, name, 13 * scale, PALE, "CENTER")
 
 
-def _place_cards(cards: list[Card], free: Free, scale: float) -> list[tuple[Card, float, float]]:
+def _place_cards(cards: list[HoverCard], free: Free, scale: float) -> list[tuple[HoverCard, float, float]]:
     """Lower left corners of cards at the left: one above the other where there is room, else side by side."""
     x, y, margin = free.left + MARGIN * scale, free.bottom + MARGIN * scale, MARGIN * scale
     placed = []
@@ -211,7 +211,7 @@ def _draw_mark(surface: Surface, patch: int, number: int, scale: float) -> None:
 
 def _card(
     context: bpy.types.Context, body: bpy.types.Object, patches: PatchSet, patch: int, number: int
-) -> Card:
+) -> HoverCard:
     study, utility = body.w2w, state.utility_of(body.w2w)
     mark, colour = MARKS[number]
     clip = state.playing_clip(body)
@@ -230,7 +230,7 @@ def _card(
         lines, values = scores.patch_lines(study, utility, patch), scores.activity_scores(study, utility)
         f1 = values[patch]
         limits = scores.colour_range(study, utility) if study.fix_range else limits
-    return Card(
+    return HoverCard(
         mark=mark, colour=colour, title=patches.names[patch], lines=lines,
         activities=utility.activities if utility is not None else (),
         f1=f1, low=limits[0], high=limits[1], colour_map=study.colour_map,
