@@ -82,6 +82,10 @@ def _views_beside(self: W2W_PG_study, _context: bpy.types.Context) -> list[tuple
     return _menus["beside"]
 
 
+def _is_limited(study: W2W_PG_study) -> bool:
+    return study.max_places > 0
+
+
 def _limit(study: W2W_PG_study, limited: bool) -> None:
     study.max_places = FIRST_LIMIT if limited else 0
 
@@ -213,9 +217,8 @@ class W2W_PG_study(sensors.SensorProperties, KeptTexts, bpy.types.PropertyGroup)
     )
     max_places: IntProperty(**declared("max_places"), soft_max=12, update=rows.choose_patches)
     limit_places: BoolProperty(
-        name="Limit",
-        description="Limit the number of sensors", get=lambda study: study.max_places > 0, set=_limit,
-    )  # fmt: skip
+        name="Limit", description="Limit the number of sensors", get=_is_limited, set=_limit
+    )
     own: CollectionProperty(type=rows.W2W_PG_own)
     own_index: IntProperty(
         name="Active Placement",

@@ -56,6 +56,11 @@ def relabel(clip: Group, _context: bpy.types.Context) -> None:
         lists.list_labels(clip.id_data.w2w)
 
 
+def spell_subject(clip: Group, _context: bpy.types.Context) -> None:
+    """Spell the subject like the other clips'."""
+    spell(clip, "subject")
+
+
 def spell(clip: Group, what: str) -> None:
     """Spell a typed label like the other clips', and say so."""
     study, typed = clip.id_data.w2w, getattr(clip, what)
@@ -180,7 +185,7 @@ class W2W_PG_clip(Group):
     subject: StringProperty(
         name="Subject",
         description="Who moves, if known",
-        update=lambda clip, _context: spell(clip, "subject"),
+        update=spell_subject,
     )
     action: PointerProperty(type=bpy.types.Action, name="Action", description="The motion on the body")
     n_frames: IntProperty(name="Frames", description="Frames of the motion")
