@@ -103,7 +103,7 @@ def test_takes_that_are_not_used_are_named(shared_data, tmp_path):
     code, output = inspect(tmp_path / "a.glb")
     assert code == 0, output
     assert re.search(
-        r"other takes 2 that move are not used: '.*', '.*'; save each as a file of its own", output
+        r"other takes 2 that move are not used: '.*' and '.*'; save each as a file of its own", output
     )
 
 

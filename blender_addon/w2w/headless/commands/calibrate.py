@@ -9,7 +9,7 @@ import numpy as np
 from w2w.core.imu.calibration import Alike, Calibration, calibrate, held_out
 from w2w.core.imu.presets import write_sensor
 from w2w.core.imu.synthesis import FOLDED_BACK
-from w2w.core.wording import shown
+from w2w.core.wording import count, shown
 
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, argument, chosen_sensor, option, pose_facts
@@ -88,8 +88,7 @@ def found_lines(found: Calibration, patch: str) -> list[str]:
     shifts = np.array(found.shifts_s)
     apart = f"{shifts.min():+.2f} to {shifts.max():+.2f} s" if len(shifts) > 1 else f"{shifts[0]:+.2f} s"
     return [
-        f"{len(shifts)} recording{'s' if len(shifts) > 1 else ''} against the {patch}; "
-        f"the sensor later by {apart}.",
+        f"{count('recording', len(shifts))} against the {patch}; the sensor later by {apart}.",
         f"The sensor sat turned by {np.degrees(found.turn.magnitude()):.0f} degrees from the patch's axes.",
         tissue,
         f"Noise: {1e6 * found.acc_noise / 9.80665:.0f} ug/sqrt(Hz), "

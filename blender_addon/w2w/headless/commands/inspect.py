@@ -23,7 +23,7 @@ from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.retargeting.retarget import BY_STRUCTURE
 from w2w.core.windows.windows import WindowSpec
-from w2w.core.wording import shown
+from w2w.core.wording import listed, shown
 from w2w.scene.motion.load import look_up
 
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
@@ -122,10 +122,9 @@ def _about_source(
     bones = source.bones[source.first_bone :]
     rows = [("take", f"'{source.take}'"), ("skeleton", f"{len(bones)} bones, {matched}")]
     if source.other_takes:
-        named = ", ".join(f"'{name}'" for name in source.other_takes[:5])
-        more = ", ..." if len(source.other_takes) > 5 else ""
-        count = f"{len(source.other_takes)} that move are not used"
-        rows.append(("other takes", f"{count}: {named}{more}; save each as a file of its own"))
+        names = listed([f"'{name}'" for name in source.other_takes], most=5)
+        what = f"{len(source.other_takes)} that move are not used"
+        rows.append(("other takes", f"{what}: {names}; save each as a file of its own"))
     if source.people > 1:
         rows.append(("people", f"{source.people}; only one of them is used, the one that moves most"))
     if not source.rest_is_known:

@@ -21,7 +21,7 @@ from w2w.core.selection.advice import Advice
 from w2w.core.selection.answer import PlaceScore
 from w2w.core.study.results import ClipResult, Study, StudyResults
 from w2w.core.windows.windows import WindowSpec
-from w2w.core.wording import capital
+from w2w.core.wording import capital, listed
 from w2w.report.page import REPORT
 
 from ..console import show_left_out
@@ -47,18 +47,12 @@ def _say(sentence: str, console: Console, style: str = "yellow") -> None:
         console.print(f"{sentence}.", style=style)
 
 
-def _some(names: Sequence[str], most: int | None) -> str:
-    """Names, or the first few and how many more there are."""
-    more = len(names[most:]) if most else 0
-    return ", ".join(names[:most]) + (f" and {more} more" if more else "")
-
-
 def show_labels(library: Library, console: Console, verbose: bool = False) -> None:
     """Print the labelling that was understood."""
     counts = sorted(library.activities.items(), key=lambda entry: -entry[1])
-    listed = [f"{activity} {count}" for activity, count in counts]
+    activities = [f"{activity} {count}" for activity, count in counts]
     title = f"{len(library.clips)} clips of {len(counts)} activities, labelled by {library.labelled_by}"
-    console.print(f"{title}: {_some(listed, None if verbose else LISTED)}.")
+    console.print(f"{title}: {listed(activities, len(counts) if verbose else LISTED)}.")
     for note in notes.label_notes(library.check):
         console.print(f"Labels: {note}", style="yellow")
 
@@ -128,8 +122,7 @@ def show_skipped(
     by_count = sorted(files_of.items(), key=lambda entry: -len(entry[1]))
     shown = by_count if verbose else by_count[:LISTED]
     for reason, files in shown:
-        named = _some(files, None if verbose else 1)
-        console.print(f"  {len(files)}: {reason} ({named})")
+        console.print(f"  {len(files)}: {reason} ({listed(files, len(files) if verbose else 1)})")
     if len(by_count) > len(shown):
         console.print(f"  and {len(by_count) - len(shown)} more reasons: --verbose lists them")
 

@@ -17,7 +17,7 @@ from w2w.core.files import folder_beside
 from w2w.core.selection.answer import best_single
 from w2w.core.selection.headline import mean_title
 from w2w.core.study.results import StudyResults
-from w2w.core.wording import capital
+from w2w.core.wording import capital, count
 from w2w.scene.base.output import output_to
 
 from ..blender import NoBlenderError, needs_blender
@@ -182,14 +182,13 @@ def _draw_worn(
     cards = [by_patch[patch] for patch in order]
     triangles = study.patches.triangles[order]
     places, normals = (values[triangles].mean(axis=1) for values in (body.vertices, body.vertex_normals))
-    count = f"{len(shown.order)} sensor{'s' if len(shown.order) != 1 else ''}"
     subtitle = shown.sentence
     if len(order) < len(shown.order):
         subtitle += f" (the first {len(order)} of {len(shown.order)} patches shown)"
     subset_figure(
         to / HEATMAPS / f"{SUBSET}.png",
         views,
-        f"Where to wear {count}",
+        f"Where to wear {count('sensor', len(shown.order))}",
         scale,
         shaded.locate(places, normals),
         [card["sensor"] for card in cards],

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from w2w.core.ranking.f1 import Spread
 from w2w.core.study.results import ClipResult
+from w2w.core.wording import listed
 
 from .clip import try_alone, work_in_worker
 from .clip_task import ClipTask
@@ -35,9 +36,6 @@ LOOK_EVERY_S = 0.1
 
 AHEAD = 3
 """Clips handed out at a time for each thread of a worker."""
-
-NAMED = 3
-"""Workers that a sentence names."""
 
 
 class EngineError(Exception):
@@ -99,10 +97,9 @@ def _check_workers(client: Client, scheduler: str) -> None:
     other = [worker for worker, code in found.items() if worker not in gone and code != code_sha256()]
     if other:
         why = next((f" ({found[worker]})" for worker in other if isinstance(found[worker], Exception)), "")
-        more = f" and {len(other) - NAMED} more" if len(other) > NAMED else ""
         raise EngineError(
             f"{len(other)} of {len(found)} Dask workers have another or a broken version of W2W: "
-            f"{', '.join(other[:NAMED])}{more}{why}: install this one there, and start them again"
+            f"{listed(other)}{why}: install this one there, and start them again"
         )
 
 

@@ -17,7 +17,7 @@ from tempfile import mkdtemp
 from w2w.core.files import UNFINISHED, file_sha256, told_of_writes, write_text
 from w2w.core.inside import ForeignFileError, checked, inside
 from w2w.core.study.clip_files import WORK
-from w2w.core.wording import shown
+from w2w.core.wording import listed as listed_words, shown
 
 LIST = f"{WORK}/written.sha256"
 
@@ -26,9 +26,6 @@ Hashes = dict[str, set[str]]
 
 UNLINKED = (WORK, f"{WORK}/clips", f"{WORK}/running")
 """Folders in which files are written in place, not renamed: no link may lie there."""
-
-MAX_NAMED = 3
-"""Names of foreign files that a sentence gives."""
 
 
 def keep_apart(library: Path, out: Path) -> None:
@@ -179,10 +176,9 @@ def _refuse(folder: Path, foreign: list[str]) -> None:
     """Name the files that are in the way, if any."""
     if not foreign:
         return
-    more = f" and {len(foreign) - MAX_NAMED} more" if len(foreign) > MAX_NAMED else ""
     raise ForeignFileError(
-        f"{shown(folder)} already holds {', '.join(map(shown, foreign[:MAX_NAMED]))}{more}, which W2W did "
-        "not write and will not overwrite: move it away, or give another folder"
+        f"{shown(folder)} already holds {listed_words([*map(shown, foreign)])}, which W2W did not write and "
+        "will not overwrite: move it away, or give another folder"
     )
 
 

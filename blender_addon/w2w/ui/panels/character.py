@@ -66,8 +66,8 @@ class W2W_OT_use_character(operators.WorkOperator, bpy.types.Operator):
         with state.without_updates():
             for mesh in meshes:
                 study.character_meshes.add().mesh = mesh
-        counted = f"{len(meshes)} mesh{'es' * (len(meshes) != 1)}"
-        study.fit = f"{counted}, {100 * gap:.1f} cm from the body once laid on it"
+        number = f"{len(meshes)} {'mesh' if len(meshes) == 1 else 'meshes'}"
+        study.fit = f"{number}, {100 * gap:.1f} cm from the body once laid on it"
         if state.is_ranked(body):
             results.paint(body)
             results.mark_chosen(body)

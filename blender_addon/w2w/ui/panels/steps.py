@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 
 from ...core.ranking.utility import CLASSIFIERS
-from ...core.wording import capital
+from ...core.wording import capital, count
 from ...scene.motion.source_beside import source_collections
 from ..files.open_results import misses_folder
 from ..jobs import jobs
@@ -146,8 +146,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         """Draw what there is to know about the active clip."""
         activities = [clip.activity.strip() for clip in state.usable(study)]
         failed = sum(bool(clip.problem) for clip in study.clips)
-        count, kinds = len(activities), len(set(activities) - {""})
-        text = f"{count} clip{'s' * (count != 1)}, {kinds} {'activity' if kinds == 1 else 'activities'}"
+        text = f"{count('clip', len(activities))}, {count('activity', len(set(activities) - {''}))}"
         if "" in activities:
             text = f"{text}, {activities.count('')} without one"
         layout.label(text=f"{text}, {failed} unusable" if failed else text)

@@ -9,7 +9,7 @@ from bpy.props import EnumProperty, IntProperty, StringProperty
 from ...core.garments.cut import KINDS
 from ...core.ranking.utility import UtilityMap
 from ...core.selection.headline import mean_caution
-from ...core.wording import free_name
+from ...core.wording import count, free_name
 from ...scene.garments.bake import check_garment
 from ...scene.garments.cloth import KIND, NAMES, dress, lie_on, lies_on_nothing
 from ..jobs import jobs
@@ -63,9 +63,8 @@ class W2W_OT_load_placements(operators.AsksForFile, operators.OnBody, bpy.types.
     filter_glob: StringProperty(default="*.csv", options={"HIDDEN"})
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> str:
-        count = own_placements.load(body, self.path())
-        text = f"Read {count} placement{'s' * (count != 1)} from {self.path().name}"
-        return f"{text}. 'Run All' or 'Place Again' puts them among the patches"
+        placements = count("placement", own_placements.load(body, self.path()))
+        return f"Read {placements} from {self.path().name}. 'Run All' or 'Place Again' adds them"
 
 
 class W2W_OT_remove_placement(operators.OnBody, bpy.types.Operator):

@@ -22,7 +22,7 @@ from ...core.ranking.utility import UtilityMap
 from ...core.study.clip_files import ClipWindows, ranking_inputs
 from ...core.study.ranking import LabelledClip, copies_among, rank_clips, same_motions
 from ...core.study.signals import describe, record_baked
-from ...core.wording import capital
+from ...core.wording import capital, count, listed
 from ...scene.bake import PatchBaker
 from ...scene.files.packing import pack
 from ...scene.garments.bake import GarmentBaker
@@ -30,8 +30,6 @@ from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body, par
 from ..jobs.preferences import cache_folder
 from ..results import results
 from ..study import garments, operators, signal_cache, state
-
-SHOWN_REASONS = 2
 
 UNBAKED = "cannot be baked"
 """Prefix of `bake_path` for clips that failed to bake."""
@@ -67,7 +65,7 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], keep: bool = Fals
                 failed.append(f"{name} ({reason})")
                 _set_signals(mesh.w2w.clips[index], "", "", f"{UNBAKED}: {reason}")
         if len(failed) == len(indices) and not keep:
-            raise ValueError(f"No clip could be baked: {_some(failed)}")
+            raise ValueError(f"No clip could be baked: {listed(failed, 2)}")
     except BaseException:
         if not keep and is_there(mesh):
             for index, values in before.items():
@@ -108,13 +106,13 @@ def _bake_clip(mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, first: 
 def _baked_text(clips: Sequence[bpy.types.PropertyGroup], patches: int, failed: list[str]) -> str:
     """What was baked, how, and what could not be."""
     done = len(clips) - len(failed)
-    text = f"Baked {done} clip{'s' * (done != 1)} on {patches} patches"
+    text = f"Baked {count('clip', done)} on {patches} patches"
     general = sum(clip.bake_path.startswith("general") for clip in clips)
     if general:
         text += f", {general} by Blender's evaluated mesh"
     if caught := [clip.name for clip in clips if HAS_CAUGHT in clip.bake_path]:
-        text += f". {capital(HAS_CAUGHT)} in {_some(caught)}: do not trust its signals there"
-    return f"{text}. Not baked: {_some(failed)}" if failed else text
+        text += f". {capital(HAS_CAUGHT)} in {listed(caught, 2)}: do not trust its signals there"
+    return f"{text}. Not baked: {listed(failed, 2)}" if failed else text
 
 
 @on_body
@@ -145,7 +143,7 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     results.show_colours(bpy.context)
     parts = [f"Ranked {len(utility.mean)} patches, {utility.protocol}"]
     if utility.left_out:
-        parts.append(f"Left out: {_some(list(utility.left_out.values()))}")
+        parts.append(f"Left out: {listed([*utility.left_out.values()], 2)}")
     parts.append(copies_sentence(copies_among(used, ranked)))
     if config.by_subject:
         parts.append(subjects_sentence(ranked))
@@ -166,13 +164,6 @@ def to_bake(study: bpy.types.PropertyGroup) -> list[int]:
     """Numbers of the clips whose signals are missing or out of date."""
     fresh = {clip.name for clip in state.baked(study) if signal_cache.has(clip)}
     return [study.clips.find(clip.name) for clip in state.usable(study) if clip.name not in fresh]
-
-
-def _some(reasons: list[str]) -> str:
-    """The first reasons, and how many more there are: a panel is no report."""
-    more = len(reasons) - SHOWN_REASONS
-    text = "; ".join(reasons[:SHOWN_REASONS])
-    return f"{text}; and {more} more likewise" if more > 0 else text
 
 
 def _key(recording: ImuRecording, features: np.ndarray, settings: str) -> str:

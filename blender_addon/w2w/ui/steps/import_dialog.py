@@ -16,6 +16,7 @@ from ...core.library import import_plan
 from ...core.library.labels import LibraryError
 from ...core.motion.source import HIGHEST_RATE
 from ...core.motion.up import BY_ITSELF, UPS, Up, Ups
+from ...core.wording import count, listed
 from ...scene.motion.load import look_up
 from ...scene.motion.scene_takes import SceneTake, SkippedTake, scene_takes, stands_beside
 from ..jobs import jobs
@@ -23,8 +24,8 @@ from ..jobs.text import styled
 from ..study import operators, state
 from .motion_import import ImportItem, import_items, import_steps, listed_files
 
-ROWS, NAMED = 12, 3
-"""Activities, and files left out, that a dialog has room for; names of each that are shown."""
+ROWS = 12
+"""Activities, and files left out, that a dialog has room for."""
 
 LONGEST = 64
 """Characters of a row, or it would widen the dialog beyond the window."""
@@ -273,11 +274,8 @@ def draw_preview(
 
     Clips without an activity are shown last: no ranking counts them.
     """
-    count = sum(map(len, activities.values()))
-    labels = [activity for activity in activities if activity]
-    layout.label(
-        text=f"{count} clip{'s' * (count != 1)}, {len(labels)} activit{'y' if len(labels) == 1 else 'ies'}"
-    )
+    clips, labels = sum(map(len, activities.values())), [activity for activity in activities if activity]
+    layout.label(text=f"{count('clip', clips)}, {count('activity', len(labels))}")
     box = layout.box().column(align=True)
     for activity in labels[:ROWS]:
         _row(box, activity, activities[activity], "NONE")
@@ -300,8 +298,7 @@ def _row(layout: bpy.types.UILayout, activity: str, names: Sequence[str], icon: 
     split = layout.split(factor=0.35)
     split.label(text=_cut(f"{activity}  ({len(names)})"), icon=icon, translate=False)
     about = styled(split.row(), active=False)
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    about.label(text=_cut(", ".join(names[:NAMED]), LONGEST - len(more)) + more, translate=False)
+    about.label(text=_cut(listed(names)), translate=False)
 
 
 def _cut(text: str, longest: int = LONGEST) -> str:

@@ -15,7 +15,7 @@ from ...core.library.labels import same_label
 from ...core.motion.source import reason_of
 from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN, Up, Ups, mostly_head_down
 from ...core.retargeting.bone_maps import BoneMap
-from ...core.wording import free_name, shown
+from ...core.wording import count, free_name, listed, shown
 from ...scene.base.actions import write_action
 from ...scene.base.body import armature_of, body_of
 from ...scene.motion.load import RetargetedMotion, read_motion, to_body
@@ -98,8 +98,8 @@ def import_steps(
                 if item.take is None:
                     source = read_motion(item.path, PoseFacts(item.rate or None, up=item.up), ups)
                 else:  # Blender must play it to read it: the window gets its turn after each frame
-                    frames, count = read_scene_take(item.take), len(items)
-                    source = yield from as_steps(frames, item.shown, number / count, (number + 1) / count)
+                    low, high = number / len(items), (number + 1) / len(items)
+                    source = yield from as_steps(read_scene_take(item.take), item.shown, low, high)
                 retargeted = to_body(source, body, maps)
                 add_clip(mesh, retargeted, item)
                 if retargeted.cut:
@@ -150,16 +150,16 @@ def _listed_already(mesh: bpy.types.Object, items: Sequence[ImportItem]) -> list
 
 def _outcome(used: int, failed: int, left_out: int, unlabelled: int, twice: list[str]) -> str:
     """Result of an import, and what the user should look at, in a sentence."""
-    parts = [f"Imported {used} motion{'s' * (used != 1)}"]
+    parts = [f"Imported {count('motion', used)}"]
     if failed:
-        parts.append(f"{failed} file{'s' * (failed != 1)} cannot be used: the list says why")
+        parts.append(f"{count('file', failed)} cannot be used: the list says why")
     if left_out:
         parts.append(f"{left_out} left out: the list says why")
     if unlabelled:
         parts.append(f"{unlabelled} without an activity, which no ranking counts: type it in the list")
     if twice:
-        more = f" and {len(twice) - 1} more" if len(twice) > 1 else ""
-        parts.append(f"'{twice[0]}'{more} was in the list already: one motion twice flatters a ranking")
+        names = listed([f"'{name}'" for name in twice], most=1)
+        parts.append(f"{names} was in the list already: one motion twice flatters a ranking")
     return "; ".join(parts)
 
 

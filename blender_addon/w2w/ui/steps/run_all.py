@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import bpy
 
+from ...core.wording import listed
 from ..jobs import jobs
 from ..jobs.jobs import Steps, is_there, on_body, part
 from ..results.own_placements import is_pending
@@ -57,9 +58,8 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
         return ". ".join(said)
     frame_answer(mesh)
     baked = {clip.name for clip in state.baked(study)}
-    left = [clip.name for clip in state.usable(study) if clip.name not in baked]
-    more = f" and {len(left) - 3} more" if len(left) > 3 else ""
-    problem = f" Not baked: {', '.join(left[:3])}{more}; the list of motions says why." if left else ""
+    failed = listed([clip.name for clip in state.usable(study) if clip.name not in baked])
+    problem = f" Not baked: {failed}; the list of motions says why." if failed else ""
     return f"Done: {answer['sentence']}{problem}"
 
 
