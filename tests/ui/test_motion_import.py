@@ -20,7 +20,7 @@ from w2w.scene.base.body import armature_of
 from w2w.ui.jobs import jobs
 from w2w.ui.panels import menus
 from w2w.ui.steps import motion_import
-from w2w.ui.steps.motion_import import import_steps, wanted
+from w2w.ui.steps.motion_import import import_items, import_steps
 
 from .made_study import make_study, names_in_file
 
@@ -30,7 +30,7 @@ pytestmark = pytest.mark.usefixtures("blender")
 def test_a_cancelled_import_leaves_the_file_as_it_was(library: Path) -> None:
     body = make_study(library, "")
     before = names_in_file()
-    steps = import_steps(body, wanted(plan_folder(library)))
+    steps = import_steps(body, import_items(plan_folder(library)))
     for _ in range(4):
         next(steps)
     assert len(body.w2w.clips) == 3
@@ -69,7 +69,7 @@ def test_a_fault_of_ours_at_one_file_costs_that_file_alone(
 
 def test_a_later_import_spells_labels_as_the_list_does(library: Path) -> None:
     body = make_study(library, "motions")
-    item = wanted(plan_folder(library))[0]
+    item = import_items(plan_folder(library))[0]
     for _ in import_steps(body, [item._replace(activity=f" {item.activity.upper()} ")]):
         pass
     assert body.w2w.clips[len(body.w2w.clips) - 1].activity == item.activity

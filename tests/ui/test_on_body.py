@@ -12,7 +12,7 @@ from w2w.core.library.import_plan import plan_folder
 from w2w.ui.jobs import jobs
 from w2w.ui.jobs.jobs import EDITED, GONE
 from w2w.ui.steps.baking import bake_steps, rank_steps
-from w2w.ui.steps.motion_import import import_steps, wanted
+from w2w.ui.steps.motion_import import import_items, import_steps
 from w2w.ui.steps.patches import place_steps
 
 from .made_study import make_study
@@ -25,7 +25,7 @@ JOBS = {
     "bake by frame": (lambda body, _library: bake_steps(body, range(9)), 6),
     "rank": (lambda body, _library: rank_steps(body), 2),
     "place": (lambda body, _library: place_steps(body), 1),  # its thread may be done by the first look
-    "import": (lambda body, library: import_steps(body, wanted(plan_folder(library))), 4),
+    "import": (lambda body, library: import_steps(body, import_items(plan_folder(library))), 4),
 }
 
 
