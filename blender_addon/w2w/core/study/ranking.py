@@ -8,17 +8,22 @@ from typing import Any, Self
 
 import numpy as np
 
+from ..body.body import Body
+from ..imu.recording import ImuRecording
 from ..library.import_plan import same_files
 from ..library.library import Clip
+from ..patches.patches import PatchSet
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.f1 import Spread
 from ..ranking.halves import CrossValidation
 from ..ranking.pooling import Pooling
 from ..ranking.same_motion import same_motion_groups
+from ..ranking.stream import Stream
 from ..ranking.utility import UtilityMap, utility_map
 from ..ranking.weights import counting
 from ..selection.set_tests import SetTests
 from ..windows.inputs import PatchBlocks
+from ..windows.stream import standing_reading
 from .clip_files import ClipWindows
 from .config import StudyConfig
 
@@ -146,3 +151,29 @@ def set_tests(
     if (config.classifier if classifier is None else classifier) != Ridge.name:
         return None
     return SetTests.of(inputs, labels.protocol(config), pooling, utility=utility)
+
+
+def stream_of(
+    clips: Sequence[LabelledClip],
+    windows: Sequence[ClipWindows],
+    read: Callable[[int, Sequence[int]], ImuRecording],
+    config: StudyConfig,
+    worn: tuple[Body, PatchSet],
+) -> Stream:
+    """A stream of ranked clips, in the folds that the config asks for.
+
+    `read` gives what some patches of those `worn` record of a clip, by its number.
+    """
+    planned = WindowLabels.of(clips, windows).protocol(config).plan(halvings=0)
+    clip = np.repeat(np.arange(len(clips)), [len(found.is_test) for found in windows])[planned.used]
+    numbers, first = np.unique(clip, return_index=True)
+    return Stream(
+        read=lambda patches: [read(number, patches) for number in numbers.tolist()],
+        standing=standing_reading(*worn, config.synthesis),
+        sensor=config.sensor_model(),
+        spec=config.windows,
+        activity=planned.labels[first],
+        fold=planned.fold[first],
+        weights=planned.weights,
+        seed=config.seed,
+    )

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""F1 in a stream where it is known: nothing lost, one activity lost, nothing told at all."""
+
+import numpy as np
+import pytest
+
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.sensor import SensorModel
+from w2w.core.ranking import stream
+from w2w.core.ranking.stream import Expected, Stream
+from w2w.core.windows.windows import WindowSpec
+
+RATE, FOLDS = 50.0, 3
+STANDING = np.array([0.0, 0.0, 9.8, 0.0, 0.0, 0.0])
+
+
+@pytest.fixture(autouse=True)
+def few_orders(monkeypatch):
+    monkeypatch.setattr(stream, "MOST_ORDERS", 2)
+
+
+def shaking(hertz, seconds, rng):
+    """Shaking along x at a rate, from a drawn phase, about standing."""
+    time = np.arange(round(seconds * RATE)) / RATE + rng.uniform()
+    return STANDING + 4.0 * np.sin(2 * np.pi * hertz * time)[:, None] * [1, 0, 0, 0, 0, 0]
+
+
+def still(seconds, _rng):
+    return np.tile(STANDING, (round(seconds * RATE), 1))
+
+
+def stream_of(*sensors, clips=6, fold=None, activity=None, seed=0):
+    """Clips seen by sensors, each of which knows a signal for every activity: a function of seconds."""
+    rng = np.random.default_rng(seed)
+    activity = np.tile(np.arange(len(sensors[0])), clips) if activity is None else activity
+    recordings = []
+    for number in activity.tolist():
+        seconds = rng.uniform(1.5, 5.0)
+        signals = np.stack([sensor[number](seconds, rng) for sensor in sensors], axis=1)
+        recordings.append(ImuRecording(signals[..., :3], signals[..., 3:], RATE))
+    fold = np.arange(len(activity)) // len(sensors[0]) % FOLDS if fold is None else fold
+    return Stream(
+        lambda patches: [one.at(patches) for one in recordings], np.tile(STANDING, (len(sensors), 1)),
+        SensorModel.ideal(), WindowSpec.of_length(2.0), activity, fold, np.ones(activity.max() + 1), seed,
+    )  # fmt: skip
+
+
+def waves(*hertz):
+    return [lambda seconds, rng, of=one: shaking(of, seconds, rng) for one in hertz]
+
+
+def test_what_differs_throughout_is_told_in_a_stream_as_on_clips():
+    (found,) = stream_of(waves(1.0, 3.0, 8.0)).f1([[0]])
+    assert found.cut_out == pytest.approx(1.0)
+    assert found.orders.min() > 0.93  # half of some windows is standing
+
+
+def test_two_activities_that_are_one_share_a_stream_by_chance():
+    (found,) = stream_of(waves(1.0, 8.0, 8.0), clips=12).f1([[0]])
+    assert found.orders[:, 0].min() > 0.93
+    assert 0.3 < found.orders[:, 1:].mean() < 0.7
+
+
+def test_who_stands_between_clips_is_no_false_alarm():
+    (found,) = stream_of([still, *waves(1.0, 3.0)], clips=12).f1([[0]])
+    assert found.orders.min() > 0.9  # though standing is taken for the still activity
+
+
+def test_a_set_knows_what_any_of_its_patches_knows():
+    worn = stream_of([still, *waves(1.0, 1.0)], [*waves(1.0, 1.0), still])
+    first, second, both = (found.orders.mean() for found in worn.f1([[0], [1], [0, 1]]))
+    assert max(first, second) < 0.8 < 0.9 < both
+
+
+@pytest.mark.parametrize(("kept_apart", "least", "most"), [(True, 0.0, 0.7), (False, 0.85, 1.0)])
+def test_copies_are_told_by_their_labels_only_if_they_are_not_kept_apart(kept_apart, least, most):
+    rng = np.random.default_rng(1)
+    motion = np.repeat(np.arange(10), 3)
+    ways = 5.0 * rng.normal(size=(10, 6))  # of its own to each motion, and of no activity
+    label = rng.permutation(10) % 2
+    fold = motion % 5 if kept_apart else np.arange(30) % 3
+    recordings = []
+    for one in motion.tolist():
+        signals = (STANDING + ways[one] + 0.3 * rng.normal(size=(150, 6)))[:, None]
+        recordings.append(ImuRecording(signals[..., :3], signals[..., 3:], RATE))
+    made = Stream(
+        lambda patches: [one.at(patches) for one in recordings], STANDING[None], SensorModel.ideal(),
+        WindowSpec.of_length(2.0), label[motion], fold, np.ones(2), 0,
+    )  # fmt: skip
+    assert least <= made.f1([[0]])[0].orders.mean() <= most
+
+
+def test_the_same_seed_gives_the_same_bytes_and_another_nearly_the_same():
+    one, again, other = (stream_of([still, *waves(1.0, 1.3)], seed=0) for _ in range(3))
+    other = Stream(**{name: getattr(other, name) for name in FIELDS} | {"seed": 7})
+    found = [made.f1([[0]])[0].orders for made in (one, again, other)]
+    assert (found[0] == found[1]).all()
+    assert found[0].mean() == pytest.approx(found[2].mean(), abs=0.05)
+    assert (found[0] != found[2]).any()
+
+
+FIELDS = ("read", "standing", "sensor", "spec", "activity", "fold", "weights")
+
+
+def test_what_is_expected_in_a_stream_is_lower_and_no_surer():
+    made = stream_of([still, *waves(1.0, 3.0)])
+    cut_out = Expected(0.9, 0.85, 0.95)
+    found = made.expected([0], cut_out)
+    assert found.mean == pytest.approx(0.9 - made.f1([[0]])[0].loss.mean())
+    assert found.high - found.low > cut_out.high - cut_out.low
+    assert 0 <= found.low < found.mean < found.high <= 1
