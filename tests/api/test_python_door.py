@@ -140,12 +140,24 @@ def test_the_papers_sets_are_chosen_and_tested_by_the_studies(ranking):
     assert maps[0].mean[0] == pytest.approx(ranking.mean[chosen.order[0]], abs=0.1)
 
 
+def test_the_answer_has_its_f1_in_a_stream_beside_it(ranking):
+    found, products = ranking.in_stream, ranking.answer.products
+    assert found.answer.low <= found.answer.mean <= found.answer.high
+    assert len(found.products) == len(products)
+    assert "in a stream of other clips" in found.sentence()
+
+
+def test_windows_long_for_the_clips_are_warned_of(signals):
+    with pytest.warns(UserWarning, match="Windows of 20 s are .* times as long as the median clip"):
+        w2w.rank(signals, window=20.0, folds=3)
+
+
 def test_a_set_is_chosen_to_be_worn_together(ranking):
     worn = ranking.wear_together(1.0, max_sensors=2, constraints=w2w.Constraints(forbid=("left",)))
     assert 1 <= len(worn.order) <= 2
     assert not any(ranking.patches.regions[patch].startswith("left") for patch in worn.order)
-    assert worn.promise.mean[0] == pytest.approx(ranking.utility.expected_mean[worn.order[0]])
-    assert "on other clips" in worn.sentence()
+    assert worn.cut_out.mean[0] == pytest.approx(ranking.utility.expected_mean[worn.order[0]])
+    assert "in a stream of other clips" in worn.sentence()
     with pytest.raises(ValueError, match="ridge"):
         replace(ranking, classifier="trees").wear_together()
 

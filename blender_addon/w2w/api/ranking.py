@@ -25,10 +25,12 @@ from ..core.library.library import Clip, Library
 from ..core.patches.naming import resolve
 from ..core.patches.patches import PatchSet
 from ..core.ranking.pooling import Pooling
+from ..core.ranking.stream import Stream
 from ..core.ranking.utility import UtilityMap
 from ..core.selection.answer import Answer, PlaceScore, ScoredMap, answer, compare
 from ..core.selection.constraints import Constraints
 from ..core.selection.headline import mean_title, short, spot_caution
+from ..core.selection.in_stream import InStream
 from ..core.selection.joint import WornSet
 from ..core.selection.set_tests import SetTests
 from ..core.study.choosing import choose_to_wear
@@ -71,6 +73,8 @@ class Ranking:
         Those ranked, each with the first that shows the same motion.
     details : tuple of dict
         Duration and windows of each of them, for the report.
+    stream : Stream, optional
+        The clips in a stream, by which sets are judged; None for other classifiers than the ridge.
     folder : Path, optional
         The results folder that it was read from, which holds all that a report says.
 
@@ -94,6 +98,7 @@ class Ranking:
     left_out: dict[str, str] = field(default_factory=dict)
     clips: tuple[LabelledClip, ...] = ()
     details: tuple[dict[str, Any], ...] = ()
+    stream: Stream | None = None
     folder: Path | None = None
 
     def __repr__(self) -> str:
@@ -160,6 +165,11 @@ class Ranking:
         return compare(self._scored, words)
 
     @cached_property
+    def in_stream(self) -> InStream | None:
+        """F1 of the answer's place and of its products in a stream of clips with standing between them."""
+        return InStream.of(self.stream, self.answer) if self.stream else None
+
+    @cached_property
     def _scored(self) -> ScoredMap:
         return ScoredMap(self.utility, self.patches, self.body)
 
@@ -192,7 +202,7 @@ class Ranking:
         Parameters
         ----------
         target : float
-            Expected macro F1 to reach.
+            Expected macro F1 to reach in a stream of clips.
         every_activity : float
             Expected F1 to reach for each activity as well; 0 for no such limit.
         max_sensors : int, optional
@@ -202,7 +212,8 @@ class Ranking:
         Returns
         -------
         WornSet
-            ``order`` holds the patches, ``promise`` the expected F1 of the first, the first two, and so on.
+            ``order`` holds the patches, ``promise`` the expected F1 of the first, the first two, and so on,
+            in a stream; ``cut_out`` has that on clips cut out.
 
         Raises
         ------
@@ -219,7 +230,9 @@ class Ranking:
         constraints.terms(self.patches)  # refuse wrong ones before the slow part
         if self._set_tests is None:
             raise ValueError("only the classifier 'ridge' chooses sets to wear together")
-        worn = choose_to_wear(self.utility, self.patches, self.body, config, self._set_tests).worn
+        worn = choose_to_wear(
+            self.utility, self.patches, self.body, config, self._set_tests, self.stream
+        ).worn
         assert worn is not None  # sets were tested
         return worn
 
@@ -344,6 +357,8 @@ class Ranking:
         named = [Clip(Path(), one.name, one.name, one.activity, one.subject) for one in self.clips]
         library = Library(Path(), tuple(named), "Python", self.skipped)
         clips = tuple(ClipResult(one, "", about, "") for one, about in zip(named, self.details, strict=True))
-        advice = choose_to_wear(self.utility, self.patches, self.body, self.config, self._set_tests)
+        advice = choose_to_wear(
+            self.utility, self.patches, self.body, self.config, self._set_tests, self.stream
+        )
         write_findings(Study(library, self.config, self.body, clips, results, advice))
         return results

@@ -12,7 +12,13 @@ from typing import Any, overload
 import numpy as np
 
 from ..core.body.body import Body
-from ..core.findings.notes import copies_sentence, full_scale_sentence, left_out_sentences, subjects_sentence
+from ..core.findings.notes import (
+    copies_sentence,
+    full_scale_sentence,
+    left_out_sentences,
+    subjects_sentence,
+    window_warning,
+)
 from ..core.imu.presets import DEFAULT_SENSOR
 from ..core.imu.recording import ImuRecording
 from ..core.imu.sensor import SensorModel
@@ -23,12 +29,14 @@ from ..core.motion.motion import Motion
 from ..core.motion.signature import motion_signature
 from ..core.patches.naming import resolve
 from ..core.patches.patches import PatchSet
+from ..core.ranking.classifiers.ridge import Ridge
 from ..core.ranking.pooling import Pooling
 from ..core.ranking.utility import UtilityMap, inputs_of
 from ..core.ranking.weights import check_counting
+from ..core.study.choosing import stream_in
 from ..core.study.clip_files import ClipWindows
 from ..core.study.config import StudyConfig
-from ..core.study.ranking import LabelledClip, WindowLabels, copies_among, rank_clips, same_motions
+from ..core.study.ranking import LabelledClip, WindowLabels, copies_among, rank_clips, same_motions, stream_of
 from ..core.study.results import StudyResults
 from ..core.windows.features import window_features
 from ..core.windows.windows import TooShortError, WindowSpec, cut_windows
@@ -208,7 +216,7 @@ def rank(
         classifier=classifier if isinstance(classifier, str) else StudyConfig.classifier,
     )
     as_features = inputs_of(classifier) == "features"
-    used, found, details, inputs, skipped = [], [], [], [], []
+    used, found, details, inputs, skipped, cut_from = [], [], [], [], [], []
     clips = zip(signals, signals.motions, signals.motions.motion_keys, strict=True)
     for number, (recording, motion, key) in enumerate(clips):
         name = recording.clip or f"clip {number}"
@@ -219,6 +227,7 @@ def rank(
             continue
         cut = windows.signals
         inputs.append(window_features(cut, recording.rate) if as_features else np.array(cut))
+        cut_from.append(recording)
         used.append(LabelledClip(name, **labels[number], motion_key=key))
         found.append(ClipWindows(windows.is_test, motion_signature(motion)))
         about = {"duration_s": round(motion.duration, 4), "frame_rate": motion.rate}
@@ -234,10 +243,16 @@ def rank(
         warnings.warn(shared, stacklevel=2)
     utility = rank_clips(ranked, found, whole, config, pooling, classifier=classifier, progress=progress)
     left_out = _left_out(activities, utility, copies_among(used, ranked))
+    if caution := window_warning(window, float(np.median([about["duration_s"] for about in details]))):
+        warnings.warn(caution, stacklevel=2)
+    stream = None
+    if classifier == Ridge.name:
+        worn = signals.motions.body, signals.patches
+        stream = stream_of(ranked, found, lambda clip, some: cut_from[clip].at(some), config, worn)
     return Ranking(
         utility=utility, patches=signals.patches, body=signals.motions.body, inputs=whole,
         labels=WindowLabels.of(ranked, found), config=config, classifier=classifier,
-        skipped=tuple(skipped), left_out=left_out, clips=ranked, details=tuple(details),
+        skipped=tuple(skipped), left_out=left_out, clips=ranked, details=tuple(details), stream=stream,
     )  # fmt: skip
 
 
@@ -281,6 +296,7 @@ def open_results(folder: str | Path) -> Ranking:
         utility=study.utility, patches=study.patches, body=study.body(),
         inputs=study.inputs(config.classifier), labels=study.labels(), config=config,
         classifier=config.classifier, left_out=study.utility.left_out, folder=study.out,
+        stream=stream_in(study, config),
     )  # fmt: skip
 
 

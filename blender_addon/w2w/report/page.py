@@ -113,7 +113,7 @@ def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list
 def _notes(summary: dict[str, Any], clips: Sequence[Entry], n_patches: int) -> list[str]:
     """Notes on labels, copies, windows and garments."""
     labels = [f"Labels: {note}" for note in summary["labels"]["notes"]]
-    windows = notes.window_warning(summary["windows"], summary["clips"]["used"])
+    windows = notes.window_warning(summary["windows"]["length_s"], summary["windows"]["median_clip_s"])
     worn = garment_sentence(summary.get("garments", {}), n_patches)
     about = [(entry["clip"], entry) for entry in clips if is_used(entry)]
     told = (notes.cut_sentence(about), notes.full_scale_sentence(about), *caught_sentences(about))

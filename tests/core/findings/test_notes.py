@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Notes on clips that lost frames at their ends or read the sensor's full scale."""
+"""Notes on clips that lost frames at their ends or read the sensor's full scale, and on long windows."""
 
-from w2w.core.findings.notes import cut_sentence, full_scale_sentence
+from w2w.core.findings.notes import cut_sentence, full_scale_sentence, window_warning
 
 
 def test_clips_at_full_scale_are_counted_and_the_worst_is_named():
@@ -18,3 +18,10 @@ def test_clips_that_lost_frames_are_named_with_which():
     about = [("walk", {"cut": "frame 0 cut off: a rest pose"}), ("run", {})]
     assert cut_sentence(about) == "1 clip cut at the ends: walk (frame 0 cut off: a rest pose)"
     assert cut_sentence(about[1:]) == ""
+
+
+def test_a_window_of_one_and_a_half_median_clips_is_the_longest_without_a_caution():
+    assert window_warning(2.0, 1.4) == window_warning(3.0, 2.0) == window_warning(2.0, 0.0) == ""
+    caution = window_warning(4.0, 1.72)
+    assert caution.startswith("Windows of 4 s are 2.3 times as long as the median clip (1.7 s)")
+    assert caution.endswith("Take windows of at most 2.5 s")

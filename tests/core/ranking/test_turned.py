@@ -6,7 +6,7 @@ import pytest
 
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.turned import TURNS, may_turn
-from w2w.core.study.choosing import TURNED_CLIPS, _evenly
+from w2w.core.study.choosing import MOST_CLIPS, _evenly
 
 RATE, CLIPS = 50.0, 12
 
@@ -55,7 +55,7 @@ def test_a_drop_that_is_allowed_lets_it_turn_further():
 
 
 def test_few_clips_are_all_asked_and_many_evenly():
-    chosen = np.array(_evenly(["rare"] * 3 + ["common"] * 5 * TURNED_CLIPS))
+    chosen = np.array(_evenly(["rare"] * 3 + ["common"] * 5 * MOST_CLIPS))
     assert chosen[:3].tolist() == [0, 1, 2]
     assert (np.diff(chosen[3:]) == 5).all()
-    assert len(chosen) == 3 + TURNED_CLIPS
+    assert len(chosen) == 3 + MOST_CLIPS

@@ -6,9 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from w2w.core.ranking.stream import Expected, StreamF1
 from w2w.core.selection import joint, set_tests
 from w2w.core.selection.joint import ByHalves, GrownSet, choose_together
-from w2w.core.selection.promise import Promises
+from w2w.core.selection.promise import Promises, promise_in_stream
 
 from .made_sets import NAMES, N, alone, library, prepare, terms
 
@@ -52,6 +53,41 @@ def test_where_the_target_is_out_of_reach_no_sensor_is_worn_for_next_to_nothing(
     assert count == 1 or made.mean[count - 2] < most - joint.WORTH
     assert count < tried
     assert chosen.sentence().endswith(f"sets of up to {tried} sensors promise no more than {most:.3f}")
+
+
+class Lossy:
+    """A stream in which F1 of a set is so much lower."""
+
+    def __init__(self, loss):
+        self.loss = loss
+
+    def f1(self, sets):
+        return [StreamF1(np.full(len(NAMES), 0.9), np.full((2, len(NAMES)), 0.9 - self.loss)) for _ in sets]
+
+    def expected(self, _worn, cut_out):
+        return Expected(cut_out.mean - self.loss, cut_out.low - self.loss, cut_out.high - self.loss)
+
+
+def test_a_target_is_reached_in_a_stream_or_not_at_all(tests):
+    cut_out = choose_together(tests, alone(tests), terms(4), target=0.3)
+    lossless, lossy = (
+        choose_together(tests, alone(tests), terms(4), 0.3, stream=Lossy(loss)) for loss in (0.0, 0.2)
+    )
+    assert cut_out.promise.mean[0] == pytest.approx(lossless.promise.mean[0])
+    assert cut_out.sentence().replace("on other", "in a stream of other") == lossless.sentence()
+    assert lossy.promise.mean == pytest.approx(lossy.cut_out.mean - 0.2, abs=1e-6)
+    never = choose_together(tests, alone(tests), terms(4), 0.85, stream=Lossy(0.5))
+    assert not never.reached
+
+
+def test_a_promise_in_a_stream_never_falls_though_the_stream_does(tests):
+    order = grown(tests.whole, terms(3)).up_to(3)
+    made = Promises(tests, terms(3)).of(order, ByHalves(), tuple(v[order[0]] for v in alone(tests)))
+    stream = Lossy(0.0)
+    stream.expected = lambda worn, cut_out: Expected(0.8 - 0.1 * len(worn), 0.1, cut_out.high)
+    found = promise_in_stream(stream, order, made)
+    assert (np.diff(found.mean) >= 0).all()
+    assert found.mean[0] == pytest.approx(0.7)
 
 
 def test_the_smallest_set_that_reaches_the_target_is_taken(tests):

@@ -8,10 +8,12 @@ import numpy as np
 
 from ..files import DIGITS
 from ..patches.patches import PatchSet
+from ..ranking.stream import Expected
 from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
 from ..selection.answer import Answer, PlaceScore
 from ..selection.headline import as_good_as, confidence_sentence, mean_sentence, more_clips
+from ..selection.in_stream import InStream
 from ..selection.joint import WornSet
 from ..selection.promise import Promise
 from .notes import interval_caution
@@ -20,7 +22,7 @@ from .notes import interval_caution
 def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
     """The choice as plain values."""
     return {
-        "answer": answer_content(advice.answer, patches),
+        "answer": answer_content(advice.answer, patches, advice.in_stream),
         "cards": [
             {"sensor": called(card.patch, advice, patches), **asdict(card), "in_words": card.in_words()}
             for card in advice.cards
@@ -43,19 +45,30 @@ def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> di
     }
 
 
-def answer_content(answer: Answer, patches: PatchSet) -> dict[str, Any]:
+def answer_content(answer: Answer, patches: PatchSet, in_stream: InStream | None = None) -> dict[str, Any]:
     """Where to wear one sensor, in a sentence and by products."""
+    of_products = in_stream.products if in_stream else [None] * len(answer.products)
     return {
         "sentence": answer.sentence(),
         "ties": answer.ties,
         "patch": answer.patch,
         "name": patches.names[answer.patch],
         **interval_content("expected_f1", answer.expected, answer.low, answer.high),
+        "in_stream": in_stream.sentence() if in_stream else "",
+        **in_stream_content(in_stream.answer if in_stream else None),
         "places_differ": answer.differs,
         "recommended": [score.name for score in answer.named],
         "compared_with": answer.other.name if answer.other else "",
-        "products": [place_content(score, patches) for score in answer.products],
+        "products": [
+            {**place_content(score, patches), **in_stream_content(expected)}
+            for score, expected in zip(answer.products, of_products, strict=True)
+        ],
     }
+
+
+def in_stream_content(expected: Expected | None) -> dict[str, Any]:
+    """F1 expected in a stream, and its interval; nothing if it is not known."""
+    return interval_content("expected_f1_in_stream", *expected) if expected else {}
 
 
 def place_content(score: PlaceScore, patches: PatchSet) -> dict[str, Any]:
@@ -81,12 +94,14 @@ def worn_content(worn: WornSet, advice: Advice, utility: UtilityMap, patches: Pa
         "reached": worn.reached,
         "cost": worn.cost,
         **expected_content(promise, len(worn.order)),
+        **expected_content(worn.cut_out, len(worn.order), "_cut_out"),
         "f1": dict(zip(worn.activities, map(rounded, promise.f1[-1]), strict=True)),
         "places": [
             {
                 **patch_content(patch, utility, patches),
                 "product": advice.products.get(patch, ""),
                 **expected_content(promise, number, "_so_far"),
+                **expected_content(worn.cut_out, number, "_cut_out_so_far"),
                 "mean_f1_so_far": rounded(worn.raw_mean[number - 1]),
             }
             for number, patch in enumerate(worn.order, start=1)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Notes on the clips and labels behind a result, with cautions if clips are too few for an interval."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -115,15 +116,18 @@ def label_content(check: LabelCheck) -> dict[str, Any]:
     }
 
 
-def window_warning(content: dict[str, Any], used: int) -> str:
-    """A sentence if most clips are shorter than a window; else ""."""
-    shorter = content["clips_shorter"]
-    if 2 * shorter <= used:
+LONG_WINDOW = 1.5
+"""Windows longer than so many median clips are cautioned against: in use they hold more than one activity."""
+
+
+def window_warning(length_s: float, median_s: float) -> str:
+    """A caution against windows that are long for the clips, whose median lasts `median_s`; else ""."""
+    if not median_s or length_s <= LONG_WINDOW * median_s:
         return ""
     return (
-        f"{shorter} of {used} clips are shorter than the window of {content['length_s']:g} s and are "
-        f"repeated to fill it. Half of the clips last {content['longest_useful_s']:g} s or more: use a "
-        "--window of at most that"
+        f"Windows of {length_s:g} s are {length_s / median_s:.1f} times as long as the median clip "
+        f"({median_s:.1f} s), which is repeated to fill them. In use each holds more than one activity, and "
+        f"F1 is lower. Take windows of at most {math.floor(10 * LONG_WINDOW * median_s) / 10:g} s"
     )
 
 

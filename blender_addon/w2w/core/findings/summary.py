@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A finished study as plain values in files: summary, table, configuration."""
 
-import math
 import platform
 import sys
 import tomllib
@@ -172,14 +171,14 @@ def _installed(name: str) -> str:
 
 
 def window_content(results: Sequence[ClipResult], spec: WindowSpec) -> dict[str, Any]:
-    """The window, the used clips that are shorter, and the longest window that half of them fill."""
+    """The window, the used clips that are shorter, and how long the median one is."""
     durations = np.array([result.details["duration_s"] for result in results if result.used])
     median = float(np.median(durations)) if len(durations) else 0.0
     return {
         "length_s": spec.length_s,
         "stride_s": spec.stride_s,
         "clips_shorter": int((durations < spec.length_s).sum()),
-        "longest_useful_s": math.floor(10 * median) / 10,
+        "median_clip_s": round(median, 2),
     }
 
 

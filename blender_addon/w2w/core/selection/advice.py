@@ -10,10 +10,12 @@ from scipy.spatial.distance import squareform
 from ..body.body import Body
 from ..patches.card import Card, card
 from ..patches.patches import PatchSet
+from ..ranking.stream import Stream
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import mean_over
 from .answer import Answer, ScoredMap, answer, product_patches
 from .constraints import Constraints, Terms
+from .in_stream import InStream
 from .joint import WORTH, WornSet, choose_together
 from .set_tests import SetTests
 
@@ -81,6 +83,7 @@ class Advice:
     cards: tuple[Card, ...]  # where each sensor recommended goes: those of the answer, then of the set
     products: dict[int, str]  # the patches at which usual products sit, with side and name
     allowed: np.ndarray | None = None  # (N,), bool: patches that the constraints leave; all by default
+    in_stream: InStream | None = None  # the answer's places in a stream; None if nothing tells
 
 
 def advise(
@@ -92,10 +95,11 @@ def advise(
     every_activity: float = 0.0,
     max_places: int | None = None,
     constraints: Constraints | None = None,
+    stream: Stream | None = None,
 ) -> Advice:
     """Choose patches from a finished ranking: sets by their `tests`, else the best spot alone.
 
-    `body` is that of the patches. `target` and `every_activity` are as for `choose_together`.
+    `body` is that of the patches. `target`, `every_activity` and `stream` are as for `choose_together`.
     Sets are chosen among the places of usual products unless a constraint says which patches to use. A
     ValueError says which constraints cannot be met.
     """
@@ -106,7 +110,7 @@ def advise(
     swaps: tuple[np.ndarray, ...] = ()
     if tests:
         among = _at_products(terms, products, constraints)
-        worn = choose_together(tests, utility.expected, among, target, every_activity)
+        worn = choose_together(tests, utility.expected, among, target, every_activity, stream)
         swaps = interchangeable(tests, worn, among, utility)
     to_one = answer(scored)
     alone = [score.patch for score in to_one.named] or [to_one.patch]
@@ -115,7 +119,7 @@ def advise(
     cards = tuple(card(body, patches, utility.expected_mean, patch) for patch in recommended)
     return Advice(
         best=scored.best, answer=to_one, worn=worn, alternatives=swaps, clusters=clusters, cards=cards,
-        products=products, allowed=terms.allowed,
+        products=products, allowed=terms.allowed, in_stream=InStream.of(stream, to_one) if stream else None,
     )  # fmt: skip
 
 

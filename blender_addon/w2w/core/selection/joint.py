@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..ranking.stream import Stream
 from ..ranking.weights import mean_over
 from ..threads import unthreaded_products
 from .constraints import Terms, fewest
-from .promise import Promise, Promises
+from .promise import Promise, Promises, promise_in_stream
 from .set_tests import SetTests, Tests
 
 LARGEST_SET = 6
@@ -91,7 +92,8 @@ class WornSet:
     """A set of patches chosen to be worn together."""
 
     order: tuple[int, ...]  # the patches recommended, in order of choice
-    promise: Promise  # for the first, the first two, and so on
+    promise: Promise  # for the first, the first two, and so on, in a stream if there is one
+    cut_out: Promise  # the same on clips cut out
     activities: tuple[str, ...]
     target: float  # expected macro F1 to reach
     every_activity: float  # least expected F1 of any activity; 0 for none
@@ -112,7 +114,7 @@ class WornSet:
         promise, count = self.promise, len(self.order)
         sensors = "1 sensor reaches" if count == 1 else f"{count} sensors worn together reach"
         text = (
-            f"{sensors} an expected F1 of {promise.mean[-1]:.3f} on other clips "
+            f"{sensors} an expected F1 of {promise.mean[-1]:.3f} {promise.where} "
             f"(95 % interval {promise.low[-1]:.2f} to {promise.high[-1]:.2f}; target {self.target:.3g}"
         )
         if self.every_activity:
@@ -135,18 +137,20 @@ def choose_together(
     terms: Terms,
     target: float = 0.9,
     every_activity: float = 0.0,
+    stream: Stream | None = None,
 ) -> WornSet:
     """Choose the cheapest set whose promise reaches the target, or the one beyond which it rises no more.
 
     The first patch is chosen by `expected`, the macro F1 (N,) of each patch alone and the bounds of its
-    interval.
+    interval. In a `stream`, its F1 must reach the target; else that on clips cut out.
     """
     grown = GrownSet(tests.whole, terms, expected[0], every_activity > 0)
     promises, choose = Promises(tests, terms), ByHalves(every_activity > 0)
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
         order = grown.up_to(size)
         alone, low, high = (float(values[order[0]]) for values in expected)
-        promise = promises.of(order, choose, (alone, low, high))
+        cut_out = promises.of(order, choose, (alone, low, high))
+        promise = promise_in_stream(stream, order, cut_out) if stream else cut_out
         enough, reached = _enough(tests, terms, target, every_activity, order, promise)
         if reached or (len(order) > fewest(order, terms.required) and promise.mean[-1] <= promise.mean[-2]):
             break
@@ -154,9 +158,9 @@ def choose_together(
     cost = float(terms.cost[list(chosen)].sum())
     with_next = promise.first(enough + 1) if further else None
     return WornSet(
-        order=chosen, promise=promise.first(enough), activities=tests.activities, target=target,
-        every_activity=every_activity, reached=reached, cost=cost, weights=tests.weights,
-        further=further, with_next=with_next, most=float(promise.mean[-1]),
+        order=chosen, promise=promise.first(enough), cut_out=cut_out.first(enough),
+        activities=tests.activities, target=target, every_activity=every_activity, reached=reached,
+        cost=cost, weights=tests.weights, further=further, with_next=with_next, most=float(promise.mean[-1]),
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 
 from ..ranking.expected import UNPROVEN, agreement
+from ..ranking.stream import Expected, Stream
 from ..ranking.weights import known_mean, mean_over
 from ..threads import unthreaded_products
 from .constraints import Terms
@@ -36,6 +37,7 @@ class Promise:
     low: np.ndarray  # (K,): its interval
     high: np.ndarray
     raw: np.ndarray  # (K, A): F1 on the clips that chose the set
+    where: str = "on other clips"
     known: bool = True  # whether parts of the clips could be compared; else the interval is 0 to 1
 
     def first(self, count: int) -> Promise:
@@ -45,7 +47,7 @@ class Promise:
 
     def text(self) -> str:
         """The whole set's expected F1 in words."""
-        text = f"an expected F1 of {self.mean[-1]:.3f} on other clips"
+        text = f"an expected F1 of {self.mean[-1]:.3f} {self.where}"
         if not self.known:
             return f"{text}, a guess: parts of these clips cannot be compared"
         return f"{text} (95 % interval {self.low[-1]:.2f} to {self.high[-1]:.2f})"
@@ -165,3 +167,16 @@ def random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
         rest = rng.permutation(np.setdiff1d(np.flatnonzero(terms.allowed), order))
         sets.append([*order, *rest.tolist()][:size])
     return sets
+
+
+def promise_in_stream(stream: Stream, order: Sequence[int], promise: Promise) -> Promise:
+    """The promise in a stream of the first patch, the first two, and so on, from that on clips cut out."""
+    sets = [order[: count + 1] for count in range(len(order))]
+    cut_out = zip(promise.mean.tolist(), promise.low.tolist(), promise.high.tolist(), strict=True)
+    losses = np.array([found.loss for found in stream.f1(sets)])
+    found = [stream.expected(worn, Expected(*of)) for worn, of in zip(sets, cut_out, strict=True)]
+    mean, low, high = np.array(found).T
+    more = rising(mean) - mean
+    low, high = np.clip([low + more, high + more], 0, 1)
+    f1 = np.clip(promise.f1 - losses + more[:, None], 0, 1)
+    return replace(promise, f1=f1, mean=mean + more, low=low, high=high, where="in a stream of other clips")

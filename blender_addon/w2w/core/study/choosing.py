@@ -11,6 +11,7 @@ from ..patches.card import DROP
 from ..patches.patches import PatchSet
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.pooling import Pooling
+from ..ranking.stream import Stream
 from ..ranking.turned import may_turn
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import counting, weights_of
@@ -20,7 +21,7 @@ from ..selection.set_tests import SetTests
 from ..windows.windows import cut_windows
 from .clip_files import WORK
 from .config import StudyConfig, plain
-from .ranking import WindowLabels, rank_clips, set_tests
+from .ranking import WindowLabels, rank_clips, set_tests, stream_of
 from .results import StudyResults
 
 
@@ -55,15 +56,22 @@ def prepared_tests(
 
 
 def choose_to_wear(
-    utility: UtilityMap, patches: PatchSet, body: Body, config: StudyConfig, tests: SetTests | None
+    utility: UtilityMap,
+    patches: PatchSet,
+    body: Body,
+    config: StudyConfig,
+    tests: SetTests | None,
+    stream: Stream | None = None,
 ) -> Advice:
     """Choose the best spot and the patches to wear together, with `tests` from `prepared_tests`.
+
+    The F1 promised is that in a `stream`, if there is one, else on clips cut out.
 
     The config is the run's, or has another target and other constraints; ValueError if they cannot be met.
     """
     return advise(
         utility, patches, body, tests, target=config.target, every_activity=config.every_activity,
-        max_places=config.max_places, constraints=config.constraints,
+        max_places=config.max_places, constraints=config.constraints, stream=stream,
     )  # fmt: skip
 
 
@@ -75,23 +83,38 @@ def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...
 def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> Advice:
     """Choose in a ranked study, as `choose_to_wear`: the step of a run, of `w2w place` and of the panel."""
     tests = prepared_tests(study, config, pooling)
-    advice = choose_to_wear(study.utility, study.patches, study.body(), config, tests)
-    if config.classifier != Ridge.name or config.further.features:
+    stream = stream_in(study, config)
+    advice = choose_to_wear(study.utility, study.patches, study.body(), config, tests, stream)
+    if stream is None:
         return advice
     turns = _turns(study, config, [one.patch for one in advice.cards])
     cards = [replace(one, turn_deg=turn) for one, turn in zip(advice.cards, turns, strict=True)]
     return replace(advice, cards=tuple(cards))
 
 
-TURNED_CLIPS = 200
-"""Clips of an activity, evenly taken, that say how far sensors may turn: memory stays small with many."""
+MOST_CLIPS = 200
+"""Clips of an activity, evenly taken, whose signals are read again: memory stays small with many."""
 
 
 def _evenly(activities: Sequence[str]) -> list[int]:
     """Numbers of the clips that are taken of each activity, ascending."""
     numbers = [[n for n, name in enumerate(activities) if name == one] for one in set(activities)]
-    taken = ((of[k * len(of) // TURNED_CLIPS] for k in range(TURNED_CLIPS)) for of in numbers)
+    taken = ((of[k * len(of) // MOST_CLIPS] for k in range(MOST_CLIPS)) for of in numbers)
     return sorted({n for of in taken for n in of})
+
+
+def stream_in(study: StudyResults, config: StudyConfig) -> Stream | None:
+    """The stream of a study's clips; None for other classifiers than the ridge, or with further signals."""
+    if config.classifier != Ridge.name or config.further.features:
+        return None
+    numbers = _evenly([clip.activity for clip in study.clips])
+    return stream_of(
+        [study.clips[n] for n in numbers],
+        [study.windows[n] for n in numbers],
+        lambda clip, patches: study.recording(numbers[clip], patches),
+        config,
+        (study.body(), study.patches),
+    )
 
 
 def _turns(study: StudyResults, config: StudyConfig, patches: Sequence[int]) -> list[int]:

@@ -94,29 +94,38 @@ def _pauses(
     played: Sequence[np.ndarray], standing: np.ndarray, counts: np.ndarray, rate: float
 ) -> np.ndarray:
     """Ideal signals (T, N, 6) of all pauses of some samples each, one after another."""
-    before = [standing, *(np.where(np.isfinite(one[-1]), one[-1], standing) for one in played)]
-    after = [*(np.where(np.isfinite(one[0]), one[0], standing) for one in played), standing]
-    parts = []
-    for start, end, count in zip(before, after, counts.tolist(), strict=True):
-        blended = min(round(BLEND_S * rate), count // 2)
-        parts += [_way(start, standing, blended, rate), np.tile(standing, (count - 2 * blended, 1, 1))]
-        parts.append(_way(standing, end, blended, rate))
-    return np.concatenate(parts)
+    ends = (
+        np.array([standing, *(one[-1] for one in played)]),
+        np.array([*(one[0] for one in played), standing]),
+    )
+    before, after = (np.where(np.isfinite(one), one, standing) for one in ends)
+    blended = round(BLEND_S * rate)
+    pauses = np.tile(standing, (counts.sum(), 1, 1))
+    last = np.cumsum(counts)
+    steps = np.arange(blended)[:, None]
+    pauses[last - counts + steps] = _way(before, standing, blended, rate)
+    pauses[last - blended + steps] = _way(standing, after, blended, rate)
+    return pauses
 
 
 def _way(start: np.ndarray, end: np.ndarray, count: int, rate: float) -> np.ndarray:
-    """Signals (count, N, 6) between two readings (N, 6): gravity turns the shortest way, smoothly.
+    """Signals (count, ..., 6) between two readings (..., 6): gravity turns the shortest way, smoothly.
 
     The gyroscope reads that turn, and its own readings fade.
     """
-    part = (np.arange(count) + 1)[:, None, None] / (count + 1)
+    start, end = np.broadcast_arrays(start, end)
+    part = (np.arange(count) + 1).reshape(-1, *[1] * start.ndim) / (count + 1)
     share = part**3 * (10 - 15 * part + 6 * part**2)  # least jerk
     speed = 30 * (part * (1 - part)) ** 2 * rate / (count + 1)
-    length = [np.linalg.norm(one[:, :3], axis=1, keepdims=True) for one in (start, end)]
-    ways = [one[:, :3] / np.maximum(size, 1e-6) for one, size in zip((start, end), length, strict=True)]
-    turn = Rotation.from_matrix(smallest_rotation(*ways)).as_rotvec()
-    turned = Rotation.from_rotvec((turn * share).reshape(-1, 3))
-    force = turned.apply(np.tile(ways[0], (count, 1))).reshape(count, -1, 3)
-    force *= length[0] + (length[1] - length[0]) * share
-    rate_read = start[:, 3:] + (end[:, 3:] - start[:, 3:]) * share - turn * speed
-    return np.concatenate([force, rate_read], axis=2)
+    lengths = [np.linalg.norm(one[..., :3], axis=-1, keepdims=True) for one in (start, end)]
+    before, after = (
+        one[..., :3] / np.maximum(of, 1e-6) for one, of in zip((start, end), lengths, strict=True)
+    )
+    matrices = smallest_rotation(before, after).reshape(-1, 3, 3)
+    turn = Rotation.from_matrix(matrices).as_rotvec().reshape(before.shape)
+    angle = np.linalg.norm(turn, axis=-1, keepdims=True)
+    across = np.cross(turn / np.maximum(angle, 1e-9), before)  # square to the axis as `before` is
+    force = before * np.cos(angle * share) + across * np.sin(angle * share)
+    force *= lengths[0] + (lengths[1] - lengths[0]) * share
+    turning = start[..., 3:] + (end[..., 3:] - start[..., 3:]) * share - turn * speed
+    return np.concatenate([force, np.broadcast_to(turning, force.shape)], axis=-1)

@@ -61,6 +61,7 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     """Print the answer, what it rests on, the files that hold it, and what could not be drawn."""
     out, utility, patches = study.results.out, study.results.utility, study.results.patches
     show_answer(study.advice, utility, console)
+    show_window_warning(study.clips, study.config.windows, console)
     show_own_placements(own_scores([name for name, _ in study.config.placements], utility, patches), console)
     show_worn(study.advice, patches, console)
     if plan.verbose:
@@ -69,7 +70,6 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     show_skipped(study.clips, study.library, console, plan.verbose)
     show_left_out(utility.left_out, console)
     _say(notes.copies_sentence(study.copies), console)
-    show_window_warning(study.clips, study.config.windows, console)
     _say(study.config.synthesis.caution, console)
     if caution := source_caution(origins_of(study)):
         console.print(f"Caution: {caution}.", style="bold yellow")
@@ -92,8 +92,9 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
 
 
 def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console: Console) -> None:
-    """Warn if most clips are shorter than a window."""
-    _say(notes.window_warning(window_content(results, spec), sum(result.used for result in results)), console)
+    """Print a caution if windows are long for the clips."""
+    median = window_content(results, spec)["median_clip_s"]
+    _say(notes.window_warning(spec.length_s, median), console, "bold yellow")
 
 
 def _show_regions(results: StudyResults, console: Console) -> None:
@@ -143,6 +144,8 @@ def show_answer(advice: Advice, utility: UtilityMap, console: Console) -> None:
     console.print(f"\n{advice.answer.sentence()}", style="bold")
     if advice.answer.ties:
         console.print(advice.answer.ties)
+    if advice.in_stream:
+        console.print(f"{advice.in_stream.sentence()}.")
     show_places(advice.answer.products[:LISTED], console)
     _say(headline.spot_caution(advice.best, utility), console, "bold yellow")
     _say(headline.mean_sentence(utility), console, "")
