@@ -64,8 +64,8 @@ class _Commands(TyperGroup):
 def add_further_commands(app: typer.Typer) -> None:
     """Add the commands that installed packages offer and, where the studies do not, hints how to get them."""
     offered = entry_points(group="w2w.commands")
-    for one in offered:
-        one.load()(app)
+    for command in offered:
+        command.load()(app)
     if "studies" in offered.names:
         return
     anything = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}

@@ -38,15 +38,15 @@ class Terminal(Console):
 
 
 @contextmanager
-def ending(code: int, console: Console, said: str = "") -> Iterator[None]:
-    """End the command with an exit code where the block raises, after printing `said` and the error.
+def ending(code: int, console: Console, prefix: str = "") -> Iterator[None]:
+    """End the command with an exit code if the block raises, after printing `prefix` and the error.
 
-    The code is BUSY where the error is that a results folder is unfinished.
+    The code is BUSY if a results folder is unfinished.
     """
     try:
         yield
     except (UnusableMotion, ValueError, OSError) as error:
-        console.print(f"{said}{error}", style="red")
+        console.print(f"{prefix}{error}", style="red")
         raise typer.Exit(BUSY if isinstance(error, UnfinishedError) else code) from error
 
 

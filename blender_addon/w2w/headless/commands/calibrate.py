@@ -100,7 +100,7 @@ def gain_lines(what: str, gains: list[Alike]) -> list[str]:
     """How simulated and worn signals correlate before and after."""
     lines = []
     for name, kind in (("specific force", "force"), ("angular velocity", "turning")):
-        before, after = np.median([getattr(one, kind) for one in gains], axis=0)
+        before, after = np.median([getattr(gain, kind) for gain in gains], axis=0)
         r = f"{before:.2f} as simulated, {after:.2f} calibrated"
         lines.append(f"r of {name}, each {what} left out of the fit: {r}.")
     return lines

@@ -114,6 +114,6 @@ def without(library: Library, activities: str) -> Library:
     kept = tuple(clip for clip in library.clips if clip.activity not in names)
     if not kept:
         raise ValueError("--leave-out leaves no clip")
-    gone = [clip for clip in library.clips if clip.activity in names]
-    dropped = [(clip.file, f"{clip.activity} is left out (--leave-out)") for clip in gone]
+    left_out = [clip for clip in library.clips if clip.activity in names]
+    dropped = [(clip.file, f"{clip.activity} is left out (--leave-out)") for clip in left_out]
     return replace(library, clips=kept, skipped=(*library.skipped, *dropped))

@@ -59,7 +59,7 @@ def sensors(
 def _presets() -> Table:
     triads = {name: (model.accelerometer, model.gyroscope) for name, model in PRESETS.items()}
     drifting = [
-        name for name in triads if any(one.bias_instability or one.random_walk for one in triads[name])
+        name for name in triads if any(axis.bias_instability or axis.random_walk for axis in triads[name])
     ]
     worn = [f"{name} ({how})" for name, model in PRESETS.items() if (how := _worn(model))]
     table = Table(

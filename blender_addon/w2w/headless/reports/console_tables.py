@@ -191,8 +191,9 @@ def show_own_placements(placements: Sequence[dict[str, Any]], console: Console) 
         return
     figures = ("expected F1", "rank", "loss against the best")
     table = _table("Your placements", ("placement", "region", *figures), right=figures)
-    for one in placements:
-        loss = "as good as the best" if one["as_good"] else f"{one['loss']:.3f}"
-        rank = f"{one['rank']} of {one['of']}"
-        table.add_row(one["name"], one["region"], f"{one['expected_f1']:.3f}", rank, loss)
+    for placement in placements:
+        loss = "as good as the best" if placement["as_good"] else f"{placement['loss']:.3f}"
+        rank = f"{placement['rank']} of {placement['of']}"
+        f1 = f"{placement['expected_f1']:.3f}"
+        table.add_row(placement["name"], placement["region"], f1, rank, loss)
     console.print(table)

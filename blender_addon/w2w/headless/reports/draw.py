@@ -66,22 +66,22 @@ def draw_folder(out: Path, activities: Sequence[str], monitor: RunMonitor) -> di
 def draw_side_by_side(works: Sequence[Callable[[Path], None]], out: Path) -> list[str]:
     """Draw, each in a worker process of its own; returns why each failed, or ""."""
     with tempfile.TemporaryDirectory(prefix="w2w_draw_") as folder:
-        said = [Path(folder) / f"blender_{number}.txt" for number in range(len(works))]
-        calls = [partial(_draw, work, out, file) for work, file in zip(works, said, strict=True)]
-        found = run_side_by_side(calls)
-        return [_crash(file) if why is None else why for why, file in zip(found, said, strict=True)]
+        printed = [Path(folder) / f"blender_{number}.txt" for number in range(len(works))]
+        calls = [partial(_draw, work, out, file) for work, file in zip(works, printed, strict=True)]
+        reasons = run_side_by_side(calls)
+        return [_crash(file) if why is None else why for why, file in zip(reasons, printed, strict=True)]
 
 
-def _crash(said: Path) -> str:
+def _crash(printed: Path) -> str:
     """Why Blender crashed, by what it printed."""
-    text = said.read_text(errors="replace") if said.exists() else ""
+    text = printed.read_text(errors="replace") if printed.exists() else ""
     last = " ".join(text.partition("Fatal Python error")[0].split())  # then come Python's own
     return missing_library(last) or f"Blender crashed; its last words: {last[-MAX_SAID:] or 'none'}"
 
 
-def _draw(work: Callable[[Path], None], out: Path, said: Path) -> str:
+def _draw(work: Callable[[Path], None], out: Path, printed: Path) -> str:
     """Draw, in the worker; what Blender prints is written to a file in case the process dies."""
-    with output_to(said):
+    with output_to(printed):
         try:
             work(out)
         except (NoBlenderError, ValueError, OSError) as error:
@@ -136,8 +136,8 @@ def write_pictures(out: Path, to: Path) -> None:
             subtitle += f"Best spot: {study.patches.names[spot]} ({scores[spot]:.2f} on other clips)"
             path = to / HEATMAPS / f"{name}.png"
             drawn.append(pages.submit(heatmap_figure, path, views, title, scale, subtitle))
-        for one in drawn:
-            one.result()
+        for page in drawn:
+            page.result()
     _draw_worn(study, to, shaded, views, scale)  # on the last map, the mean
 
 

@@ -93,8 +93,8 @@ def _check_workers(client: Client, scheduler: str) -> None:
             f"the Dask scheduler at {scheduler} has no workers: start some with dask worker"
         ) from error
     found = client.run(code_sha256, on_error="return")
-    gone = [worker for worker, code in found.items() if isinstance(code, OSError)]  # killed just now
-    other = [worker for worker, code in found.items() if worker not in gone and code != code_sha256()]
+    killed = [worker for worker, code in found.items() if isinstance(code, OSError)]  # just now
+    other = [worker for worker, code in found.items() if worker not in killed and code != code_sha256()]
     if other:
         why = next((f" ({found[worker]})" for worker in other if isinstance(found[worker], Exception)), "")
         raise EngineError(

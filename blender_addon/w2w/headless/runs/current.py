@@ -40,7 +40,7 @@ def note_current(plan: RunPlan, baked: BakedStudy, out: Path, inputs: str) -> No
     `inputs` is `looks_of_inputs` before the run read any of them: a file that changed since looks different.
     """
     # what no hash is known of was not read, and perhaps could be now
-    is_settled = all(one.source_sha256 or not stamp(one.clip.path) for one in baked.clips)
+    is_settled = all(clip.source_sha256 or not stamp(clip.clip.path) for clip in baked.clips)
     looks = _looks(baked.body, out, inputs) if is_settled else ""
     write_json(out / CURRENT, _content(plan, baked, out) | {"looks": looks})
 
@@ -77,7 +77,7 @@ def _noted(out: Path) -> dict[str, str]:
 
 def _content(plan: RunPlan, baked: BakedStudy, out: Path) -> dict[str, str]:
     placed = (path for name in PLACED if (path := out / name).exists())
-    clips = ((*_labels(one.clip), one.reason, one.source_sha256) for one in baked.clips)
+    clips = ((*_labels(result.clip), result.reason, result.source_sha256) for result in baked.clips)
     return {
         "made_of": _digest([_study(plan), *map(file_sha256, placed), *clips]),
         "written": file_sha256(out / LIST),
@@ -94,10 +94,12 @@ def _looks(body: Body, out: Path, inputs: str) -> str:
 
 
 def _study(plan: RunPlan) -> tuple[Any, ...]:
-    library, engine, flags = plan.library, plan.engine, (plan.pictures, plan.report, plan.more)
-    words = (library.labelled_by, library.skipped, library.check)
-    motions = (engine.bone_maps, engine.pose, engine.ups, engine.signals)
-    return (plan.config.as_dict(), versions(), code_sha256(), *flags, *words, *motions)
+    library, engine = plan.library, plan.engine
+    return (
+        plan.config.as_dict(), versions(), code_sha256(), plan.pictures, plan.report, plan.more,
+        library.labelled_by, library.skipped, library.check,
+        engine.bone_maps, engine.pose, engine.ups, engine.signals,
+    )  # fmt: skip
 
 
 def _labels(clip: Clip) -> tuple[str, ...]:

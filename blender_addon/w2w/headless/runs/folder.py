@@ -20,7 +20,7 @@ from w2w.core.library.library import Library, unique_names
 from w2w.core.study.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide, mark_changing
 from w2w.core.study.clip_list import CLIP_LIST
 
-from .own_files import check, remove_own
+from .own_files import check, links_in, remove_own
 from .records import Records, given_names, read_records, tidy
 
 
@@ -109,7 +109,8 @@ def check_results(out: Path, library: Library, names: Sequence[str]) -> None:
     """`check` a folder for a run that writes `names`, and a motion and signals for each clip."""
     records, clips = read_records(out), {clip.name.lower(): clip.name for clip in library.clips}
     # each must be a folder of its own, not a link
-    inside = [f"{folder}/any" for folder in (*FOLDERS, *_links(out))]
+    links = {link for folder in DIVIDED for link in links_in(out, folder)}.intersection(_subfolders())
+    inside = [f"{folder}/any" for folder in (*FOLDERS, *sorted(links))]
     found = []
     for file in chain(_below(out, "motions"), _below(out, "signals")):
         # in lower case, for where case does not count
@@ -121,16 +122,6 @@ def check_results(out: Path, library: Library, names: Sequence[str]) -> None:
 
 def _subfolders() -> list[str]:
     return [f"{folder}/{name}" for folder in DIVIDED for name in SUBFOLDERS]
-
-
-def _links(out: Path) -> Iterator[str]:
-    """Links where the sub-folders of clips' files are."""
-    for folder in DIVIDED:
-        if (out / folder).is_dir():
-            with os.scandir(out / folder) as entries:
-                yield from (
-                    f"{folder}/{one.name}" for one in entries if one.is_symlink() and one.name in SUBFOLDERS
-                )
 
 
 NPZ = ".npz"

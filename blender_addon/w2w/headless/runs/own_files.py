@@ -67,7 +67,7 @@ def check(folder: Path, names: Iterable[str]) -> None:
     there = next(place for place in (folder, *folder.absolute().parents) if os.path.lexists(place))
     if not there.is_dir():
         raise ForeignFileError(f"{shown(there)} is not a folder: give another one")
-    links = [name for place in UNLINKED for name in _links_in(folder, place)]
+    links = [name for place in UNLINKED for name in links_in(folder, place)]
     if not links:
         written = _read(folder)
         links = [_in_the_way(folder, name, written) for name in (LIST, *names)]
@@ -182,7 +182,7 @@ def _refuse(folder: Path, foreign: list[str]) -> None:
     )
 
 
-def _links_in(folder: Path, place: str) -> list[str]:
+def links_in(folder: Path, place: str) -> list[str]:
     """Links in a folder, or the folder itself where it is one, by their paths."""
     if (folder / place).is_symlink():
         return [place]

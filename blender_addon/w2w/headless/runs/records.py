@@ -138,7 +138,7 @@ def lists_in(out: Path) -> list[Path]:
 def read_records(out: Path) -> Records:
     """The newest record of each clip; of a damaged one only the clip's name."""
     lists = ((path, path.stat()) for path in lists_in(out))
-    found = dict(_listed(tuple((path, of.st_size, of.st_mtime_ns) for path, of in lists)))
+    found = dict(_listed(tuple((path, stat.st_size, stat.st_mtime_ns) for path, stat in lists)))
     for own in (out / WORK / "clips").glob("*.json"):
         path = inside(out, f"{WORK}/clips/{own.name}")
         if record := _own_record(path):
@@ -157,18 +157,15 @@ def _listed(lists: tuple[tuple[Path, int, int], ...]) -> dict[str, str]:
                 if name := CLIP.match(line):  # a kill may have cut it short before the clip's name
                     clip = checked(name[1], f"{path}, line {number},")
                     lines[clip] = line.rstrip("\n")  # the last is the newest, whatever the clock said
-        found |= {clip: line for clip, line in lines.items() if not _older(line, found.get(clip), clip)}
+        for clip, line in lines.items():
+            if clip not in found or _decoded(line, clip)["at"] >= _decoded(found[clip], clip)["at"]:
+                found[clip] = line
     return found
 
 
 def forget_read() -> None:
     """Clear the cache of lists."""
     _listed.cache_clear()
-
-
-def _older(line: str, known: str | None, clip: str) -> bool:
-    """Whether a line of the list is older than what is known of its clip."""
-    return known is not None and _decoded(line, clip)["at"] < _decoded(known, clip)["at"]
 
 
 def _decoded(line: str, clip: str) -> Record:

@@ -114,9 +114,10 @@ def _rotations(owners: Sequence, curves: Sequence[OwnCurves], frames: np.ndarray
     turns = np.empty((len(frames), len(owners), 3, 3))
     modes = [owner.rotation_mode for owner in owners]
     for mode in set(modes):
-        those = [number for number, its_mode in enumerate(modes) if its_mode == mode]
-        some = ([owners[number] for number in those], [curves[number] for number in those], frames)
-        turns[:, those] = _rotations_of_mode(mode, *some).reshape(len(frames), len(those), 3, 3)
+        chosen = [number for number, its_mode in enumerate(modes) if its_mode == mode]
+        own, own_curves = [owners[number] for number in chosen], [curves[number] for number in chosen]
+        matrices = _rotations_of_mode(mode, own, own_curves, frames)
+        turns[:, chosen] = matrices.reshape(len(frames), len(chosen), 3, 3)
     return turns
 
 

@@ -114,8 +114,8 @@ def place_marks(
         world, skin = matrix(mesh.matrix_world), rest_vertices(mesh)
         on_body = np.einsum("vc,vca->va", shares, rest[corners])
         normals = vertex_normals(skin, triangles_of(mesh.data)) @ world[:3, :3].T
-        numbers = np.full(len(skin), number), np.arange(len(skin))
-        parts.append(_Skin(on_body, moved(skin, world), normals, *numbers))
+        owners, numbers = np.full(len(skin), number), np.arange(len(skin))
+        parts.append(_Skin(on_body, moved(skin, world), normals, owners, numbers))
     whole = _Skin(*map(np.concatenate, zip(*parts, strict=True)))
     scale = _extent(whole.places) / _extent(rest)
     found = [_outermost(whole, rest[vertex]) for vertex in vertices]

@@ -62,8 +62,10 @@ def write_study(
     body, utility = study.body(), study.utility
     objects = add_body(body, name="Body")
     objects.mesh.data.materials.append(heatmap.heatmap_material())
-    shown = utility.expected_f1, utility.activities, utility.expected_mean
-    heatmap.add_heatmaps(objects.mesh, study.patches, *shown, span=utility.colour_span)
+    heatmap.add_heatmaps(
+        objects.mesh, study.patches, utility.expected_f1, utility.activities, utility.expected_mean,
+        span=utility.colour_span,
+    )  # fmt: skip
     collections = _add_empties(objects.mesh, study, chosen)
     _add_record(objects.mesh, study, collections, _add_actions(objects.armature, motions))
     _set_up_view(objects.mesh, body.height)

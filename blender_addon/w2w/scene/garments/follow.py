@@ -54,8 +54,8 @@ def follow(worn: DressedBody, motion: Motion, patches: PatchSet) -> Generator[fl
     if not ours:
         return on_cloth
     poses = []
-    for one in (moved, with_run_up(motion, reach)[0]):
-        clip = replace(one, rotations=one.rotations[before:], pelvis=one.pelvis[before:])
+    for whole in (moved, with_run_up(motion, reach)[0]):
+        clip = replace(whole, rotations=whole.rotations[before:], pelvis=whole.pelvis[before:])
         poses.append(patch_matrices(body, patches.triangles[on_cloth.patches], placed(clip, armature)))
     return on_cloth.carried(*poses)
 
@@ -92,12 +92,13 @@ def _settled(
         with closing(each_frame(frames)) as numbers:
             for number in numbers:
                 if number >= before:
-                    for one in followed:
-                        one.take(number - before)
+                    for triangles in followed:
+                        triangles.take(number - before)
                 yield (number + 1) / len(frames)
-    matrices = [own.matrices(one.corners) for own, one in zip(worn.covers, followed, strict=True)]
-    patches = np.concatenate([own.patches for own in worn.covers])
-    caught = tuple(one.caught for one in followed)
+    carriers = zip(worn.covers, followed, strict=True)
+    matrices = [cover.matrices(triangles.corners) for cover, triangles in carriers]
+    patches = np.concatenate([cover.patches for cover in worn.covers])
+    caught = tuple(triangles.caught for triangles in followed)
     return ClothSensors(patches, np.concatenate(matrices, axis=1), rate, caught)
 
 

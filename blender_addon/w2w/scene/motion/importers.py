@@ -77,8 +77,8 @@ def fbx_up(path: Path) -> Up:
 
 def import_fault(path: Path, error: Exception) -> str:
     """Why Blender's importer refused a file that looked whole, in words for people."""
-    said = str(error).replace(str(path), "").lower()
-    fault = next((fault for words, fault in FAULTS.items() if words in said), "")
+    message = str(error).replace(str(path), "").lower()
+    fault = next((fault for words, fault in FAULTS.items() if words in message), "")
     version = _version(size_and_head(path)[1]) if path.suffix.lower() == ".fbx" else None
     if version is not None and version < OLDEST_FOR_PYTHON and not fault.endswith("memory"):
         return (
@@ -92,8 +92,8 @@ def _version(head: bytes) -> int | None:
     """The version, such as 7400 for FBX 7.4; None if the start of a text file does not say."""
     if head.startswith(FBX_MAGIC):
         return struct.unpack_from("<I", head, 23)[0]
-    said = re.search(rb"FBXVersion:\s*(\d{1,5})\b", head)
-    return int(said[1]) if said else None
+    version = re.search(rb"FBXVersion:\s*(\d{1,5})\b", head)
+    return int(version[1]) if version else None
 
 
 def _spoken(version: int) -> str:

@@ -52,7 +52,7 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
         low, high = shown.low, shown.high
         subtitle = f"Farthest above: {patches.names[best]} ({values[best]:+.2f})"
 
-    def draw(_told: object) -> None:
+    def draw(_: object) -> None:
         from ...drawing import draw_heatmap  # matplotlib is slow to import
 
         draw_heatmap(path, body, patches, values, title, subtitle, label, low, high, colour_map, span)
@@ -66,7 +66,7 @@ def table_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Write utility.csv."""
     utility, patches = state.ranking_of(mesh), state.placed_patches(mesh)
 
-    def write(_told: object) -> None:
+    def write(_: object) -> None:
         clusters = redundancy_clusters(utility.predictions, len(utility.activities))
         write_text(path, patch_table(utility, patches, clusters))
 
@@ -92,7 +92,7 @@ def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None,
         raise ValueError(f"{folder} already holds {standing[0]}: choose another folder")
     folder.mkdir(parents=True, exist_ok=True)
 
-    def write(path: Path, patch: int | None, place: tuple[Path, str], labels: tuple, _told: object) -> None:
+    def write(path: Path, patch: int | None, place: tuple[Path, str], labels: tuple, _: object) -> None:
         whole = stored_recording(*place).labelled(patches.names, *labels)
         if patch is None:
             whole.save(path)
@@ -112,11 +112,11 @@ def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None,
 def report_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Save the study for a while, and write its report in a thread."""
 
-    def write(told: Callable[[float], None]) -> None:
+    def write(progress: Callable[[float], None]) -> None:
         from ...report.page import report_page  # jinja2 and matplotlib are slow to import
 
         page = report_page(StudyResults.load(folder))
-        told(1.0)  # ends it here where the job was cancelled
+        progress(1.0)  # ends it here if the job was cancelled
         write_text(path, page)
 
     with tempfile.TemporaryDirectory(prefix="w2w_report_") as temporary:

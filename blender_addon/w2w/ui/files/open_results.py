@@ -100,7 +100,7 @@ def misses_folder(study: bpy.types.PropertyGroup) -> bool:
 def open_steps(folder: Path) -> Steps:
     """Read a results folder in a thread, then build its body, patches and actions in the scene."""
 
-    def read(_told: object) -> tuple[StudyResults, Body, dict[str, str]]:
+    def read(_: object) -> tuple[StudyResults, Body, dict[str, str]]:
         run = StudyResults.load(folder)
         body = run.body()
         pack(run.patches)  # kept, as the regions are: here they stop no window

@@ -56,8 +56,8 @@ def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Step
     library = Library(Path(), tuple(clip.clip for clip in saved), "the panel in Blender", tuple(skipped))
     finished = Study(library, config, found.body(), saved, found.renamed(names), advice)
 
-    def write(told: Callable[[float], None]) -> list[str]:
-        write_folder(folder, finished, motions, covers, told)
+    def write(progress: Callable[[float], None]) -> list[str]:
+        write_folder(folder, finished, motions, covers, progress)
         return [signals_key(folder, name) for name in names]
 
     keys = yield from in_thread(write, f"writing {folder.name}", 0.8, 1.0)

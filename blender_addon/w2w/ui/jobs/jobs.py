@@ -171,17 +171,17 @@ def in_thread(
 ) -> Generator[Step, None, T]:
     """Do numerical work in a thread while the window stays alive; bpy must not be touched there.
 
-    `work` gets a function to tell the fraction done, which also ends the work when the job is cancelled;
+    `work` gets a function that takes the fraction done, and also ends the work when the job is cancelled;
     `low` and `high` are the job's fraction before and after. Returns the work's own result.
     """
     state = {"fraction": 0.0, "stop": False}
 
-    def told(fraction: float) -> None:
+    def progress(fraction: float) -> None:
         state["fraction"] = fraction
         if state["stop"]:
             raise CancelledError
 
-    future: Future[T] = _pool.submit(work, told)
+    future: Future[T] = _pool.submit(work, progress)
     try:
         while not wait([future], POLL).done:
             yield Step(low + (high - low) * state["fraction"], text)

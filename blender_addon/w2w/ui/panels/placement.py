@@ -109,8 +109,8 @@ def draw_worn(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.
     study, content = body.w2w, lists.advice_of(body.w2w)
     missing = missing_for_choice(body)
     if content is None:
-        if len(study.wishes) and (said := lists.answer_of(study)):
-            draw_text(layout, context, f"One sensor: {said['sentence']}")
+        if len(study.wishes) and (answer := lists.answer_of(study)):
+            draw_text(layout, context, f"One sensor: {answer['sentence']}")
         if missing:
             draw_info(layout, context, missing)
         elif study.advice_text:

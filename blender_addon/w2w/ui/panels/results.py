@@ -40,11 +40,11 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
-        said = lists.answer_of(body.w2w)
-        draw_text(self.layout, context, said.get("sentence", ""))
-        if said.get("ties"):
-            draw_text(self.layout, context, said["ties"])
-        draw_products(self.layout, said.get("products", ())[:PRODUCTS])
+        answer = lists.answer_of(body.w2w)
+        draw_text(self.layout, context, answer.get("sentence", ""))
+        if answer.get("ties"):
+            draw_text(self.layout, context, answer["ties"])
+        draw_products(self.layout, answer.get("products", ())[:PRODUCTS])
         draw_warning(self.layout, context, body.w2w.source_caution)
 
 
@@ -98,8 +98,9 @@ def draw_activities(layout: Layout, study: bpy.types.PropertyGroup, right: str) 
     row = styled(layout.row(), active=False)
     row.label(text="Activity")
     styled(row.row(), alignment="RIGHT").label(text=right)
-    listed = (study, "activities", study, "activity_index")
-    layout.template_list("W2W_UL_activities", "", *listed, rows=4, maxrows=10)
+    layout.template_list(
+        "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=4, maxrows=10
+    )
 
 
 class W2W_PT_activities(PartPanel, bpy.types.Panel):

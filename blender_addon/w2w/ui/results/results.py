@@ -74,8 +74,8 @@ def findings(study: bpy.types.PropertyGroup, utility: UtilityMap) -> tuple[str, 
     caution = "" if utility.can_rank else f"{headline.CANNOT_RANK}."
     if not counting.is_as_ranked(study, utility):
         return caution, ["Intervals are of all activities alone."]
-    said = (headline.mean_sentence(utility), headline.confidence_sentence(utility))
-    return caution, [f"{text}." for text in said if text]
+    sentences = (headline.mean_sentence(utility), headline.confidence_sentence(utility))
+    return caution, [f"{sentence}." for sentence in sentences if sentence]
 
 
 def fit_range(body: bpy.types.Object) -> None:
@@ -99,13 +99,15 @@ def paint(body: bpy.types.Object, follow: bool = True) -> None:
     if body.data.is_editmode:  # colours cannot be reached there: they follow when it is left
         _waiting.add(body.name)
         return
-    ends: tuple[float | None, float | None] = (None, None)
+    low, high = None, None
     if study.fix_range or scores.beside_of(study) is not None:
-        ends = scores.colour_range(study, utility)
+        low, high = scores.colour_range(study, utility)
     f1, mean = scores.activity_scores(study, utility), scores.mean_scores(study, utility)
     name = heatmap.MEAN if study.scores == scores.EXPECTED else heatmap.ON_THESE_CLIPS
-    look = (*ends, study.colour_map, name, utility.colour_span)
-    heatmap.add_heatmaps(body, patches, f1, utility.activities, mean, *look)
+    heatmap.add_heatmaps(
+        body, patches, f1, utility.activities, mean,
+        low=low, high=high, colour_map=study.colour_map, title=name, span=utility.colour_span,
+    )  # fmt: skip
     if scores.minus_index(study) >= 0:
         heatmap.add_difference(body, patches, scores.shown_scores(study, utility))
     legend.paint_character(body)

@@ -83,11 +83,11 @@ def _bake_clip(mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, first: 
     place, names = signal_cache.place_of(clip), state.placed_patches(mesh).names
     bake = yield from as_steps(baker.by_frame(clip.action), f"{name}, evaluated by Blender", 0.0, 0.8)
 
-    def work(told: Callable[[float], None]) -> str:
+    def work(progress: Callable[[float], None]) -> str:
         recording = record_baked(
             bake.matrices, bake.rate, baker.patches, labels, config, bake.root, bake.on_cloth, first
         )
-        told(0.5)
+        progress(0.5)
         windows = describe(recording, config)
         if first:
             recording, windows = signal_cache.with_added(place, recording, windows)
@@ -127,11 +127,11 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     places = signal_cache.places_of(ranked_clips(study))
     body, patches = state.body_as_run(mesh), state.placed_patches(mesh)
 
-    def rank(told: Callable[[float], None]) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
+    def rank(progress: Callable[[float], None]) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
         windows = [ClipWindows.read(*place) for place in places]
         inputs = ranking_inputs(places, windows, config.classifier, config.windows)
         ranked = same_motions(used, windows)
-        utility = rank_clips(ranked, windows, inputs, config, Pooling.on(body, patches), progress=told)
+        utility = rank_clips(ranked, windows, inputs, config, Pooling.on(body, patches), progress=progress)
         pack(utility)  # kept, as the regions are: here they stop no window
         regions_of(body)
         return utility, ranked

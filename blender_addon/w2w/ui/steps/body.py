@@ -186,7 +186,7 @@ class W2W_OT_select_body(operators.OnBody, bpy.types.Operator):
 
 def load_steps(path: Path) -> Steps:
     """Read a body in a thread, which may take long, then add it as `W2W_OT_add_body` does."""
-    body = yield from in_thread(lambda _told: load_body(path), f"reading {path.name}", 0.0, 0.9)
+    body = yield from in_thread(lambda _: load_body(path), f"reading {path.name}", 0.0, 0.9)
     yield Step(0.9, "building the body")
     add_study(bpy.context, body, body.name)
     return f"Loaded {path.name}"
@@ -213,7 +213,7 @@ def make_study(context: bpy.types.Context, mesh: bpy.types.Object) -> None:
 
 def select_only(context: bpy.types.Context, item: bpy.types.Object) -> None:
     """Select one object and make it active."""
-    for other in context.selected_objects:
-        other.select_set(False)
+    for selected in context.selected_objects:
+        selected.select_set(False)
     item.select_set(True)
     context.view_layer.objects.active = item

@@ -107,22 +107,22 @@ def advised_steps(
     clips = counted_clips(study)
     places, labelled = signal_cache.places_of(clips), [as_labelled(clip) for clip in clips]
 
-    def gather(_told: object) -> SceneResults:
+    def gather(_: object) -> SceneResults:
         ranked = same_motions(labelled, [ClipWindows.read(*place) for place in places])
         return SceneResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
 
     found = yield from in_thread(gather, "gathering windows", 0.0, 0.05)
-    pooling = yield from in_thread(lambda _told: _pooling(found), "measuring the skin", 0.05, 0.2)
+    pooling = yield from in_thread(lambda _: _pooling(found), "measuring the skin", 0.05, 0.2)
     if left_out or reweighed:
         text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
         inputs = found.inputs(config.classifier)
 
-        def rank(told: Callable[[float], None]) -> UtilityMap:
-            return rank_clips(found.clips, found.windows, inputs, config, pooling, progress=told)
+        def rank(progress: Callable[[float], None]) -> UtilityMap:
+            return rank_clips(found.clips, found.windows, inputs, config, pooling, progress=progress)
 
         found = replace(found, utility=(yield from in_thread(rank, text, 0.2, 0.3)))
     text = "choosing what to wear"
-    return found, (yield from in_thread(lambda _told: advised(found, config, pooling), text, 0.3, 1.0))
+    return found, (yield from in_thread(lambda _: advised(found, config, pooling), text, 0.3, 1.0))
 
 
 def _pooling(finished: SceneResults) -> Pooling:

@@ -119,8 +119,8 @@ def import_steps(
         raise
     mesh.w2w.clip_index = before
     lists.list_labels(mesh.w2w)
-    said = [_outcome(len(items) - failed, failed, len(left_out), unlabelled, twice), cut_sentence(cut)]
-    return "; ".join(filter(None, said))
+    parts = [_outcome(len(items) - failed, failed, len(left_out), unlabelled, twice), cut_sentence(cut)]
+    return "; ".join(filter(None, parts))
 
 
 def _spelled_as_listed(study: bpy.types.PropertyGroup, items: Sequence[ImportItem]) -> list[ImportItem]:

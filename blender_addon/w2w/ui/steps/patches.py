@@ -30,7 +30,7 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     own, count = list(own_placements.listed(study).items()), study.patch_count
     config = replace(state.config_of(study), seed=study.patch_seed, placements=tuple(own))
     text = f"spreading {count} patches"
-    patches = yield from jobs.in_thread(lambda _told: sample(body, config), text, 0.0, 0.8)
+    patches = yield from jobs.in_thread(lambda _: sample(body, config), text, 0.0, 0.8)
     yield jobs.Step(0.8, "placing empties")
     remove_all(mesh)
     study = mesh.w2w

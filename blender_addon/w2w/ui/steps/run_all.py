@@ -32,7 +32,7 @@ def missing_for_all(body: bpy.types.Object) -> str:
 @on_body
 def run_all_steps(mesh: bpy.types.Object) -> Steps:
     """Do what is missing, part after part; skip what is up to date."""
-    study, said = mesh.w2w, []
+    study, outcomes = mesh.w2w, []
     place = state.patches_of(mesh) is None or is_pending(study)
     count = len(state.usable(study)) if place else len(to_bake(study))
     rank = count > 0 or not state.is_up_to_date(study)
@@ -46,16 +46,16 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
         (RANKING * rank, lambda: not state.is_up_to_date(study), rank_steps),
         (CHOOSING, is_choice_missing, choose_steps),
     )
-    whole, gone = sum(seconds for seconds, _, _ in parts), 0.0
+    whole, done = sum(seconds for seconds, _, _ in parts), 0.0
     for seconds, is_needed, steps in parts:
         if is_needed():
-            said.append((yield from part(steps(mesh), gone / whole, (gone + seconds) / whole)))
-        gone += seconds
-    if not said:
+            outcomes.append((yield from part(steps(mesh), done / whole, (done + seconds) / whole)))
+        done += seconds
+    if not outcomes:
         return "Everything is up to date"
     answer = lists.answer_of(study)
     if not answer:
-        return ". ".join(said)
+        return ". ".join(outcomes)
     frame_answer(mesh)
     baked = {clip.name for clip in state.baked(study)}
     failed = listed([clip.name for clip in state.usable(study) if clip.name not in baked])

@@ -53,9 +53,10 @@ def counted_in(study: Group, run: StudyConfig) -> tuple[tuple[str, ...], tuple[t
     Excluded activities appear in neither; activities missing from the ranking keep the opened run's values,
     and the run's own tuples are returned if equivalent.
     """
-    taken = [activity for activity, is_in in zip(study.activities, ticked(study), strict=True) if is_in]
-    weights = [(one.name, _weight(one)) for one in taken if one.part == COUNTED and _weight(one) != 1]
-    background = [one.name for one in taken if one.part == BACKGROUND]
+    included = [activity for activity, is_in in zip(study.activities, ticked(study), strict=True) if is_in]
+    counted = [activity for activity in included if activity.part == COUNTED]
+    weights = [(activity.name, _weight(activity)) for activity in counted if _weight(activity) != 1]
+    background = [activity.name for activity in included if activity.part == BACKGROUND]
     if run.background or run.weights:
         listed = {same_label(activity.name) for activity in study.activities}
         unranked = {same_label(name) for name in {clip.activity for clip in study.clips}} - listed
@@ -90,4 +91,4 @@ def _weight(activity: Group) -> float:
 
 def _weights(study: Group) -> np.ndarray:
     """Weights, 0 for background, whether ticked or not."""
-    return np.array([0.0 if one.part == BACKGROUND else _weight(one) for one in study.activities])
+    return np.array([0.0 if row.part == BACKGROUND else _weight(row) for row in study.activities])

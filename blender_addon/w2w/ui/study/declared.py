@@ -30,9 +30,10 @@ def declared(name: str, **other: Any) -> dict[str, Any]:
     """
     parameter = parameters_of(StudyConfig)[name]
     unit = f" ({parameter.unit})" if parameter.unit and "unit" not in other else ""
+    none = "; 0 for none" if parameter.default is None else ""
     about = {
         "name": parameter.title + unit,
-        "description": parameter.help.removesuffix(".") + "; 0 for none" * (parameter.default is None),
+        "description": parameter.help.removesuffix(".") + none,
         "default": 0 if parameter.default is None else parameter.default,
         "min": 0 if _is_optional(parameter) else parameter.least,
         "max": parameter.most,

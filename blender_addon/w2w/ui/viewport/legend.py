@@ -41,11 +41,11 @@ def legend(study: bpy.types.PropertyGroup, utility: UtilityMap) -> Legend:
     name = map_name(study, scores.view_index(study))
     if scores.minus_index(study) >= 0:
         name = f"{name} minus {map_name(study, scores.minus_index(study))}"
-        ends = difference_range(scores.shown_scores(study, utility))
-        return Legend(name, "Difference of F1", *ends, DIFFERENCE_MAP, "", "+.2f")
+        low, high = difference_range(scores.shown_scores(study, utility))
+        return Legend(name, "Difference of F1", low, high, DIFFERENCE_MAP, note="", number="+.2f")
     title = "Expected F1" if study.scores == scores.EXPECTED else "F1 on these clips"
-    ends, note = scores.colour_range(study, utility), scores.range_note(study, utility)
-    return Legend(name, title, *ends, study.colour_map, note, ".2f", name_of(study))
+    (low, high), note = scores.colour_range(study, utility), scores.range_note(study, utility)
+    return Legend(name, title, low, high, study.colour_map, note, number=".2f", beside=name_of(study))
 
 
 def left_of_legend(width: float, left: float, right: float, bodies: Sequence[float]) -> float:

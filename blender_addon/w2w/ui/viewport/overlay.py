@@ -92,24 +92,24 @@ def draw() -> None:
 
 
 def _free_part(context: bpy.types.Context) -> Free:
-    region = context.region
-    free = [0.0, float(region.width), 0.0, float(region.height)]
-    if not context.preferences.system.use_region_overlap:
-        return Free(*free)
+    region, system = context.region, context.preferences.system
+    left, right, bottom, top = 0.0, float(region.width), 0.0, float(region.height)
+    if not system.use_region_overlap:
+        return Free(left, right, bottom, top)
     for other in context.area.regions:
         if other.width <= 1 or other.height <= 1 or other.alignment == "NONE":
             continue
         if other.type == "UI":
-            free[1] = min(free[1], other.x - region.x)
+            right = min(right, other.x - region.x)
         elif other.type == "HUD":
-            free[2] = max(free[2], other.y + other.height - region.y)
+            bottom = max(bottom, other.y + other.height - region.y)
         elif other.type == "TOOLS":
-            free[0] = max(free[0], other.x + other.width - region.x)
+            left = max(left, other.x + other.width - region.x)
         elif other.type in ("HEADER", "TOOL_HEADER") and other.y > region.y + region.height / 2:
-            free[3] = min(free[3], other.y - region.y)
+            top = min(top, other.y - region.y)
     if context.space_data.overlay.show_text:
-        free[3] -= INFO_TEXT * context.preferences.system.ui_scale
-    return Free(*free)
+        top -= INFO_TEXT * system.ui_scale
+    return Free(left, right, bottom, top)
 
 
 def _heads(context: bpy.types.Context, bodies: Sequence[bpy.types.Object]) -> list[Vector]:
