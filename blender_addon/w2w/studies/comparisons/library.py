@@ -23,11 +23,7 @@ from ..validation.library_names import RULES
 from ..validation.library_repeats import Repeats, repeats
 from ..validation.protocol import first_rule
 from ..validation.source_test import told_sources
-from ..validation.within_sources import (
-    MixedWindows,
-    SourcedMap,
-    rank_within_sources,
-)
+from ..validation.within_sources import MixedWindows, SourcedMap, rank_within_sources
 
 LABELS = "labels.csv"
 CURVE = (3, 5, 7, 10)
@@ -138,9 +134,7 @@ class LibraryFindings:
 
 
 def study_library(
-    study: StudyResults,
-    halvings: int = 4,
-    step: Callable[[str], AbstractContextManager] = nullcontext,
+    study: StudyResults, halvings: int = 4, step: Callable[[str], AbstractContextManager] = nullcontext
 ) -> LibraryFindings:
     """Rank a finished run's clips within their sources, and see how far that repeats.
 

@@ -74,10 +74,7 @@ def _report(one: Found, title: str) -> str:
         *(f"- {note}" for note in one.notes),
     ]
     sites = ", ".join(f"{site} ({patch})" for site, patch in zip(found.sites, one.simulated_at, strict=True))
-    lines += [
-        f"- Sites: {sites}.",
-        f"- Real: {_side(found.real)}. Simulated: {_side(found.simulated)}.",
-    ]
+    lines += [f"- Sites: {sites}.", f"- Real: {_side(found.real)}. Simulated: {_side(found.simulated)}."]
     for side, utility in (("real", found.real), ("simulated", found.simulated)):
         lines += [f"- Left out ({side}): {reason}." for reason in utility.left_out.values()]
     lines += ["", *agreement_table(found), ""]

@@ -143,10 +143,7 @@ def _patches_at(site: str | SensorSite | int, patches: PatchSet, body: Body) -> 
 
 
 def load_motions(
-    protocol: Protocol,
-    libraries: Sequence[Path],
-    body: Body,
-    told: Callable[[str], None] = lambda _: None,
+    protocol: Protocol, libraries: Sequence[Path], body: Body, told: Callable[[str], None] = lambda _: None
 ) -> tuple[list[Moving], list[str]]:
     """The libraries' clips that the protocol's rules name, each distinct motion under one name.
 

@@ -66,11 +66,7 @@ MEAN, EXPECTED_MEAN = "mean", "expected mean"
 
 
 def write_scores(
-    path: Path,
-    rows: Sequence[ScoreRow],
-    columns: Sequence[str],
-    patches: Sequence[int],
-    utility: UtilityMap,
+    path: Path, rows: Sequence[ScoreRow], columns: Sequence[str], patches: Sequence[int], utility: UtilityMap
 ) -> None:
     """Write one line a cell: group, activity, placement, patch, F1, its interval, motions and windows.
 

@@ -135,12 +135,7 @@ class SweepMaps:
 
 
 def _bake_clip(
-    case: Case,
-    clip: LabelledClip,
-    study: Path,
-    folder: Path,
-    patches: Path,
-    usual_height: float,
+    case: Case, clip: LabelledClip, study: Path, folder: Path, patches: Path, usual_height: float
 ) -> bool:
     """Write the features of a clip under a case; False where it is too short for its windows."""
     body, placed = _load(folder / WORK / "body.npz", patches)

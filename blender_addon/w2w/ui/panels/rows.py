@@ -182,11 +182,7 @@ class W2W_PG_clip(Group):
         description="What the motion shows; clips with the same label are one activity",
         update=relabel,
     )
-    subject: StringProperty(
-        name="Subject",
-        description="Who moves, if known",
-        update=spell_subject,
-    )
+    subject: StringProperty(name="Subject", description="Who moves, if known", update=spell_subject)
     action: PointerProperty(type=bpy.types.Action, name="Action", description="The motion on the body")
     n_frames: IntProperty(name="Frames", description="Frames of the motion")
     rate: FloatProperty(name="Frame Rate", description="Frames per second of the motion")
