@@ -27,7 +27,7 @@ PACK = (
 
 
 def main(platforms: list[str]) -> None:
-    """Fill the folder anew."""
+    """Empty the folder and fill it again."""
     shutil.rmtree(RELEASE, ignore_errors=True)
     RELEASE.mkdir(parents=True)
     for platform in platforms:

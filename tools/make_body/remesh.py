@@ -92,7 +92,7 @@ def _collapse_short(mesh: EditableMesh, surface: Surface, scale: float) -> None:
 
 
 def _collapse(mesh: EditableMesh, surface: Surface, edges: np.ndarray, longest: float) -> None:
-    """Collapse edges in turn, none beside one just collapsed; `longest` is relative to the wanted length."""
+    """Collapse edges in turn, none next to one just collapsed; `longest` is relative to the wanted length."""
     wanted = surface.lengths_at(np.array(mesh.points)[edges].mean(axis=1)) if len(edges) else []
     touched: set[int] = set()
     for (a, b), length in zip(edges.tolist(), wanted, strict=True):

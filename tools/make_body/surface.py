@@ -63,7 +63,7 @@ class Surface:
         return closest, index, self._coordinates(closest, index)
 
     def closest_facing(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, ...]:
-        """As `closest`, among the faces that look the way `normals` (N, 3) do."""
+        """Like `closest`, among the faces that look the way `normals` (N, 3) do."""
         closest, index, _ = self.closest(points)
         away = np.einsum("na,na->n", self.face_normals[index], normals) < MIN_FACING
         for point in np.flatnonzero(away):

@@ -75,7 +75,7 @@ def copies(
         bool, typer.Option("--chance", help="Deal labels by chance, with copies and without.")
     ] = False,
 ) -> None:
-    """Put one copy of every clip beside the originals, kind by kind, and print the share that is found.
+    """Add one copy of every clip to the originals, kind by kind, and print the share that is found.
 
     With --chance, labels are dealt by chance to 36 clips, alone and with three copies each, cut by 10 to
     34 %: F1 stays that of chance only where no clip is tested on its copy.

@@ -35,7 +35,7 @@ def paper(
     max_places: Annotated[int | None, declared("max_places")] = None,
     costs: Annotated[Path | None, declared("costs")] = None,
 ) -> None:
-    """Choose sensors as the paper does: by algorithm 2, beside the exact optimum of its proxy.
+    """Choose sensors as the paper does: by algorithm 2, with the exact optimum of its proxy.
 
     The proxy, mean-max F1, takes each activity from the sensor that is best at it, on the very clips that
     choose. Beside it stand the paper's joint test, one classifier on all sensors, and what other clips would

@@ -38,7 +38,7 @@ from .demo_library import LABELS, Take, write_library_once
 FIGURE = "figure.png"
 
 SOURCE = "generated"
-"""Of all clips, though each exercise lies in a folder of its own."""
+"""Source of all clips, though each exercise lies in a folder of its own."""
 
 AGES = (22.0, 85.0)
 """Years between which people's ages are drawn."""

@@ -20,7 +20,7 @@ from .unpaired import real_side, scores_of
 from .utd import WINDOW
 
 SEED = 0
-"""Of folds, resamples and halves of the people: the same for everybody."""
+"""Seed of folds, resamples and halves of the people: the same for everybody."""
 
 COLUMNS = ("data_set", "activity", "site", "score")
 HEADINGS = (

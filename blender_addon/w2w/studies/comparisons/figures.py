@@ -51,7 +51,7 @@ def score_maps_figure(path: str | Path, found: SiteValidation, title: str) -> No
 
 
 def site_bars_figure(path: str | Path, found: SiteValidation, title: str) -> None:
-    """A panel an activity: F1 of each site with its interval, real beside simulated, and their rho."""
+    """One panel per activity: real and simulated F1 of each site with its interval, and their rho."""
     activities, sites = found.real.activities, found.sites
     rows = -(-(len(activities) + 1) // COLUMNS)
     figure = _figure(3.6 * COLUMNS, 0.9 + 2.2 * rows)
@@ -140,7 +140,7 @@ def curve_figure(
 def confusions_figure(
     path: str | Path, confusions: Mapping[str, np.ndarray], activities: Sequence[str], title: str
 ) -> None:
-    """Confusions side by side: the share of each true activity (row) that was named so (column)."""
+    """Confusion matrices side by side: shares of actual activities (rows) by predicted ones (columns)."""
     size = 1.2 + 0.2 * len(activities)
     figure = _figure(1.6 + size * len(confusions), 2.7 + size)
     axes = figure.subplots(1, len(confusions), sharey=True, squeeze=False).ravel()

@@ -112,7 +112,7 @@ def _energy(values: np.ndarray, rate: float) -> np.ndarray:
 
 
 def write_gait(out: Path, found: GaitValidation, sensor: SensorModel) -> str:
-    """Write ``report.md`` and ``signals.json`` beside what `write_validation` writes; returns the report."""
+    """Write ``report.md`` and ``signals.json``, besides `write_validation`'s files; returns the report."""
     notes = [
         "Paired: one walk of one person; nothing is fitted. The BVH is from the same suit's sensors, so the "
         "pose is not independent of them; its root path is low-passed at 3 Hz (docs/signals.md).",

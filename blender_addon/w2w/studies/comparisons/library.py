@@ -130,7 +130,7 @@ class LibraryFindings:
     curve_activities: tuple[str, ...]
     between: dict[str, float]  # rho of an activity's maps in different sources
     told: dict[str, UtilityMap]  # how well sources are told within an activity
-    across: AcrossSources | None  # one source left out at a time; None where no two activities allow it
+    across: AcrossSources | None  # one source left out at a time; None if no two activities allow it
 
 
 def study_library(
@@ -165,7 +165,7 @@ def study_library(
 
 
 def _across(windows: MixedWindows, seed: int) -> AcrossSources | None:
-    """One source left out at a time; None where no two activities are shown by two sources."""
+    """One source left out at a time; None if no two activities are shown by two sources."""
     try:
         return across_sources(windows, seed)
     except ValueError:

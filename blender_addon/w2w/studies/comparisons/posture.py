@@ -13,7 +13,7 @@ SEATED, UPRIGHT = np.radians((75, 105)), np.radians((0, 30))
 
 
 def posture(body: Body, motion: Motion) -> str:
-    """Whether somebody sits or stands throughout, by both thighs; empty where neither."""
+    """The posture throughout, "sitting" or "standing", by both thighs, or ""."""
     joints = joint_transforms(body, motion)[1]
     tilts = []
     for side in ("left", "right"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write down what a protocol's analyses found, beside what was asked for."""
+"""Report what a protocol's analyses found against what was asked for."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +13,7 @@ from .report import write_validation
 
 
 def write_protocol(out: Path, protocol: Protocol, found: Sequence[Found]) -> str:
-    """Write ``report.md`` and ``summary.json`` beside what `write_validation` writes of each analysis.
+    """Write ``report.md`` and ``summary.json``, besides what `write_validation` writes of each analysis.
 
     Returns the report.
     """

@@ -17,7 +17,7 @@ FEWEST_MOTIONS = 4
 """Motions of an activity of which each half has two, to train on one and test on the other."""
 
 FIGURES = ("expected", "delivered", "gain", "by raw F1", "rho", "ceiling", "stated", "did", "holds")
-"""Of a choice: F1 expected of the chosen patch and its raw F1 on the other half; how much that is above an
+"""For a choice: F1 expected of the chosen patch and its raw F1 on the other half; how much that is above an
 average patch's, and the same of the patch of the highest raw F1; Spearman's rho of the expected map with
 the other half's raw map, and the root of the raw maps'; the stated chance of beating an average patch,
 whether it did, and the share of patches whose interval holds the other half's F1."""

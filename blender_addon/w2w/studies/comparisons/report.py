@@ -79,7 +79,7 @@ def _report(one: Found, title: str) -> str:
         lines += [f"- Left out ({side}): {reason}." for reason in utility.left_out.values()]
     lines += ["", *agreement_table(found), ""]
     lines += [f"![F1 by activity and site](f1_maps{suffix}.png)", ""]
-    lines += [f"![F1 site by site, real beside simulated](f1_sites{suffix}.png)", ""]
+    lines += [f"![F1 site by site, real and simulated](f1_sites{suffix}.png)", ""]
     return "\n".join(lines)
 
 

@@ -6,7 +6,7 @@
 The BVH is read through Blender, retargeted to the bundled body, skinned; the patch nearest each worn sensor's
 site gives its signal. No lever arm, time shift, bias or scale is fitted: only one constant rotation a sensor,
 from the patch's axes to the sensor's, since nobody knows how a strap sat. Real and simulated signals are
-low-passed alike (Butterworth, zero phase). Scores are Pearson's r, the mean of the three axes.
+low-passed in the same way (Butterworth, zero phase). Scores are Pearson's r, the mean of the three axes.
 
 Beside it, in the same run: the road with the BVH's root path smoothed (`core/root_path.py`), that with a
 narrower band than the default 10 Hz as well, and as baselines the Vicon joints, the path of the joint nearest
@@ -40,10 +40,10 @@ BVH_FRAMES = 2503
 """Frames of the BVH file; the sensors' rows are counted in them."""
 
 LOWPASS_HZ = (10.0, 3.0)
-"""Of real and simulated signals, in turn."""
+"""Low-passes of real and simulated signals, in turn."""
 
 ROOT_HZ, NARROW_HZ = 3.0, 5.0
-"""Of the smoothed root path, and the narrower band of trajectories."""
+"""Bands of the smoothed root path, and the narrower one of trajectories."""
 
 AS_DEFAULT = Synthesis().cutoff_hz
 

@@ -166,7 +166,7 @@ def print_table(title: str, pairs: Sequence[tuple[ImuRecording, ImuRecording]]) 
 
 
 def compared(real: ImuRecording, made: ImuRecording, kinds: list[str]) -> list[tuple[float, ...]]:
-    """Of one sensor and each kind: r of magnitudes, amplitude, and r and error by axis on the other half."""
+    """For one sensor and each kind: r of magnitudes, amplitude, and r and error by axis on the other half."""
     lag = 0.0
     found = []
     for kind in reversed(kinds):  # the gyroscope says best how late a sensor is

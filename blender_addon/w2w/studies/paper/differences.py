@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Signals by differences between frames, in the paper's order, beside the splines of the product."""
+"""Signals by differences between frames, in the paper's order, to compare with the splines of the product."""
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -16,7 +16,7 @@ FILTER_ORDER = 4
 
 
 def synthesize_by_differences(matrices: np.ndarray, rate: float, settings: Synthesis) -> ImuRecording:
-    """As `synthesize`: take differences at the clip's rate, filter the signals, then resample them.
+    """Like `synthesize`, but take differences at the clip's rate, filter the signals, then resample them.
 
     Physical: f = R^T (p'' - g) with the central second difference, omega = log(R(t-h)^T R(t+h)) / 2h. As
     the paper prints it (equations 3 to 5): a + R^-1 g with a in the world frame, and log(R(t) R(t-h)^-1),

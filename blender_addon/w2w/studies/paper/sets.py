@@ -22,7 +22,7 @@ class PaperSets:
     """The sets that the paper's proxy chooses."""
 
     greedy: Subset  # by algorithm 2
-    exact: Subset | None  # the cheapest set that does it; None where the solver found none in time
+    exact: Subset | None  # the cheapest set that does it; None if the solver found none in time
     together: list[UtilityMap]
     """What one classifier on the first sensor of `greedy`, the first two, and so on reaches on these
     clips."""

@@ -26,7 +26,7 @@ class PatchDifference:
     """(P, Q): mean F1 of a patch less that of another, and its interval."""
 
     def verdicts(self) -> np.ndarray:
-        """1 where a patch is better, -1 where it is worse, 0 where they cannot be told apart; (P, Q)."""
+        """1 where a patch is better, -1 where it is worse, 0 where the difference may be chance; (P, Q)."""
         return (self.low > 0).astype(int) - (self.high < 0).astype(int)
 
 

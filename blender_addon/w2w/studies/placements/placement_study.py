@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the study of placements leaves beside its tables: the paper's figure 4, verdicts on claims, a page."""
+"""Files of the study of placements besides its tables: the paper's figure 4, verdicts on claims, a page."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

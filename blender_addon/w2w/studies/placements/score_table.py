@@ -77,7 +77,7 @@ def resampled_f1(
     n_resamples: int,
     seed: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """F1 of a few patches, and of every resample of the clips, for intervals of one's own.
+    """F1 of a few patches, and of every resample of the clips, for your own intervals.
 
     `truth`, `predictions`, `clip`, `n_activities`, `n_resamples`, `seed`: as for `score_patches`; with the
     same seed the same clips are drawn.

@@ -68,10 +68,10 @@ MEAN, EXPECTED_MEAN = "mean", "expected mean"
 def write_scores(
     path: Path, rows: Sequence[ScoreRow], columns: Sequence[str], patches: Sequence[int], utility: UtilityMap
 ) -> None:
-    """Write one line a cell: group, activity, placement, patch, F1, its interval, motions and windows.
+    """Write one line per cell: group, activity, placement, patch, F1, its interval, motions and windows.
 
-    The last lines, "expected mean", are what other clips would show; in these `same_as_best` compares with
-    the best patch of all.
+    The last lines, "expected mean", are what other clips would show; in these lines `same_as_best` compares
+    with the best patch of all.
     """
     names = [row.activity for row in rows if row.activity]
     name_of = {"": MEAN, **dict(zip(names, apart(names, (MEAN, EXPECTED_MEAN)), strict=True))}

@@ -58,7 +58,7 @@ class Trend:
     clips: int
     """Tested ones of the group."""
     verdict: str  # "supported" or "contradicted" or "undecided"
-    why: str = ""  # why there is no interval; empty where there is one
+    why: str = ""  # why there is no interval, or ""
 
 
 def judge(

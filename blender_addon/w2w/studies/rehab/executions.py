@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Exercises done badly, in the ways that a clinician wants told apart, and by people of other ages.
+"""Exercises done badly, in ways that a clinician wants to recognise, and by people of other ages.
 
 Half the range, slowly, one-sidedly: another style. A compensating trunk or a tremor: written over the plan.
 """

@@ -90,7 +90,7 @@ def _tails(rest: np.ndarray) -> np.ndarray:
 
 @contextlib.contextmanager
 def _names_free() -> Iterator[None]:
-    """Lend the names that are written to the file: beside a block of the same name ours would end in .001."""
+    """Lend the names that are written to the file: a block of the same name would make ours end in .001."""
     taken = [
         (block, name)
         for blocks, name in ((bpy.data.objects, _ARMATURE), (bpy.data.scenes, TAKE))

@@ -15,7 +15,7 @@ from w2w.core.colours import colour_table
 from w2w.drawing import page
 
 WIDTH = 13.2
-"""Of the page, inches."""
+"""Width of the page, inches."""
 
 IN_A_ROW = 4
 """Activities side by side."""

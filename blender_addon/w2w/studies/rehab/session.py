@@ -11,7 +11,7 @@ from .skeleton import Figure
 
 @dataclass(frozen=True)
 class Style:
-    """What varies from clip to clip in every exercise, drawn alike for all of them."""
+    """What varies from clip to clip in every exercise, from the same distribution for all."""
 
     duration: float
     lead_in: float

@@ -45,7 +45,7 @@ def replaced_sides(
     """The comparison again with one side at a time, and both, scored source by source.
 
     Where replacing the simulated side alone brings the rankings together, it was the sources that the
-    simulated sensors told apart.
+    simulated sensors distinguished.
     """
     activities = whole.real.activities
     real = merged([part.real for part in parts], activities)

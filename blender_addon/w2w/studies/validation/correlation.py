@@ -15,7 +15,7 @@ class Correlation(NamedTuple):
 
     zero_lag: float
     best_lag: float
-    """As they stand, and at the shift that fits best."""
+    """Correlation without a shift, and at the shift that fits best."""
     lag_s: float  # that shift: how much later the first signal is
     amplitude: float  # standard deviation of the second magnitude over that of the first
 

@@ -67,7 +67,7 @@ class Analysis(NamedTuple):
     cutoff_hz: float = 0.0
     """Band of the motion files' trajectories."""
     sites: tuple[str, ...] = ()
-    """Those of paired trials."""
+    """Sites of paired trials."""
 
 
 class Bar(NamedTuple):
@@ -123,7 +123,7 @@ class Protocol:
     rules: tuple[Rule, ...] = ()
     """The first that fits a clip counts."""
     joints: JointSet | None = None
-    """Of the poses."""
+    """Joint set of the poses."""
     pose_hz: float = 0.0
     """Frames of the poses a second."""
     sensor: SensorModel = PRESETS[DEFAULT_SENSOR]
@@ -135,11 +135,11 @@ class Protocol:
     folds: int = 5
     """By clip, the same on both sides; unpaired sides leave one person and one performer out instead."""
     background: tuple[str, ...] = ()
-    """Activities that the others are told apart from and that are not compared themselves."""
+    """Activities that the others are trained against, not compared themselves."""
     remarks: Callable[[Sequence[str]], list[str]] = lambda _: []
     """What a reader must know besides, by the activities shown."""
     title: str = ""
-    """Of its report, if that says more than the name."""
+    """Title of its report, if that says more than the name."""
     bars: Mapping[str, float] = field(default_factory=lambda: {"regret": 0.03, "rho over ceiling": 0.8})
     """Least rho of mean F1 ("rho of mean F1"), mean rho by activity ("mean rho"), correlation over the cells
     ("r over cells") and rho of mean F1 over its ceiling ("rho over ceiling"), and most regret ("regret")."""

@@ -14,7 +14,7 @@ class Regret(NamedTuple):
     lost: float
     low: float
     high: float
-    """And its 95 % interval over people and clips, the choice and the best site drawn anew each time."""
+    """Its 95 % interval over people and clips, with a new choice and best site in each draw."""
     at_random: float  # what a site chosen blindly loses on average
 
 
@@ -35,7 +35,7 @@ def regret(
 def lost(real: np.ndarray, simulated: np.ndarray) -> np.ndarray:
     """F1 lost, the mean over activities, shape (...), of scores (..., S, K).
 
-    Sites that simulation scores alike are as likely to be taken one as another.
+    Sites with the same simulated score are equally likely to be taken.
     """
     chosen = simulated == np.fmax.reduce(simulated, axis=-2, keepdims=True)
     with np.errstate(invalid="ignore"):

@@ -35,11 +35,11 @@ class SiteScores:
     """People or clips, clips and windows tested."""
     classifier: str
     protocol: str
-    """As of `UtilityMap`."""
+    """The same as in `UtilityMap`."""
     left_out: dict[str, str]
 
     def without(self, background: Sequence[str]) -> SiteScores:
-        """The scores of the other activities, which were told apart from these.
+        """The scores of the other activities, which were trained against these.
 
         Raises ValueError if none is left.
         """

@@ -20,7 +20,7 @@ CANDIDATES = 4000
 """Rotations tried for how a sensor sat; the best of them is then refined."""
 
 MOST_WINDOWS = 2000
-"""Of more windows of a site, so many are taken, evenly."""
+"""Windows of a site that are used at most, evenly spaced."""
 
 AT_ONCE = 256
 """Windows described at once, which stay in cache."""

@@ -26,7 +26,7 @@ class SiteWindows(NamedTuple):
     activity: np.ndarray
     clip: np.ndarray
     subject: np.ndarray
-    """(W,) of str: subjects are empty where unknown."""
+    """(W,) of str: an unknown subject is ""."""
     is_test: np.ndarray  # (W,) of bool
     skipped: dict[str, str]  # clips too short or too full of gaps, each with the reason
 

@@ -97,7 +97,7 @@ def validate_sites(
     them.
     `real_site_of` of int: likewise of each real one.
     `classifier`: name in `utility.CLASSIFIERS`; the windows hold what it takes.
-    `background`: activities that the others are told apart from and that are not compared themselves.
+    `background`: activities that the others are trained against, not compared themselves.
     Raises ValueError if fewer than two activities can be tested on both sides, or there are fewer than three
     sites.
     """
@@ -190,13 +190,13 @@ def _cell_r(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def _over_cells(scores: Sequence[np.ndarray], samples: Sequence[np.ndarray]) -> Estimate:
-    """Correlation over the cells; NaN where those of a side are all alike."""
+    """Correlation over the cells; NaN if those of a side are all the same."""
     r = float(_cell_r(*scores))
     return Estimate(r, *bootstrap_interval(r, _cell_r(*samples)))
 
 
 def _reliability(side: SiteScores) -> float:
-    """Of a side's cells, from the correlation of halves, 0 to 1."""
+    """Reliability of a side's cells, from the correlation of halves, 0 to 1."""
     return float(of_the_whole(np.nan_to_num(_cell_r(*side.halves)).mean()))
 
 

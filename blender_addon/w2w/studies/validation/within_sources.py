@@ -27,7 +27,7 @@ INNER_HALVINGS = 2
 """Ways in which each map's own clips are halved, to pool it."""
 
 RESAMPLES = 20
-"""Of the bootstrap, whose intervals are not used here."""
+"""Resamples of the bootstrap, whose intervals are not used here."""
 
 
 class MixedWindows(NamedTuple):
@@ -72,7 +72,7 @@ class SourcedMap:
         return [source for source, found in self.parts.items() if activity in found.activities]
 
     def without(self, source: str) -> SourcedMap | None:
-        """The map of the other sources; None where there are none."""
+        """The map of the other sources, or None if there are none."""
         others = {name: found for name, found in self.parts.items() if name != source}
         return sourced_map(others, self.left_out) if others else None
 

@@ -32,7 +32,7 @@ class Multi3Net(Settings):
     the head's convolution along the vector in 8 segments, and losses that count all activities
     the same. `Multi3Net.full()` has their sizes and schedule. The default is smaller, so that
     512 patches are mapped in the time that `docs/utility.md` states, and is made for a few
-    clips an activity: its embedding reads a window's spectrum beside its samples, windows are
+    clips an activity: its embedding reads a window's spectrum and its samples, windows are
     mixed in pairs (mixup), and none is set aside for validation.
 
     With early stopping, the validation split is the next fold, never the tested one; windows of
@@ -61,7 +61,7 @@ class Multi3Net(Settings):
 
     @staticmethod
     def unavailable() -> str:
-        """Why it cannot be used here, in a sentence; empty where it can."""
+        """Why it cannot be used here, as a sentence, or ""."""
         return "" if importlib.util.find_spec("torch") else HOW_TO_GET_TORCH
 
     def predict_folds(

@@ -33,7 +33,7 @@ class Group:
 
     @cached_property
     def file(self) -> Path | None:
-        """The checkpoint; None where none are kept."""
+        """The checkpoint, or None if none are kept."""
         folder = self.settings.checkpoints
         return None if folder is None else folder / f"{self._key()}.npz"
 

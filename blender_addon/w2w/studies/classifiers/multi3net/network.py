@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The IMU branch of Multi3Net for many patches at once, every weight with a leading axis of patches.
 
-Its inputs, too: each channel's samples, and beside them its spectrum.
+Its inputs, too: each channel's samples and its spectrum.
 """
 
 import math
@@ -14,7 +14,7 @@ from torch import Tensor
 from torch.nn import functional
 
 SPECTRUM_FLOOR = 0.05
-"""Smallest amplitude told apart, as a share of the channel's standard deviation."""
+"""Smallest amplitude that counts, as a share of the channel's standard deviation."""
 LEAST_STD = 1e-6
 """Standard deviation below which a channel is taken to be constant."""
 

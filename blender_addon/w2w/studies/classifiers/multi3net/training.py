@@ -70,7 +70,7 @@ class State:
         )
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """As arrays, for a file."""
+        """The parameters as arrays, for a file."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         return {
             name: value.cpu().numpy() if isinstance(value, Tensor) else np.array(value)
