@@ -62,7 +62,7 @@ class _Commands(TyperGroup):
 
 
 def add_further_commands(app: typer.Typer) -> None:
-    """Add the commands that installed packages offer and, where the studies do not, hints how to get them."""
+    """Add the commands of installed packages; without the studies, hints how to get them."""
     offered = entry_points(group="w2w.commands")
     for command in offered:
         command.load()(app)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender in this process, module or program: whether it is there, and where it finds W2W's libraries."""
+"""Blender in this process, module or program: whether it is installed, and where W2W's libraries are."""
 
 import shlex
 import site
@@ -38,7 +38,7 @@ def check_installed() -> None:
 
 @contextmanager
 def needs_blender() -> Iterator[None]:
-    """Raise a NoBlenderError where an import in the block lacks `bpy`, or a system library that it opens."""
+    """Raise a NoBlenderError if an import in the block lacks `bpy` or a system library that it opens."""
     try:
         yield
     except ImportError as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How commands end, and what several of them print."""
+"""Exit codes of commands, and output that several of them share."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager

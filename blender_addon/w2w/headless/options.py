@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What options mean: bodies, wishes for sensors, the sensor and its signals, windows, poses from video."""
+"""Parsing of options: bodies, wishes for sensors, the sensor and its signals, windows, poses from video."""
 
 import math
 import os

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the `w2w` command begins: in a terminal, in the Blender program, or by a script's path.
+"""Entry points of the `w2w` command: in a terminal, in the Blender program, or by a script's path.
 
 Standard streams may be closed, full, or read by nobody: that gives a sentence, never a traceback.
 """
@@ -22,7 +22,7 @@ STREAMS = (("stdin", "r"), ("stdout", "w"), ("stderr", "w"))
 STDERR = 2
 
 COLOURS = re.compile(r"(\x1b\[[0-9;]*m)")
-"""What may come with an error to a terminal; all else that it would obey is part of somebody's words."""
+"""Control sequences that errors may send to a terminal; all others come from names and are removed."""
 
 
 def main() -> None:

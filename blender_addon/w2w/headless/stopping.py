@@ -52,7 +52,7 @@ class _Stop:
 
 
 def _try(work: Callable[[], object]) -> None:
-    """Do it if it takes no longer than a second: the terminal may be gone, a pipe full, a write half done."""
+    """Wait at most a second for a call: the terminal may be gone, a pipe full, a write half done."""
 
     def tried() -> None:
         with suppress(Exception):

@@ -156,7 +156,7 @@ class StudyOptions(DeclaredOptions):
         return config
 
     def engine(self) -> Engine:
-        """Who does the clips; a ValueError or OSError where a bone map or a pose option is wrong."""
+        """The engine for the clips; a ValueError or OSError if a bone map or a pose option is wrong."""
         pose = options.pose_facts(self.pose_rate, self.pose_unit, self.pose_up, self.pose_joints)
         bone_maps = tuple(BoneMap.load(path) for path in self.bone_map or ())
         memory = round(self.clip_memory * 2**30)

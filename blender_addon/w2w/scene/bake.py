@@ -24,7 +24,7 @@ from .base.playback import EvaluatedVertices, active_action, at_rate, each_frame
 
 @dataclass(frozen=True, eq=False)
 class Bake:
-    """Where every patch was in every frame.
+    """The places of all patches in all frames.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def _is_even(item: bpy.types.Object) -> bool:
 
 
 def placed(motion: Motion, armature: bpy.types.Object) -> Motion:
-    """A motion in the armature's space, put where the armature stands in the world."""
+    """A motion in the armature's space, moved to the armature's place in the world."""
     place = matrix(armature.matrix_world) @ np.linalg.inv(body_space(armature))
     rotations = motion.rotations.copy()
     rotations[:, 0] = place[:3, :3] @ rotations[:, 0]

@@ -97,7 +97,7 @@ def found_lines(found: Calibration, patch: str) -> list[str]:
 
 
 def gain_lines(what: str, gains: list[Alike]) -> list[str]:
-    """How simulated and worn signals correlate before and after."""
+    """Sentences about the correlation of simulated and worn signals before and after."""
     lines = []
     for name, kind in (("specific force", "force"), ("angular velocity", "turning")):
         before, after = np.median([getattr(gain, kind) for gain in gains], axis=0)

@@ -51,7 +51,7 @@ def ended(text: str, code: int, monitor: RunMonitor) -> typer.Exit:
 
 @contextmanager
 def refused(monitor: RunMonitor) -> Iterator[None]:
-    """End the command with a sentence and an exit code where the block raises, before any work."""
+    """End the command with a sentence and an exit code if the block raises, before any work."""
     try:
         yield
     except NoBlenderError as error:

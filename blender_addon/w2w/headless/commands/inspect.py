@@ -82,7 +82,7 @@ def _skipped(file: Path, reason: str, console: Console) -> typer.Exit:
 
 
 def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
-    """How a run labels the file, in a sentence; a ValueError where it is not in the library."""
+    """A sentence about the label that a run gives the file; a ValueError if it is not in the library."""
     file = Path(os.path.abspath(file))  # noqa: PTH100 - a link keeps its own name
     if library is None and labels is None and not (file.parent / LABELS).is_file():
         inside, above = (activity_of(shown(name)) for name in (file.name, f"{file.parent.name}/{file.name}"))
@@ -136,7 +136,7 @@ def _about_source(
 
 
 def _about_joints(source: JointPositions, details: dict, body: Body) -> list[tuple[str, str]]:
-    """Which joints there are, which are seldom seen, and what they cannot show."""
+    """Rows about the joints: which there are, which are seldom seen, and what they cannot show."""
     scale = f"1 unit in the file is {details['scale']:.4g} m on W2W's body"
     if source.unit:
         tall = body.height * UNITS[source.unit] / details["scale"]

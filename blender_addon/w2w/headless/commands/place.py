@@ -35,7 +35,7 @@ from ..study_options import declared
 from .report import write_report
 
 REDRAW = "place --redraw"
-"""What a folder says that it is changed by."""
+"""Name of the command for the note in a folder that is being changed."""
 
 LEFT_BEHIND = ("lock", "holder", "running")
 """Parts of the work folder that belong to the process at work: they are not copied."""
@@ -148,7 +148,7 @@ def copied(results: Path, folder: Path) -> Iterator[Path]:
 
 
 def check_redraw(study: StudyResults) -> None:
-    """Refuse a results folder, by a ForeignFileError, in which a foreign file is where a choice is drawn."""
+    """Refuse a results folder, by a ForeignFileError, in which a foreign file is in the way of a drawing."""
     files = [f"{HEATMAPS}/{file}" for file in picture_files(study.utility.activities)]
     check(study.out, [draw.BLEND, REPORT, *files])
 

@@ -103,7 +103,7 @@ def part_of(text: str) -> tuple[int, int]:
 
 
 def without(library: Library, activities: str) -> Library:
-    """The library less comma-separated activities; a ValueError where one is unknown, or no clip is left."""
+    """The library less comma-separated activities; a ValueError if one is unknown, or no clip is left."""
     given = {same_label(name): name for name in words(activities)}
     names = {name for name in library.activities if same_label(name) in given}
     unknown = set(given) - {same_label(name) for name in names}

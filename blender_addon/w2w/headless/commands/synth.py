@@ -87,7 +87,7 @@ def synth(
 
 
 def _recorded_too(record: str, magnetic_dip: float, kind: str) -> FurtherSensors:
-    """What is recorded besides acc and gyr; a ValueError if files of this kind cannot hold it."""
+    """The sensors besides acc and gyr; a ValueError if files of this kind cannot hold it."""
     further = options.further_sensors(record, "", magnetic_dip)
     if lacking := [name for name in further.record if name not in HELD[kind]]:
         able = [name for name, held in HELD.items() if set(further.record) <= set(held)]

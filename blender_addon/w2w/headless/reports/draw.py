@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 BLEND = "study.blend"
 
 EXPECTED = "Expected F1"
-"""What the colours of every heatmap mean."""
+"""Quantity that the colours of every heatmap show."""
 
 MAX_LISTED = 12
 """Sensors that fit next to the picture; the summary lists all."""
@@ -73,7 +73,7 @@ def draw_side_by_side(works: Sequence[Callable[[Path], None]], out: Path) -> lis
 
 
 def _crash(printed: Path) -> str:
-    """Why Blender crashed, by what it printed."""
+    """The reason of a crash of Blender, from its output."""
     text = printed.read_text(errors="replace") if printed.exists() else ""
     last = " ".join(text.partition("Fatal Python error")[0].split())  # then come Python's own
     return missing_library(last) or f"Blender crashed; its last words: {last[-MAX_SAID:] or 'none'}"
@@ -161,7 +161,7 @@ class MarkedSet(NamedTuple):
 
 
 def marked_set(study: StudyResults) -> MarkedSet:
-    """The set to wear together in the summary; the best spot where there is none."""
+    """The set to wear together in the summary, or the best spot if there is none."""
     worn = study.summary["worn_together"]
     if worn is None:
         answer = study.summary["answer"]

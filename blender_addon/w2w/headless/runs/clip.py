@@ -42,7 +42,7 @@ TRIES = 6
 """Workers of its own that a clip gets before it is left to the next run."""
 
 READS = 3
-"""Times that a clip is read before it is skipped where its file changes while it is read."""
+"""Times that a clip is read before it is skipped because its file keeps changing."""
 
 SIGNALS_SHARE = 4
 """Part of a worker's memory that signals may take: windows and features take as much again."""
@@ -110,7 +110,7 @@ def try_alone(task: ClipTask, once: Callable[[ClipTask], ClipResult | None]) -> 
 
 
 def do_clip(task: ClipTask) -> ClipResult:
-    """Do a clip's work, or take up what an earlier run finished.
+    """Do a clip's work, or return what an earlier run finished.
 
     The result says what is wrong with a clip; a NoBlenderError means that no clip could be read here.
     """
@@ -270,5 +270,5 @@ def _body_and_patches(out: Path, inputs: str) -> tuple[Body, PatchSet]:  # noqa:
 
 @cache
 def _covers(out: Path, inputs: str) -> Mapping[str, Cover]:  # noqa: ARG001 - a key of the cache
-    """What the study's garments cover, read once a worker and study."""
+    """The covers of the study's garments, read once per worker and study."""
     return load_covers(out / FITTED)

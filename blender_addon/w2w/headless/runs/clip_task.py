@@ -29,7 +29,7 @@ Looks = list[str | list[int]]
 
 @dataclass(frozen=True, kw_only=True)
 class Engine:
-    """Who does the clips, and how they are read.
+    """Settings of how clips are read and by which workers.
 
     `scheduler` is the address or file of a Dask scheduler, which brings its own workers; a clip may take
     `limit_s` seconds and `memory` bytes; `bone_maps` are the user's own, tried before the bundled ones; `ups`

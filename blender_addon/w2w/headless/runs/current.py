@@ -29,7 +29,7 @@ from .records import lists_in
 from .study import BakedStudy, RunPlan
 
 CURRENT = f"{WORK}/current.json"
-"""What the results in the folder were made of, how all files looked then, and the list of results."""
+"""Digests of the inputs of the results, of how all files looked then, and of the list of results."""
 
 PLACED = (f"{WORK}/body.npz", f"{WORK}/patches.npz", FITTED)
 

@@ -76,7 +76,7 @@ def only_shard(folder: Path, shard: str) -> Iterator[None]:
 
 @contextmanager
 def preparing(folder: Path) -> Iterator[None]:
-    """Hold the folder while a shard writes what all shards share; a FolderBusyError where a run holds it."""
+    """Hold the folder while a shard writes what all shards share; a FolderBusyError if a run holds it."""
     try:
         with FileLock(folder / LOCK, timeout=PREPARING_S):
             yield

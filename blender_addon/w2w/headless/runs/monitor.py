@@ -56,10 +56,10 @@ EVERY_S = 0.5
 
 @dataclass
 class RunState:
-    """What `w2w status` shows of a run."""
+    """The state of a run, for `w2w status`."""
 
     step: str = "starting"
-    """What it is doing; "finished" or "failed" at its end."""
+    """The step it is at; "finished" or "failed" at its end."""
     clips: int = 0
     done: int = 0
     skipped: int = 0
@@ -154,5 +154,5 @@ def state_file(out: Path) -> Path:
 
 
 def read_state(out: Path) -> RunState:
-    """The state of the run in a folder; an OSError or ValueError where there is none."""
+    """The state of the run in a folder; an OSError or ValueError if there is none."""
     return RunState(**json.loads(state_file(out).read_text(encoding="utf-8")))

@@ -29,7 +29,7 @@ UNLINKED = (WORK, f"{WORK}/clips", f"{WORK}/running")
 
 
 def keep_apart(library: Path, out: Path) -> None:
-    """Raise a ValueError where the results folder is the library, or holds it; links do not hide that."""
+    """Raise a ValueError if the results folder is the library, or holds it; links do not hide that."""
     if not (library.is_dir() and out.exists()):
         return
     inside = library.resolve()
@@ -46,7 +46,7 @@ def keep_apart(library: Path, out: Path) -> None:
 
 
 def new_file(*paths: Path | None) -> None:
-    """Raise a ValueError where one of these files exists already, or has no folder."""
+    """Raise a ValueError if one of these files exists already, or has no folder."""
     given = [path for path in paths if path is not None]
     for path in given:
         if os.path.lexists(path):
@@ -60,7 +60,7 @@ def new_file(*paths: Path | None) -> None:
 
 
 def check(folder: Path, names: Iterable[str]) -> None:
-    """Raise a ForeignFileError where something that W2W did not write is in the way; changes nothing.
+    """Raise a ForeignFileError if something that W2W did not write is in the way; changes nothing.
 
     The names are paths inside the folder, which need not exist, with forward slashes.
     """
@@ -142,7 +142,7 @@ def move_in(folder: Path, temporary: Path) -> list[str]:
 
 
 def check_whole(folder: Path, inputs: Iterable[Path | None] = ()) -> None:
-    """Raise a ForeignFileError where a folder holds anything but `inputs` and unchanged files of W2W's."""
+    """Raise a ForeignFileError if a folder holds anything but `inputs` and unchanged files of W2W's."""
     check(folder, ())
     theirs = {path.resolve() for path in inputs if path is not None}
     written = _read(folder)
@@ -183,7 +183,7 @@ def _refuse(folder: Path, foreign: list[str]) -> None:
 
 
 def links_in(folder: Path, place: str) -> list[str]:
-    """Links in a folder, or the folder itself where it is one, by their paths."""
+    """Links in a folder, or the folder itself if it is one, by their paths."""
     if (folder / place).is_symlink():
         return [place]
     if not (folder / place).is_dir():
@@ -193,7 +193,7 @@ def links_in(folder: Path, place: str) -> list[str]:
 
 
 def _in_the_way(folder: Path, name: str, written: Hashes) -> str:
-    """Name of the foreign file, or of the link or file where a folder must be, that is in a file's way."""
+    """Name of the foreign file in a file's way, or of the link or file in place of a folder."""
     for parent in reversed(PurePosixPath(name).parents[:-1]):
         place = folder / parent
         if place.is_symlink() or (place.exists() and not place.is_dir()):
@@ -224,7 +224,7 @@ def _files_in(folder: Path) -> list[str]:
 
 
 def _read(folder: Path) -> Hashes:
-    """The listed hashes of every file that is ours; a ForeignFileError where a name leads elsewhere."""
+    """The listed hashes of each of our files; a ForeignFileError if a name leads elsewhere."""
     path, found = inside(folder, LIST), Hashes()
     try:
         lines = path.read_text(encoding="utf-8").splitlines()

@@ -29,7 +29,7 @@ MOST_LOST = 0.05
 
 
 class Simulate:
-    """Makes what an ideal sensor at one place or patch would record; a ValueError where there is none."""
+    """Makes what an ideal sensor at one place or patch would record; a ValueError if there is none."""
 
     def __init__(
         self, placement: str, band_hz: float | None, root_band_hz: float | None, pose: PoseFacts
@@ -40,7 +40,7 @@ class Simulate:
         self._band, self._root_band, self._pose = band_hz or None, root_band_hz, pose
 
     def __call__(self, path: Path, rate: float) -> ImuRecording:
-        """The recording of a motion file; an UnusableMotion or ValueError where it cannot be used."""
+        """The recording of a motion file; an UnusableMotion or ValueError if it cannot be used."""
         clip = Clip(path, shown(path.name), shown(path.stem), "")
         _, motion, _ = load_alone(clip, self._body, pose=self._pose)
         if self._root_band is not None:
@@ -54,7 +54,7 @@ def read_pairs(
 ) -> tuple[list[Pair], list[tuple[str, str]]]:
     """A worn and a simulated recording of each motion, all at the first one's rate.
 
-    Also returns the files that could not be used, each with the reason; a ValueError where none could.
+    Also returns the files that could not be used, each with the reason; a ValueError if none could.
     """
     pairs: list[Pair] = []
     left_out = []

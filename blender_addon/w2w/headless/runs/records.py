@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What became of each clip, kept in the work folder so that a later run can take it up.
+"""The result of each clip, kept in the work folder for later runs to resume from.
 
 A worker writes a clip's record as a file of its own, which no kill can cut in half. The run gathers them
 into a list, one line a clip: a hundred thousand are read in a second. A shard has a list of its own.
@@ -58,7 +58,7 @@ class Records(Mapping[str, Record]):
 
 
 def unfinished(path: Path) -> Path:
-    """Where a motion or recording is until the clip's record names it."""
+    """The temporary path of a motion or recording until the clip's record names it."""
     return path.with_name(f".{path.name}{UNFINISHED}")
 
 
@@ -240,7 +240,7 @@ def untouched(task: ClipTask, record: Record | None) -> ClipResult | None:
 
 
 def _check_names(out: Path, clip: str, record: Record) -> Collection[str]:
-    """The names of the files in a clip's record; a ForeignFileError where one leads out of the folder."""
+    """The names of the files in a clip's record; a ForeignFileError if one leads out of the folder."""
     for name in record["files"]:
         if not is_plain(name):
             checked(name, _place_of(out, clip))

@@ -69,7 +69,7 @@ class StudyError(Exception):
 
 @dataclass(frozen=True)
 class RunPlan:
-    """What a run is to do, whatever the body and the folder.
+    """The settings of a run that do not depend on the body and the folder.
 
     `pictures` are the heatmaps and `study.blend`; `more` are files that the command writes after the run;
     `again` has all results made even where they would be as they are.
@@ -97,8 +97,8 @@ class BakedStudy:
 def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shard: str = "") -> BakedStudy:
     """Bake every clip of a plan in a folder made by `make_folders`, or a shard of them next to other shards.
 
-    Raises a StudyError where no clip can be used, an EngineError where the workers cannot go on, an OSError
-    where the folder cannot be written, and for a shard a FolderBusyError where a run holds the folder.
+    Raises a StudyError if no clip can be used, an EngineError if the workers cannot go on, an OSError
+    where the folder cannot be written, and for a shard a FolderBusyError if a run holds the folder.
     """
     if not (out / SUMMARY).is_file():  # a first run: until it ends there is nothing to read
         mark_changing(out)
@@ -128,7 +128,7 @@ def _refuse_head_down(clips: Sequence[ClipResult]) -> None:
 def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor) -> Study:
     """Rank every patch by the signals that were made, and choose.
 
-    Raises a StudyError where there is no result, and an EngineError where the workers cannot go on.
+    Raises a StudyError if there is no result, and an EngineError if the workers cannot go on.
     """
     config, used = plan.config, [result.clip for result in baked.clips if result.used]
     pooling = Pooling.on(baked.body, baked.patches)
@@ -233,7 +233,7 @@ def _bake(
 
 
 def _files_to_rank(used: list[Clip], config: StudyConfig, out: Path, signatures: Signatures) -> FilesToRank:
-    """What the clips' files hold for the ranking, and their signatures, which are needed but once."""
+    """The contents of the clips' files for the ranking; their signatures go elsewhere."""
     out = out.resolve()  # where a cluster finds it, too
     places = [(out, clip.name) for clip in used]
     windows = []

@@ -25,7 +25,7 @@ STRAY = 1e-6
 """Tolerances (m, scale) within which a bone's translation and scale may be ignored."""
 
 SPACING_TOLERANCE = 1e-3
-"""How unevenly keys may be spaced, in frames, and still be the frames of a motion."""
+"""Largest unevenness of the keys of a motion's frames, in frames."""
 
 RATE = "rate"
 """Custom property of the actions written here: the motion's frames per second, each of them a key."""

@@ -102,7 +102,7 @@ def body_of(mesh: bpy.types.Object) -> Body:
 
 
 def armature_of(mesh: bpy.types.Object) -> bpy.types.Object:
-    """The armature that skins a body's mesh; a `ValueError` where none has all 24 SMPL-named bones."""
+    """The armature that skins a body's mesh; a `ValueError` if none has all 24 SMPL-named bones."""
     if mesh.type != "MESH":
         raise ValueError(f"'{mesh.name}' is not a mesh: choose the mesh of a body")
     armatures = [m.object for m in mesh.modifiers if m.type == "ARMATURE" and m.object is not None]

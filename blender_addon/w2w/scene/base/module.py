@@ -14,7 +14,7 @@ from pathlib import Path
 
 
 def import_from(folders: Iterable[str], name: str) -> None:
-    """Import a package from the first of these folders that has it; nothing happens where none has."""
+    """Import a package from the first of these folders that has it; nothing happens if none has."""
     spec = PathFinder.find_spec(name, [*folders])
     if spec is not None and spec.loader is not None:
         module = sys.modules[name] = module_from_spec(spec)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Blender and its importers print, kept off the user's screen."""
+"""Redirection of what Blender and its importers print."""
 
 import contextlib
 import os

@@ -22,7 +22,7 @@ def active_action(armature: bpy.types.Object) -> bpy.types.Action | None:
 
 
 def each_frame(frames: np.ndarray) -> Generator[int, None, None]:
-    """Put the scene on each frame in turn, and back where it was at the end."""
+    """Put the scene on each frame in turn, and back at the end."""
     scene = bpy.context.scene
     current, part = scene.frame_current, scene.frame_subframe
     try:
@@ -134,12 +134,12 @@ class EvaluatedVertices:
         return own[self.vertices] @ world[:3, :3].T + world[:3, 3]
 
     def everywhere(self) -> np.ndarray:
-        """World positions of all the mesh's own vertices, shape (V, 3); NaN where a modifier removed one."""
+        """World positions of the mesh's own vertices, shape (V, 3); NaN for those that a modifier removed."""
         own, world = self._own()
         return own @ world[:3, :3].T + world[:3, 3]
 
     def _own(self) -> tuple[np.ndarray, np.ndarray]:
-        """Where the mesh's own vertices are in its own space, and its matrix to the world."""
+        """The mesh's own vertices in its own space, and its matrix to the world."""
         evaluated = self.mesh.evaluated_get(self._depsgraph)
         n_vertices = len(evaluated.data.vertices)
         if n_vertices != len(self._coordinates):

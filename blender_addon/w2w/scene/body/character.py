@@ -25,8 +25,8 @@ LAYER = 0.004
 """Vertices this much farther from a sensor than the nearest, on our body, are layers of one place; metres."""
 
 APART = 0.25
-"""How far the median vertex may be from the joint that moves it, of the skeleton's extent: 0.06 to 0.08 in
-four real characters."""
+"""Most distance of the median vertex from the joint that moves it, of the skeleton's extent: 0.06 to 0.08
+in four real characters."""
 
 MARK = "w2w mark"
 """Custom property of an empty that shows a sensor on a character: number of its patch."""
@@ -182,7 +182,7 @@ def _weights(mesh: bpy.types.Object, bones: list[bpy.types.Bone], matched: dict[
 
 
 def _rest_world(mesh: bpy.types.Object, armature: bpy.types.Object) -> np.ndarray:
-    """Where a mesh is in the rest pose; one that hangs at a bone goes along with it."""
+    """World matrix of a mesh in the rest pose; one that hangs at a bone moves with it."""
     world = matrix(mesh.matrix_world)
     if mesh.parent != armature or mesh.parent_type != "BONE" or mesh.parent_bone not in armature.pose.bones:
         return world

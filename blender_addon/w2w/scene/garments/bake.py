@@ -48,7 +48,7 @@ def check_garment(item: bpy.types.Object, mesh: bpy.types.Object) -> None:
 
 
 def cover_of(item: bpy.types.Object, mesh: bpy.types.Object, patches: PatchSet) -> Cover:
-    """The patches of a body that a garment covers, both at rest; a `ValueError` where it covers none."""
+    """The patches of a body that a garment covers, both at rest; a `ValueError` if it covers none."""
     found = cover(*around_body(item, mesh), body_of(mesh), patches)
     refuse_bare(item, mesh, found)
     return found
@@ -104,14 +104,14 @@ class GarmentBaker:
 
 
 def fitted(garment: str, body: Body, patches: PatchSet) -> Cover:
-    """The patches of a body that a garment covers; a `ValueError` where it cannot be worn or covers none."""
+    """The patches of a body that a garment covers; a `ValueError` if it cannot be worn or covers none."""
     with _dressed(body, (garment,)) as (objects, (item,)):
         check_garment(item, objects.mesh)
         return cover_of(item, objects.mesh, patches)
 
 
 def followed(body: Body, patches: PatchSet, covers: Mapping[str, Cover], motion: Motion) -> ClothSensors:
-    """Where the sensors on garments are while a body moves, from what each garment covers, by its name.
+    """The places of the sensors on garments while a body moves, from each garment's cover, by its name.
 
     Raises `ValueError` if a garment cannot be worn, or its cloth flies apart.
     """

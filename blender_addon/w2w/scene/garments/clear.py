@@ -28,7 +28,7 @@ ARM_AS_CLEAR = 0.05
 SIDES = {"left": -1.0, "right": 1.0}
 
 REACHES = (1.0, 0.5, 0.25, 0.125)
-"""How far a run-up may reach back, of its whole length: from the calmest to the shortest."""
+"""Shares of the whole run-up that are tried: from the calmest to the shortest."""
 
 RUN_UP_AS_CLEAR = 0.01
 """Share of the vertices looked at by which more may be sunk than in the clip's first pose."""
@@ -113,12 +113,12 @@ def closed(body: Body, part: np.ndarray, motion: Motion) -> list[BVHTree]:
 
 
 def inside(tree: BVHTree, points: np.ndarray) -> int:
-    """How many points a closed surface has inside."""
+    """Number of points inside a closed surface."""
     return sum(times_inside(tree, Vector(point)) > 0 for point in points.tolist())
 
 
 def times_inside(tree: BVHTree, point: Vector) -> int:
-    """How many times more a ray from a point leaves a closed surface than it enters it.
+    """Times that a ray from a point leaves a closed surface minus times that it enters it.
 
     Once if the point is inside, twice if two parts of the surface overlap there.
     """

@@ -93,7 +93,7 @@ def lies_on_nothing(mesh: bpy.types.Object) -> None:
 
 
 def refit(item: bpy.types.Object, mesh: bpy.types.Object, garment: Garment) -> None:
-    """Give a garment of ours the mesh cut for the body as it is, where it was cut for another shape."""
+    """Give a garment of ours a new mesh if it was cut for another shape of the body."""
     cloth = _in_armature(garment.cloth, armature_of(mesh))
     own = rest_vertices(item)
     if own.shape == cloth.vertices.shape and np.abs(own - cloth.vertices).max() < 1e-5:

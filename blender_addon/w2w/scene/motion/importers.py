@@ -69,14 +69,14 @@ def check_fbx(path: Path, python_importer: bool = False) -> None:
 
 
 def fbx_up(path: Path) -> Up:
-    """The axis that an FBX file's header calls up; y, as FBX has it, where it names none."""
+    """The axis that an FBX file's header calls up, by default y."""
     found = FBX_UP.search(path.read_bytes())
     axis = 1 if found is None else int(found[1]) if found[1] else found[2][0]
     return UPS[axis] if axis in range(3) else "y"
 
 
 def import_fault(path: Path, error: Exception) -> str:
-    """Why Blender's importer refused a file that looked whole, in words for people."""
+    """A sentence for people about why Blender's importer refused a file that looked whole."""
     message = str(error).replace(str(path), "").lower()
     fault = next((fault for words, fault in FAULTS.items() if words in message), "")
     version = _version(size_and_head(path)[1]) if path.suffix.lower() == ".fbx" else None

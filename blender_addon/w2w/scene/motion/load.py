@@ -44,7 +44,7 @@ class RetargetedMotion(NamedTuple):
 
 
 Source = SourceMotion | Motion | JointPositions
-"""What a motion file may hold."""
+"""Contents of a motion file."""
 
 SAMPLED = 64
 """Files of a library that are looked at for the axis that is up."""
@@ -77,7 +77,7 @@ def read_motion(path: Path, pose: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF) ->
 
 
 def look_up(files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS) -> Votes:
-    """What a library's files, each with its path inside, say of the axis that is up where no format says it.
+    """The votes of a library's files, each with its path inside, for the up axis, unless the format says it.
 
     A sample is read: some of each folder, the same ones whatever else the library holds.
     """

@@ -145,7 +145,7 @@ def _all_strips(data: bpy.types.AnimData) -> Iterator[bpy.types.NlaStrip]:
 
 
 def _own_frames(take: Take) -> np.ndarray:
-    """Whole frames of an action: its manual range, where it has one, else from key to key."""
+    """Whole frames of an action: its manual range if it has one, else from key to key."""
     action = take.action
     ends = (action.frame_start, action.frame_end) if action.use_frame_range else take.frame_range
     return np.arange(round(ends[0]), round(ends[1]) + 1, dtype=np.float64)

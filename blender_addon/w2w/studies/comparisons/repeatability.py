@@ -33,7 +33,7 @@ def choices(
 ) -> np.ndarray:
     """Figures of every choice, both ways of each halving, shape (2 * halvings, figures).
 
-    Halves share no motion, or no subject. Raises ValueError where there is too little to halve.
+    Halves share no motion, or no subject. Raises ValueError if there is too little to halve.
     """
     names, code = np.unique(labels.activity, return_inverse=True)
     motions = [len(np.unique(labels.motion[code == number])) for number in range(len(names))]

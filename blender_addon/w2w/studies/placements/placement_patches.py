@@ -18,7 +18,7 @@ def placement_patches(
 ) -> dict[str, Nearest]:
     """Patch of each of the 11 placements on one side of the body, by its name, where one is near enough.
 
-    `say` is given the reasons why placements are left out; a ValueError where all are.
+    `say` is given the reasons why placements are left out; a ValueError if all are.
     """
     found = {}
     for one in PLACEMENTS:

@@ -110,7 +110,7 @@ def start(
     operator: bpy.types.Operator, context: bpy.types.Context, title: str, steps: Steps,
     kept: Callable[[], str] = str,
 ) -> set[str]:  # fmt: skip
-    """Run a job modally, or at once where there is no window or the operator was executed by a script."""
+    """Run a job modally, or at once if there is no window or the operator was executed by a script."""
     global running, message
     if bpy.app.background or context.window is None:
         return run_now(operator, title, steps)

@@ -99,7 +99,7 @@ def _is_other(self: W2W_PG_study, item: bpy.types.Object) -> bool:
 
 
 class KeptTexts:
-    """What a study keeps for itself: contents packed as text, keys, and the settings they were made with."""
+    """Internal texts of a study: packed contents, keys, and the settings they were made with."""
 
     __annotations__ = {
         name: StringProperty(options={"HIDDEN"})

@@ -96,7 +96,7 @@ class W2W_PT_sensor(PartPanel, bpy.types.Panel):
 
 
 def draw_further(study: bpy.types.PropertyGroup, context: bpy.types.Context, layout: Layout) -> None:
-    """Draw the choice, and where it comes to nothing."""
+    """Draw the choice, or why it has no effect."""
     _draw_ticks(study, layout, "record", set(FURTHER))
     if not study.record:
         return

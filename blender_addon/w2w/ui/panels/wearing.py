@@ -83,7 +83,7 @@ class W2W_OT_remove_placement(operators.OnBody, bpy.types.Operator):
 
 
 def spot(context: bpy.types.Context, body: bpy.types.Object) -> int:
-    """The vertex that was clicked, where its patch is looked at; else the middle of the patch that is."""
+    """The clicked vertex if its patch is the picked one, else the middle of the picked patch."""
     patches, patch, clicked = state.placed_patches(body), picks(context, body)[-1], body.w2w.picked_vertex
     if 0 <= clicked < len(patches.labels) and patches.labels[clicked] == patch:
         return clicked
@@ -203,7 +203,7 @@ class W2W_OT_take_off(operators.OnBody, bpy.types.Operator):
 
 
 class W2W_PT_garments(PartPanel, bpy.types.Panel):
-    """What the body wears."""
+    """Garments on the body."""
 
     bl_label = "Garments (Experimental)"
     bl_parent_id = "W2W_PT_patches"

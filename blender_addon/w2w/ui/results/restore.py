@@ -135,7 +135,7 @@ def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]])
 
 
 def find_folder(study: bpy.types.PropertyGroup) -> None:
-    """Look for the results folder that has a study's signals: near the .blend file, else where it was."""
+    """Look for the results folder that has a study's signals: near the .blend file, else at its old place."""
     folders = [Path(study.results_folder)] if study.results_folder else []
     if study.results_near and bpy.data.filepath:
         folders.insert(0, (Path(bpy.data.filepath).parent / study.results_near).resolve())
@@ -144,7 +144,7 @@ def find_folder(study: bpy.types.PropertyGroup) -> None:
 
 
 def opened_text(mesh: bpy.types.Object) -> str:
-    """What was opened, and which signals are not there, in sentences."""
+    """Sentences about what was opened and which signals are missing."""
     study = mesh.w2w
     stored = [clip for clip in study.clips if clip.signals.startswith(STORED)]
     text = f"Opened a finished run: {len(stored)} clips on {len(state.patches_of(mesh) or ())} patches"

@@ -104,7 +104,7 @@ def _bake_clip(mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, first: 
 
 
 def _baked_text(clips: Sequence[bpy.types.PropertyGroup], patches: int, failed: list[str]) -> str:
-    """What was baked, how, and what could not be."""
+    """A sentence about what was baked, how, and what failed."""
     done = len(clips) - len(failed)
     text = f"Baked {count('clip', done)} on {patches} patches"
     general = sum(clip.bake_path.startswith("general") for clip in clips)

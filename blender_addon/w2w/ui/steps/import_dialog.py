@@ -82,7 +82,7 @@ class ImportDialog(operators.OnBody):
     bl_options = {"REGISTER"}
     kind = "files"
     nothing = ""
-    """Error where there is nothing at all to import."""
+    """Error if there is nothing at all to import."""
 
     again: BoolProperty(
         name="Take Again",

@@ -63,7 +63,7 @@ def listed_files(mesh: bpy.types.Object) -> list[Path]:
 
 
 def map_folder() -> Path:
-    """Where the user's bone maps are kept; the command line reads the same files by `--bone-map`."""
+    """Folder of the user's bone maps; the command line reads the same files by `--bone-map`."""
     return preferences.own_folder("bone_maps")
 
 

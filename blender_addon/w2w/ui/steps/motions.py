@@ -47,7 +47,7 @@ class _Import(operators.AsksForFile, operators.OnBody):
         return jobs.start(self, context, "Import Motions", steps)
 
     def names(self) -> list[str]:
-        """Names of the files that were chosen; none where a folder is imported."""
+        """Names of the chosen files; [] if a folder is imported."""
         return []
 
 
@@ -177,7 +177,7 @@ class W2W_OT_relabel_clips(operators.OnClips, bpy.types.Operator):
 
 
 class W2W_OT_remove_clips(operators.OnClips, bpy.types.Operator):
-    """Remove the ticked clips, or the active one where none is ticked, with their actions"""
+    """Remove the ticked clips, or the active one if none is ticked, with their actions"""
 
     def work(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
         clips = mesh.w2w.clips

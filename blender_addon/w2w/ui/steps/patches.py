@@ -121,7 +121,7 @@ class W2W_OT_fit_range(operators.OnRanking, bpy.types.Operator):
 def pick(
     context: bpy.types.Context, body: bpy.types.Object, patch: int, compare: bool = False, vertex: int = -1
 ) -> None:
-    """Look at a patch, and select its empty where it is visible; `vertex` is where it was clicked."""
+    """Look at a patch, and select its empty if visible; `vertex` is the clicked one."""
     study = body.w2w
     study.picked_vertex = vertex
     compare = compare and study.picked >= 0 and study.picked != patch
@@ -194,8 +194,8 @@ def spot_at(
 ) -> tuple[int, int]:
     """Patch of a point in the world, on this face of the evaluated body, and the vertex nearest to it.
 
-    `shown` is what was clicked where it is a copy of the body; the vertex is -1 where a modifier has made
-    others than the body has.
+    `shown` is the clicked object if it is a copy of the body; the vertex is -1 if a modifier has made other
+    vertices than the body's.
     """
     patches = state.placed_patches(body)
     evaluated = (shown or body).evaluated_get(depsgraph)
@@ -211,7 +211,7 @@ def spot_at(
 
 
 def register() -> None:
-    """Register the tool where there are toolbars."""
+    """Register the tool if there are toolbars."""
     if not bpy.app.background:
         bpy.utils.register_tool(W2W_WT_pick, after={"builtin.cursor"}, separator=True)
 

@@ -65,7 +65,7 @@ def _while_alive(work: Callable[[], T], item: bpy.types.Object) -> Generator[Ste
 
 
 def covers_steps(mesh: bpy.types.Object, patches: PatchSet) -> Generator[Step, None, dict[str, Cover]]:
-    """What each garment of a study covers, by its name; in a run that was opened, each garment of that run.
+    """The cover of each garment of a study, by its name; in an opened run those of that run.
 
     Raises `OSError` or `ValueError` if a garment cannot be worn any more, or the run's folder does not say
     what its garments covered.

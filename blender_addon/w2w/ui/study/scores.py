@@ -18,7 +18,7 @@ MEAN_VIEW = "MEAN"
 """Value of the study's `view` that shows the mean."""
 
 NOTHING = "NOTHING"
-"""Value of the study's `minus` where no difference is shown."""
+"""Value of the study's `minus` if no difference is shown."""
 
 
 def view_items(study: Group) -> list[tuple[str, str, str, int]]:

@@ -40,7 +40,7 @@ def place_of(clip: bpy.types.PropertyGroup) -> Place:
 
 
 def places_of(clips: Sequence[bpy.types.PropertyGroup]) -> list[Place]:
-    """Where the files of baked clips are.
+    """The places of the files of baked clips.
 
     Raises
     ------

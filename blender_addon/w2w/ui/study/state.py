@@ -33,7 +33,7 @@ from .garments import wardrobe_text, worn_by
 from .sensors import OWN, further_of, own_sensor
 
 AS_SHOWN = 1e-5
-"""How far single precision may be from a position, metres, or a weight."""
+"""Largest error of single precision in a position, metres, or a weight."""
 
 _depth = 0
 

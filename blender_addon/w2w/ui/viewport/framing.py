@@ -21,7 +21,7 @@ DRAWN_AFTER = 0.3
 """Seconds until Outliners have drawn a new collection."""
 
 RISE = 0.12
-"""How far the view looks down, as a share of its distance."""
+"""Height from which the view looks down, as a share of its distance."""
 
 
 def frame(bodies: Sequence[bpy.types.Object], vertex: int | None = None) -> None:
@@ -43,7 +43,7 @@ def frame(bodies: Sequence[bpy.types.Object], vertex: int | None = None) -> None
 
 
 def frame_answer(mesh: bpy.types.Object) -> None:
-    """Show a body whole in every 3D view, from the side of its recommended spot where it has one."""
+    """Show a body whole in every 3D view, from the side of its recommended spot if it has one."""
     patch, patches = lists.answer_of(mesh.w2w).get("patch"), state.patches_of(mesh)
     frame([mesh], None if patch is None or patches is None else int(patches.vertices[patch]))
 

@@ -95,7 +95,7 @@ def bodies_beside(body: bpy.types.Object) -> list[bpy.types.Object]:
 
 
 def name_of(study: bpy.types.PropertyGroup) -> str:
-    """Name of the second map; with its body's name where that is another."""
+    """Name of the second map, with its body's name if that is another."""
     other = scores.beside_of(study)
     if other is None:
         return ""

@@ -158,7 +158,7 @@ def _draw_names(shown: Legend, heads: list[Vector], scale: float) -> None:
 
 
 def _place_cards(cards: list[HoverCard], free: Free, scale: float) -> list[tuple[HoverCard, float, float]]:
-    """Lower left corners of cards at the left: one above the other where there is room, else side by side."""
+    """Lower left corners of cards at the left: stacked if there is room, else side by side."""
     x, y, margin = free.left + MARGIN * scale, free.bottom + MARGIN * scale, MARGIN * scale
     placed = []
     stacked = y + sum(card.height(scale) + margin for card in cards) < free.top
