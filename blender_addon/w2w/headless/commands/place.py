@@ -102,11 +102,9 @@ def place(
             "target": target,
             "every_activity": every_activity,
             "max_places": max_places,
+            "background": None if background is None else options.words(background),
+            "weights": None if weights is None else read_weights(weights),
         }
-        if background is not None:
-            wished["background"] = options.words(background)
-        if weights is not None:
-            wished["weights"] = read_weights(weights)
         given = {name: value for name, value in wished.items() if value is not None}
         config = replace(config, **given, constraints=constraints)
         if folder is not None and folder.exists() and (not folder.is_dir() or any(folder.iterdir())):

@@ -179,7 +179,8 @@ def show_worn(advice: Advice, patches: PatchSet, console: Console) -> None:
     for number, (patch, others) in enumerate(zip(worn.order, advice.alternatives, strict=True)):
         f1 = headline.short(worn.promise.mean[number])
         instead = " or ".join(called(other, advice, patches) for other in others)
-        text = f"  {number + 1}. {called(patch, advice, patches)}: F1 {f1}{' so far' * (number > 0)}"
+        so_far = " so far" if number else ""
+        text = f"  {number + 1}. {called(patch, advice, patches)}: F1 {f1}{so_far}"
         console.print(f"{text}; instead: {instead}" if instead else text)
     if following := next_worn(worn, advice, patches):
         console.print(f"{capital(following['sentence'])}.")
