@@ -15,7 +15,7 @@ from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, argument, chosen_sensor, option, pose_facts
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import new_file
-from ..runs.own_sensor import Simulate, files_together, read_pairs
+from ..runs.own_sensor import Simulator, files_together, read_pairs
 from ..study_options import DEFAULTS, declared
 
 
@@ -62,7 +62,7 @@ def calibrate_sensor(
             raise ValueError(f"--out must end in .json, as --sensor expects it, not {shown(out.name)}")
         new_file(out)
         files = files_together(real, motion)
-        simulate = Simulate(patch, band, root_band, pose_facts(pose_rate, pose_unit, pose_up, pose_joints))
+        simulate = Simulator(patch, band, root_band, pose_facts(pose_rate, pose_unit, pose_up, pose_joints))
     with ending(NOTHING_TO_DO, console, "Not calibrated: "):
         with RunMonitor(console).step("reading and simulating"):
             pairs, left_out = read_pairs(files, simulate)

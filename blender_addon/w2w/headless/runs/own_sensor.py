@@ -28,7 +28,7 @@ MOST_LOST = 0.05
 """Share of lost samples up to which a recording is used."""
 
 
-class Simulate:
+class Simulator:
     """Makes what an ideal sensor at one place or patch would record; a ValueError if there is none."""
 
     def __init__(
@@ -50,7 +50,7 @@ class Simulate:
 
 
 def read_pairs(
-    files: Sequence[tuple[Path, Path]], simulate: Simulate
+    files: Sequence[tuple[Path, Path]], simulate: Simulator
 ) -> tuple[list[Pair], list[tuple[str, str]]]:
     """A worn and a simulated recording of each motion, all at the first one's rate.
 

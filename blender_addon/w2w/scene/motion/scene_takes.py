@@ -175,7 +175,7 @@ def _equal(a: np.ndarray, b: np.ndarray) -> bool:
     return len(a) == len(b) and bool(np.allclose(a, b, atol=EPSILON))
 
 
-class AtRest(NamedTuple):
+class RestChannels(NamedTuple):
     """The channels of a bone in its rest pose."""
 
     rotation_mode: str
@@ -186,7 +186,7 @@ class AtRest(NamedTuple):
     scale: tuple[float, ...] = (1.0, 1.0, 1.0)
 
 
-CHANNELS = AtRest._fields[1:]
+CHANNELS = RestChannels._fields[1:]
 
 
 def read_scene_take(found: SceneTake) -> Generator[float, None, SourceMotion]:
@@ -204,7 +204,7 @@ def read_scene_take(found: SceneTake) -> Generator[float, None, SourceMotion]:
     else:
         bones = [armature.pose.bones[name] for name in skeleton_of(armature)[0][1:]]
         try:
-            motion = read_take(found.take, found.frames, [AtRest(bone.rotation_mode) for bone in bones])
+            motion = read_take(found.take, found.frames, [RestChannels(bone.rotation_mode) for bone in bones])
         except NotFiniteError as error:
             raise UnusableMotion(NOT_FINITE) from error
     refuse_pose(motion)
@@ -264,7 +264,7 @@ def _playing_alone(found: SceneTake) -> Iterator[None]:
             if hasattr(data, "action_slot"):
                 data.action_slot = found.slot or data.action_slot or next(iter(found.take.action.slots), None)
             for bone in armature.pose.bones:
-                _put(bone, AtRest(bone.rotation_mode)[1:])
+                _put(bone, RestChannels(bone.rotation_mode)[1:])
             yield
         finally:
             data.action = action

@@ -41,9 +41,9 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
         return not missing_for_choice(mesh) and lists.advice_of(study) is None
 
     parts = (  # about how many seconds each takes, whether it is needed by then, and its steps
-        (PLACING * place, lambda: place, place_steps),
+        (PLACING if place else 0.0, lambda: place, place_steps),
         (BAKING * count, lambda: to_bake(study), lambda mesh: bake_steps(mesh, to_bake(study), keep=True)),
-        (RANKING * rank, lambda: not state.is_up_to_date(study), rank_steps),
+        (RANKING if rank else 0.0, lambda: not state.is_up_to_date(study), rank_steps),
         (CHOOSING, is_choice_missing, choose_steps),
     )
     whole, done = sum(seconds for seconds, _, _ in parts), 0.0

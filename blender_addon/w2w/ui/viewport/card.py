@@ -55,7 +55,7 @@ class HoverCard:
     def height(self, scale: float) -> float:
         """Height in pixels."""
         n_plots = 2 if self.recording is not None else 0
-        rows = self._rows() + bool(self._rows())
+        rows = self._rows() + 1 if self._rows() else 0
         head = (2 + len(self.lines)) * LINE
         return scale * (head + rows * LINE + LINE + n_plots * (PLOT_HEIGHT + PLOT_GAP) + 1.5 * MARGIN)
 

@@ -37,7 +37,7 @@ OVER_HEAD = 0.08
 _handler: object | None = None
 
 
-class Free(NamedTuple):
+class FreeArea(NamedTuple):
     """The part of a region that no panel covers."""
 
     left: float
@@ -73,7 +73,7 @@ def draw() -> None:
     scale = context.preferences.system.ui_scale
     chosen = [patch for patch in picks(context, body) if patch < len(patches)]
     cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
-    free = _free_part(context)
+    free = _free_area(context)
     placed = _place_cards(on_one_scale(cards), free, scale)
     utility = state.utility_of(body.w2w)
     if utility is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
@@ -91,11 +91,11 @@ def draw() -> None:
         card.draw(x, y, scale)
 
 
-def _free_part(context: bpy.types.Context) -> Free:
+def _free_area(context: bpy.types.Context) -> FreeArea:
     region, system = context.region, context.preferences.system
     left, right, bottom, top = 0.0, float(region.width), 0.0, float(region.height)
     if not system.use_region_overlap:
-        return Free(left, right, bottom, top)
+        return FreeArea(left, right, bottom, top)
     for other in context.area.regions:
         if other.width <= 1 or other.height <= 1 or other.alignment == "NONE":
             continue
@@ -109,7 +109,7 @@ def _free_part(context: bpy.types.Context) -> Free:
             top = min(top, other.y - region.y)
     if context.space_data.overlay.show_text:
         top -= INFO_TEXT * system.ui_scale
-    return Free(left, right, bottom, top)
+    return FreeArea(left, right, bottom, top)
 
 
 def _heads(context: bpy.types.Context, bodies: Sequence[bpy.types.Object]) -> list[Vector]:
@@ -124,7 +124,7 @@ def _heads(context: bpy.types.Context, bodies: Sequence[bpy.types.Object]) -> li
     return [] if None in points else points
 
 
-def _draw_colour_bar(shown: Legend, free: Free, heads: list[Vector], scale: float) -> None:
+def _draw_colour_bar(shown: Legend, free: FreeArea, heads: list[Vector], scale: float) -> None:
     """Draw title, colours and numbers over the bottom, at the right or between two bodies."""
     low, high, note = shown.low, shown.high, shown.note
     names = [clipped(name, BAR_BOX * scale, 12 * scale) for name in (shown.beside, shown.name) if name]
@@ -157,7 +157,9 @@ def _draw_names(shown: Legend, heads: list[Vector], scale: float) -> None:
         text(point.x, point.y, name, 13 * scale, PALE, "CENTER")
 
 
-def _place_cards(cards: list[HoverCard], free: Free, scale: float) -> list[tuple[HoverCard, float, float]]:
+def _place_cards(
+    cards: list[HoverCard], free: FreeArea, scale: float
+) -> list[tuple[HoverCard, float, float]]:
     """Lower left corners of cards at the left: stacked if there is room, else side by side."""
     x, y, margin = free.left + MARGIN * scale, free.bottom + MARGIN * scale, MARGIN * scale
     placed = []
