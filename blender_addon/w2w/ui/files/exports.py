@@ -19,8 +19,7 @@ from ...core.selection.advice import redundancy_clusters
 from ...core.selection.headline import mean_title
 from ...core.study.results import StudyResults, stored_recording
 from ...scene.heatmap import MEAN, ON_THESE_CLIPS
-from ..jobs import jobs
-from ..jobs.jobs import Steps, in_thread, on_body, part
+from ..jobs.jobs import Steps, in_thread, on_body, part, show_error, start
 from ..steps.baking import ranked_clips
 from ..study import counting, operators, scores, signal_cache, state
 from ..viewport.legend import legend
@@ -192,9 +191,9 @@ class W2W_OT_export_signals(operators.AsksForFolder, operators.OnBody, bpy.types
         body = state.polled_body(context)
         chosen = [patch for patch in picks(context, body) if patch < len(state.placed_patches(body))]
         if self.which == "PICKED" and not chosen:
-            return jobs.show_error(self, "Click a spot on the body first, with the tool Pick Patch")
+            return show_error(self, "Click a spot on the body first, with the tool Pick Patch")
         steps = signal_steps(body, self.path(), chosen if self.which == "PICKED" else None, self.kind)
-        return jobs.start(self, context, self.bl_label, steps)
+        return start(self, context, self.bl_label, steps)
 
 
 class W2W_MT_export(bpy.types.Menu):

@@ -20,7 +20,6 @@ from ...scene.files.packing import pack
 from ...scene.files.study_file import has_record, keys_of
 from ...scene.motion.takes import existing_data, new_data
 from ..jobs import jobs
-from ..jobs.jobs import EXPECTED, Step, Steps, in_thread
 from ..results.restore import SUMMARY, check_fits, clips_of, fill, find_folder, opened_text, restore
 from ..results.results import hide_patches
 from ..steps.body import add_study, make_study
@@ -52,7 +51,7 @@ class W2W_OT_open_results(ChoosesResults, operators.StartsJob, bpy.types.Operato
 
     poll = classmethod(jobs.can_start)
 
-    def steps(self, _body: bpy.types.Object | None) -> Steps:
+    def steps(self, _body: bpy.types.Object | None) -> jobs.Steps:
         return open_steps(self.folder)
 
 
@@ -97,7 +96,7 @@ def misses_folder(study: bpy.types.PropertyGroup) -> bool:
     return not study.results_folder or not (Path(study.results_folder) / SUMMARY).is_file()
 
 
-def open_steps(folder: Path) -> Steps:
+def open_steps(folder: Path) -> jobs.Steps:
     """Read a results folder in a thread, then build its body, patches and actions in the scene."""
 
     def read(_: object) -> tuple[StudyResults, Body, dict[str, str]]:
@@ -108,8 +107,8 @@ def open_steps(folder: Path) -> Steps:
         regions_of(body)
         return run, body, keys_of(run)
 
-    run, body, signals = yield from in_thread(read, "reading the results", 0.0, 0.2)
-    yield Step(0.2, "building the body")
+    run, body, signals = yield from jobs.in_thread(read, "reading the results", 0.0, 0.2)
+    yield jobs.Step(0.2, "building the body")
     before, shown, others = existing_data(), bpy.context.scene.w2w.body, state.bodies(bpy.context.scene)
     try:
         mesh = add_study(bpy.context, body, folder.resolve().name)
@@ -117,14 +116,14 @@ def open_steps(folder: Path) -> Steps:
             mesh.parent.location.x = float(extent(others)[1][0]) + BESIDE * body.height
         mesh.w2w.results_folder = str(folder.resolve())
         check_fits(mesh, run)
-        yield Step(0.25, "placing patches")
+        yield jobs.Step(0.25, "placing patches")
         study, name = mesh.w2w, f"Patches: {mesh.name}"
         study.show_patches = False  # hundreds of axes need not follow while motions come in
         home = mesh.users_collection[0]
         study.patch_collection = place_patches(mesh, run.patches, name, study.patch_size, home)
         hide_patches(study)
         actions = yield from _act(mesh.parent, run, 0.3, 0.9)
-        yield Step(0.9, "painting heatmaps")
+        yield jobs.Step(0.9, "painting heatmaps")
         fill(mesh, run, clips_of(run, signals, actions))
         frame_answer(mesh)
         fold_soon()
@@ -137,18 +136,18 @@ def open_steps(folder: Path) -> Steps:
 
 def _act(
     armature: bpy.types.Object, run: StudyResults, low: float, high: float
-) -> Generator[Step, None, dict[str, bpy.types.Action | None]]:
+) -> Generator[jobs.Step, None, dict[str, bpy.types.Action | None]]:
     """Write the run's motions as actions, None for a missing one, and play the first."""
     actions: dict[str, bpy.types.Action | None] = {}
     for number, clip in enumerate(run.clips):
         begin, end = (low + (high - low) * done / len(run.clips) for done in (number, number + 1))
         try:
-            motion = yield from in_thread(
+            motion = yield from jobs.in_thread(
                 partial(lambda name, _: run.motion(name), clip.name), clip.name, begin, end
             )
         except ForeignFileError:
             raise
-        except EXPECTED:
+        except jobs.EXPECTED:
             actions[clip.name] = None
             continue
         actions[clip.name] = write_action(armature, motion, clip.name)

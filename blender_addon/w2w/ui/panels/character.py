@@ -13,7 +13,6 @@ from ...scene.base.body import armature_of, body_of
 from ...scene.body.adopt import moving_armature
 from ...scene.body.character import character_meshes, read_character, tie, untie
 from ..jobs import jobs
-from ..jobs.jobs import is_there
 from ..jobs.text import styled
 from ..results import results
 from ..steps.body import add_study
@@ -123,7 +122,7 @@ class W2W_PT_character(W2WPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = styled(self.layout, enabled=jobs.running is None)
         body = state.current_body(context)
-        if body is None or (figure := body.w2w.character) is None or not is_there(figure):
+        if body is None or (figure := body.w2w.character) is None or not jobs.is_there(figure):
             layout.operator("w2w.use_character", icon="OUTLINER_OB_ARMATURE")
             return
         row = layout.row(align=True)

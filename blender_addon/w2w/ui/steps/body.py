@@ -17,7 +17,6 @@ from ...scene.base.body import add_body, armature_of, body_of
 from ...scene.body.adopt import adopt_mesh
 from ...scene.files.study_file import has_record
 from ..jobs import jobs
-from ..jobs.jobs import Step, Steps, dismiss, in_thread
 from ..jobs.text import styled
 from ..results.restore import restore
 from ..study import operators, state
@@ -137,7 +136,7 @@ class W2W_OT_load_body(operators.AsksForFile, operators.StartsJob, bpy.types.Ope
 
     poll = classmethod(jobs.can_start)
 
-    def steps(self, _body: bpy.types.Object | None) -> Steps:
+    def steps(self, _body: bpy.types.Object | None) -> jobs.Steps:
         return load_steps(self.path())
 
 
@@ -165,7 +164,7 @@ class W2W_OT_use_mesh(operators.WorkOperator, bpy.types.Operator):
         if has_record(mesh) and not mesh.w2w.is_body:
             restore(mesh)
         make_study(context, mesh)
-        dismiss()
+        jobs.dismiss()
 
     def adopt(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
         """Make a body of a mesh whose rig spells SMPL's bones in another way (m_avg_Pelvis)."""
@@ -184,10 +183,10 @@ class W2W_OT_select_body(operators.OnBody, bpy.types.Operator):
         select_only(context, body)
 
 
-def load_steps(path: Path) -> Steps:
+def load_steps(path: Path) -> jobs.Steps:
     """Read a body in a thread, which may take long, then add it as `W2W_OT_add_body` does."""
-    body = yield from in_thread(lambda _: load_body(path), f"reading {path.name}", 0.0, 0.9)
-    yield Step(0.9, "building the body")
+    body = yield from jobs.in_thread(lambda _: load_body(path), f"reading {path.name}", 0.0, 0.9)
+    yield jobs.Step(0.9, "building the body")
     add_study(bpy.context, body, body.name)
     return f"Loaded {path.name}"
 
@@ -200,7 +199,7 @@ def add_study(context: bpy.types.Context, body: Body, name: str) -> bpy.types.Ob
     objects.armature.location = context.scene.cursor.location
     make_study(context, objects.mesh)
     select_only(context, objects.mesh)
-    dismiss()
+    jobs.dismiss()
     return objects.mesh
 
 

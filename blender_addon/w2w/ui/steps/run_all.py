@@ -6,8 +6,7 @@ from collections.abc import Callable
 import bpy
 
 from ...core.wording import listed
-from ..jobs import jobs
-from ..jobs.jobs import Steps, is_there, on_body, part
+from ..jobs.jobs import Steps, is_there, on_body, part, start
 from ..results.own_placements import is_pending
 from ..study import lists, operators, state
 from ..viewport.framing import frame_answer
@@ -84,7 +83,7 @@ class W2W_OT_run_all(operators.JobOperator, bpy.types.Operator):
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         body = state.current_body(context)
-        return jobs.start(self, context, TITLE, run_all_steps(body), kept_of(body))
+        return start(self, context, TITLE, run_all_steps(body), kept_of(body))
 
 
 def _done(mesh: bpy.types.Object) -> tuple[object, ...]:
