@@ -9,7 +9,6 @@ from pathlib import Path
 import bpy
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
-from ...core.colours import LEAST_SPAN
 from ...core.files import write_text
 from ...core.findings.summary import patch_table
 from ...core.imu.formats import FORMATS, HELD, write_recording
@@ -18,7 +17,6 @@ from ...core.library.library import unique_names
 from ...core.selection.advice import redundancy_clusters
 from ...core.selection.headline import mean_title
 from ...core.study.results import StudyResults, stored_recording
-from ...scene.heatmap import MEAN, ON_THESE_CLIPS
 from ..jobs.jobs import Steps, in_thread, on_body, part, show_error, start
 from ..steps.baking import ranked_clips
 from ..study import counting, operators, scores, signal_cache, state
@@ -33,28 +31,26 @@ SUFFIXES = {"npz": ".npz", "csv": ".csv", "xsens": ".txt", "x-io": ""}
 def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Draw the heatmap that is shown, in a thread."""
     study, utility, patches = mesh.w2w, state.ranking_of(mesh), state.placed_patches(mesh)
-    values = scores.shown_scores(study, utility)
-    index = scores.view_index(study)
+    values, shown, body = scores.shown_scores(study, utility), legend(study, utility), state.body_as_run(mesh)
+    index, best = scores.view_index(study), int(values.argmax())
     title = mean_title(utility) if counting.is_as_ranked(study, utility) else "Activities that count (mean)"
     if index:
         title = utility.activities[index - 1].replace("_", " ").capitalize()
-    best = int(values.argmax())
     subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
     subtitle += f"Best patch: {patches.names[best]} ({values[best]:.2f})"
-    label = MEAN if study.scores == scores.EXPECTED else ON_THESE_CLIPS
-    one_scale = study.fix_range or scores.beside_of(study) is not None
-    low, high = scores.colour_range(study, utility) if one_scale else (None, None)
-    body, colour_map, span = state.body_as_run(mesh), study.colour_map, utility.colour_span
-    if scores.minus_index(study) >= 0:
-        shown = legend(study, utility)
-        title, label, colour_map, span = shown.name, shown.title, shown.colour_map, LEAST_SPAN
-        low, high = shown.low, shown.high
-        subtitle = f"Farthest above: {patches.names[best]} ({values[best]:+.2f})"
+    is_difference = scores.minus_index(study) >= 0
+    if is_difference:
+        title, subtitle = shown.name, f"Farthest above: {patches.names[best]} ({values[best]:+.2f})"
+    one_scale = is_difference or study.fix_range or scores.beside_of(study) is not None
 
     def draw(_: object) -> None:
         from ...drawing import draw_heatmap  # matplotlib is slow to import
 
-        draw_heatmap(path, body, patches, values, title, subtitle, label, low, high, colour_map, span)
+        draw_heatmap(
+            path, body, patches, values, title, subtitle, label=shown.title, colour_map=shown.colour_map,
+            low=shown.low if one_scale else None, high=shown.high if one_scale else None,
+            span=utility.colour_span,
+        )  # fmt: skip
 
     yield from in_thread(draw, f"drawing {path.name}", 0.0, 1.0)
     return f"Saved the map: {path}"
