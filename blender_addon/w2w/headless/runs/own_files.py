@@ -97,18 +97,14 @@ def listed(folder: Path, names: Collection[str]) -> Iterator[None]:
             yield
     finally:
         with suppress(OSError):  # a full disk: what was listed stays ours
-            _note(folder, names)
+            others = {name: hashes for name, hashes in _read(folder).items() if name not in names}
+            there = [name for name in names if (folder / name).is_file()]
+            _write(folder, others | {name: {file_sha256(folder / name)} for name in there})
 
 
 def _either(before: Hashes, after: Hashes) -> Hashes:
     """The hashes of both lists: while a file is replaced, either version may be there."""
     return {name: before.get(name, set()) | after.get(name, set()) for name in before | after}
-
-
-def _note(folder: Path, names: Collection[str]) -> None:
-    """List files that were just written, with their hashes, and none under whose name nothing was written."""
-    made = {name: {file_sha256(folder / name)} for name in names if (folder / name).is_file()}
-    _write(folder, {name: hashes for name, hashes in _read(folder).items() if name not in names} | made)
 
 
 @contextmanager

@@ -165,7 +165,8 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
             study.sensor = sensors.OWN
         else:
             study.sensor = config.sensor
-        sensors.keep_further(study, config.further)
+        study.record, study.recognise_by = set(config.further.record), set(config.further.features)
+        study.magnetic_dip = config.further.dip_deg
 
 
 def _advise(mesh: bpy.types.Object, content: Mapping[str, Any]) -> None:

@@ -142,12 +142,6 @@ def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: boo
     )
 
 
-def keep_further(study: bpy.types.PropertyGroup, further: FurtherSensors) -> None:
-    """Show in the panel what a run recorded."""
-    study.record, study.recognise_by = set(further.record), set(further.features)
-    study.magnetic_dip = further.dip_deg
-
-
 def _in_order(chosen: set[str], run: tuple[str, ...]) -> tuple[str, ...]:
     """The chosen sensors, in the run's order if they are the same: features follow it."""
     return run if chosen == set(run) else tuple(name for name in FURTHER if name in chosen)
