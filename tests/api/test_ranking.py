@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`import w2w`: motions to a ranking in a few calls, its documents' examples, what it costs to import."""
-
-from __future__ import annotations
+"""`import w2w`: signals, and a ranking in a few calls."""
 
 import html
-import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -12,13 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 from sklearn.dummy import DummyClassifier
 from sklearn.neighbors import KNeighborsClassifier
 from typer.testing import CliRunner
 
 import w2w
-from w2w.core.motion.motion import Motion
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.naming import place
 from w2w.headless.app import APP
@@ -27,49 +22,6 @@ from w2w.studies.paper.subsets import exact_subset, greedy_subset
 
 from ..clip_lists import skipped_clips
 from ..made_door import ARM, LEG, moving
-
-ROOT = Path(__file__).resolve().parents[2]
-
-
-@pytest.fixture(scope="module")
-def library(door):
-    return door / "MY_CLIPS"
-
-
-@pytest.fixture(scope="module")
-def few():
-    return w2w.sample_patches(w2w.Body.bundled(), 24)
-
-
-@pytest.fixture(scope="module")
-def signals(library, few):
-    return w2w.synthesize(w2w.load(library, labels=library.parent / "labels.csv"), few, sensor="bmi270")
-
-
-@pytest.fixture(scope="module")
-def ranking(signals):
-    return w2w.rank(signals, folds=3)
-
-
-def test_every_public_name_is_there():
-    for name in w2w.__all__:
-        assert getattr(w2w, name) is not None
-    assert set(w2w.__all__) <= set(dir(w2w))
-    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
-        _ = w2w.nothing
-
-
-def test_the_version_is_the_extensions():
-    manifest = (ROOT / "blender_manifest.toml").read_text(encoding="utf-8")
-    assert f'\nversion = "{w2w.__version__}"' in manifest
-
-
-def test_importing_it_imports_nothing_heavy():
-    code = "import w2w, sys; assert not {'numpy', 'scipy', 'bpy', 'matplotlib', 'typer'} & sys.modules.keys()"
-    done = subprocess.run(
-        [sys.executable, "-c", code], env={"PYTHONPATH": str(ROOT / "blender_addon")}, check=False
-    )
-    assert done.returncode == 0
 
 
 def test_signals_without_a_band_limit_are_warned_of(signals, few):
@@ -237,43 +189,6 @@ def test_what_is_no_estimator_is_said():
         w2w.EstimatorClassifier(DummyClassifier(), inputs="signals")
 
 
-def test_a_motion_loads_what_it_saves(tmp_path):
-    motion = moving(ARM, 1.0, 2).labelled("Größe messen", "person 7", "clip 3")
-    motion.save(tmp_path / "one.npz")
-    again = Motion.load(tmp_path / "one.npz")
-    assert (again.activity, again.subject, again.clip) == ("Größe messen", "person 7", "clip 3")
-    np.testing.assert_allclose(again.rotations, motion.rotations, atol=1e-12)
-    np.testing.assert_allclose(again.pelvis, motion.pelvis, atol=1e-12)
-    (loaded,) = w2w.load(tmp_path / "one.npz")
-    assert loaded.activity == "Größe messen"
-
-
-def test_a_lying_body_stays_down(tmp_path):
-    """A body that lies along y is not taken for one that stands in a y-up world."""
-    lying = moving(ARM, 1.0, 0)
-    turns = lying.rotations.copy()
-    turns[:, 0] = Rotation.from_rotvec([-np.pi / 2, 0.0, 0.0]).as_matrix()
-    Motion(turns, lying.pelvis, 30.0).save(tmp_path / "lying.npz")
-    np.testing.assert_allclose(Motion.load(tmp_path / "lying.npz").rotations, turns, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("call", "sentence"),
-    [
-        (lambda folder: w2w.load(folder / "nowhere"), "is not a folder"),
-        (lambda folder: Motion.load(folder / "text.npz"), "text.npz cannot be read as a motion"),
-        (lambda folder: w2w.load(folder / "bad"), r"no motion in .*bad can be used; text\.npz: "),
-        (lambda folder: w2w.open_results(folder), "is not the results folder of a finished run"),
-    ],
-)
-def test_errors_are_sentences(tmp_path, call, sentence):
-    (tmp_path / "bad").mkdir()
-    for file in (tmp_path / "text.npz", tmp_path / "bad" / "text.npz"):
-        file.write_text("no npz")
-    with pytest.raises(ValueError, match=sentence):
-        call(tmp_path)
-
-
 WRONG = {
     "an unknown classifier": (
         lambda s, _: w2w.rank(s, classifier="forest"),
@@ -329,11 +244,6 @@ def test_what_is_wrong_is_a_value_error_that_says_what_to_change(signals, rankin
         call(signals, ranking)
 
 
-def test_labels_of_one_file_are_refused(library):
-    with pytest.raises(ValueError, match="give the folder"):
-        w2w.load(library / "waving" / "waving 0.npz", labels=library.parent / "labels.csv")
-
-
 def test_a_part_of_motions_or_signals_is_used_like_the_whole(signals, ranking):
     motions = replace(signals.motions, motion_keys=tuple(f"key {n}" for n in range(len(signals))))
     assert motions[3:5].motion_keys == ("key 3", "key 4")
@@ -342,15 +252,6 @@ def test_a_part_of_motions_or_signals_is_used_like_the_whole(signals, ranking):
     assert len(part) == len(part.motions) == len(signals) - 4
     assert part[0].clip == signals[4].clip
     assert w2w.rank(part, folds=2).activities == ranking.activities[1:]
-
-
-def test_beside_a_clone_the_package_is_found(tmp_path):
-    """And not the folder, whose own `__init__.py` is the extension's door."""
-    (tmp_path / "w2w").symlink_to(ROOT, target_is_directory=True)
-    code = "import w2w; from w2w.api.loading import load; assert load is w2w.load; w2w.Body.bundled()"
-    run = [sys.executable, "-c", code]
-    done = subprocess.run(run, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
 
 
 def test_patches_of_another_body_are_refused(library, few):
@@ -378,49 +279,6 @@ def test_a_heatmap_is_drawn_without_blender(ranking, tmp_path):
     coloured = np.ptp(mean, axis=2) > 0.15
     assert coloured.mean() > 0.03
     assert np.abs(mean - kicking)[coloured].mean() > 0.01
-
-
-def run_without_blender(folder, code, *arguments):
-    """What Python does in a process whose `bpy` cannot be imported."""
-    (folder / "bpy.py").write_text("raise ModuleNotFoundError(\"No module named 'bpy'\", name='bpy')\n")
-    return subprocess.run(
-        [sys.executable, "-c", code, *arguments], cwd=folder, capture_output=True, text=True, check=True,
-        env={"PYTHONPATH": f"{folder}:{ROOT / 'blender_addon'}"},
-    )  # fmt: skip
-
-
-def test_fbx_comes_in_through_blender(shared_data):
-    pytest.importorskip("bpy")
-    (motion,) = w2w.load(shared_data / "mixamo" / "Conv-AI__ThreeJs-World-Tutorial" / "TalkingMale.fbx")
-    assert (motion.clip, motion.n_frames) == ("TalkingMale", 298)
-
-
-def test_bvh_comes_in_without_blender_and_for_fbx_a_sentence_says_how_to_get_it(shared_data, tmp_path):
-    folder = shared_data / "bvh" / "cmu_DragonForged"
-    (tmp_path / "walk.fbx").write_text("; FBX 7.3.0 project file\n")
-    code = (
-        "import sys, w2w\ntry: w2w.load('walk.fbx')\nexcept ValueError as error: said = error\n"
-        "for m in w2w.load(sys.argv[1]): print(m.clip, m.n_frames)\nprint(said)"
-    )
-    *bvh, said = run_without_blender(tmp_path, code, str(folder)).stdout.splitlines()
-    assert bvh == ["002_03 86", "007_12 131"]
-    assert "walk.fbx is read through Blender's Python module, which is missing" in said
-    assert "pip install '.[blender]'" in said
-
-
-@pytest.mark.slow
-def test_the_documents_examples_run(library, monkeypatch):
-    monkeypatch.chdir(library.parent)
-    text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
-    blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(blocks) == 12
-    names: dict = {}
-    for block in blocks:
-        exec(compile(block, "docs/python.md", "exec"), names)
-    assert (library.parent / "best.png").stat().st_size > 10_000
-    head = "patch,name,region,expected_mean,expected_low,expected_high,kicking,stirring,waving,mean,"
-    assert (library.parent / "f1.csv").read_text().startswith(head)
-    assert names["ranking"].utility.mean.shape == (24,)
 
 
 def test_a_notebook_shows_rows_as_a_table(ranking):
@@ -464,18 +322,6 @@ def test_what_a_notebook_shows_is_short_or_a_page(signals, ranking):
     assert ranking.heatmap().get_size_inches().min() > 1
 
 
-def test_labels_of_several_spellings_are_one_with_a_warning(few):
-    made = [moving(ARM, 1.5, 0), moving(ARM, 0.7, 1), moving(LEG, 1.0, 2), moving(LEG, 1.6, 3)]
-    labels = [("Walk", "Anna"), ("walk", "bob"), ("run", "ANNA"), ("Run", "Bob")]
-    motions = [one.labelled(*label, f"{label}") for one, label in zip(made, labels, strict=True)]
-    with pytest.warns(
-        UserWarning, match="'run' and 'Run' count as one activity, 'run'; .* one subject, 'ANNA'"
-    ):
-        ranking = w2w.rank(w2w.synthesize(motions, few, sensor="ideal"), by_subject=True)
-    assert ranking.utility.activities == ("run", "walk")
-    assert ranking.utility.protocol == "leave one of 2 subjects out"
-
-
 def test_windows_of_ten_minutes_refuse_the_same_clips_as_on_the_command_line(signals, library, tmp_path):
     words = "s, shorter than the 12 s a window needs"
     with pytest.raises(ValueError, match=f"every clip is too short for windows of 600 s: clip '.*{words}"):
@@ -494,7 +340,7 @@ def test_windows_of_ten_minutes_refuse_the_same_clips_as_on_the_command_line(sig
 def test_a_report_of_a_results_folder_is_that_of_the_command_line(door, tmp_path):
     w2w.open_results(door / "RESULTS").report(tmp_path / "report.html")
     command = [sys.executable, "-m", "headless", "report", door / "RESULTS"]
-    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    subprocess.run(command, cwd=Path(__file__).resolve().parents[2], check=True, capture_output=True)
     written = door / "RESULTS" / "report.html"
     assert (tmp_path / "report.html").read_bytes() == written.read_bytes()
     written.unlink()
