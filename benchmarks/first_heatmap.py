@@ -22,7 +22,7 @@ import w2w as extension
 from w2w.core.library.import_plan import plan_folder
 from w2w.ui.jobs import jobs, preferences
 from w2w.ui.jobs.windows import BUDGET
-from w2w.ui.steps.motion_import import import_steps, wanted
+from w2w.ui.steps.motion_import import import_items, import_steps
 from w2w.ui.steps.run_all import run_all_steps
 from w2w.ui.study.state import utility_of
 
@@ -63,7 +63,7 @@ def main() -> None:
                 bpy.ops.w2w.add_body()
             body = bpy.context.scene.w2w.body
             body.w2w.patch_count = given.patches
-            clips = wanted(plan_folder(library))
+            clips = import_items(plan_folder(library))
             with timed(f"import, {len(clips)} clips"):
                 job = jobs.Job("Import", import_steps(body, clips))
                 while jobs.advance(job, BUDGET) is None:

@@ -31,7 +31,7 @@ from w2w.ui.jobs.windows import BUDGET
 from w2w.ui.steps.baking import bake_steps, rank_steps, to_bake
 from w2w.ui.steps.body import load_steps
 from w2w.ui.steps.choosing import choose_steps
-from w2w.ui.steps.motion_import import import_steps, wanted
+from w2w.ui.steps.motion_import import import_items, import_steps
 from w2w.ui.steps.patches import place_steps
 
 ACTIVITIES = ("walking", "running", "crawling", "pivot_kick")
@@ -116,7 +116,7 @@ def measure(library: Path, folder: Path, patches: int) -> None:
     show("add body", at_once(lambda: bpy.ops.w2w.add_body()))
     body = bpy.context.scene.w2w.body
     body.w2w.patch_count = patches
-    show("import", turns_of(import_steps(body, wanted(plan_folder(library)))))
+    show("import", turns_of(import_steps(body, import_items(plan_folder(library)))))
     show("preview", at_once(lambda: bpy.ops.w2w.preview_clip(index=3)))
     show("place patches", turns_of(place_steps(body)))
     show("bake", turns_of(bake_steps(body, to_bake(body.w2w))))

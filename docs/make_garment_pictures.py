@@ -23,7 +23,7 @@ from w2w.scene.base.body import add_body
 from w2w.scene.base.output import quiet_output
 from w2w.scene.base.playback import EvaluatedVertices
 from w2w.scene.garments.cloth import dress
-from w2w.scene.garments.follow import Worn, follow
+from w2w.scene.garments.follow import DressedBody, follow
 from w2w.scene.motion.load import read_motion, to_body
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
@@ -64,7 +64,7 @@ def draped(body: Body, clip: Path, second: float) -> tuple[Body, dict[str, Body]
     covers = without_overlap([cover(c.vertices, c.faces, body, patches) for c in cloths.values()])
     moved, before = with_run_up(motion)
     wanted = (before + second * moved.rate) / moved.n_frames
-    frames = follow(Worn(objects.mesh, list(items.values()), covers), motion, patches)
+    frames = follow(DressedBody(objects.mesh, list(items.values()), covers), motion, patches)
     while next(frames) < wanted:
         pass
     shown = {"": (objects.mesh, body)} | {kind: (items[kind], cloths[kind]) for kind in KINDS}

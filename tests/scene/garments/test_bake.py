@@ -13,7 +13,7 @@ from w2w.scene.base.actions import show_action, write_action
 from w2w.scene.base.body import add_skinned, body_of
 from w2w.scene.base.steps import without_pauses
 from w2w.scene.garments.bake import GarmentBaker, check_garment, cover_of
-from w2w.scene.garments.follow import Worn, follow
+from w2w.scene.garments.follow import DressedBody, follow
 
 from ..conftest import bake, difference
 
@@ -50,7 +50,7 @@ def test_a_surface_deform_a_hair_off_feels_what_the_skin_feels(body_in_scene, bu
     follow_surface(item, body_in_scene.mesh)
     own = cover_of(item, body_in_scene.mesh, patches)
     assert len(own) == len(patches)
-    on_cloth = without_pauses(follow(Worn(body_in_scene.mesh, [item], [own]), short, patches))
+    on_cloth = without_pauses(follow(DressedBody(body_in_scene.mesh, [item], [own]), short, patches))
     same = (own.triangles == patches.triangles).all(axis=1)
     assert same.mean() > 0.7  # of triangles that are equally steady another may be chosen
     moved, before = with_run_up(short)
@@ -76,7 +76,7 @@ def test_a_rigid_offset_is_the_skins_path_and_its_lever_arm(body_in_scene, bundl
     modifier = plate.modifiers.new("Armature", "ARMATURE")
     modifier.object = body_in_scene.armature
     own = cover_of(plate, body_in_scene.mesh, patches)
-    on_cloth = without_pauses(follow(Worn(body_in_scene.mesh, [plate], [own]), short, patches))
+    on_cloth = without_pauses(follow(DressedBody(body_in_scene.mesh, [plate], [own]), short, patches))
     moved, before = with_run_up(short)
     rest = own.matrices(np.array([tuple(crown + corner) for corner in corners])[own.triangles][None])[0]
     head = skinning_transforms(bundled_body, moved)[before:, 15]
@@ -182,6 +182,6 @@ def test_a_lattice_is_one_more_way_to_follow(body_in_scene, bundled_body, patche
     bpy.context.view_layer.update()
     check_garment(cap, body_in_scene.mesh)
     own = cover_of(cap, body_in_scene.mesh, patches)
-    on_cloth = without_pauses(follow(Worn(body_in_scene.mesh, [cap], [own]), short, patches))
+    on_cloth = without_pauses(follow(DressedBody(body_in_scene.mesh, [cap], [own]), short, patches))
     assert np.isfinite(on_cloth.matrices).all()
     assert patch_matrices(bundled_body, patches.triangles, short).shape[1:] == on_cloth.matrices.shape[1:]

@@ -17,7 +17,7 @@ from w2w.scene.garments import clear, follow as following
 from w2w.scene.garments.bake import cover_of
 from w2w.scene.garments.clear import ANGLES, outward, with_clear_arms
 from w2w.scene.garments.cloth import KIND, dress
-from w2w.scene.garments.follow import Worn, follow
+from w2w.scene.garments.follow import DressedBody, follow
 
 
 def standing(body, left=0.0, right=0.0, frames=2):
@@ -80,7 +80,7 @@ def test_sensors_are_carried_back_to_the_clips_own_pose(body_in_scene, bundled_b
     bpy.context.view_layer.update()
     own = cover_of(item, body_in_scene.mesh, patches)
     motion = standing(bundled_body, left=88.0, right=88.0)
-    frames = follow(Worn(body_in_scene.mesh, [item], [own]), motion, patches)
+    frames = follow(DressedBody(body_in_scene.mesh, [item], [own]), motion, patches)
     worn = without_pauses(frames)
     away = {}
     for name, posed in (("own", motion), ("cleared", with_clear_arms(bundled_body, motion))):
@@ -99,7 +99,7 @@ def test_arms_are_cleared_for_our_garments_alone(body_in_scene, bundled_body, pa
     monkeypatch.setattr(following, "with_clear_arms", lambda _, motion: asked.append(motion) or motion)
     own = cover_of(item, body_in_scene.mesh, patches)
     for _ in range(2):
-        frames = follow(Worn(body_in_scene.mesh, [item], [own]), standing(bundled_body), patches)
+        frames = follow(DressedBody(body_in_scene.mesh, [item], [own]), standing(bundled_body), patches)
         next(frames)
         frames.close()
         item.pop(KIND, None)  # somebody else's from now on

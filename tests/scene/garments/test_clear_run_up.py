@@ -11,7 +11,7 @@ from w2w.scene.garments import follow as following
 from w2w.scene.garments.bake import cover_of
 from w2w.scene.garments.clear import REACHES, clear_reach
 from w2w.scene.garments.cloth import dress
-from w2w.scene.garments.follow import Worn, follow
+from w2w.scene.garments.follow import DressedBody, follow
 
 
 def turning(body, speed, joint="right_hip", start=0.0):
@@ -59,7 +59,7 @@ def test_the_body_goes_by_it_with_a_garment_on(body_in_scene, bundled_body, patc
     monkeypatch.setattr(following, "clear_reach", lambda *_: 0.25)
     monkeypatch.setattr(following, "with_run_up", lambda *given: asked.append(given[1:]) or usual(*given))
     own = cover_of(item, body_in_scene.mesh, patches)
-    frames = follow(Worn(body_in_scene.mesh, [item], [own]), turning(bundled_body, 1.0), patches)
+    frames = follow(DressedBody(body_in_scene.mesh, [item], [own]), turning(bundled_body, 1.0), patches)
     next(frames)
     frames.close()
     assert asked == [(0.25,)]

@@ -7,7 +7,7 @@ import pytest
 
 from w2w.core.garments.cover import Cover
 from w2w.core.garments.on_cloth import CAUGHT
-from w2w.scene.garments.follow import Followed
+from w2w.scene.garments.follow import SensorTriangles
 
 SIDE, FRAMES = 0.1, 6
 
@@ -30,7 +30,7 @@ def pulled(empty_file):
 
 def follow(item):
     own = Cover(np.array([0]), np.array([[0, 1, 2]]), np.eye(3)[None])
-    followed = Followed(item, own, FRAMES)
+    followed = SensorTriangles(item, own, FRAMES)
     for number in range(FRAMES):
         bpy.context.scene.frame_set(number + 1)
         followed.take(number)
