@@ -32,7 +32,7 @@ class Motions(Sequence[Motion]):
     skipped: tuple[tuple[str, str], ...] = ()
     """Files that could not be used, each with the reason."""
     motion_keys: tuple[str, ...] = ()
-    """As in a labels file: equal keys mark one recorded motion; empty where unknown."""
+    """Keys as in a labels file: equal ones mark one recorded motion; "" if unknown."""
 
     def __repr__(self) -> str:
         activities = {motion.activity for motion in self.motions}
@@ -107,7 +107,7 @@ def load(
     bone_maps : sequence of BoneMap
         Your own, tried before the bundled ones.
     pose : PoseFacts
-        Unit and joint set of joint positions, where the files do not say them; frame rate and axis that is up
+        Unit and joint set of joint positions, if the files lack them; frame rate and axis that is up
         of all files, whatever they say. By default one axis is up in all of a folder's files of a kind.
 
     Returns
@@ -150,20 +150,20 @@ def load(
     library = read_library(path, labels)
     warn_of_spellings(library.check)
     ups = look_up(((clip.file, clip.path) for clip in library.clips), pose).ups
-    found, keys, skipped = [], [], list(library.skipped)
+    motions, keys, skipped = [], [], list(library.skipped)
     for clip in tracked(library.clips, "Reading motions"):
         try:
             motion = _read(clip.path, body, bone_maps, pose, ups)
         except ValueError as error:
             skipped.append((clip.file, str(error)))
             continue
-        found.append(motion.labelled(clip.activity, clip.subject, clip.name))
+        motions.append(motion.labelled(clip.activity, clip.subject, clip.name))
         keys.append(clip.motion_key)
-    if not found:
+    if not motions:
         file, reason = skipped[0]
         raise ValueError(f"no motion in {path} can be used; {file}: {reason}")
-    _refuse_head_down(found, pose)
-    return Motions(tuple(found), body, tuple(skipped), tuple(keys))
+    _refuse_head_down(motions, pose)
+    return Motions(tuple(motions), body, tuple(skipped), tuple(keys))
 
 
 def _refuse_head_down(motions: Sequence[Motion], pose: PoseFacts) -> None:
@@ -174,14 +174,14 @@ def _refuse_head_down(motions: Sequence[Motion], pose: PoseFacts) -> None:
 
 def warn_of_spellings(check: LabelCheck) -> None:
     """Warn the caller's caller of labels that were spelled in several ways and count as one."""
-    said = [merged_sentence(*one) for one in check.spellings]
-    said += [merged_sentence(*one, "subject") for one in check.subjects]
-    if said:
-        warnings.warn("; ".join(said), stacklevel=3)
+    sentences = [merged_sentence(name, ways) for name, ways in check.spellings]
+    sentences += [merged_sentence(name, ways, "subject") for name, ways in check.subjects]
+    if sentences:
+        warnings.warn("; ".join(sentences), stacklevel=3)
 
 
 def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups) -> Motion:
-    """One file on the body; a ValueError where it cannot be used, or needs a module that is missing."""
+    """Read a file onto the body; ValueError if it cannot be used or needs a module that is missing."""
     from ..scene.base.output import quiet_output
     from ..scene.motion.load import read_motion, to_body
 
@@ -197,7 +197,7 @@ def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts,
 
 @contextmanager
 def _needs_blender(file: str) -> Iterator[None]:
-    """Raise a ValueError with a sentence where an import lacks Blender's module."""
+    """Raise a ValueError with a sentence if an import lacks Blender's module."""
     try:
         yield
     except ModuleNotFoundError as error:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a notebook shows: a progress bar, which a script or a terminal has not, and rows as a table."""
+"""Display in a notebook: a progress bar, which scripts and terminals do not get, and rows as a table."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Rows(list[dict[str, Any]]):
     """Rows of values by column, all with the same columns."""
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: three digits, as people compare them."""
+        """The table in a notebook: three digits, as people compare them."""
         heads = "".join(f"<th>{escape(name)}" for name in (self[0] if self else ()))
         rows = ("".join(f"<td>{_cell(value)}" for value in row.values()) for row in self)
         return f"<table><tr>{heads}{''.join(f'<tr>{row}' for row in rows)}</table>"

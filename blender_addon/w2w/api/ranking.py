@@ -61,7 +61,7 @@ class Ranking:
     inputs : ndarray or PatchBlocks, shape (W, N, ...)
         What the classifier trained on.
     labels : WindowLabels
-        Of the W windows.
+        Labels of the W windows.
     config : StudyConfig
         Folds, windows and seed.
     classifier : str or object
@@ -70,7 +70,7 @@ class Ranking:
     left_out : dict of str to str
         Activities of the clips that are not ranked, each with the reason.
     clips : tuple of LabelledClip
-        Those ranked, each with the first that shows the same motion.
+        The ranked clips, each with the first that shows the same motion.
     details : tuple of dict
         Duration and windows of each of them, for the report.
     stream : Stream, optional
@@ -106,13 +106,13 @@ class Ranking:
         return f"<Ranking: {len(self.patches)} patches, {len(self.activities)} activities; best: {best}>"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the answer and what to mind, the products, the body."""
+        """The display in a notebook: the answer and its cautions, the products, the body."""
         picture = io.BytesIO()
         self.heatmap().savefig(picture, format="png")
         rows = [
-            f"<tr><td>{escape(f'{one.side} {one.name}'.strip())}<td>{short(one.expected)}"
-            f"<td>{short(one.low)} to {short(one.high)}"
-            for one in self.answer.products
+            f"<tr><td>{escape(f'{score.side} {score.name}'.strip())}<td>{short(score.expected)}"
+            f"<td>{short(score.low)} to {short(score.high)}"
+            for score in self.answer.products
         ]
         cautions = spot_caution(self.best, self.utility), interval_caution(self.utility)
         parts = [
@@ -151,7 +151,7 @@ class Ranking:
 
     @cached_property
     def answer(self) -> Answer:
-        """Where to wear one sensor: `answer.sentence()` says it, `answer.products` are the alternatives."""
+        """Where to wear one sensor, by `answer.sentence()`; `answer.products` are the alternatives."""
         return answer(self._scored)
 
     def compare(self, *words: str) -> tuple[PlaceScore, ...]:
@@ -354,9 +354,11 @@ class Ranking:
         """The ranking and a choice of sensors, written into an empty folder as a run writes them."""
         (out / WORK).mkdir()
         results = StudyResults(out, self.utility, self.patches, self.clips, self.config.as_dict())
-        named = [Clip(Path(), one.name, one.name, one.activity, one.subject) for one in self.clips]
-        library = Library(Path(), tuple(named), "Python", self.skipped)
-        clips = tuple(ClipResult(one, "", about, "") for one, about in zip(named, self.details, strict=True))
+        used = tuple(Clip(Path(), clip.name, clip.name, clip.activity, clip.subject) for clip in self.clips)
+        library = Library(Path(), used, "Python", self.skipped)
+        clips = tuple(
+            ClipResult(clip, "", record, "") for clip, record in zip(used, self.details, strict=True)
+        )
         advice = choose_to_wear(
             self.utility, self.patches, self.body, self.config, self._set_tests, self.stream
         )

@@ -47,7 +47,7 @@ from .ranking import Ranking
 
 @dataclass(frozen=True, eq=False)
 class Signals(Sequence[ImuRecording]):
-    """What a sensor on every patch records: one recording for each motion, with its labels."""
+    """Recordings of a sensor on every patch, one for each motion, with its labels."""
 
     recordings: tuple[ImuRecording, ...]
     patches: PatchSet
@@ -216,7 +216,7 @@ def rank(
         classifier=classifier if isinstance(classifier, str) else StudyConfig.classifier,
     )
     as_features = inputs_of(classifier) == "features"
-    used, found, details, inputs, skipped, cut_from = [], [], [], [], [], []
+    used, clip_windows, details, inputs, skipped, cut_from = [], [], [], [], [], []
     clips = zip(signals, signals.motions, signals.motions.motion_keys, strict=True)
     for number, (recording, motion, key) in enumerate(clips):
         name = recording.clip or f"clip {number}"
@@ -229,7 +229,7 @@ def rank(
         inputs.append(window_features(cut, recording.rate) if as_features else np.array(cut))
         cut_from.append(recording)
         used.append(LabelledClip(name, **labels[number], motion_key=key))
-        found.append(ClipWindows(windows.is_test, motion_signature(motion)))
+        clip_windows.append(ClipWindows(windows.is_test, motion_signature(motion)))
         about = {"duration_s": round(motion.duration, 4), "frame_rate": motion.rate}
         about |= signals.sensor.full_scale_content(recording)
         details.append(about | {"windows": len(windows.is_test)})
@@ -238,20 +238,22 @@ def rank(
     whole = np.concatenate(inputs)
     pooling = Pooling.on(signals.motions.body, signals.patches)
     progress = progress or progress_bar("Ranking patches")
-    ranked = same_motions(used, found)
+    ranked = same_motions(used, clip_windows)
     if by_subject and (shared := subjects_sentence(ranked)):
         warnings.warn(shared, stacklevel=2)
-    utility = rank_clips(ranked, found, whole, config, pooling, classifier=classifier, progress=progress)
+    utility = rank_clips(
+        ranked, clip_windows, whole, config, pooling, classifier=classifier, progress=progress
+    )
     left_out = _left_out(activities, utility, copies_among(used, ranked))
     if caution := window_warning(window, float(np.median([about["duration_s"] for about in details]))):
         warnings.warn(caution, stacklevel=2)
     stream = None
     if classifier == Ridge.name:
         worn = signals.motions.body, signals.patches
-        stream = stream_of(ranked, found, lambda clip, some: cut_from[clip].at(some), config, worn)
+        stream = stream_of(ranked, clip_windows, lambda clip, some: cut_from[clip].at(some), config, worn)
     return Ranking(
         utility=utility, patches=signals.patches, body=signals.motions.body, inputs=whole,
-        labels=WindowLabels.of(ranked, found), config=config, classifier=classifier,
+        labels=WindowLabels.of(ranked, clip_windows), config=config, classifier=classifier,
         skipped=tuple(skipped), left_out=left_out, clips=ranked, details=tuple(details), stream=stream,
     )  # fmt: skip
 
@@ -303,7 +305,7 @@ def open_results(folder: str | Path) -> Ranking:
 def stream(folder: str | Path, placements: Sequence[str] | None = None) -> Iterator[ImuRecording]:
     """Read the signals of a run's clips, one after another, in memory for one.
 
-    Where `w2w run --no-signals` kept none, they are made again from the motions, the same to the last bit.
+    If `w2w run --no-signals` kept none, they are made again from the motions, the same to the last bit.
 
     Parameters
     ----------

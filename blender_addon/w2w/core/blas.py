@@ -2,7 +2,7 @@
 """Matrix products and solutions by SciPy's BLAS and LAPACK: stays until Blender 4.5 LTS ends.
 
 NumPy 1.26, which Blender 4 brings, carries an OpenBLAS that takes processors made since for the oldest it
-knows and works at a third of their speed or less; SciPy's is newer. Where that is so, synthesis, features and
+knows and works at a third of their speed or less; SciPy's is newer. If so, synthesis, features and
 the whole road from a motion to signals take 1.3 to 1.5 times as long by NumPy (`benchmarks/blas_speed.py`);
 the ridge map took 1.05 times, so it multiplies by NumPy. Its Cython interface, unlike the
 Python one, lets go of the interpreter's lock and takes parts of larger arrays as they lie.
@@ -24,7 +24,7 @@ def multiply(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.
     """The product a @ b of a matrix (m, k) with another (k, n), or with each of a stack (..., k, n).
 
     Both are float32 or both float64; matrices laid out neither in rows nor in columns are copied first. The
-    product is written to `out`, where given: parts of the rows of a larger array will do.
+    product is written to `out`, if given: parts of the rows of a larger array will do.
 
     Raises ValueError if shapes or types do not go together, or the rows of `out` are not whole.
     """
@@ -113,7 +113,7 @@ def solve_positive(upper: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def _addresses(matrices: np.ndarray) -> list[int]:
-    """Where in memory each matrix of a stack begins."""
+    """Address in memory of each matrix of a stack."""
     addresses = [matrices.ctypes.data]
     for length, step in zip(matrices.shape[:-2], matrices.strides, strict=False):
         addresses = [address + i * step for address in addresses for i in range(length)]

@@ -18,11 +18,11 @@ NEUTRAL_GREY = (0.76, 0.76, 0.76)
 """sRGB colour of a place without a score."""
 
 DIFFERENCE_MAP = "vik"
-"""Of differences: blue below none, brown above, pale at none; safe for colour-blind eyes (Crameri 2018,
-doi:10.5281/zenodo.1243862)."""
+"""Diverging map for differences: blue below zero, brown above, pale at zero; safe for colour-blind
+eyes (Crameri 2018, doi:10.5281/zenodo.1243862)."""
 
 COLOUR_MAPS = (COLOUR_MAP, "cividis", "magma", "batlow", DIFFERENCE_MAP)
-"""Those in `colour_maps.npz`, which `tools/make_colour_maps.py` takes from the `cmap` package."""
+"""Maps in `colour_maps.npz`, which `tools/make_colour_maps.py` takes from the `cmap` package."""
 
 LEAST_SPAN = 0.1
 """Least F1 that the colours of a map span: scores that hardly differ shall not look far apart."""
@@ -61,7 +61,7 @@ def patch_colours(
 ) -> np.ndarray:
     """Colours (V, 3) of a body's vertices from scores (N,) of its patches, spread smoothly between them.
 
-    A patch without a score (NaN) has grey ground of its own. The range is by default that of the patches'
+    A patch without a score (NaN) has grey ground. The range is by default that of the patches'
     scores; see `score_colours` and `score_range`.
     """
     own_low, own_high = score_range(scores, span)
@@ -72,7 +72,7 @@ def patch_colours(
 def score_range(scores: np.ndarray | Sequence[float], span: float = LEAST_SPAN) -> tuple[float, float]:
     """Scores at the two ends of a map's colours: its lowest and highest, or further apart.
 
-    They are at least `span` apart, the scores in the middle as far as F1 allows; 0 and 1 where there is no
+    They are at least `span` apart, the scores in the middle as far as F1 allows; 0 and 1 without a
     score.
     """
     low, high = _own_range(scores)
@@ -91,7 +91,7 @@ def difference_range(scores: np.ndarray) -> tuple[float, float]:
 
 
 def span_note(scores: np.ndarray | Sequence[float], low: float, high: float) -> str:
-    """A legend's note on the range of the scores, where the colours span more; else empty."""
+    """A legend's note on the range of the scores, if the colours span more; else ""."""
     own_low, own_high = _own_range(scores)
     wider = high - low > own_high - own_low + ROUNDING
     return f"scores {own_low:.2f} to {own_high:.2f}" if wider else ""

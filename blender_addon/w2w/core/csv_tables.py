@@ -27,7 +27,7 @@ FORMULA = re.compile(r"[\t\r\n]|\s*[=+\-@＝＋－＠]")
 
 
 BREAKS = re.compile(r"\s*[\t\r\n]+\s*")
-"""What a spreadsheet has where the lines of a cell end."""
+"""Line end within a cell of a spreadsheet."""
 
 
 class CsvError(ValueError):
@@ -43,7 +43,7 @@ class CsvTable(NamedTuple):
     rows: list[tuple[int, dict[str, str]]]
     """The line a row ends on and its cells by column, without surrounding spaces, as they can be shown."""
     note: str
-    """What had to be assumed to read it, if anything."""
+    """The assumptions that were needed to read it, if any."""
 
 
 def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str] = ()) -> CsvTable:
@@ -51,7 +51,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
 
     The separator is the one of `SEPARATORS` by which the first line holds the required columns. Their names
     are given in lower case, and case does not count; an optional column that is missing reads as empty. Text
-    is UTF-8, UTF-16 or UTF-32, else Windows-1252. A CsvError says why a file cannot be read.
+    is UTF-8, UTF-16 or UTF-32, else Windows-1252. Raises CsvError, with the reason, if a file cannot be read.
     """
     text, note = decoded(Path(path))
     names = (*required, *optional)
@@ -78,9 +78,9 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
     try:
         next(reader)
         for cells in reader:
-            found = dict(zip(columns, map(_label, cells), strict=False))
-            if any(found.values()):
-                rows.append((first + reader.line_num, {name: found.get(name, "") for name in names}))
+            row = dict(zip(columns, map(_label, cells), strict=False))
+            if any(row.values()):
+                rows.append((first + reader.line_num, {name: row.get(name, "") for name in names}))
     except csv.Error as error:
         line = f"{shown(path)}, line {first + reader.line_num}"
         raise CsvError(f"{line}, cannot be read as csv: {error}") from error
@@ -95,7 +95,7 @@ def csv_text(rows: Iterable[Sequence[object]]) -> str:
 
 
 def apart(names: Sequence[str], others: Iterable[str]) -> list[str]:
-    """Names of activities as headings beside others: those that are taken get a further word.
+    """Names of activities as headings next to others: those that are taken get a further word.
 
     Examples
     --------
@@ -103,13 +103,13 @@ def apart(names: Sequence[str], others: Iterable[str]) -> list[str]:
     ['walking', 'mean (activity)']
     """
     taken = {name.casefold() for name in others}
-    found = []
+    headings = []
     for name in names:
         heading = name
         while heading.casefold() in taken or (heading != name and heading in names):
             heading += " (activity)"
-        found.append(heading)
-    return found
+        headings.append(heading)
+    return headings
 
 
 def _harmless(cell: object) -> object:
@@ -126,7 +126,7 @@ def _harmless(cell: object) -> object:
 
 
 def decoded(path: Path) -> tuple[str, str]:
-    """The text of a file, and what had to be assumed to read it; a CsvError where it is no text."""
+    """The text of a file, and the assumptions needed to read it; CsvError if it is no text."""
     try:
         data = path.read_bytes()
     except OSError as error:

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.lib import format as npy
 
 MOST_BYTES = 16 * 2**30
-"""No file of ours unpacks to more."""
+"""No file of W2W unpacks to more."""
 
 UNPACKED_FREELY, MOST_UNPACKED = 2**26, 50
 """Bytes that any file may unpack to, and how many times its size a larger one may: numbers that were measured
@@ -35,7 +35,7 @@ ZIP_EPOCH = (1980, 1, 1, 0, 0, 0)
 """Time stamp of every member of an npz, so that equal arrays give equal bytes."""
 
 DEVICES = {"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))}
-"""Names that Windows keeps for devices, in lower case: no file can bear one, whatever its ending."""
+"""Names that Windows keeps for devices, in lower case: no file can have one, with any ending."""
 
 UNFINISHED = ".w2w.part"
 """Suffix of half-written files, which nobody else uses."""
@@ -49,7 +49,7 @@ _told: ContextVar[tuple[Callable[[Path, Path], None], ...]] = ContextVar("told",
 
 @contextmanager
 def told_of_writes(tell: Callable[[Path, Path], None]) -> Iterator[None]:
-    """Call `tell` with the temporary file and the path of whatever `atomic_write` is about to rename."""
+    """Call `tell` with the temporary file and the path to which `atomic_write` is about to rename it."""
     before = _told.set((*_told.get(), tell))
     try:
         yield
@@ -59,7 +59,7 @@ def told_of_writes(tell: Callable[[Path, Path], None]) -> Iterator[None]:
 
 @contextmanager
 def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
-    """Open a temporary file beside `path`, in binary mode, and rename it to `path` when all went well."""
+    """Open a temporary file next to `path`, in binary mode, and rename it to `path` when all went well."""
     path = Path(path)
     if not path.parent.is_dir():
         raise FileNotFoundError(ENOENT, "There is no such folder", str(path.parent))
@@ -79,7 +79,7 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
 
 
 def folder_beside(path: Path) -> tempfile.TemporaryDirectory[str]:
-    """A temporary folder beside a path: what is made in it takes its name by a rename."""
+    """A temporary folder next to a path, so that its content gets its final name by a rename."""
     return tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem[:40]}.", suffix=UNFINISHED)
 
 
@@ -101,7 +101,7 @@ def write_json(path: str | Path, content: Any) -> None:
 
 
 def json_number(value: float) -> float | None:
-    """A score for JSON: rounded, and null where it is not known."""
+    """A score for JSON: rounded, and null if it is not known."""
     return None if np.isnan(value) else round(float(value), DIGITS)
 
 
@@ -130,7 +130,7 @@ DAMAGED = (
     RuntimeError,  # a password, or (NotImplementedError) a compression that Python lacks
     UnicodeError, struct.error, zlib.error,
 )  # fmt: skip
-"""Errors of Python's zip and numpy's npy reading on damaged files, beside ValueError and OSError."""
+"""Errors of Python's zip and numpy's npy reading on damaged files, besides ValueError and OSError."""
 
 MAX_CHARACTER = 0x10FFFF
 
@@ -142,7 +142,7 @@ PLAIN = "biufU"
 
 
 def array_names(path: str | Path) -> list[str]:
-    """Names of the arrays in an npz file; an OSError or ValueError where it cannot be read."""
+    """Names of the arrays in an npz file; OSError or ValueError if it cannot be read."""
     try:
         with ZipFile(path) as archive:
             return [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
@@ -156,7 +156,7 @@ def most_unpacked(size: int) -> int:
 
 
 Check = Callable[[tuple[int, ...]], None]
-"""Raises where no array of such a shape can be what is read."""
+"""A check that raises if no array of such a shape is acceptable."""
 
 
 def read_arrays(
@@ -196,7 +196,7 @@ def read_arrays(
 
 @contextmanager
 def _described(name: str) -> Iterator[None]:
-    """Say which array is damaged where the block raises a ValueError: NumPy's own words quote bytes."""
+    """Name the damaged array if the block raises a ValueError: NumPy's own message quotes bytes."""
     try:
         yield
     except ValueError as error:
@@ -208,8 +208,8 @@ def load_arrays(
 ) -> dict[str, np.ndarray]:
     """Read needed and optional arrays of a file that W2W wrote.
 
-    A ValueError names the file where it is damaged or lacks a needed array, and says what is `wrong`, such as
-    "is not a W2W body".
+    Raises ValueError, with the file and what is `wrong`, such as "is not a W2W body", if it is damaged or
+    lacks a needed array.
     """
     try:
         arrays = read_arrays(path, (*needed, *optional), MOST_BYTES)
@@ -221,7 +221,7 @@ def load_arrays(
 
 
 def read_npy(path: str | Path, check: Check | None = None) -> np.ndarray:
-    """Read an npy file of numbers or text; a ValueError names the file where it is none, or damaged.
+    """Read an npy file of numbers or text; ValueError, with the file's name, if it is none or damaged.
 
     `check` is given the shape before the values are read.
     """
@@ -237,7 +237,7 @@ def read_npy(path: str | Path, check: Check | None = None) -> np.ndarray:
 
 
 def _read_values(stream: IO[bytes], held: int) -> np.ndarray:
-    """The array of an npy stream that holds `held` bytes, whatever its header claims.
+    """The array of an npy stream that holds `held` bytes, independent of what its header claims.
 
     Parses the header once; numpy's own `read_array` would have to do so again.
     """

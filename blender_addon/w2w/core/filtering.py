@@ -45,7 +45,7 @@ def _sections(order: int, cutoff_hz: float, rate: float) -> tuple[np.ndarray, np
 def resample(values: np.ndarray, rate: float, new_rate: float) -> np.ndarray:
     """Resample along the last axis with a linear-phase anti-aliasing filter; rates are in samples per second.
 
-    From the first sample to the last, both included where they meet.
+    From the first sample to the last, both included if they meet.
     """
     if rate == new_rate:
         return values
@@ -59,5 +59,5 @@ def resample(values: np.ndarray, rate: float, new_rate: float) -> np.ndarray:
 
 
 def count_resampled(n_samples: int, rate: float, new_rate: float) -> int:
-    """Samples at the new rate from the first to the last at the old, both included where they meet."""
+    """Samples at the new rate from the first to the last at the old, both included if they meet."""
     return int(np.floor((n_samples - 1) * new_rate / rate + 1e-6)) + 1

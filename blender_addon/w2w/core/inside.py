@@ -11,7 +11,7 @@ PLAIN = re.compile(r"(?![. ]+(?:/|\Z))[^/\\:\x00-\x1f\x7f]+(?:/(?![. ]+(?:/|\Z))
 """A path below a folder, on any system: no `..`, no empty part, no drive, no backslash."""
 
 FORBIDDEN = re.compile(r'[/\\:*?"<>|\x00-\x1f\x7f\s]+')
-"""What a file's name does not hold on every system, and spaces."""
+"""Characters that not every system allows in a file's name, and spaces."""
 
 
 class ForeignFileError(ValueError):
@@ -21,7 +21,7 @@ class ForeignFileError(ValueError):
 def inside(folder: Path, name: object, source: str = "") -> Path:
     """The path of a file that `source`, in words, names in a folder.
 
-    A ForeignFileError says that the name, or a link on the way, leads out of the folder, or to a pipe or
+    Raises ForeignFileError if the name, or a link on the way, leads out of the folder, or to a pipe or
     device. The folder may be a link itself, and nothing need exist.
     """
     place = os.fspath(folder)
@@ -44,12 +44,12 @@ def inside(folder: Path, name: object, source: str = "") -> Path:
 
 
 def is_plain(name: object) -> TypeGuard[str]:
-    """Whether a name stays in its folder, whatever the system."""
+    """Whether a name stays in its folder on every system."""
     return isinstance(name, str) and bool(PLAIN.fullmatch(name))
 
 
 def checked(name: object, source: str) -> str:
-    """A name that `source`, in words, gives; a ForeignFileError where it does not stay in its folder."""
+    """A name that `source`, in words, gives; ForeignFileError if it does not stay in its folder."""
     if is_plain(name):
         return name
     raise ForeignFileError(

@@ -60,8 +60,8 @@ class Parameter:
 def parameter(default: Any, help: str, name: str = "", **about: Any) -> Any:  # noqa: A002
     """A field of a record, declared for people.
 
-    `name` is its option's and property's name where that is not the field's; `group` the heading of the
-    option, None where there is no option; `title` its label in the panel; `usual` the range of a slider.
+    `name` is its option's and property's name if not the field's; `group` the heading of the
+    option, None without an option; `title` its label in the panel; `usual` the range of a slider.
     """
     return field(default=default, metadata={DECLARED: Parameter(help, name, **about)})
 

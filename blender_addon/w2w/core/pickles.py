@@ -74,7 +74,7 @@ class _Chumpy(_State):
 
 
 def _empty_array(_kind: type, _shape: Any, _dtype: Any) -> np.ndarray:
-    """numpy's `_reconstruct`: an empty array, whatever size was claimed; its state follows."""
+    """numpy's `_reconstruct`: an empty array, regardless of the claimed size; its state follows."""
     return np.ndarray.__new__(np.ndarray, (0,), np.int8)
 
 
@@ -137,7 +137,7 @@ def _latin(text: str, _encoding: str = "latin1") -> bytes:
 
 
 class _NumpyArray:
-    """Stands for `numpy.ndarray` and `object` where a pickle only names them."""
+    """Stands for `numpy.ndarray` and `object` if a pickle only names them."""
 
 
 STORAGES = {
@@ -169,7 +169,7 @@ FOUND: dict[tuple[str, str], Any] = {
     ("scipy", "csr_matrix"): _CsrMatrix,
     ("scipy", "csr_array"): _CsrMatrix,
 }
-"""All that a model file may name, by package, and what it gets instead."""
+"""The names that a model file may use, by package, and what it gets instead."""
 
 
 def _stand_in(module: str, name: str) -> Any:
@@ -245,7 +245,7 @@ def read_result(path: str | Path) -> Any:
 
 
 def _read_torch(path: str | Path) -> Any:
-    """What torch.save wrote: a zip of a pickle, and a file a storage."""
+    """Read what torch.save wrote: a zip of a pickle, and one file per storage."""
     with ZipFile(path) as archive:
         most = min(MOST_RESULT_BYTES, most_unpacked(Path(path).stat().st_size))
         if sum(member.file_size for member in archive.infolist()) > most:
@@ -297,7 +297,7 @@ def read_npz_member(path: str | Path, name: str) -> np.ndarray:
 
 
 def read_npy_object(path: str | Path) -> Any:
-    """The pickled content of an npy file, opened as warily; None where it holds numbers, or is damaged.
+    """The pickled content of an npy file, opened with the same care; None if it holds numbers or is damaged.
 
     Raises RefusedPickleError if it names anything but arrays.
     """

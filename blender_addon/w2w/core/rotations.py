@@ -16,7 +16,7 @@ TILE_MATRICES = 2048
 def decompose(matrices: np.ndarray, first_sensor: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Positions (3, T, N) and continuous unit quaternions (4, T, N), float64, of world matrices (T, N, 4, 4).
 
-    Quaternions are w, x, y, z, each with the sign nearest to the frame before; NaN where the matrix holds
+    Quaternions are w, x, y, z, each with the sign nearest to the frame before; NaN if the matrix holds
     NaN. The ten different entries of 4 q q^T are linear in R; its row with the largest diagonal gives q
     without cancellation at any angle (Shepperd 1978, doi:10.2514/3.55767b).
 
@@ -62,7 +62,7 @@ def in_axes(rotations: np.ndarray, axes: np.ndarray) -> np.ndarray:
 
 
 def _planes(matrices: np.ndarray) -> np.ndarray:
-    """Matrices (T, N, 4, 4) entry by entry, (3, 4, T, N), doubles; a view where they lie so already."""
+    """Matrices (T, N, 4, 4) entry by entry, (3, 4, T, N), doubles; a view if they lie so already."""
     if matrices.dtype == np.float64 and matrices.strides[1] == matrices.itemsize:
         return matrices[:, :, :3].transpose(2, 3, 0, 1)
     n_frames, n = matrices.shape[:2]

@@ -17,9 +17,9 @@ _most = 0
 
 
 def for_each(work: Callable[[Part], None], parts: Sequence[Part]) -> None:
-    """Do `work` on every part, in all threads that this process may use.
+    """Call `work` on every part, in all threads that this process may use.
 
-    The matrix library is kept to one thread meanwhile: two sets of threads would fight over the cores.
+    The matrix library is kept to one thread then: two sets of threads would fight over the cores.
     """
     with unthreaded_products():
         if len(parts) == 1 or n_threads() == 1:
@@ -47,13 +47,13 @@ def _libraries() -> ThreadpoolController:
 
 
 def use_threads(most: int) -> None:
-    """Let this process use at most so many threads for numerical work; 0 takes `most` back."""
+    """Limit this process to `most` threads for numerical work; 0 removes the limit."""
     global _most
     _most = most
 
 
 def n_threads() -> int:
-    """What `use_threads` or ``OMP_NUM_THREADS`` allow (process pools set it), else that of usable cores."""
+    """The limit of `use_threads` or of ``OMP_NUM_THREADS``, which process pools set, else usable cores."""
     if _most:
         return _most
     allowed = os.environ.get("OMP_NUM_THREADS", "")

@@ -49,7 +49,7 @@ INVISIBLE = re.compile("[\u00ad\u200b\u2060\ufeff]")
 
 
 def composed(name: str) -> str:
-    """A name with each accented letter as one character, where macOS writes two, and nothing unseen."""
+    """A name with each accented letter as one character, where macOS writes two, and no invisible ones."""
     return (name if name.isascii() else unicodedata.normalize("NFC", INVISIBLE.sub("", name))).strip()
 
 
@@ -59,7 +59,7 @@ def plain_words(name: str) -> str:
 
 
 def free_name(name: str, taken: Collection[str], form: str = "{} {}", first: int = 2) -> str:
-    """The name itself where it is free, else with the first free number.
+    """The name itself if it is free, else with the first free number.
 
     Examples
     --------
@@ -75,7 +75,7 @@ KEEP = "surrogatepass" if os.name == "nt" else "surrogateescape"
 
 
 def name_bytes(name: str | PurePath) -> bytes:
-    """A name's bytes, whatever the locale made of them: UTF-8 where it is text at all."""
+    """A name's bytes, independent of the locale: UTF-8 if it is text at all."""
     return str(name).encode("utf-8", KEEP)
 
 
@@ -103,9 +103,9 @@ def harmless(text: object) -> str:
     return words if words.isascii() and words.isprintable() else COMMANDS.sub(_kept_lines, words)
 
 
-def _kept_lines(found: re.Match[str]) -> str:
-    return found[0] if found[0] in "\n\t" else _percent(found)
+def _kept_lines(match: re.Match[str]) -> str:
+    return match[0] if match[0] in "\n\t" else _percent(match)
 
 
-def _percent(found: re.Match[str]) -> str:
-    return "".join(f"%{byte:02X}" for byte in found[0].encode("utf-8", "surrogateescape"))
+def _percent(match: re.Match[str]) -> str:
+    return "".join(f"%{byte:02X}" for byte in match[0].encode("utf-8", "surrogateescape"))

@@ -36,7 +36,7 @@ SIDES = {"Front": ("R", "L"), "Back": ("L", "R")}
 
 @dataclass(frozen=True)
 class Scale:
-    """What colours mean: scores from `low` to `high`, called `label`; `note` goes below the colour bar."""
+    """Meaning of the colours: scores from `low` to `high`, called `label`; `note` is below the colour bar."""
 
     low: float
     high: float
@@ -49,7 +49,7 @@ class Scale:
 def heatmap_figure(
     path: str | Path | None, views: Sequence[np.ndarray], title: str, scale: Scale, subtitle: str = ""
 ) -> Figure:
-    """A picture of a heatmap, written where a path is given: front and back under a title, a colour bar.
+    """A picture of a heatmap, written if a path is given: front and back under a title, a colour bar.
 
     `views` are pictures (H, W, 4), uint8, of `BodyPictures.coloured`. The path's suffix decides the kind of
     file, as Matplotlib knows it.
@@ -73,11 +73,11 @@ def subset_figure(
     target: float | None = None,
     subtitle: str = "",
 ) -> None:
-    """Write a picture of chosen sensors: a heatmap with numbered markers and a list beside it.
+    """Write a picture of chosen sensors: a heatmap with numbered markers and a list next to it.
 
     `markers` are places of the sensors, in order of choice, from `BodyPictures.locate`. `scores`, from 0 to
-    1, are reached with the sensors up to each one, and `target` is drawn as a line. `cards` say where each
-    sensor goes.
+    1, are reached with the sensors up to each one, and `target` is drawn as a line. `cards` are the places of
+    the sensors in words.
     """
     figure, crop, column = _page(views, title, subtitle, scale, page.LIST_COLUMN)
     top, bottom, first, last = crop
@@ -112,7 +112,7 @@ def _place(number: int, crop: Crop) -> tuple[float, float, float, float]:
 def _page(
     views: Sequence[np.ndarray], title: str, subtitle: str, scale: Scale, column: float = 0.0
 ) -> tuple[Figure, Crop, float]:
-    """A page with title, views and colour bar; the crop of the views, and where a further column starts."""
+    """A page with title, views and colour bar; the crop of the views, and the start of a further column."""
     crop = _crop(views)
     last_left, _, view_width, _ = _place(len(views) - 1, crop)
     left = last_left + view_width

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pages of pictures: things placed in inches, numbered markers on the body, and the list beside it."""
+"""Pages of pictures: things placed in inches, numbered markers on the body, and the list next to it."""
 
 import zlib
 from collections.abc import Sequence
@@ -57,7 +57,7 @@ def axes_at(figure: Figure, left: float, bottom: float, width: float, height: fl
 def lay(figure: Figure, picture: np.ndarray, left: float, bottom: float, width: float, height: float) -> None:
     """A picture (H, W, 4), uint8, on the page's own pixels, placed in inches; beneath all axes.
 
-    Where it has as many pixels, they are those of the page; else Pillow scales it, in a small part of
+    If it has as many pixels, they are those of the page; else Pillow scales it, in a small part of
     the time that matplotlib's `imshow` takes.
     """
     edges = np.rint(np.array([left, bottom, left + width, bottom + height]) * DPI).astype(int)
@@ -65,10 +65,10 @@ def lay(figure: Figure, picture: np.ndarray, left: float, bottom: float, width: 
     if size != picture.shape[1::-1]:
         whole = Image.fromarray(np.ascontiguousarray(picture))
         picture = np.asarray(whole.resize(size, Image.Resampling.LANCZOS))
-    figure.add_artist(_Laid(picture[::-1], int(edges[0]), int(edges[1])))
+    figure.add_artist(_PagePixels(picture[::-1], int(edges[0]), int(edges[1])))
 
 
-class _Laid(Artist):
+class _PagePixels(Artist):
     """Pixels (H, W, 4), uint8, the lower row first, put on the page as they are.
 
     `Figure.figimage` puts them through its colour scales and resamples them first.
@@ -126,7 +126,7 @@ def save(figure: Figure, path: str | Path) -> None:
 
 LIST_COLUMN = 3.7
 ROW, BAR = 0.52, 0.06
-"""Height of a row of the list, where there is room, and of its bar, inches."""
+"""Height of a row of the list, if there is room, and of its bar, inches."""
 
 CARD_ROW, CARD_LETTERS = 1.2, 56
 """Height of a row with its tape-measure card, inches, and letters in a line of a card."""
@@ -139,7 +139,7 @@ Marker = tuple[int, float, float]
 
 
 def draw_markers(axes: Axes, anchors: np.ndarray, numbers: Sequence[int], scale: float) -> None:
-    """Numbered badges, pushed apart where they would overlap, each tied to its dot."""
+    """Numbered badges, pushed apart if they would overlap, each tied to its dot."""
     badges = apart(anchors, 2.3 * BADGE * scale)
     for anchor, badge, number in zip(anchors, badges, numbers, strict=True):
         if np.linalg.norm(badge - anchor) > 0.5 * BADGE * scale:
@@ -174,7 +174,7 @@ def draw_list(
 ) -> None:
     """Draw a row for each sensor: its badge, its name, a bar of the score reached with it, and its card.
 
-    Cards are left out where there is no room for all.
+    Cards are left out if there is no room for all.
     """
     width = LIST_COLUMN - 0.3
     room = (height - 0.55) / len(names)

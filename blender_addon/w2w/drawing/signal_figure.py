@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A picture of one sensor's signal: specific force, angular velocity and whatever else it records."""
+"""A picture of one sensor's signal: specific force, angular velocity and the other readings."""
 
 from pathlib import Path
 

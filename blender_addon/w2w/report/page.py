@@ -39,7 +39,7 @@ MAX_CONFUSED = 12
 """Activities up to which a table of mistakes can be read."""
 
 NOTABLE = {"skipped", "same_motion_as", "cloth_caught", "cut", "at_full_scale"}
-"""What of a clip the page tells."""
+"""Facts of a clip that the page reports."""
 
 
 def report_page(study: StudyResults, project: str | None = None) -> str:
@@ -116,10 +116,10 @@ def _notes(summary: dict[str, Any], clips: Sequence[Entry], n_patches: int) -> l
     windows = notes.window_warning(summary["windows"]["length_s"], summary["windows"]["median_clip_s"])
     worn = garment_sentence(summary.get("garments", {}), n_patches)
     about = [(entry["clip"], entry) for entry in clips if is_used(entry)]
-    told = (notes.cut_sentence(about), notes.full_scale_sentence(about), *caught_sentences(about))
+    of_clips = (notes.cut_sentence(about), notes.full_scale_sentence(about), *caught_sentences(about))
     copies = [(entry["file"], entry["same_motion_as"]) for entry in clips if "same_motion_as" in entry]
     cautions = (summary.get(name) for name in ("band_caution", "subject_caution"))
-    sentences = (notes.copies_sentence(copies), windows, *cautions, worn, *told)
+    sentences = (notes.copies_sentence(copies), windows, *cautions, worn, *of_clips)
     return labels + [f"{sentence}." for sentence in sentences if sentence]
 
 
@@ -136,7 +136,7 @@ def _mistakes(utility: UtilityMap, patch: int) -> list[dict[str, Any]]:
 def view_data(
     body: Body, patches: PatchSet, utility: UtilityMap, chosen: list[int], best: int
 ) -> dict[str, Any]:
-    """All that the 3D view draws, as plain values and `packed` arrays.
+    """The data of the 3D view, as plain values and `packed` arrays.
 
     `chosen` are the patches that carry a number, in its order, `best` is the recommended one. Map 0 is the
     mean over activities, then there is one for each activity: of the expected F1, which has an interval for
@@ -188,16 +188,16 @@ def view_data(
 
 
 def _words(body: Body, patches: PatchSet) -> dict[str, list[int]]:
-    """Patches that each product, by all its names, and each region stands for, one a side."""
-    found: dict[str, list[int]] = {}
+    """Patches of each product, by all its names, and of each region, one per side."""
+    patches_of: dict[str, list[int]] = {}
     at = product_places(patches, body)
     for word, product in PRODUCT_NAMED.items():
         there = {side: at[product.name, side] for side in product.sides if (product.name, side) in at}
-        found[word] = list(there.values())
-        found |= {f"{side} {word}": [patch] for side, patch in there.items() if side}
+        patches_of[word] = list(there.values())
+        patches_of |= {f"{side} {word}": [patch] for side, patch in there.items() if side}
     for region in sorted(set(patches.regions)):
-        found.setdefault(region, [resolve(region, body, patches, lambda _: None)])
-    return found
+        patches_of.setdefault(region, [resolve(region, body, patches, lambda _: None)])
+    return patches_of
 
 
 def packed(array: np.ndarray) -> dict[str, str]:

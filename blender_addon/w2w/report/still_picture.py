@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report's body where nothing turns, front and back: for print, mail and screen readers."""
+"""The report's body as a still picture, front and back: for print, mail and screen readers."""
 
 import base64
 import io
@@ -18,7 +18,7 @@ PIXELS = 560
 """Height of the body."""
 
 COLOURS = 160
-"""Of the picture: so it takes a third of the bytes."""
+"""Palette size; makes the PNG three times smaller."""
 
 
 def still_picture(study: StudyResults, body: Body, first: list[int], together: list[int]) -> dict[str, Any]:

@@ -305,11 +305,11 @@ def test_rate_unit_and_side_car_are_asked_for_in_a_sentence(tmp_path, bundled_bo
     positions = seen_as(JOINT_SETS["kinect-20"], bundled_body, walk)
     np.save(tmp_path / "a.npy", positions)
     with pytest.raises(
-        UnusableMotion, match=r"does not say its frame rate: give --pose-rate, .* a\.json beside"
+        UnusableMotion, match=r"does not say its frame rate: give --pose-rate, .* a\.json next to it"
     ):
         read_joints(tmp_path / "a.npy")
     (tmp_path / "a.json").write_text("{")
-    with pytest.raises(UnusableMotion, match=r"a\.json beside it cannot be read as JSON"):
+    with pytest.raises(UnusableMotion, match=r"a\.json next to it cannot be read as JSON"):
         read_joints(tmp_path / "a.npy")
     (tmp_path / "a.json").write_text('{"rate": 30, "unit": "mm"}')
     with pytest.raises(

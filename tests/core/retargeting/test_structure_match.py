@@ -108,9 +108,9 @@ def test_sides_in_names_are_believed(bundled_body):
     ],
 )  # fmt: skip
 def test_sides_are_read_from_names(name, side):
-    from w2w.core.retargeting.structure_match import _told_side
+    from w2w.core.retargeting.structure_match import _named_side
 
-    assert _told_side(name) == side
+    assert _named_side(name) == side
 
 
 def chain(lengths, start=(0, 0, 0), step=(0, 0, 1)):

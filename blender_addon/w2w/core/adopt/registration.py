@@ -31,7 +31,7 @@ LANDMARK_WEIGHT = 0.3
 """Trust in landmarks, which are a centimetre or two apart on two bodies, once surfaces can be matched."""
 
 LANDMARK_STEPS, SURFACE_STEPS = 12, 20
-"""Gauss-Newton steps on landmarks alone, and on closest points found anew at every step."""
+"""Gauss-Newton steps on landmarks alone, and on closest points found again at every step."""
 
 TOWARDS_POINT = 0.2
 """Pull along the surface, towards the closest point itself, against the pull across it."""
@@ -46,7 +46,7 @@ THERE = 0.3
 """Weight of matching template vertices to target triangles, against target vertices to template triangles."""
 
 NEAREST_FACES = 8
-"""Faces, by the nearness of their middles, among which the closest point is looked for."""
+"""Number of faces with the nearest middles among which the closest point is searched."""
 
 SAME_SIDE = 0.3
 """Least cosine between the normals of a point and its match: skin matches skin of the same side."""
@@ -55,8 +55,8 @@ REACH = 0.08
 """Points farther apart than this, metres, do not match."""
 
 
-class Surface:
-    """A triangle mesh, vertices (V, 3) and faces (F, 3), that can be asked for its closest points."""
+class ClosestPoints:
+    """Closest points on a triangle mesh of vertices (V, 3) and faces (F, 3)."""
 
     def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
         self.vertices, self.faces = vertices, faces
@@ -67,14 +67,14 @@ class Surface:
     def closest(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Closest points (N, 3) on the side that faces the same way, their faces and distances (N,).
 
-        A distance is infinite where no near face looks the same way.
+        A distance is infinite if no near face looks the same way.
         """
         _, near = self.tree.query(points, k=NEAREST_FACES)
-        found, distance = closest_on(self.vertices[self.faces[near]], points)
-        alike = np.einsum("nka,na->nk", self.face_normals[near], normals) > SAME_SIDE
-        distance = np.where(alike, distance, np.inf)
+        nearest, distance = closest_on(self.vertices[self.faces[near]], points)
+        same_side = np.einsum("nka,na->nk", self.face_normals[near], normals) > SAME_SIDE
+        distance = np.where(same_side, distance, np.inf)
         rows, best = np.arange(len(points)), distance.argmin(axis=1)
-        return found[rows, best], near[rows, best], distance[rows, best]
+        return nearest[rows, best], near[rows, best], distance[rows, best]
 
     def shares(self, points: np.ndarray, faces: np.ndarray) -> csr_matrix:
         """Barycentric coordinates (N, V) of points (N, 3) that lie on given faces (N,)."""
@@ -88,16 +88,16 @@ def closest_on(triangles: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, n
     from trimesh.triangles import closest_point  # imported when used: it takes longer than W2W's panel
 
     repeated = np.repeat(points, triangles.shape[1], axis=0)
-    found = closest_point(triangles.reshape(-1, 3, 3), repeated)
+    nearest = closest_point(triangles.reshape(-1, 3, 3), repeated)
     # faces that share the closest point are equally near: a last bit must not choose between them
-    distance = np.linalg.norm(found - repeated, axis=1).round(9)
-    return found.reshape(*triangles.shape[:2], 3), distance.reshape(triangles.shape[:2])
+    distance = np.linalg.norm(nearest - repeated, axis=1).round(9)
+    return nearest.reshape(*triangles.shape[:2], 3), distance.reshape(triangles.shape[:2])
 
 
 def shares_on(triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Barycentric coordinates (N, 3) of points (N, 3) that lie on triangles (N, 3, 3).
 
-    On a triangle without an area they are those of some point of it.
+    A triangle without an area gets those of any of its points.
     """
     from trimesh.triangles import points_to_barycentric
 
@@ -118,10 +118,10 @@ def register(
     Returns the template's joints (24, 3) carried along, skinning weights (T, 24) of the target's vertices,
     and their distances (T,) from the template once that is laid on the target, metres.
     """
-    target = Surface(vertices, faces)
+    target = ClosestPoints(vertices, faces)
     posed = _fit_skeleton(template, target, (landmarks[0], vertices[landmarks[1]]))
     skin = _fit_skin(posed, template.faces, target)
-    registered = Surface(skin, template.faces)
+    registered = ClosestPoints(skin, template.faces)
     closest, face, distance = registered.closest(vertices, vertex_normals(vertices, faces))
     weights = registered.shares(closest, face) @ template.weights
     lost = ~np.isfinite(distance)
@@ -156,7 +156,7 @@ def _similarity(start: np.ndarray, end: np.ndarray, influence: np.ndarray, point
     return goal + scale * ((point - middle) @ (u * signs) @ vt)
 
 
-def _fit_skeleton(template: Body, target: Surface, marks: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+def _fit_skeleton(template: Body, target: ClosestPoints, marks: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """The template's vertices, posed and scaled part by part to lie near the target."""
     marked = _Posable(template, marks[0])
     sampled = _Posable(template, np.arange(0, len(template.vertices), SKELETON_SAMPLE))
@@ -203,7 +203,7 @@ def _step(parameters: np.ndarray, terms: list[tuple[np.ndarray, np.ndarray]]) ->
 
 
 def _prior() -> np.ndarray:
-    """Quadratic form that keeps turns small, and scales near their mean and alike left and right."""
+    """Quadratic form that keeps turns small, and scales near their mean and equal left and right."""
     turns = np.zeros(N_POSE + 3)
     turns[3:N_POSE] = TURN_PRIOR**2
     from_mean = np.eye(N_JOINTS) - 1 / N_JOINTS
@@ -241,19 +241,21 @@ class _Posable:
         return self.rows @ transforms.reshape(*many, -1, 3)
 
 
-def _fit_skin(posed: np.ndarray, faces: np.ndarray, target: Surface) -> np.ndarray:
+def _fit_skin(posed: np.ndarray, faces: np.ndarray, target: ClosestPoints) -> np.ndarray:
     """Displace vertices onto the target, smoothly.
 
     Matching vertices to the target's flat triangles cuts its rounded parts short, so the target's
     own vertices are matched to the template's triangles as well.
     """
-    smoothness = _bending(faces, len(posed))
+    joined = neighbours(edges_of(faces), len(posed))
+    laplacian = identity(len(posed)) - diags(1 / np.asarray(joined.sum(axis=1)).ravel()) @ joined
+    smoothness = (laplacian.T @ laplacian).tocsr()
     target_normals = vertex_normals(target.vertices, target.faces)
     skin = posed
     for stiffness in STIFFNESS:
         goal, _, distance = target.closest(skin, vertex_normals(skin, faces))
         trust = THERE * (distance < REACH)
-        surface = Surface(skin, faces)
+        surface = ClosestPoints(skin, faces)
         closest, face, distance = surface.closest(target.vertices, target_normals)
         near = np.flatnonzero(distance < REACH)
         share = surface.shares(closest[near], face[near])
@@ -261,10 +263,3 @@ def _fit_skin(posed: np.ndarray, faces: np.ndarray, target: Surface) -> np.ndarr
         wanted = trust[:, None] * (goal - posed) + share.T @ (target.vertices[near] - share @ posed)
         skin = posed + splu(system.tocsc()).solve(wanted)
     return skin
-
-
-def _bending(faces: np.ndarray, n_vertices: int) -> csr_matrix:
-    """Squared uniform graph Laplacian, shape (V, V)."""
-    joined = neighbours(edges_of(faces), n_vertices)
-    laplacian = identity(n_vertices) - diags(1 / np.asarray(joined.sum(axis=1)).ravel()) @ joined
-    return (laplacian.T @ laplacian).tocsr()

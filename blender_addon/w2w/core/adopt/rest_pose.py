@@ -45,10 +45,10 @@ def metres_per_unit(height: float) -> float:
 
 
 def to_axes(left: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Rotation (3, 3) from a file's axes to W2W's, from where a body's left and its head are.
+    """Rotation (3, 3) from a file's axes to W2W's, from the directions of a body's left and of its head.
 
-    `left` and `up` (3,) have any length and need not be square to each other. A permutation of the axes where
-    the body nearly stands along them.
+    `left` and `up` (3,) have any length and need not be square to each other. It is a permutation of the axes
+    if the body nearly stands along them.
     """
     turn = frame_of(left, up).T
     snapped = np.zeros((3, 3))
@@ -72,7 +72,7 @@ def in_t_pose(
     skinning gives the vertices that were passed.
 
     Vertices (V, 3) are in W2W's axes, metres; `reference` stands in the T-pose. `limbs` (24, 3) are joints
-    that tell where the limbs point now, where those they turn about are placed otherwise than the
+    that show where the limbs point now, if those they turn about are placed differently from the
     reference's. Returns the vertices and joints.
     """
     turns = _turns_to_t_pose(joints if limbs is None else limbs, reference.joints)
@@ -111,7 +111,7 @@ def _turns_to_t_pose(joints: np.ndarray, reference: np.ndarray) -> np.ndarray:
 
 
 def _raised(reach: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Rotation of a whole limb to where the T-pose has it."""
+    """Rotation of a whole limb to its direction in the T-pose."""
     if _angle(reach, wanted) <= AWAY:
         return np.eye(3)
     frontal = np.array([1.0, 0.0, 1.0])
@@ -126,7 +126,7 @@ def _angle(a: np.ndarray, b: np.ndarray) -> float:
 
 
 BLEND = (-0.1, 0.35)
-"""Where the arm's share begins and is whole, in lengths of the upper arm outward from the shoulder joint."""
+"""Where the arm's share begins and reaches 1, in lengths of the upper arm outward from the shoulder joint."""
 
 AROUND = (0.4, 0.7)
 """Distances from the arm's axis, in the same unit, between which the rule ceases to hold."""
@@ -164,7 +164,7 @@ def with_smpl_shoulders(
 
 
 def _middle(place: np.ndarray, along: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """From the joint to the middle line of the upper arm, in the frontal plane; 0 where no arm is."""
+    """Offset from the joint to the middle line of the upper arm, in the frontal plane; 0 without an arm."""
     depth = place @ along
     of_arm = (depth > SLICE[0]) & (depth < SLICE[1]) & (share > 0.5)
     if not of_arm.any():
@@ -177,7 +177,7 @@ def _middle(place: np.ndarray, along: np.ndarray, share: np.ndarray) -> np.ndarr
 def _share_out(weights: np.ndarray, arm: list[int], collar: int, share: np.ndarray) -> None:
     """Scale each row's weights on the arm to a share and the others to the rest, in place.
 
-    Where a vertex follows nothing of the kind yet, shoulder and collar take what is due.
+    If a vertex follows none of these joints yet, shoulder and collar take the share.
     """
     trunk = np.setdiff1d(np.arange(weights.shape[1]), arm)
     for joints, taker, due in ((arm, arm[0], share), (trunk, collar, 1 - share)):

@@ -54,18 +54,18 @@ WORST_FIT = 0.005
 
 
 class BodyError(ValueError):
-    """A file that is no body W2W can adopt; the message says what was expected and what was found."""
+    """A file that W2W cannot adopt as a body; the message gives what was expected and what was found."""
 
 
 def load_body(path: str | Path, betas: np.ndarray | None = None) -> Body:
     """Read a body from a file, into the T-pose, z up, facing -y, metres, soles on z = 0.
 
     The file is an official SMPL, SMPL-H or SMPL-X model (``.npz``, ``.pkl``); a mesh with SMPL's faces, in
-    whatever pose, vertex order, axes and unit (``.obj``, ``.ply``), which comes in SMPL's vertex order; or a
+    any pose, vertex order, axes and unit (``.obj``, ``.ply``), which comes in SMPL's vertex order; or a
     body that `Body.save` wrote. `betas` (n,) are shape coefficients of an official model, by default its mean
     shape's.
 
-    Raises BodyError, saying what was expected and what was found, if it is none of these.
+    Raises BodyError, with what was expected and what was found, if it is none of these.
     """
     path = Path(path)
     kind = path.suffix.lower()
@@ -115,8 +115,8 @@ def body_from_model(model: dict[str, Any], name: str, betas: np.ndarray | None =
         if arrays[key].shape != shape:
             raise BodyError(f"its '{key}' has shape {arrays[key].shape}, expected {shape}")
     parents = arrays["kintree_table"][0].astype(np.uint32).astype(np.int32)
-    alike = tuple(parents[:BODY_JOINTS]) == PARENTS[:BODY_JOINTS]
-    if not alike or (parents[BODY_JOINTS:] >= np.arange(BODY_JOINTS, n_joints)).any():
+    as_smpl = tuple(parents[:BODY_JOINTS]) == PARENTS[:BODY_JOINTS]
+    if not as_smpl or (parents[BODY_JOINTS:] >= np.arange(BODY_JOINTS, n_joints)).any():
         raise BodyError(f"its {n_joints} joints are not joined like SMPL's 24, SMPL-H's 52 or SMPL-X's 55")
     if betas is not None:
         vertices = vertices + _shape_offsets(model, np.asarray(betas, dtype=np.float64), vertices.shape)
@@ -187,14 +187,16 @@ def body_from_rig(
 
 
 def smpl_mesh(vertices: np.ndarray, polygons: np.ndarray) -> SmplMesh:
-    """Recognise a mesh by its faces; a BodyError says what was found where they are not SMPL's."""
+    """Recognise a mesh by its faces; BodyError, with what was found, if they are not SMPL's."""
     if not np.isfinite(vertices).all():
         raise BodyError("it holds positions that are not finite")
     mesh = recognise(polygons, vertices)
     if mesh is None:
         n_triangles = int((polygons >= 0).sum() - 2 * len(polygons))
-        alike = (len(vertices), n_triangles) == (N_VERTICES, N_TRIANGLES)
-        found = "joined in another way" if alike else f"{len(vertices)} vertices and {n_triangles} triangles"
+        same_size = (len(vertices), n_triangles) == (N_VERTICES, N_TRIANGLES)
+        found = (
+            "joined in another way" if same_size else f"{len(vertices)} vertices and {n_triangles} triangles"
+        )
         raise BodyError(
             f"its faces are not SMPL's: expected {N_VERTICES} vertices and {N_TRIANGLES} triangles (or the "
             f"quads they are cut from) joined as SMPL joins them, found {found}. A body with other faces "

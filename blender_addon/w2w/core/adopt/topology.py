@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""SMPL's mesh recognised by how it is joined, whatever its pose, shape and vertex order.
+"""Recognition of SMPL's mesh by how it is joined, in any pose, shape and vertex order.
 
 A walk over the faces from a well-defined first edge numbers the vertices the same way on every copy
-of a mesh. A digest of the walk tells whether the mesh is SMPL's; one number a vertex then gives
+of a mesh. A digest of the walk tells whether the mesh is SMPL's; one number per vertex then gives
 SMPL's own order back. Neither holds a position or a list of faces.
 """
 
@@ -30,7 +30,7 @@ QUADS_SHA256 = "252fced9b788233ae088f05e5bec2e7307040b237d9409a2c114762c47f3feb1
 """Digests of the walks over SMPL's triangles and over its quads."""
 
 COLOUR_ROUNDS = 6
-"""Rounds of neighbours that tell vertices apart when the first edge is chosen."""
+"""Rounds of neighbours that distinguish vertices when the first edge is chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,13 +44,13 @@ class SmplMesh:
 
 
 def recognise(polygons: np.ndarray, vertices: np.ndarray) -> SmplMesh | None:
-    """Tell whether polygons are joined as SMPL's are; None where the mesh is another.
+    """The SMPL mesh that polygons form; None if they are joined in another way.
 
-    SMPL's mesh is joined alike on its left and right, so only its outside tells the sides apart: faces listed
+    SMPL's mesh is joined symmetrically, so only its outside distinguishes left from right: faces listed
     clockwise are turned over first.
 
     Polygons (F, 3) or (F, 4), -1 in the fourth column of a triangle, are either all cut into triangles as
-    SMPL is, or mostly quads as SMPL-Body publishes it. Vertices (V, 3) say which side is out.
+    SMPL is, or mostly quads as SMPL-Body publishes it. Vertices (V, 3) show which side is out.
     """
     faces = [tuple(face[face >= 0].tolist()) for face in np.asarray(polygons)]
     sizes = Counter(map(len, faces))
@@ -94,7 +94,7 @@ class Walk:
 def canonical_walk(faces: list[tuple[int, ...]], n_vertices: int) -> Walk | None:
     """Walk over a closed, connected, consistently wound mesh in an order that relabelling cannot change.
 
-    None where the mesh is open, has an edge of more than two faces, or falls into parts.
+    None if the mesh is open, has an edge of more than two faces, or falls into parts.
     """
     beyond = {(face[k - 1], face[k]): index for index, face in enumerate(faces) for k in range(len(face))}
     if len(beyond) != sum(map(len, faces)) or any((end, start) not in beyond for start, end in beyond):
@@ -139,7 +139,7 @@ def _first_edges(edges: np.ndarray, n_vertices: int) -> list[tuple[int, int]]:
 
 
 def _colours(edges: np.ndarray, n_vertices: int) -> np.ndarray:
-    """Colour refinement (Weisfeiler and Leman 1968): vertices that look alike share a number."""
+    """Numbers of vertices by colour refinement (Weisfeiler and Leman 1968), equal for equal surroundings."""
     colours = np.bincount(edges[:, 0], minlength=n_vertices).astype(np.uint64)
     for _ in range(COLOUR_ROUNDS):
         around = np.zeros(n_vertices, dtype=np.uint64)

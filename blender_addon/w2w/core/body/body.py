@@ -84,7 +84,7 @@ class Body:
         _check(self)
 
     def __eq__(self, other: object) -> bool:
-        """Whether all arrays and the name are equal: what is known of a body holds for its like."""
+        """Whether all arrays and the name are equal, so that results for one body hold for the other."""
         if not isinstance(other, Body):
             return NotImplemented
         return self.name == other.name and all(
@@ -120,7 +120,7 @@ class Body:
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read a body that `save` wrote; a ValueError says where the file is no W2W body."""
+        """Read a body that `save` wrote; ValueError if the file is no W2W body."""
         needed = ("vertices", "faces", "joints", "weights", "name")
         data: dict[str, Any] = load_arrays(path, needed, "is not a W2W body", ("mirror",))
         weights = data["weights"].astype(np.float64)
@@ -149,7 +149,7 @@ def edges_of(faces: np.ndarray) -> np.ndarray:
 
 
 def neighbours(edges: np.ndarray, n_vertices: int) -> csr_matrix:
-    """Which vertices share an edge: 1 where they do, shape (V, V)."""
+    """Matrix (V, V) with 1 for vertices that share an edge."""
     both = np.concatenate([edges, edges[:, ::-1]])
     links = coo_matrix((np.ones(len(both)), both.T), shape=(n_vertices, n_vertices)).tocsr()
     links.data[:] = 1.0

@@ -12,7 +12,7 @@ from .body import Body, template
 from .skeleton import JOINT_INDEX
 
 SMPL_FACES_SHA256 = "9e96e167056f19d9dc0fe3533177ebd5230b203297c219cab15e9e72b313aed1"
-"""Digest of SMPL's triangles (see `has_smpl_topology`): which vertices are joined, not where they lie."""
+"""Digest of SMPL's triangles (see `has_smpl_topology`): the vertices that are joined, not their positions."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ the region reaches down between the buttocks.
 
 
 def has_smpl_topology(body: Body) -> bool:
-    """Whether a body's triangles are SMPL's, vertex by vertex, whatever their order in the list."""
+    """Whether a body's triangles are SMPL's, vertex by vertex, in any order."""
     faces = np.asarray(body.faces, dtype=np.int64)
     if faces.shape != (13776, 3):
         return False

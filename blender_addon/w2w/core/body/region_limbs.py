@@ -10,10 +10,10 @@ from .region_trunk import in_bands
 from .skeleton import JOINT_INDEX
 
 ARM_SECTIONS: dict[str, float] = template("regions.json")["arm"]
-"""Where the sections of the arm end, in bones from the shoulder joint: 1 the elbow, 2 the wrist."""
+"""Ends of the sections of the arm, in bones from the shoulder joint: 1 the elbow, 2 the wrist."""
 
 LEG_SECTIONS: dict[str, float] = template("regions.json")["leg"]
-"""Where the sections of the leg end, in bones from the hip joint: 1 the knee, 2 the ankle."""
+"""Ends of the sections of the leg, in bones from the hip joint: 1 the knee, 2 the ankle."""
 
 POCKET = (0.32, -15.0, 70.0)
 """Trouser pocket: how far down the thigh, and between which degrees from the front to the side."""
@@ -90,7 +90,7 @@ def _foot_names(points: np.ndarray, upward: np.ndarray, joints: np.ndarray, heig
 def _fingers(
     body: Body, vertices: np.ndarray, joints: np.ndarray, dorsal: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Vertices of the five fingers, or of all fingers together where five cannot be told apart."""
+    """Vertices of the five fingers, or of all together if five cannot be distinguished."""
     points = body.vertices[vertices]
     edges = edges_of(body.faces)
     edges = np.searchsorted(vertices, edges[np.isin(edges, vertices).all(axis=1)])  # positions in `vertices`

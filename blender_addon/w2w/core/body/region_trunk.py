@@ -119,7 +119,7 @@ def _ears(points: np.ndarray, x: np.ndarray, level: np.ndarray) -> np.ndarray:
 
 
 def _trunk_azimuth(body: Body, vertices: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """Degrees around the trunk, 0 in front, 90 at the sides, 180 behind, whatever its width and depth."""
+    """Degrees around the trunk, 0 in front, 90 at the sides, 180 behind, independent of width and depth."""
     x, y = np.abs(across(body)[vertices]), body.vertices[vertices, 1]
     levels = np.linspace(level.min(), level.max(), 15)
     outlines = []

@@ -57,12 +57,12 @@ Joints = Mapping[int, np.ndarray] | np.ndarray
 
 
 def midpoint(joints: Joints, part: str) -> np.ndarray:
-    """Halfway between left and right."""
+    """The point halfway between left and right."""
     return (joints[JOINT_INDEX[f"left_{part}"]] + joints[JOINT_INDEX[f"right_{part}"]]) / 2
 
 
 def trunk_line(joints: Joints) -> np.ndarray:
-    """From between the hips to between the shoulders."""
+    """The vector from between the hips to between the shoulders."""
     return midpoint(joints, "shoulder") - midpoint(joints, "hip")
 
 

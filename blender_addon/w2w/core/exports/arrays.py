@@ -11,7 +11,7 @@ import numpy as np
 from ..body.body import TEMPLATES
 from ..files import atomic_write, write_json, write_text
 from ..imu.recording import READINGS
-from ..windows.windows import TooShortError, cut_alike, cut_windows, window_starts
+from ..windows.windows import TooShortError, cut_at_windows, cut_windows, window_starts
 from .study_signals import StudySignals
 
 FILES = {"X": "x", "is_test": "is_test", "y": "activity", "clip": "clip", "subject": "subject"}
@@ -41,25 +41,27 @@ def windows_of(signals: StudySignals) -> Iterator[ClipArrays]:
             starts = window_starts(recording, spec)
             cut = cut_windows(recording, spec, starts)
             parts = [cut.signals.transpose(0, 1, 3, 2)]
-            parts += [cut_alike(values, recording, spec) for values in recording.further.values()]
+            parts += [cut_at_windows(values, recording, spec) for values in recording.further.values()]
         except TooShortError:
             continue
         x = np.concatenate(parts, axis=2).reshape(len(cut.is_test), -1, cut.signals.shape[2])
-        labels = recording.clip, recording.activity, recording.subject
-        yield ClipArrays(*labels, x.astype(np.float32, copy=False), starts, cut.is_test, recording.rate)
+        yield ClipArrays(
+            clip=recording.clip, activity=recording.activity, subject=recording.subject,
+            x=x.astype(np.float32, copy=False), starts=starts, is_test=cut.is_test, rate=recording.rate,
+        )  # fmt: skip
 
 
 def joined(clips: Sequence[ClipArrays]) -> dict[str, np.ndarray]:
     """Arrays and labels of several clips' windows, one row or label a window."""
     counts = [len(clip.x) for clip in clips]
     arrays, labels = ("x", "starts", "is_test"), ("clip", "activity", "subject")
-    found = {name: np.concatenate([getattr(clip, name) for clip in clips]) for name in arrays}
-    return found | {name: np.repeat([getattr(clip, name) for clip in clips], counts) for name in labels}
+    columns = {name: np.concatenate([getattr(clip, name) for clip in clips]) for name in arrays}
+    return columns | {name: np.repeat([getattr(clip, name) for clip in clips], counts) for name in labels}
 
 
 def facts_of(signals: StudySignals, rate: float) -> dict[str, Any]:
-    """What the windows hold: names and units of channels, rate, sensor, length."""
-    recorded = [one for one in READINGS if one.name in ("acc", "gyr", *signals.config.further.record)]
+    """Names and units of the windows' channels, rate, sensor and length."""
+    recorded = [kind for kind in READINGS if kind.name in ("acc", "gyr", *signals.config.further.record)]
     channels = [(channel, reading.unit) for reading in recorded for channel in reading.channels]
     words = [channel.replace("_", " ") for channel, _ in channels]
     spec = signals.config.windows
@@ -76,7 +78,7 @@ def facts_of(signals: StudySignals, rate: float) -> dict[str, Any]:
 def write_arrays(folder: Path, signals: StudySignals) -> int:
     """Write X.npy, y.npy and the labels of each window; returns the number of windows.
 
-    A ValueError says that no clip gives a window.
+    Raises ValueError if no clip gives a window.
     """
     clips = list(windows_of(signals))
     if not clips:

@@ -47,9 +47,12 @@ def write_bids(folder: Path, signals: StudySignals) -> int:
         motion = folder / f"sub-{subject}" / "motion"
         motion.mkdir(parents=True, exist_ok=True)
         stem = f"sub-{subject}_task-{task}_tracksys-{SYSTEM}_run-{runs[subject, task]}"
-        write_text(motion / f"{stem}_motion.tsv", _samples(recording))
+        values = recording.values.reshape(recording.n_samples, -1)
+        cells = (("n/a" if value != value else f"{value:.9g}" for value in row) for row in values.tolist())
+        # without a header, as BIDS wants it
+        write_text(motion / f"{stem}_motion.tsv", "".join("\t".join(row) + "\n" for row in cells))
         write_text(motion / f"{stem}_channels.tsv", _channels(recording))
-        # beside each: bids-validator 1.15 refuses one at the top that holds for all
+        # next to each: bids-validator 1.15 refuses one at the top that holds for all
         write_json(motion / f"{stem}_channels.json", {"reference_frame": {"Levels": FRAMES}})
         write_json(motion / f"{stem}_motion.json", _facts(recording, signals))
         scans[subject].append(f"motion/{stem}_motion.tsv\t{_cell(recording.clip)}")
@@ -77,22 +80,15 @@ def write_bids(folder: Path, signals: StudySignals) -> int:
 
 def labels_of(names: Iterable[str]) -> dict[str, str]:
     """A BIDS label of each name: letters and digits only, distinct even where case does not count."""
-    found: dict[str, str] = {}
+    label_of: dict[str, str] = {}
     used: set[str] = set()
     for name in sorted(set(names)):
         first, *others = re.findall(r"[0-9A-Za-z]+", name) or ["x"]
         plain = first + "".join(word[0].upper() + word[1:] for word in others)
         numbered = (f"{plain}{number}" for number in count(2))
-        found[name] = next(label for label in chain([plain], numbered) if label.lower() not in used)
-        used.add(found[name].lower())
-    return found
-
-
-def _samples(recording: ImuRecording) -> str:
-    """Rows of samples, columns as in the channels' table, without a header, as BIDS wants it."""
-    values = recording.values.reshape(recording.n_samples, -1)
-    cells = (("n/a" if value != value else f"{value:.9g}" for value in row) for row in values.tolist())
-    return "".join("\t".join(row) + "\n" for row in cells)
+        label_of[name] = next(label for label in chain([plain], numbered) if label.lower() not in used)
+        used.add(label_of[name].lower())
+    return label_of
 
 
 def _channels(recording: ImuRecording) -> str:
@@ -110,7 +106,10 @@ def _channels(recording: ImuRecording) -> str:
 
 def _facts(recording: ImuRecording, signals: StudySignals) -> dict[str, object]:
     points = recording.n_sensors
-    counts = {f"{TYPES[one.name][0]}ChannelCount": len(one.channels) * points for one in recording.readings}
+    counts = {
+        f"{TYPES[reading.name][0]}ChannelCount": len(reading.channels) * points
+        for reading in recording.readings
+    }
     return {
         "TaskName": recording.activity,
         "SamplingFrequency": recording.rate,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""For OpenSim and Xsens's tools: orientations (.sto), joint centres (.trc), MT Manager's text."""
+"""Files for OpenSim and Xsens's tools: orientations (.sto), joint centres (.trc), MT Manager's text."""
 
 from pathlib import Path
 
@@ -11,14 +11,14 @@ from ..files import write_text
 from ..imu.vendor_formats import write_orientation_sto, write_xsens_txt
 from ..inside import file_name
 from ..motion.skinning import joint_transforms
-from .study_signals import Worn, WornSignals
+from .study_signals import WornClip, WornSignals
 
 
 def write_opensim(folder: Path, signals: WornSignals) -> int:
     """Write ``CLIP.sto`` (orientations, z up) and ``CLIP.trc`` (joint centres, metres, y up) of each clip."""
     for clip in signals.clips():
         name = clip.recording.clip
-        sites = _columns(signals.names)
+        sites = tuple("_".join(site.split()) for site in signals.names)
         write_orientation_sto(folder / f"{name}.sto", _quaternions(clip), signals.rate, sites)
         positions = joint_transforms(signals.body, clip.motion)[1] @ Y_UP_TO_Z_UP
         write_trc(folder / f"{name}.trc", positions, signals.rate)
@@ -54,15 +54,11 @@ def write_trc(path: Path, positions: np.ndarray, rate: float) -> None:
     write_text(path, "\n".join([*head, *rows]) + "\n")
 
 
-def _quaternions(clip: Worn) -> np.ndarray:
+def _quaternions(clip: WornClip) -> np.ndarray:
     """w, x, y, z, continuous in time, shape (T, N, 4)."""
     shape = clip.orientations.shape[:2]
     turns = Rotation.from_matrix(clip.orientations.reshape(-1, 3, 3))
-    found = turns.as_quat(scalar_first=True).reshape(*shape, 4)
-    flips = np.where((found[1:] * found[:-1]).sum(axis=-1, keepdims=True) < 0, -1.0, 1.0)
-    found[1:] *= np.cumprod(flips, axis=0)
-    return found
-
-
-def _columns(sites: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple("_".join(site.split()) for site in sites)
+    quaternions = turns.as_quat(scalar_first=True).reshape(*shape, 4)
+    flips = np.where((quaternions[1:] * quaternions[:-1]).sum(axis=-1, keepdims=True) < 0, -1.0, 1.0)
+    quaternions[1:] *= np.cumprod(flips, axis=0)
+    return quaternions

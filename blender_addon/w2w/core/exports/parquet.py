@@ -23,9 +23,9 @@ CARD = TEMPLATES / "parquet_card.md"
 
 
 def write_parquet(folder: Path, signals: StudySignals) -> int:
-    """Write `data/part-00000.parquet` and further parts, a row a window, and the data set's card.
+    """Write `data/part-00000.parquet` and further parts, one row per window, and the data set's card.
 
-    Returns the number of windows. A ValueError says how to get pyarrow where it is missing, or that no clip
+    Returns the number of windows. Raises ValueError if pyarrow is missing, with how to get it, or no clip
     gives a window.
     """
     try:
@@ -65,7 +65,7 @@ def _groups(signals: StudySignals) -> Iterator[list[ClipArrays]]:
     group: list[ClipArrays] = []
     for clip in windows_of(signals):
         group.append(clip)
-        if sum(one.x.nbytes for one in group) >= GROUP_BYTES:
+        if sum(member.x.nbytes for member in group) >= GROUP_BYTES:
             yield group
             group = []
     if group:

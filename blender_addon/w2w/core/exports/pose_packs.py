@@ -19,7 +19,7 @@ from ..body.skeleton import JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP
 from ..files import atomic_write, write_json
 from ..motion.motion import SMPL_PELVIS
 from ..motion.skinning import joint_transforms
-from .study_signals import Worn, WornSignals
+from .study_signals import WornClip, WornSignals
 
 RATE_HZ = 60.0
 
@@ -51,7 +51,7 @@ def sites_of(method: str) -> list[str]:
 def write_pose_pack(folder: Path, signals: WornSignals, method: str) -> int:
     """Write the files of a method; returns the number of clips.
 
-    A ValueError says that PyTorch is missing or that every clip is too short.
+    Raises ValueError if PyTorch is missing or every clip is too short.
     """
     try:
         import torch
@@ -78,7 +78,7 @@ def write_pose_pack(folder: Path, signals: WornSignals, method: str) -> int:
     return len(names)
 
 
-def _parts(clip: Worn, body: Body, gravity: np.ndarray, method: str) -> dict[str, np.ndarray]:
+def _parts(clip: WornClip, body: Body, gravity: np.ndarray, method: str) -> dict[str, np.ndarray]:
     motion = clip.motion
     turned = TO_Y_UP @ clip.orientations @ clip.rest.swapaxes(-1, -2) @ TO_Y_UP.T
     joints = (joint_transforms(body, motion)[1] - SMPL_PELVIS) @ TO_Y_UP.T
@@ -93,9 +93,9 @@ def _parts(clip: Worn, body: Body, gravity: np.ndarray, method: str) -> dict[str
         "vrot": turned,
         "vacc": (force + gravity) @ TO_Y_UP.T,
     }
-    found = {name: values.astype(np.float32) for name, values in parts.items()}
+    arrays = {name: values.astype(np.float32) for name, values in parts.items()}
     if method == "mobileposer":
         feet = joints[:, [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]]
         still = np.linalg.norm(np.diff(feet, axis=0), axis=2) < CONTACT_M
-        found["contact"] = np.pad(still.astype(np.int32), ((1, 0), (0, 0)))  # never in the first frame
-    return found
+        arrays["contact"] = np.pad(still.astype(np.int32), ((1, 0), (0, 0)))  # never in the first frame
+    return arrays

@@ -41,8 +41,8 @@ class StudySignals:
     def at(cls, study: StudyResults, places: str, say: Callable[[str], object]) -> StudySignals:
         """The run at places given by their names, ``all`` of them, or by default those it chose.
 
-        `say` is given the distance of a place's patch from it. A ValueError says which name means no place,
-        is near no patch (`naming.resolve`), or means the same as another.
+        `say` is given the distance of a place's patch from it. Raises ValueError for a name that means no
+        place, is near no patch (`naming.resolve`), or means the same as another.
         """
         if places.strip().lower() == ALL:
             return cls(study, tuple(range(len(study.patches))))
@@ -51,17 +51,17 @@ class StudySignals:
             chosen = worn or [study.summary["best_single_patch"]]
             return cls(study, tuple(int(patch["patch"]) for patch in chosen))
         names = [name.strip() for name in places.split(",") if name.strip()]
-        found = [resolve(name, study.body(), study.patches, say, 0.0) for name in names]
-        for later, patch in enumerate(found):
-            earlier = found.index(patch)
+        patches = [resolve(name, study.body(), study.patches, say, 0.0) for name in names]
+        for later, patch in enumerate(patches):
+            earlier = patches.index(patch)
             if earlier < later:
                 both = f"'{names[earlier]}' and '{names[later]}'"
                 raise ValueError(f"{both} are both the place {study.patches.names[patch]}: leave one out")
-        return cls(study, tuple(found))
+        return cls(study, tuple(patches))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the places."""
+        """Names of the sensor sites."""
         return tuple(self.study.patches.names[patch] for patch in self.patches)
 
     @cached_property
@@ -72,14 +72,14 @@ class StudySignals:
     def recordings(self) -> Iterator[ImuRecording]:
         """The run's recording of each clip, at the places, under the clip's labels."""
         for number, clip in enumerate(self.study.clips):
-            found = self.study.recording(number, list(self.patches))
-            yield found.labelled(self.names, clip.activity, clip.subject, clip.name)
+            recording = self.study.recording(number, list(self.patches))
+            yield recording.labelled(self.names, clip.activity, clip.subject, clip.name)
 
 
 def placed(study: StudyResults, names: list[str]) -> PatchSet:
     """Sensors at vertices: of the run's patches, of vertex numbers, and right at named places.
 
-    A ValueError says which name means nothing, or which two mean one vertex.
+    Raises ValueError for an unknown name, or two that mean one vertex.
     """
     body = study.body()
     patch_at = dict(zip(map(str.lower, study.patches.names), study.patches.vertices.tolist(), strict=True))
@@ -94,18 +94,20 @@ def placed(study: StudyResults, names: list[str]) -> PatchSet:
 
 
 @dataclass(frozen=True, eq=False)
-class Worn:
-    """N sensors through one clip of T samples, with the truth that no sensor knows."""
+class WornClip:
+    """Recording of N sensors in one clip of T samples, with the true motion."""
 
     recording: ImuRecording
     motion: Motion  # at the recording's rate, T frames
-    orientations: np.ndarray  # (T, N, 3, 3), sensor to world, z up: recorded where the run does, else true
+    orientations: (
+        np.ndarray
+    )  # (T, N, 3, 3), sensor to world, z up: recorded if the run records them, else true
     rest: np.ndarray  # (N, 3, 3): the same in the T-pose, as a calibration finds them
 
 
 @dataclass(frozen=True)
 class WornSignals:
-    """A finished run with sensors of one model at places of their own, recorded anew at a rate."""
+    """Signals of a finished run, recorded anew at another rate by one sensor model at chosen sites."""
 
     study: StudyResults
     patches: PatchSet
@@ -114,7 +116,7 @@ class WornSignals:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the places."""
+        """Names of the sensor sites."""
         return self.patches.names
 
     @cached_property
@@ -122,10 +124,10 @@ class WornSignals:
         """The body that wears them."""
         return self.study.body()
 
-    def clips(self) -> Iterator[Worn]:
+    def clips(self) -> Iterator[WornClip]:
         """Each clip of the run, with the true pose and the orientations at its samples.
 
-        A ValueError says that the run's signals are not physical or are on garments.
+        Raises ValueError if the run's signals are not physical or are on garments.
         """
         config = self.study.config()
         if config.synthesis.convention != "physical":
@@ -154,7 +156,7 @@ class WornSignals:
                 at_rest = record(self.body, self.patches, still, config).orientation
                 assert at_rest is not None
                 rested = _as_read(at_rest)
-            yield Worn(recording, sampled, moved, rested[0])
+            yield WornClip(recording, sampled, moved, rested[0])
 
     def _orientations(self, motion: Motion) -> np.ndarray:
         return patch_matrices(self.body, self.patches.triangles, motion)[..., :3, :3]

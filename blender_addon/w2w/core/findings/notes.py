@@ -43,7 +43,7 @@ def left_out_sentences(left_out: Mapping[str, str]) -> list[str]:
         shared = reason.removeprefix(f"{name} ")
         names.setdefault(shared, []).append(name if shared != reason else "")
     return [
-        f"{', '.join(group)}{': each' * (len(group) > 1)} {reason}" if group[0] else reason
+        f"{', '.join(group)}{': each' if len(group) > 1 else ''} {reason}" if group[0] else reason
         for reason, group in names.items()
     ]
 

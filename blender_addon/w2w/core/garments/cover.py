@@ -21,7 +21,7 @@ from ..patches.patches import PatchSet
 from ..patches.strip_graph import StripGraph
 
 FITTED = f"{WORK_FOLDER}/garments.npz"
-"""File of a study that says which patches are on which garment, and how."""
+"""File of a study with the patches on each garment, and how they sit on it."""
 
 REACH = 0.12
 """A garment this far from the skin still covers it, metres."""
@@ -30,7 +30,7 @@ BELOW = 0.01
 """How far below the skin a garment may be drawn, metres: a tight one often is."""
 
 ASIDE = 0.02
-"""How far beside a patch the nearest vertex of the garment may be, metres; an edge on coarse meshes."""
+"""Farthest distance of a patch from the garment's nearest vertex, metres; an edge on coarse meshes."""
 
 FACING = 0.3
 """Least cosine between the normals of a garment and of the skin that it covers."""
@@ -58,15 +58,15 @@ class Cover:
 
     def matrices(self, corners: np.ndarray) -> np.ndarray:
         """World matrices of the sensors, shape (T, K, 4, 4), from their triangles' corners (T, K, 3, 3)."""
-        found = triangle_frames(corners)
-        found[..., :3, :3] = found[..., :3, :3] @ self.mounts
-        return found
+        frames = triangle_frames(corners)
+        frames[..., :3, :3] = frames[..., :3, :3] @ self.mounts
+        return frames
 
 
 def cover(vertices: np.ndarray, faces: np.ndarray, body: Body, patches: PatchSet) -> Cover:
     """The patches of a body that a mesh around it covers, vertices (V, 3) in the body's rest pose, metres.
 
-    A patch is covered where the mesh passes over it, facing as the skin does; its sensor sits on
+    A patch is covered if the mesh passes over it, facing the same way as the skin; its sensor sits on
     the nearest such vertex, on a triangle of vertices around that.
     """
     nothing = Cover(np.empty(0, dtype=np.int64), np.empty((0, 3), dtype=np.int64), np.empty((0, 3, 3)))
@@ -97,7 +97,7 @@ def skinned_as(vertices: np.ndarray, faces: np.ndarray, body: Body, name: str = 
 
 
 def _over(cloth: Body, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Vertex of a garment over each place on the skin, -1 where there is none."""
+    """Vertex of a garment over each place on the skin, -1 without one."""
     count = min(CANDIDATES, len(cloth.vertices))
     near = KDTree(cloth.vertices).query(places, k=count)[1].reshape(len(places), count)
     gap = cloth.vertices[near] - places[:, None]
@@ -126,24 +126,24 @@ def save_covers(path: str | Path, covers: Mapping[str, Cover], sources: Sequence
 
 
 def load_covers(path: str | Path) -> dict[str, Cover]:
-    """Read what `save_covers` wrote; a `ValueError` where the file does not hold it."""
+    """Read what `save_covers` wrote; ValueError if the file does not hold it."""
     data = load_arrays(path, ("names", "owners", *PARTS), "does not say what garments cover")
-    found = {}
+    covers = {}
     for number, name in enumerate(data["names"]):
         own = data["owners"] == number
-        found[str(name)] = Cover(*(data[part][own] for part in PARTS))
-    return found
+        covers[str(name)] = Cover(**{part: data[part][own] for part in PARTS})
+    return covers
 
 
 def without_overlap(covers: Sequence[Cover]) -> list[Cover]:
     """Covers of several garments, the outer first: each without the patches of the ones before it."""
     taken = np.empty(0, dtype=np.int64)
-    found = []
+    distinct = []
     for own in covers:
         kept = ~np.isin(own.patches, taken)
-        found.append(Cover(own.patches[kept], own.triangles[kept], own.mounts[kept]))
+        distinct.append(Cover(own.patches[kept], own.triangles[kept], own.mounts[kept]))
         taken = np.concatenate([taken, own.patches])
-    return found
+    return distinct
 
 
 def garment_content(out: Path, garments: Sequence[str], patches: PatchSet) -> dict[str, Any]:
@@ -159,7 +159,7 @@ def garment_content(out: Path, garments: Sequence[str], patches: PatchSet) -> di
 
 
 def garment_sentence(content: dict[str, Any], n_patches: int) -> str:
-    """How many sensors sit on cloth and how many on the skin; empty where all sit on the skin."""
+    """A sentence on how many sensors sit on cloth and how many on the skin; "" if all sit on the skin."""
     if not content:
         return ""
     parts = [f"{len(own['patches'])} on {name}" for name, own in content.items()]

@@ -54,7 +54,7 @@ class Garment:
 def cut(kind: str, body: Body) -> Garment:
     """Cut a garment, one of `KINDS`, for a body in any shape, with any mesh.
 
-    Raises `ValueError` if there is no such garment, or the body's mesh has nothing where it goes.
+    Raises `ValueError` if there is no such garment, or the body's mesh has nothing at its place.
     """
     if kind not in KINDS:
         raise ValueError(f"there is no garment called '{kind}': there are {' and '.join(KINDS)}")
@@ -132,8 +132,8 @@ def _largest_piece(faces: np.ndarray, n_vertices: int) -> tuple[np.ndarray, np.n
 
 def _borders(faces: np.ndarray) -> np.ndarray:
     """Edges that belong to one triangle only, shape (E, 2)."""
-    found, count = np.unique(np.sort(edges_of(faces), axis=1), axis=0, return_counts=True)
-    return found[count == 1]
+    edges, count = np.unique(np.sort(edges_of(faces), axis=1), axis=0, return_counts=True)
+    return edges[count == 1]
 
 
 def _holding_edge(kind: str, points: np.ndarray, faces: np.ndarray) -> np.ndarray:

@@ -20,7 +20,7 @@ HAS_CAUGHT = "cloth caught on the body"
 
 @dataclass(frozen=True, eq=False)
 class ClothSensors:
-    """Where the sensors on garments were during a clip.
+    """Poses of the sensors on garments during a clip.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class ClothSensors:
     rate : float
         Frames per second; need not be the clip's.
     caught : tuple of int
-        Frames in which each garment had caught on the body, the outer first; empty where nobody looked.
+        Frames in which each garment had caught on the body, the outer first; empty if not counted.
     """
 
     patches: np.ndarray
@@ -40,7 +40,7 @@ class ClothSensors:
     caught: tuple[int, ...] = ()
 
     def carried(self, there: np.ndarray, here: np.ndarray) -> Self:
-        """The same over a body in another pose: each sensor keeps its place relative to its patch.
+        """The sensors on a body in another pose: each keeps its place relative to its patch.
 
         `there` and `here` (T, K, 4, 4) are world matrices of the patches on the skin, in the simulated
         pose and in the wanted one.
@@ -79,33 +79,33 @@ class RestLengths:
 
 
 def caught_sentence(frames: Mapping[str, int], of: int) -> str:
-    """In how many of a clip's frames each garment caught; empty where none did."""
-    found = [f"{name} in {count}" for name, count in frames.items() if count]
-    if not found:
+    """A sentence on the number of a clip's frames in which each garment caught; "" if none did."""
+    parts = [f"{name} in {count}" for name, count in frames.items() if count]
+    if not parts:
         return ""
     return (
-        f"{HAS_CAUGHT}, stretched to more than {CAUGHT:g} times its length: {', '.join(found)} of {of} frames"
+        f"{HAS_CAUGHT}, stretched to more than {CAUGHT:g} times its length: {', '.join(parts)} of {of} frames"
     )
 
 
 def caught_content(frames: Mapping[str, int], of: int) -> dict[str, Any]:
-    """The same for a clip's record."""
-    found = {name: count for name, count in frames.items() if count}
-    return {"cloth_caught": found, "cloth_frames": of} if found else {}
+    """The garments that caught, for a clip's record; {} if none did."""
+    caught = {name: count for name, count in frames.items() if count}
+    return {"cloth_caught": caught, "cloth_frames": of} if caught else {}
 
 
 def caught_sentences(clips: Sequence[tuple[str, Mapping[str, Any]]]) -> list[str]:
     """A sentence for each of the first clips in which cloth caught, and one for the rest.
 
-    Clips are names with what their records say.
+    Clips are names with their records.
     """
-    found = [(name, about) for name, about in clips if about.get("cloth_caught")]
+    caught = [(name, about) for name, about in clips if about.get("cloth_caught")]
     sentences = [
         f"In {name} {caught_sentence(about['cloth_caught'], about['cloth_frames'])}: do not trust what its "
         "sensors feel there"
-        for name, about in found[:NAMED]
+        for name, about in caught[:NAMED]
     ]
-    more = len(found) - NAMED
+    more = len(caught) - NAMED
     if more > 0:
         sentences.append(f"Cloth caught in {count('more clip', more)}: see cloth_caught in clips.jsonl")
     return sentences

@@ -24,9 +24,9 @@ def with_run_up(motion: Motion, reach: float = 1.0) -> tuple[Motion, int]:
 
     The body stands in the T-pose, turned as the clip begins, takes a pose just before the clip's first,
     waits there and moves off at constant acceleration, so that each joint enters the clip's first frame
-    with the clip's own velocity. `reach`, above 0 and at most 1, says how far back the pose in which it
-    waits is: the shorter, the later and the harder it moves off. The whole is moved to the origin, where
-    single precision is finest: sensors feel no place. It ends no earlier than the clip.
+    with the clip's own velocity. `reach`, above 0 and at most 1, is how far back the pose is in which it
+    waits: the shorter, the later and the harder it moves off. The whole is moved to the origin, where
+    single precision is finest; sensors do not feel the place. It ends no earlier than the clip.
     """
     clip = _at_cloth_rate(motion)
     rate = clip.rate
@@ -64,7 +64,7 @@ def cloth_rate(rate: float) -> float:
 
 
 def _at_cloth_rate(motion: Motion) -> Motion:
-    """The motion at `cloth_rate`; its last pose is held where the rate leaves a rest."""
+    """The motion at `cloth_rate`; its last pose is held if the rate leaves a rest."""
     clip = at_rate(motion, cloth_rate(motion.rate))
     if clip.duration >= motion.duration - 1e-9:
         return clip

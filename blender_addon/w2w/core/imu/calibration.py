@@ -54,8 +54,8 @@ ROUNDS = 2
 DAMPINGS = (0.1, 0.2, 0.4, 0.8)
 STIFFNESSES = 14
 SOFTEST_HZ, STIFFEST_HZ = 3.0, 25.0
-"""Natural frequencies tried. Where the softest fits best it is not tissue: a noisy motion, too, asks for
-a weaker signal."""
+"""Natural frequencies tried. If the softest fits best, the cause is not tissue: a noisy motion, too, asks
+for a weaker signal."""
 
 STIFFEST_OF_RATE = 0.4
 """Highest natural frequency tried, of the sensors' rate; stiffer tissue moves with the bone."""
@@ -95,7 +95,7 @@ class Calibration:
     """The difference between a site's worn sensor and the simulated one."""
 
     turn: Rotation  # from the axes of the simulated sensor to those of the worn one
-    tissue: Tissue | None  # None where it explains nothing
+    tissue: Tissue | None  # None if it explains nothing
     # white, one-sided, m/s2/sqrt(Hz); an upper bound, since the quietest stretches may move, too
     acc_noise: float
     gyr_noise: float  # the same in rad/s/sqrt(Hz)
@@ -138,7 +138,7 @@ def calibrate(pairs: Sequence[Pair], longest_shift_s: float = 0.5) -> Calibratio
         turn = mounting(_together(shown, shifts))
         plain = [(real, turned(made, turn)) for real, made in pairs]
         fits = {late: fit_tissue(_together(plain, shifts - late)) for late in DELAYS}
-        late = min(fits, key=lambda one: fits[one][1])
+        late = min(fits, key=lambda delay: fits[delay][1])
         tissue, _ = fits[late]
         shifts -= late
     rate = pairs[0][0].rate
@@ -173,8 +173,8 @@ def shift_between(real: ImuRecording, made: ImuRecording, longest_s: float) -> i
         sizes.append(np.stack([(v - v.mean()) / (v.std() + 1e-9) for v in lengths]))
     a, b = sizes
     lags = np.arange(-reach, reach + 1)
-    alike = [(a[:, max(0, k) : n + min(0, k)] * b[:, max(0, -k) : n - max(0, k)]).mean() for k in lags]
-    return int(lags[int(np.argmax(alike))])
+    products = [(a[:, max(0, k) : n + min(0, k)] * b[:, max(0, -k) : n - max(0, k)]).mean() for k in lags]
+    return int(lags[int(np.argmax(products))])
 
 
 def shifted(real: ImuRecording, made: ImuRecording, shift: int) -> Pair:
@@ -202,7 +202,7 @@ def smooth(values: np.ndarray, rate: float) -> np.ndarray:
 def fit_tissue(pairs: Sequence[Pair]) -> tuple[Tissue | None, float]:
     """The spring and damper that bring simulated signals nearest to worn ones, and the mean square left.
 
-    Both are in the same axes. None where tissue does not help on parts of the recordings that it was not
+    Both are in the same axes. None if tissue does not help on parts of the recordings that it was not
     fitted to.
     """
     samples = sum(real.n_samples for real, _ in pairs)
@@ -216,10 +216,10 @@ def fit_tissue(pairs: Sequence[Pair]) -> tuple[Tissue | None, float]:
     parts = np.arange(moments.shape[1]) * PARTS // moments.shape[1]
     before = after = 0.0
     for part in np.unique(parts):
-        one = _best(moments[:, parts != part].sum(axis=1))
-        here = moments[one[0]][parts == part].sum(axis=0)
+        number, gain = _best(moments[:, parts != part].sum(axis=1))
+        here = moments[number][parts == part].sum(axis=0)
         before += float(here[0])
-        after += float(_left(here, one[1]))
+        after += float(_left(here, gain))
     helps = len(np.unique(parts)) > 1 and after < (1 - LEAST_GAIN) * before
     number, gain = _best(moments.sum(axis=1))
     if not helps or tried[number][0] == SOFTEST_HZ:
@@ -227,8 +227,8 @@ def fit_tissue(pairs: Sequence[Pair]) -> tuple[Tissue | None, float]:
     near = np.multiply(tried[number], list(product(NEARER, NEARER)))
     sums = np.stack([_moments(sides, rate, *tissue).sum(axis=0) for tissue in near])
     number, gain = _best(sums)
-    tissue = Tissue(*(round(float(value), 3) for value in (*near[number], gain)))
-    return tissue, float(_left(sums[number], gain)) / samples
+    frequency, damping, gain = (round(float(value), 3) for value in (*near[number], gain))
+    return Tissue(frequency, damping, gain), float(_left(sums[number], gain)) / samples
 
 
 def _prepared(pairs: Sequence[Pair]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -242,9 +242,10 @@ def _prepared(pairs: Sequence[Pair]) -> tuple[np.ndarray, np.ndarray, np.ndarray
     }
     longest = max(real.n_samples for real, _ in pairs)
 
-    def side(one: ImuRecording) -> np.ndarray:
-        parts = [smooth(getattr(one, kind)[:, 0], one.rate).T / size for kind, size in sizes.items()]
-        return np.pad(np.concatenate(parts), ((0, 0), (0, longest - one.n_samples)), mode="edge")
+    def side(recording: ImuRecording) -> np.ndarray:
+        signals = ((getattr(recording, kind)[:, 0], size) for kind, size in sizes.items())
+        values = [smooth(signal, recording.rate).T / size for signal, size in signals]
+        return np.pad(np.concatenate(values), ((0, 0), (0, longest - recording.n_samples)), mode="edge")
 
     made = np.stack([side(made) for _, made in pairs])
     there = np.arange(longest) < np.array([real.n_samples for real, _ in pairs])[:, None]
@@ -254,7 +255,7 @@ def _prepared(pairs: Sequence[Pair]) -> tuple[np.ndarray, np.ndarray, np.ndarray
 def _moments(
     sides: tuple[np.ndarray, np.ndarray, np.ndarray], rate: float, frequency: float, damping: float
 ) -> np.ndarray:
-    """Of each block of each recording: d.d, d.e and e.e, shape (blocks, 3).
+    """Dot products d.d, d.e and e.e of each block of each recording, shape (blocks, 3).
 
     d is worn less simulated, e the difference that tissue in full would make to the simulated.
     """
@@ -262,8 +263,7 @@ def _moments(
     e = (soft_tissue_artefact(made, rate, frequency, damping, 1.0) - made) * there
     starts = np.arange(0, made.shape[2], max(1, round(BLOCK_S * rate)))
     sums = [
-        np.add.reduceat(np.einsum("rct,rct->rt", one, other), starts, axis=1)
-        for one, other in ((d, d), (d, e), (e, e))
+        np.add.reduceat(np.einsum("rct,rct->rt", a, b), starts, axis=1) for a, b in ((d, d), (d, e), (e, e))
     ]
     return np.stack(sums, axis=-1).reshape(-1, 3)
 
@@ -296,18 +296,18 @@ def rest_noise(signals: Sequence[np.ndarray], rate: float) -> float:
     return float(np.sqrt(np.quantile(variances, QUIET) / 20 / (rate / 2)))
 
 
-class Alike(NamedTuple):
-    """How a simulated recording goes together with the worn one: r over samples and axes at once."""
+class Correlations(NamedTuple):
+    """Correlation r of a simulated recording with the worn one, over samples and axes at once."""
 
     force: tuple[float, float]  # of specific force, as simulated and calibrated
     turning: tuple[float, float]  # of angular velocity
 
 
-def held_out(pairs: Sequence[Pair], longest_shift_s: float = 0.5) -> tuple[str, list[Alike]]:
+def held_out(pairs: Sequence[Pair], longest_shift_s: float = 0.5) -> tuple[str, list[Correlations]]:
     """Calibrate without each person in turn, or each recording, or each half of the only one, and test there.
 
-    Returns the kind that was left out, "person", "recording" or "half", and the likeness of each recording or
-    half. Raises ValueError as `calibrate` does.
+    Returns the kind that was left out, "person", "recording" or "half", and the correlations of each
+    recording or half. Raises ValueError as `calibrate` does.
     """
     people = [real.subject for real, _ in pairs]
     if len(pairs) == 1:
@@ -317,27 +317,30 @@ def held_out(pairs: Sequence[Pair], longest_shift_s: float = 0.5) -> tuple[str, 
     groups = people if what == "person" else list(range(len(pairs)))
     known = {}
     for group in dict.fromkeys(groups):
-        others = [pair for pair, of in zip(pairs, groups, strict=True) if of != group]
+        others = [pair for pair, own in zip(pairs, groups, strict=True) if own != group]
         known[group] = calibrate(others, longest_shift_s)
-    return what, [alike(*pair, known[of], longest_shift_s) for pair, of in zip(pairs, groups, strict=True)]
+    fits = (known[group] for group in groups)
+    return what, [correlations(*pair, fit, longest_shift_s) for pair, fit in zip(pairs, fits, strict=True)]
 
 
 def halves(real: ImuRecording, made: ImuRecording, longest_shift_s: float) -> list[Pair]:
-    """Both halves of a pair, brought together in time."""
+    """Both halves of a pair, aligned in time."""
     real, made = shifted(real, made, shift_between(real, made, longest_shift_s))
     middle = real.n_samples // 2
     return [(_cut(real, part), _cut(made, part)) for part in (slice(0, middle), slice(middle, None))]
 
 
-def alike(real: ImuRecording, made: ImuRecording, known: Calibration, longest_shift_s: float) -> Alike:
+def correlations(
+    real: ImuRecording, made: ImuRecording, known: Calibration, longest_shift_s: float
+) -> Correlations:
     """Compare a pair before and after a calibration, each shifted to where it fits best."""
     sides = []
     for simulated in (made, known.applied(made)):
-        one, other = shifted(real, simulated, shift_between(real, simulated, longest_shift_s))
-        signals = ((one.acc, other.acc), (one.gyr, other.gyr))
-        sides.append([vector_r(first[:, 0], second[:, 0], one.rate) for first, second in signals])
+        worn, fitted = shifted(real, simulated, shift_between(real, simulated, longest_shift_s))
+        signals = ((worn.acc, fitted.acc), (worn.gyr, fitted.gyr))
+        sides.append([vector_r(first[:, 0], second[:, 0], worn.rate) for first, second in signals])
     before, after = sides
-    return Alike(*zip(before, after, strict=True))
+    return Correlations(*zip(before, after, strict=True))
 
 
 def vector_r(first: np.ndarray, second: np.ndarray, rate: float) -> float:

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from ..rotations import skew_matrix
 
 DRIFT_STEP_S = 0.1
-"""Biases drift slowly: they are drawn ten times a second, whatever the rate, and joined by straight lines."""
+"""Biases drift slowly: they are drawn ten times a second at any rate, and joined by straight lines."""
 
 FLICKER_FLOOR = np.sqrt(2 * np.log(2) / np.pi)
 """Allan deviation of flicker noise over its bias instability coefficient, .664 (IEEE Std 952-1997, C.1.3)."""
@@ -24,7 +24,7 @@ GAUSS_MARKOV_PEAK = 0.6174
 1.89 correlation times (IEEE Std 952-1997, C.1.5)."""
 
 PARTS = ("constants", "acc drift", "gyr drift", "acc noise", "gyr noise", "jitter", "drops")
-"""Each has a stream of its own, so that switching one off leaves the others as they were."""
+"""Parts of the errors, each with its own stream, so that switching one off leaves the others as they were."""
 
 CONSTANTS = {
     "mounting": slice(0, 6),
@@ -59,7 +59,7 @@ class _Words(ISeedSequence):
 
 
 class SensorStreams:
-    """Random numbers of a range of sensors: one stream a sensor and part, whoever asks and in what order."""
+    """Random numbers of a range of sensors: one stream per sensor and part, in any order of the calls."""
 
     def __init__(self, seed: int, clip: str, sensors: range) -> None:
         self.seed, self.clip, self.sensors = seed, clip, sensors
@@ -122,7 +122,7 @@ def mount(
     """Move rigidly attached sensors: the lever arm's acceleration, then the turn of the axes.
 
     Signals are (n, 3, T), float32. `turns` (n, 3), rad, are rotation vectors from the moved frame to the
-    nominal one; `shifts` (n, 3), m, say where the moved sensor sits in the nominal frame.
+    nominal one; `shifts` (n, 3), m, are the places of the moved sensors in the nominal frame.
     """
     if shifts.any():
         lever = shifts[:, :, None].astype(gyr.dtype)
@@ -200,7 +200,7 @@ def join(knots: np.ndarray, times: np.ndarray) -> np.ndarray:
 def noise_deviation(density: float, rate: float, lowpass_hz: float | None, order: int) -> float:
     """Standard deviation of a sample of white noise.
 
-    Density times the square root of the bandwidth: half the rate, or, where the part's own filter is wider
+    Density times the square root of the bandwidth: half the rate or, if the part's own filter is wider
     than that, the noise bandwidth of the filter, all of which folds into the samples.
     """
     bandwidth = rate / 2

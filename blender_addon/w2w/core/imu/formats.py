@@ -17,10 +17,10 @@ from .recording import FURTHER, READINGS, ImuRecording
 from .vendor_formats import read_x_io, read_xsens_txt, write_x_io, write_xsens_txt
 
 COLUMNS = ("time_s", *(channel for reading in READINGS[:2] for channel in reading.channels))
-"""Those that a CSV must have."""
+"""Columns that a CSV must have."""
 
 HELD = {"npz": tuple(FURTHER), "csv": tuple(FURTHER), "xsens": ("orientation",), "x-io": ("orientation",)}
-"""Readings that each format holds beside acc and gyr.
+"""Readings that each format holds besides acc and gyr.
 
 W2W's own (all sensors), a table with units above it, MT Manager's text, an x-IMU3's folder.
 """
@@ -103,9 +103,9 @@ def write_recording(path: str | Path, recording: ImuRecording, format: str = "",
         A file; for "x-io" a folder, made if needed.
     recording : ImuRecording
     format : {"npz", "csv", "xsens", "x-io"}
-        By default what the suffix says: .npz, .csv, .txt (xsens), none (x-io).
+        By default that of the suffix: .npz, .csv, .txt (xsens), none (x-io).
     sensor : int
-        Which of the recording's sensors, where the format holds one.
+        Which of the recording's sensors, if the format holds one only.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def read_recording(path: str | Path, format: str = "") -> ImuRecording:  # noqa:
     ----------
     path : str or Path
     format : {"npz", "csv", "xsens", "x-io"}
-        By default what the suffix says.
+        By default that of the suffix.
 
     Raises
     ------

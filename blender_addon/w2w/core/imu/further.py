@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensors that some parts have beside accelerometer and gyroscope: orientation, magnetometer, barometer."""
+"""Sensors that some parts have besides accelerometer and gyroscope: orientation, magnetometer, barometer."""
 
 import hashlib
 from dataclasses import dataclass
@@ -32,18 +32,18 @@ MOST_UT = 100.0
 
 @dataclass(frozen=True)
 class FurtherSensors:
-    """Readings beside specific force and angular velocity, and their errors.
+    """Readings besides specific force and angular velocity, and their errors.
 
-    Random constants are drawn anew for every sensor and clip, Gaussian, with the given value as their
+    Random constants are drawn for every sensor and clip, Gaussian, with the given value as their
     standard deviation. A part without errors (`SensorModel.is_ideal`) has none here either.
 
     The earth's magnetic field is by default that of Central Europe (IGRF-14 for 2025 at 50 degrees N, 10 E);
-    the direction of north is drawn anew for every clip.
+    the direction of north is drawn for every clip.
     """
 
     record: tuple[str, ...] = parameter(
         (),
-        f"Record these beside acc and gyr, comma-separated: {', '.join(FURTHER)}.",
+        f"Record these besides acc and gyr, comma-separated: {', '.join(FURTHER)}.",
         title="Record", group="Signals",
     )  # fmt: skip
     features: tuple[str, ...] = parameter(
@@ -74,7 +74,7 @@ class FurtherSensors:
     def __post_init__(self) -> None:
         for name in (*self.record, *self.features):
             if name not in FURTHER:
-                raise ValueError(f"beside acc and gyr there are {', '.join(FURTHER)}, not {name!r}")
+                raise ValueError(f"besides acc and gyr there are {', '.join(FURTHER)}, not {name!r}")
         missing = [name for name in self.features if name not in self.record]
         if missing:
             raise ValueError(f"{', '.join(missing)} must be recorded to recognise activities by")
@@ -164,7 +164,7 @@ def _each_sample(turns: np.ndarray, n_samples: int) -> Rotation:
 
 
 def _own(streams: SensorStreams, name: str) -> SensorStreams:
-    """Streams of their own, so that the draws of acc and gyr stay as they were."""
+    """Separate random streams, so that the draws of acc and gyr stay as they were."""
     return streams.of_clip(f"{streams.clip}\0{name}")
 
 
@@ -175,10 +175,10 @@ def _orientation(
         drawn = _own(streams, ORIENTATION).normal("constants", 3)
         wrong = np.radians([further.tilt_deg, further.tilt_deg, further.heading_deg]) * drawn
         turned = _each_sample(wrong, len(heights)) * turned
-    found = turned.as_quat()[:, [3, 0, 1, 2]].reshape(*heights.shape, 4)
-    flips = np.sign((found[1:] * found[:-1]).sum(axis=2))
-    found[1:] *= np.cumprod(np.where(flips < 0, -1, 1), axis=0)[..., None]
-    return found
+    quaternions = turned.as_quat()[:, [3, 0, 1, 2]].reshape(*heights.shape, 4)
+    flips = np.sign((quaternions[1:] * quaternions[:-1]).sum(axis=2))
+    quaternions[1:] *= np.cumprod(np.where(flips < 0, -1, 1), axis=0)[..., None]
+    return quaternions
 
 
 def _magnetometer(

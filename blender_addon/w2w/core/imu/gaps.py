@@ -66,8 +66,8 @@ def runs(flags: np.ndarray) -> np.ndarray:
 def _refuse_long_gaps(lost: np.ndarray, rate: float, max_gap_s: float, first_sensor: int) -> None:
     for sensor in np.flatnonzero(lost.any(axis=0)):
         for start, stop in runs(lost[:, sensor]):
-            name = f"sensor {first_sensor + sensor}"
-            where = f"{name} has no pose from {start / rate:.2f} s to {stop / rate:.2f} s"
+            span = f"{start / rate:.2f} s to {stop / rate:.2f} s"
+            where = f"sensor {first_sensor + sensor} has no pose from {span}"
             if start == 0 or stop == len(lost):
                 raise ValueError(f"{where}, at the clip's edge: cut the clip to where it has poses")
             if (stop - start) / rate > max_gap_s:

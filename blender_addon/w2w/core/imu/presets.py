@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensor models of real parts, and a sensor of one's own as a JSON file: the figures of its datasheet.
+"""Sensor models of real parts, and the user's own sensor as a JSON file: the figures of its datasheet.
 
 `sensors.json` has the figures of the presets and the datasheet that each comes from.
 
@@ -37,12 +37,12 @@ DEFAULT_SENSOR = "bmi270"
 
 
 def _bundled() -> dict[str, SensorModel]:
-    found: dict[str, SensorModel] = {}
+    presets: dict[str, SensorModel] = {}
     for name, sensor in template("sensors.json").items():
-        base = found[sensor["like"]] if "like" in sensor else SensorModel.ideal()
+        base = presets[sensor["like"]] if "like" in sensor else SensorModel.ideal()
         figures = {field: value for field, value in sensor.items() if field != "sources"}
-        found[name] = sensor_with(base, figures, name)
-    return found
+        presets[name] = sensor_with(base, figures, name)
+    return presets
 
 
 PRESETS = _bundled()
@@ -87,7 +87,7 @@ def read_sensor(path: str | Path) -> SensorModel:
     Parameters
     ----------
     path : str or Path
-        An object with any of ``name``, ``like`` (a preset whose figures stand where the file has none),
+        An object with any of ``name``, ``like`` (a preset whose figures stand if the file has none),
         ``accelerometer``, ``gyroscope`` and the fields of `SensorModel`. A bare number is in SI units
         (angles in degrees), text says its unit: ``"160 ug/sqrt(Hz)"``.
 
@@ -113,7 +113,7 @@ def read_sensor(path: str | Path) -> SensorModel:
 
 
 def sensor_from(content: Any, name: str) -> SensorModel:
-    """A sensor from what a JSON file holds; `name` is its name where the content gives none.
+    """A sensor from the content of a JSON file; `name` is its name if the content gives none.
 
     Raises ValueError if a field is unknown or out of its range.
     """

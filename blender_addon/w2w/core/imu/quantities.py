@@ -55,7 +55,7 @@ class Quantity:
         return f"{text}, or null for none" if self.may_be_off else text
 
     def read(self, value: Any, name: str) -> float | int | None:
-        """The value in the first unit; a ValueError names the field, its unit and range."""
+        """The value in the first unit; ValueError, with field, unit and range, if it is none."""
         if value is None and self.may_be_off:
             return None
         number = self._number(value, name)
@@ -94,7 +94,7 @@ class Quantity:
         return next((unit for unit in self.units if unit.lower() == plain), None)
 
     def _hint(self, value: Any) -> str:
-        """How the number would have to be written in a datasheet's unit, where one makes it possible."""
+        """How the number would have to be written in a datasheet's unit, if one makes it possible."""
         if isinstance(value, str):
             return ""
         number = self._number(value, "")

@@ -28,10 +28,10 @@ READINGS = (
     Reading("magnetometer", "Magnetic field", ("mag_x", "mag_y", "mag_z"), "uT"),
     Reading("barometer", "Pressure", ("pressure",), "Pa"),
 )
-"""In the order that every file has them; the first two are always there."""
+"""All readings, in the order of every file; the first two are always there."""
 
 FURTHER = {reading.name: len(reading.channels) for reading in READINGS[2:]}
-"""Readings beside acc and gyr -> the numbers in a sample of each."""
+"""Readings besides acc and gyr -> the numbers in a sample of each."""
 
 
 LABELS = ("activity", "subject", "clip")
@@ -55,7 +55,7 @@ class ImuRecording:
     sites : tuple of str
         Name of the place each sensor sits on; N of them, or none.
     activity, subject, clip : str
-        Label, person and name of the clip; empty where unknown.
+        Label, person and name of the clip; "" if unknown.
     orientation : ndarray, shape (T, N, 4), float32, optional
         Quaternions w, x, y, z from the sensor's frame to the clip's world.
     magnetometer : ndarray, shape (T, N, 3), float32, optional
@@ -112,7 +112,7 @@ class ImuRecording:
 
     @property
     def further(self) -> dict[str, np.ndarray]:
-        """The readings beside acc and gyr, by name."""
+        """The readings besides acc and gyr, by name."""
         held = {name: getattr(self, name) for name in FURTHER}
         return {name: array for name, array in held.items() if array is not None}
 
@@ -123,7 +123,7 @@ class ImuRecording:
 
     @property
     def values(self) -> np.ndarray:
-        """All that it holds, shape (T, N, K), the channels in the order of `readings`."""
+        """All readings, shape (T, N, K), the channels in the order of `readings`."""
         return np.concatenate([getattr(self, reading.name) for reading in self.readings], axis=2)
 
     def at(self, sensors: Sequence[int]) -> Self:

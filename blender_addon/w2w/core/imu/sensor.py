@@ -25,7 +25,7 @@ FULL_SCALE = 0.01
 class Triad:
     """Three axes of one kind, in one unit u: m/s2 for an accelerometer, rad/s for a gyroscope.
 
-    Random constants are drawn anew for every sensor and clip, Gaussian, with the given value as their
+    Random constants are drawn for every sensor and clip, Gaussian, with the given value as their
     standard deviation. 0 or None switches a part off.
 
     Parameters
@@ -186,7 +186,7 @@ class SensorModel:
             At least 0. Random numbers depend on the seed, the recording's clip and the sensor's number
             alone, not on how the sensors are shared out among calls or workers.
         first_sensor : int
-            Number of the recording's first sensor, where it is a part of a larger set.
+            Number of the recording's first sensor, if it is a part of a larger set.
 
         Returns
         -------
@@ -214,7 +214,7 @@ class SensorModel:
         return replace(recording, acc=acc, gyr=gyr, rate=rate)
 
     def full_scale_content(self, recording: ImuRecording) -> dict[str, float]:
-        """The share of a recording's samples at full scale, for a clip's record; empty where it is usual."""
+        """The share of a recording's samples at full scale, for a clip's record; {} if it is usual."""
         share = self.at_full_scale(recording)
         return {"at_full_scale": round(share, 3)} if share > FULL_SCALE else {}
 

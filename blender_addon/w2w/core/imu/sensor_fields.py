@@ -114,11 +114,12 @@ def _read_triad(content: Any, kind: str, quantities: Mapping[str, Quantity], bas
     given: dict[str, Any] = {
         field: quantities[field].read(value, f"{kind}.{field}") for field, value in content.items()
     }
-    for one, other in (("lowpass_hz", "lowpass_of_rate"), ("lowpass_of_rate", "lowpass_hz")):
-        if given.get(one) is not None:
-            if given.get(other) is not None:
-                raise ValueError(f"'{kind}' gives both 'lowpass_hz' and 'lowpass_of_rate': leave one out")
-            given[other] = None  # the base's own filter goes
+    filters = {"lowpass_hz", "lowpass_of_rate"}
+    chosen = {field for field in filters if given.get(field) is not None}
+    if chosen == filters:
+        raise ValueError(f"'{kind}' gives both 'lowpass_hz' and 'lowpass_of_rate': leave one out")
+    if chosen:
+        given |= dict.fromkeys(filters - chosen)  # the base's own filter goes
     return replace(base, **given)
 
 
@@ -151,7 +152,7 @@ class Figure(NamedTuple):
         return self.quantity.most / self.size
 
     def of(self, model: SensorModel) -> float:
-        """The figure of a sensor, in its unit; 0 where it is switched off."""
+        """The figure of a sensor, in its unit; 0 if it is switched off."""
         held = getattr(getattr(model, self.kind) if self.kind else model, self.field)
         return 0.0 if held is None else held / self.size
 
@@ -187,4 +188,4 @@ FIGURES = {
     "gyr_drift": Figure("gyroscope", "bias_instability", "deg/h", "Drift (°/h)", DRIFT),
     "misalignment": Figure("", "fixed_misalignment_deg", "deg", "Misalignment (°)", TURNED),
 }
-"""By the names of a form's fields."""
+"""Sensor fields by the names of a form's fields."""

@@ -3,7 +3,7 @@
 
 Conventions: the world has z up, gravity is g = (0, 0, -9.80665) m/s2 and R turns sensor to world. An
 accelerometer reads the specific force f = R^T (p'' - g) and a gyroscope the angular velocity in the sensor
-frame, the vee of R^T R'. At rest the sensor reads +9.81 along whatever points up.
+frame, the vee of R^T R'. At rest the sensor reads +9.81 along the axis that points up.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ LARGEST_BAND = 0.4
 """Highest band limit over the sample rate: what lies above would fold back into the signal."""
 
 FOLDED_BACK = "without a band limit (band 0), motion above half the sensor rate is folded back (aliasing)"
-"""What is said wherever signals are made without a band limit."""
+"""The caution on signals that are made without a band limit."""
 
 CHUNK_SENSORS = 128
 CHUNK_BYTES = 192 * 2**20
 BYTES_PER_POSE = 400
-"""Most sensors of a chunk; fewer where a long clip would take more bytes than this."""
+"""Most sensors of a chunk, and bytes that a long clip may take, with fewer sensors."""
 
 
 CONVENTIONS: tuple[Literal["physical", "paper"], ...] = ("physical", "paper")
@@ -53,7 +53,7 @@ class Synthesis:
         comparison only.
     cutoff_hz : float or None
         Band limit of the trajectories, -3 dB. It keeps the jitter of motion capture out and is lowered to
-        0.4 `rate_hz` where it would exceed that. None sets no limit: the splines pass through every frame,
+        0.4 `rate_hz` if it would exceed that. None sets no limit: the splines pass through every frame,
         and motion above half of `rate_hz` is folded back (aliasing).
     gravity : tuple of 3 floats
         Acceleration of free fall in the world, m/s2.
@@ -114,7 +114,7 @@ class Synthesis:
 
     @property
     def caution(self) -> str:
-        """What signals without a band limit suffer from; "" where there is a limit."""
+        """A caution on signals without a band limit; "" if there is a limit."""
         return "" if self.cutoff_hz else FOLDED_BACK
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Spline trajectories through regular frames, as matrices that act on time.
 
-A spline through regularly spaced frames depends linearly on them, whatever they hold. So its values and
+A spline through regularly spaced frames depends linearly on them. So its values and
 derivatives at the sample times are matrix products shared by every coordinate of every sensor. A frame's
 influence dies out exponentially with distance, so long clips are cut into overlapping windows whose
 matrices stay small; interior windows share theirs.
@@ -147,12 +147,14 @@ def _smoothed(values: csr_array, roughness: csr_array, degree: int) -> np.ndarra
         bands[degree - above, above:] = normal.diagonal(above)
     factor = cholesky_banded(bands), False
     coefficients = cho_solve_banded(factor, values.T.toarray())
-    left = np.eye(len(coefficients)) - values @ coefficients
-    return coefficients + cho_solve_banded(factor, values.T @ left - roughness.T @ (roughness @ coefficients))
+    residual = np.eye(len(coefficients)) - values @ coefficients
+    return coefficients + cho_solve_banded(
+        factor, values.T @ residual - roughness.T @ (roughness @ coefficients)
+    )
 
 
 def _smoothed_by_qr(values: csr_array, roughness: csr_array) -> np.ndarray:
-    """The same where the normal equations would be too far from exact."""
+    """Smoothing operators by QR, if the normal equations would be too inexact."""
     q, r = qr(np.concatenate([values.toarray(), roughness.toarray()]), mode="economic")
     return solve_triangular(r, q[: len(r)].T)
 
@@ -167,8 +169,8 @@ def _roughness(knots: np.ndarray, degree: int) -> csr_array:
     n_splines = len(knots) - width
     # only `width` neighbouring splines are not zero in an interval, so splines `width` apart share a column
     neighbours = scipy.interpolate.BSpline(knots, np.eye(width)[np.arange(n_splines) % width], degree)
-    found = neighbours(at, nu=SMOOTHNESS) * np.sqrt((half * weights).ravel())[:, None]
+    derivatives = neighbours(at, nu=SMOOTHNESS) * np.sqrt((half * weights).ravel())[:, None]
     columns = np.arange(len(half)).repeat(len(nodes))[:, None] + np.arange(width)
-    found = np.take_along_axis(found, columns % width, axis=1)
-    rows = np.arange(0, found.size + 1, width)
-    return csr_array((found.ravel(), columns.ravel(), rows), shape=(len(at), n_splines))
+    derivatives = np.take_along_axis(derivatives, columns % width, axis=1)
+    rows = np.arange(0, derivatives.size + 1, width)
+    return csr_array((derivatives.ravel(), columns.ravel(), rows), shape=(len(at), n_splines))

@@ -32,7 +32,7 @@ def write_xsens_txt(
     """Write one sensor as MT Manager exports it: m/s2, rad/s, tab-separated under ``//`` lines.
 
     OpenSim expects the file to be called ``<trial prefix><sensor name>.txt``. Quaternions (T, 4), w, x, y, z,
-    turn sensor to world; by default they are those of the recording, where it has them.
+    turn sensor to world; by default they are those of the recording, if it has them.
     """
     names: tuple[str, ...] = XSENS_COLUMNS
     values = np.concatenate([recording.acc[:, sensor], recording.gyr[:, sensor]], axis=1)
@@ -54,7 +54,7 @@ def write_xsens_txt(
 
 
 def read_xsens_txt(path: str | Path) -> ImuRecording:
-    """Read one sensor from an MT Manager export, with its orientation where the file has quaternions.
+    """Read one sensor from an MT Manager export, with its orientation if the file has quaternions.
 
     Raises ValueError if a column of the acceleration or rate of turn is missing, or no rate is given.
     """
@@ -77,7 +77,7 @@ def read_xsens_txt(path: str | Path) -> ImuRecording:
 def write_x_io(folder: str | Path, recording: ImuRecording, sensor: int = 0) -> None:
     """Write one sensor as x-io's x-IMU3 logs it: ``Inertial.csv`` in a folder, g, deg/s and microseconds.
 
-    The folder is made if needed. ``Quaternion.csv`` lies beside it where the orientation is recorded.
+    The folder is made if needed. ``Quaternion.csv`` lies next to it if the orientation is recorded.
     """
     Path(folder).mkdir(parents=True, exist_ok=True)
     gyr = recording.gyr[:, sensor].astype(np.float64) / text_tables.GYR_UNITS["deg/s"]

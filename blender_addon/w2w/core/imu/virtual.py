@@ -60,8 +60,8 @@ def record_motion(
         ideal = replace(synthesize(poses, motion.rate, settings), clip=motion.clip)
         read = sensor.apply(ideal, seed, first_sensor=start)
         signals["acc"][:, part], signals["gyr"][:, part] = read.acc, read.gyr
-        found = further_signals(poses, motion.rate, settings, sensor, further, motion.clip, seed, start)
-        for name, values in found.items():
+        others = further_signals(poses, motion.rate, settings, sensor, further, motion.clip, seed, start)
+        for name, values in others.items():
             signals[name][:, part] = values
     whole = ImuRecording(rate=rate, **signals)
     whole = whole.labelled(patches.names, motion.activity, motion.subject, motion.clip)
@@ -87,8 +87,8 @@ def sensor_at(body: Body, name: str, sample: Callable[[Body], PatchSet]) -> Patc
     Raises ValueError if neither a place nor a patch is called that.
     """
     try:
-        found = patches_at(body, {name: place(name, body)})
-        return replace(found, own_names=found.regions)
+        own = patches_at(body, {name: place(name, body)})
+        return replace(own, own_names=own.regions)
     except ValueError:
         patches, words = sample(body), plain_words(name)
         called = [patch for patch, own in enumerate(patches.names) if own.lower() == words]
@@ -98,7 +98,7 @@ def sensor_at(body: Body, name: str, sample: Callable[[Body], PatchSet]) -> Patc
 
 
 def at_patches(patches: PatchSet, chosen: list[int]) -> PatchSet:
-    """The same patches, of which only the chosen carry sensors."""
+    """The patches, of which only the chosen carry sensors."""
     return replace(
         patches,
         vertices=patches.vertices[chosen],

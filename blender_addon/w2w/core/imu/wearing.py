@@ -13,12 +13,12 @@ def wearing_sentences(model: SensorModel) -> str:
     >>> wearing_sentences(SensorModel.ideal())
     'Loose straps, soft tissue and clothes are not in it.'
     """
-    held, left = [], []
+    held, missing = [], []
     if model.mounting_turn_deg or model.mounting_shift_m:
         off = f"{model.mounting_turn_deg:g}° and {1000 * model.mounting_shift_m:g} mm"
         held.append(f"sits {off} off its place, anew in every clip (one standard deviation)")
     else:
-        left.append("loose straps")
+        missing.append("loose straps")
     if model.fixed_misalignment_deg:
         held.append(f"is turned by {model.fixed_misalignment_deg:g}° for good (one standard deviation)")
     if any(model.worn_turn_deg):
@@ -27,9 +27,9 @@ def wearing_sentences(model: SensorModel) -> str:
         share = f"{model.soft_tissue_gain:.0%}".replace("%", " %")
         held.append(f"rides on soft tissue ({model.soft_tissue_hz:g} Hz, {share} of its motion)")
     else:
-        left.append("soft tissue")
+        missing.append("soft tissue")
     if model.drop_fraction:
         held.append(f"loses {100 * model.drop_fraction:g} % of its samples")
-    left.append("clothes")
-    missing = f"{listed(left).capitalize()} are not in it."
-    return f"It {listed(held)}. {missing}" if held else missing
+    missing.append("clothes")
+    lacks = f"{listed(missing).capitalize()} are not in it."
+    return f"It {listed(held)}. {lacks}" if held else lacks

@@ -32,7 +32,7 @@ MAX_BYTES = 1 << 20
 
 @dataclass(frozen=True)
 class PoseFacts:
-    """Facts about joint positions, and the axis that is up in any motion file; None where unknown.
+    """Facts about joint positions, and the axis that is up in any motion file; None if unknown.
 
     Parameters
     ----------
@@ -70,13 +70,13 @@ class PoseFacts:
                 raise ValueError(f"the pose's {name} must be one of {', '.join(known)}, not {value!r}")
 
     def completed(self, other: Self) -> Self:
-        """These facts, the missing ones from the other."""
+        """These facts, with the missing ones from the other."""
         missing = {item.name for item in fields(self) if getattr(self, item.name) is None}
         return replace(self, **{name: getattr(other, name) for name in missing})
 
 
 def facts_of(content: Mapping[str, Any]) -> PoseFacts:
-    """The facts among what a file holds, under their usual names.
+    """The facts in a file's content, under their usual names.
 
     Raises ValueError if one is out of its range.
     """
@@ -101,25 +101,27 @@ def _fact(name: str, value: Any) -> Any:
 
 def side_car(path: Path) -> Path | None:
     """The file NAME.json with the facts of NAME.csv, NAME.npy or NAME.npz, if there is one."""
-    beside = path.with_suffix(".json")
-    return beside if path.suffix.lower() != ".json" and beside.is_file() else None
+    facts = path.with_suffix(".json")
+    return facts if path.suffix.lower() != ".json" and facts.is_file() else None
 
 
 def side_car_facts(path: Path) -> PoseFacts:
-    """The facts that a side-car gives; UnusableMotion where it is there and cannot be understood."""
-    beside = side_car(path)
-    if beside is None:
+    """The facts in a side-car; UnusableMotion if there is one that cannot be understood."""
+    file = side_car(path)
+    if file is None:
         return PoseFacts()
-    name = shown(beside.name)
+    name = shown(file.name)
     try:
-        if beside.stat().st_size > MAX_BYTES:
-            raise UnusableMotion(f"{name} beside it is too large to say its rate and unit")
-        content = json.loads(beside.read_text(encoding="utf-8-sig"))
+        if file.stat().st_size > MAX_BYTES:
+            raise UnusableMotion(f"{name} next to it is too large to say its rate and unit")
+        content = json.loads(file.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError) as error:
-        raise UnusableMotion(f"{name} beside it cannot be read as JSON: {error}") from error
+        raise UnusableMotion(f"{name} next to it cannot be read as JSON: {error}") from error
     if not isinstance(content, dict):
-        raise UnusableMotion(f"{name} beside it must be a JSON object with 'rate', 'unit', 'up', 'joint_set'")
+        raise UnusableMotion(
+            f"{name} next to it must be a JSON object with 'rate', 'unit', 'up', 'joint_set'"
+        )
     try:
         return facts_of(content)
     except ValueError as error:
-        raise UnusableMotion(f"{name} beside it: {error}") from error
+        raise UnusableMotion(f"{name} next to it: {error}") from error

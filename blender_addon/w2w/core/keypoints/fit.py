@@ -2,7 +2,7 @@
 """A body's motion from the 3D joint positions that video pose estimators give.
 
 No optimiser runs: trunk frames come from hips and shoulders, limb segments from their directions, twists from
-the planes that elbows and knees bend in (`limb_rotations`), each in closed form for all frames at once.
+the planes that elbows and knees bend in (`_limb_rotations`), each in closed form for all frames at once.
 """
 
 from dataclasses import dataclass
@@ -125,7 +125,7 @@ def _named_joints(body: Body) -> Points:
 
 
 def _scale(paths: Paths, joints: Points) -> float:
-    """Body metres in one unit, by the limbs' bones; by the trunk, which bends, only where no limb is seen."""
+    """Body metres in one unit, by the limbs' bones; by the trunk, which bends, only if no limb is seen."""
     if not paths.lengths:
         return float(np.linalg.norm(middle(joints, "shoulder") - middle(joints, "hip")) / paths.trunk)
     ours = sum(np.linalg.norm(joints[end] - joints[start]) for start, end in paths.lengths)
@@ -133,7 +133,7 @@ def _scale(paths: Paths, joints: Points) -> float:
 
 
 def _carried_by_trunk(world: np.ndarray, joints: Points) -> Points:
-    """Where the trunk's rotations put hips and shoulders, relative to the pelvis; shape (T, 3) each."""
+    """Positions of hips and shoulders by the trunk's rotations, relative to the pelvis; shape (T, 3) each."""
     spine = np.zeros((len(world), 3))
     for start, end in pairwise(("pelvis", "spine1", "spine2", "spine3")):
         spine = spine + world[:, JOINT_INDEX[start]] @ (joints[end] - joints[start])
@@ -145,14 +145,14 @@ def _carried_by_trunk(world: np.ndarray, joints: Points) -> Points:
     return carried
 
 
-def _anchor(points: Points, start: str, end: str, found: np.ndarray, frame: np.ndarray) -> None:
+def _anchor(points: Points, start: str, end: str, root: np.ndarray, frame: np.ndarray) -> None:
     """Hang a limb on the trunk's own hip or shoulder, in place.
 
-    So noise of the trunk's joints does not reach the hand or foot: the data say only where the joint is on
-    average, seen from the trunk.
+    So noise of the trunk's joints does not reach the hand or foot: only the joint's mean position, seen from
+    the trunk, is taken from the data.
     """
-    aside = np.median(_seen_from(frame, points[start] - found), axis=0)
-    points[start] = found + frame @ aside
+    aside = np.median(_seen_from(frame, points[start] - root), axis=0)
+    points[start] = root + frame @ aside
     if end in points:
         bone = points[end] - points[start]
         length = np.linalg.norm(bone, axis=1, keepdims=True)
@@ -163,11 +163,11 @@ def _trunk_rotations(world: np.ndarray, points: Points, joints: Points) -> None:
     """Pelvis and chest by their own left and up; the spine's joints share out what lies between them."""
     bend = "spine" in points
     frames = []
-    for found in (points, joints):
-        hips, shoulders = middle(found, "hip"), middle(found, "shoulder")
-        low = (found["spine"] if bend else shoulders) - hips
-        high = shoulders - (found["spine"] if bend else hips)
-        across = [found[f"left {part}"] - found[f"right {part}"] for part in ("hip", "shoulder")]
+    for places in (points, joints):
+        hips, shoulders = middle(places, "hip"), middle(places, "shoulder")
+        low = (places["spine"] if bend else shoulders) - hips
+        high = shoulders - (places["spine"] if bend else hips)
+        across = [places[f"left {part}"] - places[f"right {part}"] for part in ("hip", "shoulder")]
         frames.append([frame_of(across[0], low), frame_of(across[1], high)])
     pelvis, chest = (posed @ rest.T for posed, rest in zip(*frames, strict=True))
     turn = Rotation.from_matrix(pelvis.swapaxes(1, 2) @ chest).as_rotvec()
@@ -183,15 +183,15 @@ def _trunk_rotations(world: np.ndarray, points: Points, joints: Points) -> None:
 def _head_rotations(world: np.ndarray, points: Points, joints: Points) -> None:
     """The neck leans with the head, seen from the neck or from between the shoulders.
 
-    The head's turn is seen where there is a nose.
+    A nose shows the head's turn.
     """
     chest = world[:, JOINT_INDEX["spine3"]]
     world[:, JOINT_INDEX["neck"]] = world[:, JOINT_INDEX["head"]] = chest
     if "head" not in points:
         return
     rest, seen = (
-        found["head"] - (found["neck"] if "neck" in points else middle(found, "shoulder"))
-        for found in (joints, points)
+        places["head"] - (places["neck"] if "neck" in points else middle(places, "shoulder"))
+        for places in (joints, points)
     )
     lean = cone_swing(rest, _seen_from(chest, seen), HEAD_CONE)
     world[:, JOINT_INDEX["neck"]] = chest @ lean
@@ -210,7 +210,8 @@ def _limb_rotations(
     """An arm's or a leg's segments, from the trunk outwards."""
     upper, lower, end, tip = (JOINT_INDEX[f"{side}_{part}".replace("toe", "foot")] for part in limb.parts)
     bones = [joints[f"{side} {end}"] - joints[f"{side} {start}"] for start, end in pairwise(limb.parts)]
-    seen = _seen_bones(points, side, limb.parts)
+    ends = pairwise(points.get(f"{side} {part}") for part in limb.parts)
+    seen = [None if a is None or b is None else b - a for a, b in ends]
     hinge, trunk = limb.hinges[side], world[:, JOINT_INDEX[limb.carrier]]
     if seen[0] is None:
         world[:, [upper, lower, end, tip]] = trunk[:, None]
@@ -240,12 +241,6 @@ def _limb_rotations(
         turned = cone_swing(bones[2], _seen_from(world[:, lower], seen[2]), limb.cone)
         world[:, end] = world[:, lower] @ turned
     world[:, tip] = world[:, end]
-
-
-def _seen_bones(points: Points, side: str, parts: tuple[str, ...]) -> list[np.ndarray | None]:
-    """Vectors from each part to the next; None where either is missing."""
-    ends = [points.get(f"{side} {part}") for part in parts]
-    return [None if a is None or b is None else b - a for a, b in pairwise(ends)]
 
 
 def _seen_from(frames: np.ndarray, vectors: np.ndarray) -> np.ndarray:

@@ -32,7 +32,7 @@ class JointSet:
             raise ValueError(f"joint set {self.name}: it lacks {sorted(lacking)} or names a joint twice")
 
     def members(self, landmark: str) -> tuple[int, ...]:
-        """Indices of the joints whose middle a landmark is; none where the set lacks it."""
+        """Indices of the joints whose middle is a landmark; () if the set lacks it."""
         return tuple(self.joints.index(joint) for joint in self.landmarks.get(landmark, ()))
 
 
@@ -50,7 +50,7 @@ JOINT_SETS = {
     )
     for key, given in template("joint_sets.json").items()
 }
-"""By the names that `--pose-joints` takes."""
+"""Joint sets by the names that `--pose-joints` takes."""
 
 _HIDDEN = (
     (("left thumb side", "left little finger side"), "turns of the forearms about their own axis"),

@@ -19,9 +19,9 @@ from .joint_sets import JOINT_SETS, JointSet
 
 
 def with_likely_rest(source: SourceMotion, body: Body, maps: Sequence[BoneMap] = ()) -> SourceMotion:
-    """The motion, at rest in the body's T-pose where the file's own rest pose is not known.
+    """The motion, with the body's T-pose as rest pose if the file's own is not known.
 
-    Where the joints are says how the body's are turned in each frame: their directions, and the twist of
+    The joints' positions show how the body's are turned in each frame: by their directions, and the twist of
     limbs by the planes that they bend in. A bone's turn against its joint is the same in all frames, that of
     the rest pose: its mean is taken. Raises UnusableMotion if the skeleton cannot be matched.
     """
@@ -31,14 +31,14 @@ def with_likely_rest(source: SourceMotion, body: Body, maps: Sequence[BoneMap] =
     joints = _joint_set(matched)
     bones = [matched[JOINT_INDEX[name]] for name in joints.joints]
     with suppress(ValueError):
-        found = fit_keypoints(source.matrices[:, bones][..., :3, 3], source.rate, joints, body)
-        if not found.exchanged:
-            turns, _ = joint_transforms(body, found.motion)
+        fitted = fit_keypoints(source.matrices[:, bones][..., :3, 3], source.rate, joints, body)
+        if not fitted.exchanged:
+            turns, _ = joint_transforms(body, fitted.motion)
             rest = source.rest.copy()
             for joint, bone in matched.items():
                 against = turns[:, joint].swapaxes(1, 2) @ unscaled_rotations(source.matrices[:, bone])
                 rest[bone, :3, :3] = _mean(against)
-                rest[bone, :3, 3] = body.joints[joint] / found.scale
+                rest[bone, :3, 3] = body.joints[joint] / fitted.scale
             return replace(source, rest=flat_footed(replace(source, rest=rest), matched))
     return source
 

@@ -2,7 +2,7 @@
 """Rotations of a chain of two segments with a hinge between them, from the segments' directions.
 
 A direction fixes two of a segment's three angles. The third, the twist, shows in the plane that an elbow or
-a knee bends in: the better the more it is bent. Where it is straight the twist follows its neighbours in
+a knee bends in: the better the more it is bent. If it is straight the twist follows its neighbours in
 time and an anatomical prior: no twist but the one that the smallest rotation from the T-pose gives.
 """
 
@@ -15,14 +15,14 @@ DIRECTION_NOISE = 0.1
 """Error of a segment's direction, radians: how fast a hinge's plane becomes certain as it bends."""
 
 TWIST_PRIOR = 0.7
-"""Standard deviation of the twist where nothing is seen of it, radians."""
+"""Standard deviation of the twist if nothing shows it, radians."""
 
 TWIST_BAND_HZ = 1.0
 """Band that a twist known to `DIRECTION_NOISE` over sin(bend) = itself is smoothed to."""
 
 Evidence = tuple[np.ndarray, float]
 """A hinge axis (T, 3) in the parent's frame, which shows a segment's twist, and its weight against a hinge of
-flesh and bone, 1. The axis's length across the segment, the sine of the bend, says how sharply it shows."""
+flesh and bone, 1. The axis's length across the segment, the sine of the bend, is how sharply it shows."""
 
 
 def swing_and_twist(

@@ -15,12 +15,12 @@ from .paths import BONES, REQUIRED
 SIDE_WORDS = {"l": "left", "left": "left", "r": "right", "right": "right"}
 
 SAME_JOINTS = ("mm-fit-17", "joint-centres")
-"""Sets with joints that another one has: only taken where they are named."""
+"""Sets with joints that another one has: only taken if asked for by name."""
 
 CANDIDATES = [name for name in JOINT_SETS if name not in SAME_JOINTS]
 
 CLEARLY = 0.6
-"""A set is chosen by its body where the bones vary in length at most this much of the next best's."""
+"""A set is chosen by its body if the bones vary in length at most this much of the next best's."""
 
 LOWEST_STEADINESS = 1e-9
 
@@ -39,14 +39,14 @@ class RawPose(NamedTuple):
     """Joint positions as a file has them."""
 
     positions: np.ndarray
-    names: tuple[str, ...]  # of the joints; empty where the file has none
+    names: tuple[str, ...]  # of the joints; empty if the file has none
     facts: PoseFacts  # what the file says of them
 
 
-def told_by(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
-    """The joint set of what a file holds, and its joints in that set's order, shape (T, J, 3).
+def joint_set_of(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
+    """The joint set of a file's content, and its joints in that set's order, shape (T, J, 3).
 
-    `wanted` is one of `JOINT_SETS`, where it is known. Raises UnusableMotion if no set fits, or several do.
+    `wanted` is one of `JOINT_SETS`, if known. Raises UnusableMotion if no set fits, or several do.
     """
     if raw.positions.dtype.kind not in "fiu":
         raise UnusableMotion("its positions are no numbers")
@@ -117,7 +117,7 @@ def _steadier(joint_set: JointSet, positions: np.ndarray, others: np.ndarray) ->
 
 
 def _by_steadiness(fitting: list[str], positions: np.ndarray) -> str:
-    """Of sets with as many joints the one whose bones keep their length and are alike on both sides."""
+    """Among sets with this number of joints, the one whose bone lengths are constant and symmetric."""
     if len(fitting) == 1:
         return fitting[0]
     unsteady = {name: sum(_unsteadiness(JOINT_SETS[name], positions), LOWEST_STEADINESS) for name in fitting}
@@ -125,7 +125,7 @@ def _by_steadiness(fitting: list[str], positions: np.ndarray) -> str:
     if not unsteady[best] <= CLEARLY * unsteady[second]:
         raise UnusableMotion(
             f"its {positions.shape[1]} joints may be {' or '.join(fitting)}: say which (--pose-joints, or "
-            "'joint_set' in a json file of its name beside it)"
+            "'joint_set' in a json file of its name next to it)"
         )
     return best
 
@@ -136,11 +136,11 @@ def _unsteadiness(joint_set: JointSet, positions: np.ndarray) -> tuple[float, fl
     for number, (start, end) in enumerate(BONES):
         ends = [positions[:, list(joint_set.members(name))].mean(axis=1) for name in (start, end)]
         with np.errstate(invalid="ignore"):
-            found = np.linalg.norm(ends[1].astype(np.float64) - ends[0], axis=1)
-        found = found[np.isfinite(found) & (found > 0)]
-        if len(found):
-            middles[number] = np.median(found)
-            changes[number] = np.median(np.abs(found - middles[number])) / middles[number]
+            lengths = np.linalg.norm(ends[1].astype(np.float64) - ends[0], axis=1)
+        lengths = lengths[np.isfinite(lengths) & (lengths > 0)]
+        if len(lengths):
+            middles[number] = np.median(lengths)
+            changes[number] = np.median(np.abs(lengths - middles[number])) / middles[number]
     left, right = np.split(middles, 2)
     apart = (np.abs(left - right) / (left + right))[np.isfinite(left + right)]
     if not len(apart):

@@ -25,8 +25,8 @@ show which way the person faces."""
 def _undo_swaps(points: Points, size: float) -> Points:
     """Undo frames in which the arms or the legs changed sides.
 
-    Of all ways to call each frame swapped or not, the one along which the joints move least is taken
-    (Viterbi's algorithm), for arms and legs apart; what most frames say is right.
+    Takes, among all ways to call each frame swapped or not, the one along which the joints move least
+    (Viterbi's algorithm), separately for arms and legs; the majority of frames is right.
 
     `points` holds a path (T, 3) a landmark, NaN where not seen; `size` is the trunk's length in their unit.
     """
@@ -47,7 +47,7 @@ def _undo_swaps(points: Points, size: float) -> Points:
 def _sides_are_exchanged(points: Points) -> bool:
     """Whether left and right are called the wrong way round throughout, once single frames' swaps are undone.
 
-    Knees bend forwards and toes and noses point there; forward is where up and the left hip say it is.
+    Knees bend forwards and toes and noses point there; forward follows from up and the left hip.
     """
     up = middle(points, "shoulder") - middle(points, "hip")
     forward = np.cross(points["left hip"] - points["right hip"], up)
@@ -124,7 +124,7 @@ class Paths(NamedTuple):
     """Landmarks of one clip."""
 
     points: Points  # landmark -> smooth path (T, 3); landmarks never seen are not there
-    lengths: dict[tuple[str, str], float]  # bone -> its length in the positions' unit, left and right alike
+    lengths: dict[tuple[str, str], float]  # bone -> its length in the positions' unit, equal left and right
     trunk: float  # from between the hips to between the shoulders
     exchanged: bool  # whether left and right were called the wrong way round throughout
 
@@ -220,7 +220,7 @@ def smooth(
     """Penalised least squares along the first axis (T, ...), with a weight (T,) for each sample.
 
     Minimises sum w |s - y|^2 + (rate / 2 pi f0)^(2 k) sum |D^k s|^2 for differences of order k (Whittaker
-    1923; Eilers 2003, doi:10.1021/ac034173t), with f0 = `cutoff_hz`. Where all weights are 1 the gain is 1 /
+    1923; Eilers 2003, doi:10.1021/ac034173t), with f0 = `cutoff_hz`. If all weights are 1 the gain is 1 /
     (1 + (f / f0)^(2 k)). There are two samples or more; values are finite, also where the weight is 0; at
     least k weights are positive.
     """

@@ -24,7 +24,7 @@ from ..wording import shown
 from .facts import SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
 from .fit import CUTOFF_HZ, KeypointFit, fit_keypoints, seen_joints
 from .joint_sets import JOINT_SETS, JointSet
-from .naming import RawPose, plain_joint, told_by
+from .naming import RawPose, joint_set_of, plain_joint
 from .paths import REQUIRED
 from .pose_text import read_csv_pose, read_json_pose
 
@@ -51,13 +51,13 @@ def read_c3d_pose(path: Path) -> RawPose:
     except ImportError as error:
         raise UnusableMotion(f"C3D files are read by ezc3d (pip install ezc3d): {error}") from error
     try:
-        found = ezc3d.c3d(str(path))
-        point = found["parameters"]["POINT"]
+        content = ezc3d.c3d(str(path))
+        point = content["parameters"]["POINT"]
         labels = [str(label) for label in point["LABELS"]["value"]]
         rate = float(np.ravel(point["RATE"]["value"])[0])
         unit = str(next(iter(point["UNITS"]["value"]), "")).strip().lower()
         screen = str(next(iter(point.get("Y_SCREEN", {}).get("value", ())), "")).strip().lower().lstrip("+")
-        positions = np.asarray(found["data"]["points"])[:3].transpose(2, 1, 0)
+        positions = np.asarray(content["data"]["points"])[:3].transpose(2, 1, 0)
     except (OSError, KeyError, ValueError, IndexError, RuntimeError, StopIteration) as error:
         raise UnusableMotion(f"it cannot be read as C3D: {str(error).splitlines()[0]}") from error
     names: dict[str, int] = {}
@@ -94,17 +94,17 @@ def _joint(label: str) -> str:
 
 MAX_BYTES = 2 * 2**30
 MAX_DISTANCE = 1e9
-"""In the file's own unit, which may be millimetres."""
+"""Farthest position, in the file's own unit, which may be millimetres."""
 
 SHORTEST_M, TALLEST_M = 0.4, 2.6
-"""People, from infants on; whoever is smaller or taller is in another unit."""
+"""Heights of people, from infants on; others are in another unit."""
 
 LONGEST_UNSEEN_S = 0.5
 """Longest time without hips and shoulders that is bridged: a step takes as long, and beyond it a motion would
 be invented."""
 
 USUAL_UP: dict[str, Up] = {"human36m-17": "z", "azure-kinect-32": "-y", "blazepose-33": "-y", C3D_JOINTS: "z"}
-"""Axes that are up in a joint set's own world or camera, where that is not y."""
+"""Axes that are up in a joint set's own world or camera, if not y."""
 
 NO_FACTS = PoseFacts()
 
@@ -118,7 +118,7 @@ class JointPositions:
     positions: np.ndarray  # (T, J, 3) in the file's axes and unit; NaN where a joint was not seen
     rate: float
     joint_set: JointSet
-    unit: str  # empty where unknown
+    unit: str  # "" if unknown
     up: Up
     up_is_guessed: bool  # by how people stand, not by the file's word
 
@@ -133,24 +133,24 @@ class JointPositions:
         Raises UnusableMotion if there is no body in them, or none of a human's size in their unit.
         """
         with reading(ValueError, np.linalg.LinAlgError):
-            found = fit_keypoints(self.positions, self.rate, self.joint_set, body, self.up, cutoff_hz)
-        height = self.height(body, found)
+            fitted = fit_keypoints(self.positions, self.rate, self.joint_set, body, self.up, cutoff_hz)
+        height = self.height(body, fitted)
         if height is not None and not SHORTEST_M <= height <= TALLEST_M:
             raise UnusableMotion(
                 f"in '{self.unit}' its person would be {height:.3g} m tall: correct its unit (--pose-unit)"
             )
-        return found
+        return fitted
 
-    def height(self, body: Body, found: KeypointFit) -> float | None:
-        """About how tall the person is, m, by the lengths of the limbs; None where the unit is unknown."""
-        return body.height * UNITS[self.unit] / found.scale if self.unit else None
+    def height(self, body: Body, fitted: KeypointFit) -> float | None:
+        """The person's approximate height, m, from the lengths of the limbs; None if the unit is unknown."""
+        return body.height * UNITS[self.unit] / fitted.scale if self.unit else None
 
 
 def read_joints(path: str | Path, given: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF) -> JointPositions:
     """Read joint positions: csv (columns ``left_hip_x``, ...), npy or npz (T, J, 3), json or c3d.
 
-    The file is one that `is_joint_file` knows by its suffix. Facts that it does not say itself may lie in
-    ``NAME.json`` beside it; `given` are known better. Where nothing says the axis that is up, `ups` do
+    The file is one that `is_joint_file` knows by its suffix. Facts that it lacks may lie in
+    ``NAME.json`` next to it; `given` take precedence. If nothing says which axis is up, `ups` decide
     for a library's files.
 
     Raises UnusableMotion, with the reason, if it is another file, or its rate or joints are not known.
@@ -166,26 +166,22 @@ def read_joints(path: str | Path, given: PoseFacts = NO_FACTS, ups: Ups = BY_ITS
     if facts.rate is None:
         raise UnusableMotion(
             'it does not say its frame rate: give --pose-rate, or "rate" in '
-            f"{shown(path.with_suffix('.json').name)} beside it"
+            f"{shown(path.with_suffix('.json').name)} next to it"
         )
     refuse_rate(facts.rate)
-    joint_set, positions = told_by(raw, facts.joint_set)
+    joint_set, positions = joint_set_of(raw, facts.joint_set)
     positions = _seen(positions)
     refuse_few_frames(len(positions))
     _refuse_unseen(positions, joint_set, facts.rate)
+    usual = {JOINT_SETS[key].name: up for key, up in USUAL_UP.items()}.get(joint_set.name, "y")
+    kind = Kind(f"joints ({joint_set.name})", usual, firm=False, read=UPS)  # estimators write any axis up
     with reading(ValueError):
-        up = facts.up or ups.of(_kind(joint_set), seen_joints(positions, joint_set))
+        up = facts.up or ups.of(kind, seen_joints(positions, joint_set))
     return JointPositions(positions, facts.rate, joint_set, facts.unit or "", up, facts.up is None)
 
 
-def _kind(joint_set: JointSet) -> Kind:
-    """Files of a joint set, which estimators write with any axis up."""
-    usual = {JOINT_SETS[key].name: up for key, up in USUAL_UP.items()}
-    return Kind(f"joints ({joint_set.name})", usual.get(joint_set.name, "y"), firm=False, read=UPS)
-
-
 def _seen(positions: np.ndarray) -> np.ndarray:
-    """Positions, NaN where a joint was not seen: where it is not finite, or 0, 0, 0 in some frames."""
+    """Positions, NaN for joints not seen: those not finite, or 0, 0, 0 in some frames."""
     positions = positions.astype(np.float64)
     positions[~np.isfinite(positions).all(axis=2)] = np.nan
     if np.abs(positions[np.isfinite(positions)]).max(initial=0.0) > MAX_DISTANCE:

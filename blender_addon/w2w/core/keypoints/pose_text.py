@@ -15,7 +15,7 @@ from .facts import PoseFacts, facts_of
 from .naming import RawPose
 
 TIME_COLUMNS = {"time": 1.0, "time_s": 1.0, "seconds": 1.0, "time_ms": 1e-3, "timestamp_ms": 1e-3}
-"""Columns that tell a frame's time, and their unit in seconds."""
+"""Columns with a frame's time, and their unit in seconds."""
 
 UNEVEN = 0.25
 """Frames whose steps in time stray further from the median, as part of it, are no regular clip."""
@@ -61,7 +61,7 @@ def _numbers(lines: list[str], separator: str, width: int, decimal_comma: bool) 
 
 
 def _rate(columns: list[str], table: np.ndarray) -> float | None:
-    """Frames per second, where a column tells the time and the frames are regular."""
+    """Frames per second, from a column with the time; None without one."""
     plain = [name.strip().lower() for name in columns]
     column = next((name for name in TIME_COLUMNS if name in plain), None)
     if column is None or len(table) < 2:
@@ -111,19 +111,19 @@ def read_json_pose(path: Path) -> RawPose:
 
 _WRONG_JSON = (
     'it is no JSON object with "positions": a list of frames, each a list of joints, each [x, y, z]; with '
-    '"rate", "unit", "up" and "joint_set" beside'
+    '"rate", "unit", "up" and "joint_set" next to it'
 )
 
 
 def _mmpose_frames(info: Any) -> list[Any]:
     """The first person of each frame of MMPose's ``instance_info``; a frame without one is not seen."""
     try:
-        found = [frame["instances"][0]["keypoints"] if frame["instances"] else None for frame in info]
-        n_joints = len(next(frame for frame in found if frame is not None))
+        frames = [frame["instances"][0]["keypoints"] if frame["instances"] else None for frame in info]
+        n_joints = len(next(frame for frame in frames if frame is not None))
     except (KeyError, IndexError, TypeError, StopIteration) as error:
         raise UnusableMotion("its 'instance_info' is not as MMPose writes it, or shows nobody") from error
     nobody = [[float("nan")] * 3] * n_joints
-    return [nobody if frame is None else frame for frame in found]
+    return [nobody if frame is None else frame for frame in frames]
 
 
 def _array(values: list[Any]) -> np.ndarray:

@@ -41,16 +41,16 @@ class ImportPlan:
     @property
     def activities(self) -> dict[str, list[str]]:
         """Files by activity in alphabetical order; those without one come last, under the empty name."""
-        found: dict[str, list[str]] = {}
+        files_of: dict[str, list[str]] = {}
         for clip in sorted(self.clips, key=lambda clip: (not clip.activity, clip.activity)):
-            found.setdefault(clip.activity, []).append(clip.file)
-        return found
+            files_of.setdefault(clip.activity, []).append(clip.file)
+        return files_of
 
 
 def plan_folder(folder: Path, by: str = AUTOMATIC, csv: Path | None = None) -> ImportPlan:
     """Plan the import of all motion files in a folder and the folders in it.
 
-    `by` says what labels the clips; by folder, files that lie in no folder of it take its own name. `csv` has
+    `by` is what labels the clips; by folder, files that lie in no folder of it take its own name. `csv` has
     the labels, for `BY_CSV`; by default it is `LABELS` in the folder.
 
     Raises LibraryError if there are no files, or the csv is missing or cannot be understood.
@@ -108,9 +108,9 @@ def same_files(paths: Sequence[Path]) -> dict[Path, Path]:
         if path.is_file() and (size := path.stat().st_size):
             by_size.setdefault(size, []).append(path)
     copies: dict[Path, Path] = {}
-    for alike in by_size.values():
+    for same_size in by_size.values():
         first: dict[bytes, Path] = {}
-        for path in alike if len(alike) > 1 else ():
+        for path in same_size if len(same_size) > 1 else ():
             try:
                 with path.open("rb") as stream:
                     digest = hashlib.file_digest(stream, "sha256").digest()
@@ -122,7 +122,7 @@ def same_files(paths: Sequence[Path]) -> dict[Path, Path]:
 
 
 def activity_of_action(action: str, armature: str = "") -> str:
-    """Label of a clip from the name of its action in Blender; empty where that says nothing.
+    """Label of a clip from the name of its action in Blender; "" if that says nothing.
 
     Blender itself names an action after the armature.
 

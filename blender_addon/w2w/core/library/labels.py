@@ -39,7 +39,7 @@ class LabelCheck:
     """Problems and assumptions when labels were read."""
 
     no_such_file: tuple[str, ...] = ()  # files that a row names and the library does not hold
-    no_activity: tuple[str, ...] = ()  # files whose row has no activity; the row's line where it has no file
+    no_activity: tuple[str, ...] = ()  # files whose row has no activity; the row's line if it has no file
     not_listed: tuple[str, ...] = ()  # files of the library that no row names
     spellings: Spellings = ()  # of activities
     subjects: Spellings = ()
@@ -93,20 +93,20 @@ def read_labels(
     strangers, empty, named = [], [], set()
     for number, row in table.rows:
         text = row.pop("file")
-        found = find.candidates(text)
+        files = find.candidates(text)
         if not (text and row["activity"]):
             empty.append(text or f"line {number}")
-            named.update(found)
-        elif not found:
+            named.update(files)
+        elif not files:
             strangers.append(text)
-        elif len(found) > 1:
+        elif len(files) > 1:
             raise LibraryError(
-                f"{shown(path)}, line {number}: '{text}' could be any of {', '.join(found[:3])}: "
+                f"{shown(path)}, line {number}: '{text}' could be any of {', '.join(files[:3])}: "
                 "write the path inside the library"
             )
-        elif not _same_labels(rows.setdefault(found[0], row), row):
+        elif not _same_labels(rows.setdefault(files[0], row), row):
             raise LibraryError(
-                f"{shown(path)}, line {number}: '{found[0]}' is listed twice with different labels"
+                f"{shown(path)}, line {number}: '{files[0]}' is listed twice with different labels"
             )
     if not rows:
         raise LibraryError(_useless(path, inside, strangers, empty))
@@ -149,15 +149,15 @@ def spelled_once(
     return spelled, LabelCheck(spellings=spellings, subjects=subjects, exact=exact)
 
 
-def _same_labels(one: Mapping[str, str], other: Mapping[str, str]) -> bool:
-    return all(same_label(one[name]) == same_label(other[name]) for name in one)
+def _same_labels(first: Mapping[str, str], second: Mapping[str, str]) -> bool:
+    return all(same_label(first[name]) == same_label(second[name]) for name in first)
 
 
 def by_label(values: Mapping[str, Any], labels: Iterable[str]) -> dict[str, Any]:
     """Values of labels: those given for the very label, else for one that `same_label` makes the same."""
-    alike = {same_label(label): value for label, value in values.items()}
-    found = {label: values.get(label, alike.get(same_label(label))) for label in labels}
-    return {label: value for label, value in found.items() if value is not None}
+    by_spelling = {same_label(label): value for label, value in values.items()}
+    by_name = {label: values.get(label, by_spelling.get(same_label(label))) for label in labels}
+    return {label: value for label, value in by_name.items() if value is not None}
 
 
 def one_spelling(
@@ -174,11 +174,11 @@ def one_spelling(
 
 
 class _Finder:
-    """Finds the file of the library that a row means.
+    """Search for the library's file that a row means.
 
     A row may give the end of a file's path, down to its bare name, or its whole path and the library's
-    folder before it: any other folder in a row is one that the file does not lie in. Where no file is called
-    so to the letter, `plain_words` decides.
+    folder before it: any other folder in a row is one that the file does not lie in. If no file has exactly
+    that name, `plain_words` decides.
     """
 
     def __init__(self, folder: Path, inside: Sequence[str]) -> None:
@@ -189,14 +189,14 @@ class _Finder:
     @cached_property
     def by_name(self) -> dict[str, list[tuple[str, str]]]:
         """Files by their names, each with its path, in plain words."""
-        found: dict[str, list[tuple[str, str]]] = {}
+        files_of: dict[str, list[tuple[str, str]]] = {}
         for file in self.inside:
             plain = plain_words(file)
-            found.setdefault(posixpath.basename(plain), []).append((file, plain))
-        return found
+            files_of.setdefault(posixpath.basename(plain), []).append((file, plain))
+        return files_of
 
     def candidates(self, text: str) -> list[str]:
-        """Files that may be meant; none where the library does not hold one."""
+        """Files that may be meant; none if the library does not hold one."""
         path = text if text in self.known else PurePosixPath(text.replace("\\", "/")).as_posix()
         if path in self.known:
             return [path]
@@ -207,11 +207,11 @@ class _Finder:
             before = asked.removesuffix(f"/{plain}")
             if before != asked and posixpath.basename(before) in self.folders:
                 whole.append(file)
-        found = whole or [file for file, plain in same_name if f"/{plain}".endswith(f"/{asked}")]
+        fitting = whole or [file for file, plain in same_name if f"/{plain}".endswith(f"/{asked}")]
         to_the_letter = [
-            file for file in found if f"/{path}".endswith(f"/{file}") or f"/{file}".endswith(f"/{path}")
+            file for file in fitting if f"/{path}".endswith(f"/{file}") or f"/{file}".endswith(f"/{path}")
         ]
-        return to_the_letter or found
+        return to_the_letter or fitting
 
 
 def _useless(path: Path, inside: Sequence[str], strangers: list[str], empty: list[str]) -> str:
@@ -229,8 +229,8 @@ def _caption_labels(
     """Labels by the words of captions.
 
     A clip is of an activity if one of its captions holds a row's words side by side, as they stand or in
-    their base forms (*walk* is in "he walks"). Captions of a whole clip count, from ``NAME.txt`` beside the
-    clip or in a folder ``texts`` beside its own.
+    their base forms (*walk* is in "he walks"). Captions of a whole clip count, from ``NAME.txt`` next to the
+    clip or in a folder ``texts`` next to its own.
     """
     listed = {number: row for number, row in table.rows if row["caption"] and row["activity"]}
     listed, check = spelled_once(listed, exact)
@@ -239,11 +239,11 @@ def _caption_labels(
     left_out: dict[str, str] = {}
     for file in inside:
         texts = list(_captions(folder / file))
-        found = sorted({activity for words, activity in wanted if any(words in text for text in texts)})
-        if len(found) == 1:
-            rows[file] = {"activity": found[0]}
-        elif found:
-            left_out[file] = f"its captions are of {' and '.join(found)}"
+        activities = sorted({activity for words, activity in wanted if any(words in text for text in texts)})
+        if len(activities) == 1:
+            rows[file] = {"activity": activities[0]}
+        elif activities:
+            left_out[file] = f"its captions are of {' and '.join(activities)}"
         else:
             left_out[file] = "none of its captions is listed" if texts else "it has no captions"
     if not rows:

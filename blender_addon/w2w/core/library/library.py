@@ -27,7 +27,7 @@ POSITION_KEYS = (
 """Names of the array of positions in npz and json files."""
 
 JSON_KEYS = ("positions", "keypoints", "keypoints_3d", "instance_info")
-"""Those of them by which a json file is known; the last is MMPose's."""
+"""The keys by which a JSON file is recognised as joint positions; the last is MMPose's."""
 
 TEXT_SUFFIXES = (".csv", ".json")
 """Kinds of text that may hold joints, or anything else."""
@@ -35,7 +35,7 @@ TEXT_SUFFIXES = (".csv", ".json")
 ARRAY_SUFFIXES = (".npy", ".c3d")
 
 JOINT_SUFFIXES = (*ARRAY_SUFFIXES, *TEXT_SUFFIXES)
-"""Kinds of files that hold joint positions, beside npz, which may hold anything."""
+"""Kinds of files that hold joint positions, besides npz, which may hold anything."""
 
 UP_SUFFIXES = (".npz", *RESULT_SUFFIXES, *JOINT_SUFFIXES)
 """Kinds of files that may not say which axis is up."""
@@ -58,7 +58,7 @@ MOTION_SUFFIXES = (
 """Kinds of motion files, in lower case with the dot; text may hold motion too (`may_hold_joints`)."""
 
 LABELS = "labels.csv"
-"""The file in a library that labels it, where there is one."""
+"""The file in a library that labels it, if there is one."""
 
 WORK_FOLDER = ".w2w"
 RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "export", "utility.npz")
@@ -67,7 +67,7 @@ RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "export", "utility.npz
 
 @dataclass(frozen=True)
 class Clip:
-    """One motion file and its labels; labels are empty where unknown."""
+    """A motion file and its labels, "" if unknown."""
 
     path: Path
     file: str  # its path inside the library, with forward slashes, as text that can be shown
@@ -107,7 +107,7 @@ def read_library(
 ) -> Library:
     """Find the motion files of a folder and all folders below it, and label them.
 
-    A label comes from `labels` where given, else from `LABELS` in the folder (unless `own_labels` is False),
+    A label comes from `labels` if given, else from `LABELS` in the folder (unless `own_labels` is False),
     else from the clip's folder inside the library, else from its file name (``Walking (2).fbx``,
     ``X Bot@Waving.fbx``). `labels` is a csv with columns ``file`` and ``activity``, and if wanted
     ``subject``, ``source`` and ``motion_key``; ``file`` is the path inside the library, or an end of it, such
@@ -176,7 +176,7 @@ def activity_of(file: str) -> str:
 def _telling(file: str) -> str:
     """The name of a folder or file that labels a clip, without a number in brackets; "" if there is none.
 
-    A folder may be called by a number alone, for somebody put clips in it.
+    A folder's name may be a number alone, because somebody put clips in it.
     """
     above, _, name = file.rpartition("/")
     if folder := above.rpartition("/")[2].strip():
@@ -228,9 +228,9 @@ def _hashed(stem: str, file: str, taken: set[str]) -> str:
 
 
 def _motion_files(folder: Path) -> Iterable[str]:
-    """Whatever a folder and its subfolders name as a motion file, by its path in the folder, less results.
+    """Paths in a folder of all that it and its subfolders name as motion files, except results.
 
-    Pipes and links that lead nowhere are among them: whoever reads one says why it is skipped.
+    Pipes and links that lead nowhere are included: reading one gives the reason to skip it.
     """
     for place, folders, files in os.walk(folder):
         if WORK_FOLDER in folders:
@@ -238,7 +238,7 @@ def _motion_files(folder: Path) -> Iterable[str]:
             files = [name for name in files if name not in RESULTS]
         inside = Path(place).relative_to(folder).as_posix()
         inside = "" if inside == "." else f"{inside}/"
-        for name in files:  # most are told by their suffix, without a path for each
+        for name in files:  # most are recognised by their suffix, without a path for each
             if posixpath.splitext(name)[1].lower() in MOTION_SUFFIXES or is_motion(Path(place, name)):
                 yield f"{inside}{name}"
 
@@ -251,11 +251,11 @@ def is_motion(path: Path) -> bool:
 
 def joint_columns(names: Iterable[str]) -> dict[str, tuple[int, ...]]:
     """Joint -> places of its x, y and z among a table's columns, for joints that have all three."""
-    found: dict[str, dict[str, int]] = {}
+    columns: dict[str, dict[str, int]] = {}
     for place, name in enumerate(names):
         if column := COLUMN.fullmatch(name.strip().strip('"')):
-            found.setdefault(column["joint"], {})[column["axis"].lower()] = place
-    return {joint: tuple(axes[axis] for axis in "xyz") for joint, axes in found.items() if len(axes) == 3}
+            columns.setdefault(column["joint"], {})[column["axis"].lower()] = place
+    return {joint: tuple(axes[axis] for axis in "xyz") for joint, axes in columns.items() if len(axes) == 3}
 
 
 def may_hold_joints(path: Path) -> bool:

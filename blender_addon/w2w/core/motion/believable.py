@@ -37,27 +37,27 @@ STILL = 2e-5
 REST_POSE = "a rest pose"
 
 RESTING = np.cos(np.radians(20))
-"""In a frame that shows the rest pose no joint is turned further against it."""
+"""Largest turn of a joint from the rest pose in a frame that shows it."""
 
 OPPOSED, CLOSELY, BENT = 0.5, 0.8, 0.9
-"""A path tells of its unit if a foot that the body stands on moves against it (cosine of their steps at least
+"""A path shows its unit if a foot that the body stands on moves against it (cosine of their steps at least
 `OPPOSED`), or it sinks as the body bends or lies down (correlation at least `BENT`)."""
 
 NEAR, WIDE = (0.55, 2.2), (0.2, 5.0)
-"""A path goes so many times as far as the legs carry it, or is in another unit: `NEAR` where the feet move
-against it `CLOSELY`, else `WIDE`, as feet that slide or leave the ground carry a body further."""
+"""Factors by which a path in the right unit exceeds the legs' way: `NEAR` if the feet move against it
+`CLOSELY`, else `WIDE`, as feet that slide or leave the ground carry a body further."""
 
 STOOD_ON = 0.1
 """Metres that a foot which the body stands on is above its lowest joint at most."""
 
 LEAST_BEND = 0.1
-"""Metres between pelvis and lowest joint that come and go where a body bends."""
+"""Metres between pelvis and lowest joint that come and go as a body bends."""
 
 MENDED = 5
 """Frames of which the middle place counts where joints are not smoothed yet: two that jump are outliers."""
 
 OFTEN = 10
-"""A motion too fast at one in so many steps is in another unit or at another frame rate."""
+"""A motion too fast at one in this many steps is in another unit or at another frame rate."""
 
 UNITS = (
     (2.54, "centimetres", "inches"),
@@ -72,17 +72,17 @@ UNITS = (
 """How many of one unit another has."""
 
 ALIKE = 1.5
-"""Units are told apart where their lengths differ by more."""
+"""Units are distinguished if their lengths differ by more."""
 
 FEET = [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]
 BODY = slice(0, min(BODY_HANDS))
 
 
-class Believed(NamedTuple):
+class BelievableMotion(NamedTuple):
     """The part of a motion that a body can make."""
 
     motion: Motion
-    cut: str  # which frames at the ends were cut off and why, in words; "" where none were
+    cut: str  # which frames at the ends were cut off and why, in words; "" if none
 
 
 def believed(
@@ -93,16 +93,16 @@ def believed(
     cut: str = "",
     path: np.ndarray | None = None,
     path_apart: bool = True,
-) -> Believed:
+) -> BelievableMotion:
     """The motion without rest poses and damage at its ends.
 
     `rest` (24, 3, 3) are the joints' world rotations in the skeleton's rest pose, by default the T-pose's;
-    `first_frame` is the number of the first frame in the file, and `cut` says what was cut off before. `path`
-    (T, 3) is the pelvis's as the file has it, by default the motion's; where it is not `path_apart` from the
-    joints, both are in one unit.
+    `first_frame` is the number of the first frame in the file, and `cut` is what was cut off before, in
+    words. `path` (T, 3) is the pelvis's as the file has it, by default the motion's; if it is not
+    `path_apart` from the joints, both are in one unit.
 
-    Raises UnusableMotion, with frame, speed and likely unit, if the rest still moves as no body does, or does
-    not move.
+    Raises UnusableMotion, with frame, speed and likely unit, if the rest still moves faster than a body, or
+    does not move.
     """
     turned, heads = joint_transforms(body, motion)
     part = moving_part(heads, _rests(turned, rest), motion.rate)
@@ -114,9 +114,9 @@ def believed(
     refuse_few_frames(kept.stop - kept.start, " of motion" if cut else "")
     refuse_still(heads[kept], turned[kept, :, :, 1])
     if kept == slice(0, len(heads)):
-        return Believed(motion, cut)
-    left = replace(motion, rotations=motion.rotations[kept], pelvis=motion.pelvis[kept])
-    return Believed(on_the_ground(body, left), cut)
+        return BelievableMotion(motion, cut)
+    motion = replace(motion, rotations=motion.rotations[kept], pelvis=motion.pelvis[kept])
+    return BelievableMotion(on_the_ground(body, motion), cut)
 
 
 def unbroken(body: Body, motion: Motion) -> tuple[slice, str]:
@@ -150,7 +150,7 @@ def moving_part(heads: np.ndarray, resting: np.ndarray, rate: float) -> slice:
     """The frames of joints (T, J, 3) between rest poses at the start and at the end.
 
     A pose there, of one frame or held, is not part of the motion if the step from it or to it is a jump.
-    `resting` (T,) says which frames show the skeleton's rest pose.
+    `resting` (T,) marks frames that show the skeleton's rest pose.
     """
     size = float(np.median(np.ptp(heads, axis=1).max(axis=1))) or 1.0
     steps = np.linalg.norm(np.diff(heads, axis=0), axis=-1).max(axis=1) / size
@@ -159,14 +159,15 @@ def moving_part(heads: np.ndarray, resting: np.ndarray, rate: float) -> slice:
     if len(moving) == 0:
         return slice(0, len(heads))
     first, last = int(moving[0]), int(moving[-1])
-    led = _jumps(steps[first : max(last, first + 1)], resting[first], near)
-    left = _jumps(steps[first + 1 : last + 1][::-1], resting[last + 1], near)
-    start, stop = first + led if led else 0, last + 1 - left + 1 if left else len(heads)
+    jumps_in = _jumps(steps[first : max(last, first + 1)], resting[first], near)
+    jumps_out = _jumps(steps[first + 1 : last + 1][::-1], resting[last + 1], near)
+    start = first + jumps_in if jumps_in else 0
+    stop = last + 2 - jumps_out if jumps_out else len(heads)
     return slice(start, stop) if start < stop else slice(0, len(heads))
 
 
 def _jumps(steps: np.ndarray, resting: bool, near: int) -> int:
-    """How many steps lead out of a pose: 0 if it belongs to the motion, 2 where a frame lies between."""
+    """Number of steps that lead out of a pose: 0 if it belongs to the motion, 2 with a frame between."""
     for count in (1, 2) if resting else (1,):
         jump, others = steps[:count], steps[count : count + near] if resting else steps[count:]
         if len(jump) == count and jump.min() > max(JUMP * others.max(initial=0.0), SMALLEST_JUMP):
@@ -179,26 +180,21 @@ def _speeds(heads: np.ndarray, rate: float) -> np.ndarray:
     return np.linalg.norm(np.diff(heads, axis=0), axis=-1) * rate
 
 
-def _too_fast(speeds: np.ndarray) -> np.ndarray:
-    """The steps, by their numbers, at which the pelvis or any joint is faster than a body can be."""
-    return np.flatnonzero((speeds[:, 0] > FASTEST_PELVIS) | (speeds.max(axis=1) > FASTEST_JOINT))
-
-
 def _undamaged(
     heads: np.ndarray, part: slice, rate: float, first_frame: int, cut: str, path_apart: bool
 ) -> tuple[slice, str]:
     """The frames of a part between those near its ends at which a body would be too fast; adds to `cut`."""
     heads, first_frame = heads[part], first_frame + part.start
     n_frames, speeds = len(heads), _speeds(heads, rate)
-    bad = _too_fast(speeds)
+    bad = np.flatnonzero((speeds[:, 0] > FASTEST_PELVIS) | (speeds.max(axis=1) > FASTEST_JOINT))
     most = min(round(LONGEST_CUT_S * rate), n_frames // 4)
     early, late = bad[bad < most], bad[bad >= n_frames - 1 - most]
     start, stop = (early[-1] + 1 if len(early) else 0), (late[0] + 1 if len(late) else n_frames)
     if len(bad) > len(early) + len(late):
         raise UnusableMotion(f"{_fastest(speeds, first_frame)}: {_advice(heads, bad, rate, path_apart)}")
     why = f"damaged (up to {speeds.max(initial=0.0):,.0f} m/s)"
-    said = cut_words(slice(start, stop), n_frames, why, first_frame, cut)
-    return slice(int(part.start + start), int(part.start + stop)), said
+    cut = cut_words(slice(start, stop), n_frames, why, first_frame, cut)
+    return slice(int(part.start + start), int(part.start + stop)), cut
 
 
 def _fastest(speeds: np.ndarray, first_frame: int) -> str:
@@ -214,9 +210,10 @@ def _fastest(speeds: np.ndarray, first_frame: int) -> str:
 
 
 def _advice(heads: np.ndarray, bad: np.ndarray, rate: float, path_apart: bool) -> str:
-    """What to do about a motion that is too fast at some steps, though its legs tell of no other unit."""
+    """Advice on a motion that is too fast at some steps, though its legs suggest no other unit."""
     if OFTEN * len(bad) <= len(heads):
-        return f"it jumps there: cut it there, or correct its {'unit or ' * path_apart}frame rate"
+        wrong = "unit or frame rate" if path_apart else "frame rate"
+        return f"it jumps there: cut it there, or correct its {wrong}"
     if not path_apart:
         return f"it jumps there, or its frame rate, {rate:g}, is too high: cut it there, or give --pose-rate"
     travels = _speeds(heads[:, :1], rate) > FASTEST_PELVIS
@@ -247,7 +244,7 @@ def _refuse_unit(heads: np.ndarray, path: np.ndarray, rate: float, first_frame: 
 
 
 def _unit_advice(factor: float) -> str:
-    """The likely units of a travel that is so many times too large, and what to do."""
+    """A sentence on the likely units of a travel that is too large by a factor, and what to do."""
     apart = {unit: abs(abs(np.log(factor)) - np.log(unit[0])) for unit in UNITS}
     likely = [unit for unit in UNITS if apart[unit] < np.log(ALIKE)] or [min(UNITS, key=apart.__getitem__)]
     names = [f"{small}, not {large}" if factor > 1 else f"{large}, not {small}" for _, small, large in likely]
@@ -257,9 +254,9 @@ def _unit_advice(factor: float) -> str:
 
 
 def times_too_far(heads: np.ndarray, path: np.ndarray) -> tuple[float, tuple[float, float]]:
-    """How many times as far a path (T, 3) goes as the legs carry it, and the range in which a body's may.
+    """Factor by which a path (T, 3) exceeds the legs' way, and the range of a body's.
 
-    The first is 0 where the legs do not tell.
+    The first is 0 if the legs do not show it.
     """
     feet, lowest = heads[:, FEET] - heads[:, :1], (heads[:, :, 2] - heads[:, :1, 2]).min(axis=1)
     lower = feet[:-1, :, 2].argmin(axis=1)[:, None, None]
@@ -282,9 +279,8 @@ def _against(path: np.ndarray, other: np.ndarray) -> tuple[float, float]:
 
 
 def cut_words(part: slice, n_frames: int, why: str, first_frame: int = 0, before: str = "") -> str:
-    """Which frames are cut off at the ends, added to what was said before."""
+    """The frames that are cut off at the ends, in words, after those cut off `before`."""
     ends = [(0, part.start), (part.stop, n_frames)]
     ranges = [(first_frame + a, first_frame + b - 1) for a, b in ends if b > a]
     names = [f"frame {a}" if a == b else f"frames {a} to {b}" for a, b in ranges]
-    said = [f"{' and '.join(names)} cut off: {why}"] if names else []
-    return "; ".join([*filter(None, [before]), *said])
+    return "; ".join(filter(None, [before, f"{' and '.join(names)} cut off: {why}" if names else ""]))

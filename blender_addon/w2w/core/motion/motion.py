@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +49,7 @@ class Motion:
     rate : float
         Frames per second.
     activity, subject, clip : str
-        Label, person and name of the clip; empty where unknown.
+        Label, person and name of the clip; "" if unknown.
 
     Raises
     ------
@@ -119,9 +120,9 @@ class Motion:
     def load(
         cls, path: str | Path, rate: float | None = None, up: Up | None = None, ups: Ups = BY_ITSELF
     ) -> Motion:
-        """Read a motion of the 24 joints: what `save` wrote, labels included, or an AMASS or SMPL npz.
+        """Read a motion of the 24 joints: a file of `save`, labels included, or an AMASS or SMPL npz.
 
-        `rate` and the axis `up` go before the file's own; `ups` are the axes of its library.
+        `rate` and the axis `up` take precedence over the file's own; `ups` are the axes of its library.
 
         Raises
         ------
@@ -176,7 +177,8 @@ def read_amass(
 
     AMASS files (Mahmood et al. 2019) hold ``poses`` (T, 72, 156 or 165) as axis-angle, or ``root_orient`` and
     ``pose_body``, ``trans`` (T, 3) in metres and ``mocap_framerate``. Their world is z up, that of `.smpl`
-    files y up. `rate` and the axis `up` go before the file's own; `ups` are the axes of its library.
+    files y up. `rate` and the axis `up` take precedence over the file's own; `ups` are the axes of its
+    library.
 
     Raises UnusableMotion if it is no such file, or holds a pose instead of a motion.
     """
@@ -220,20 +222,16 @@ def _up(arrays: dict[str, np.ndarray], rotations: np.ndarray, pelvis: np.ndarray
     return ups.of(AMASS if "global_orient" not in arrays else SMPLX, seen)
 
 
-def _refuse_long(shape: tuple[int, ...]) -> None:
-    """Refuse an array of more frames than the joints before the hands may have."""
-    refuse_long_array(shape, BODY_JOINTS)
-
-
 def _read_arrays(path: Path) -> dict[str, np.ndarray]:
     """The small arrays of an npz; object arrays and unreasonable sizes are refused."""
     poses = [name for names in POSE_KEYS for name in names]
     names = (*poses, *TRANS_KEYS, *RESULT_KEYS, *RATE_KEYS, *LABELS)
     is_result = path.suffix.lower() in RESULT_SUFFIXES
-    found = person_in(read_result(path)) if is_result else read_arrays(path, names, MAX_BYTES, _refuse_long)
-    arrays = in_smplx_form({name: found[name] for name in names if name in found})
+    check = partial(refuse_long_array, most_bones=BODY_JOINTS)
+    content = person_in(read_result(path)) if is_result else read_arrays(path, names, MAX_BYTES, check)
+    arrays = in_smplx_form({name: content[name] for name in names if name in content})
     if not any(arrays.keys() >= set(names) for names in POSE_KEYS):
-        held = ", ".join(sorted(found if is_result else array_names(path))[:8])
+        held = ", ".join(sorted(content if is_result else array_names(path))[:8])
         raise UnusableMotion(f"it is not an AMASS-style motion: it holds {held} and no 'poses'")
     return arrays
 
@@ -261,8 +259,8 @@ def _poses(arrays: dict[str, np.ndarray]) -> np.ndarray:
 def _trans(arrays: dict[str, np.ndarray]) -> np.ndarray:
     trans = next((arrays[name] for name in TRANS_KEYS if name in arrays), None)
     if trans is None or trans.ndim != 2 or trans.shape[1] != 3 or trans.dtype.kind != "f":
-        found = "is missing" if trans is None else f"has shape {trans.shape}"
-        raise UnusableMotion(f"its 'trans' {found}; expected (frames, 3) in metres")
+        problem = "is missing" if trans is None else f"has shape {trans.shape}"
+        raise UnusableMotion(f"its 'trans' {problem}; expected (frames, 3) in metres")
     return trans.astype(np.float64)
 
 
@@ -290,15 +288,15 @@ def _refuse_beyond(values: np.ndarray, name: str, most: float, unit: str, expect
 
 
 ORDER = 3
-"""Of the Butterworth filter, run forwards and backwards."""
+"""Order of the Butterworth filter, which runs forwards and backwards."""
 
 
 def smoothed_root(motion: Motion, cutoff_hz: float) -> Motion:
     """The same motion with its root path low-passed, without delay; turns of the joints stay as they are.
 
     Suits inertial motion capture (Xsens, Perception Neuron, Rokoko). Its suits measure how segments turn, not
-    where the body is: the root is hung on whichever foot is thought to stand and jumps by millimetres where
-    that changes hands, which differentiating twice makes the largest acceleration of all. Optical motion
+    where the body is: the root hangs on the foot that seems to stand and jumps by millimetres when the
+    other takes over, which differentiating twice makes the largest acceleration of all. Optical motion
     capture measures the root; leave it alone.
 
     The cut-off (-3 dB) lies between 0 and half the frame rate, or a ValueError is raised.
@@ -340,11 +338,11 @@ def demo_motions(clips: int = DEMO_CLIPS) -> dict[str, Motion]:
         arrays = dict(stored)
     labels = (arrays[name].tolist() for name in ("files", "activities", "subjects"))
     parts = np.split(arrays["differences"].astype(np.int64), np.cumsum(arrays["frames"])[:-1])
-    found: dict[str, Motion] = {}
+    motions: dict[str, Motion] = {}
     for file, activity, subject, differences in zip(*labels, parts, strict=True):
-        if sum(motion.activity == activity for motion in found.values()) < clips:
+        if sum(motion.activity == activity for motion in motions.values()) < clips:
             values = DEMO_STEP * np.cumsum(np.cumsum(differences, axis=0), axis=0)
             turns = Rotation.from_rotvec(values[:, 3:].reshape(-1, 3)).as_matrix()
             rotations = turns.reshape(-1, N_JOINTS, 3, 3)
-            found[file] = Motion(rotations, values[:, :3], float(arrays["rate"]), activity, subject)
-    return found
+            motions[file] = Motion(rotations, values[:, :3], float(arrays["rate"]), activity, subject)
+    return motions

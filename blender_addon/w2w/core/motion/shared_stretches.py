@@ -25,7 +25,7 @@ AT_MOST = 0.2
 """Greatest difference as a share of the movement, noise included: quieter stretches say less than noise."""
 
 STILL = 0.01
-"""Root mean square of movement below which stretches are too quiet to be told apart."""
+"""Root mean square of movement below which stretches are too quiet to be distinguished."""
 
 QUIET, POSE, POSED = 0.045, 0.012, 1.5
 """A clip that moves by no more than the first is a copy of another in its pose, but for the second.

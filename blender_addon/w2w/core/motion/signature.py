@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What motions are compared by: smoothed poses, whoever moves and wherever they face."""
+"""Signatures by which motions are compared: smoothed poses, independent of body and heading."""
 
 import numpy as np
 
@@ -29,7 +29,7 @@ SIGNS = np.array([-1.0, 1.0, 1.0])[:, None] * np.array([-1.0, 1.0])
 
 
 def motion_signature(motion: Motion) -> np.ndarray:
-    """Smoothed poses at `RATE`, whoever moves and wherever they face: shape (n * WIDTH,), float16.
+    """Smoothed poses at `RATE`, independent of body and heading, shape (n * WIDTH,), float16.
 
     A line is fitted to the frames around each moment, so the ends of a cut clip are as they are inside the
     whole.

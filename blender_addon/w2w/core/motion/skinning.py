@@ -15,7 +15,7 @@ GROUND_SAMPLE = 15
 """Every fifteenth vertex is enough to find the lowest point of the body."""
 
 GROUND_PERCENTILE = 2.0
-"""The ground is where the lowest point of the body is in all but this share of the frames."""
+"""The body's lowest point is above the ground in all but this share of the frames."""
 
 FRAME_BLOCK = 64
 """Frames worked on at a time: few enough that a block's arrays stay in the processor's cache."""
@@ -63,7 +63,7 @@ def posed_patches(body: Body, triangles: np.ndarray, transforms: np.ndarray) -> 
     the two edges of a triangle are skinned as three rows of one matrix product and no vertex is ever posed.
 
     Triangles (N, 3) are `PatchSet.triangles`, transforms those of `skinning_transforms`. The matrices lie in
-    memory entry by entry, as whoever works on all of them at once reads them.
+    memory entry by entry, the layout that vectorised readers need.
     """
     n_frames, n_patches = len(transforms), len(triangles)
     first, second, third = (_skinning_rows(body.weights[t], body.vertices[t]) for t in triangles.T)

@@ -36,22 +36,22 @@ NOT_ORTHOGONAL = 0.01
 
 
 def in_smplx_form(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Arrays with rotation matrices made axis-angle, results renamed, and a path of 0 where there is none.
+    """Arrays with rotation matrices made axis-angle, results renamed, and a path of 0 if there is none.
 
     Files of AMASS and `.smpl` files stay as they are. Raises UnusableMotion if matrices do not rotate.
     """
-    found = {name: _axis_angle(name, array) for name, array in arrays.items()}
-    whole = next((name for name in WHOLE if name in found), "")
-    if whole and "poses" not in found and found[whole].ndim > 1:
-        turns = found[whole].reshape(len(found[whole]), -1)
-        found |= dict(zip(IN_PARTS, (turns[:, :3], turns[:, 3:]), strict=True))
-        path = found.get(WHOLE[whole])
-        found.pop("trans", None)  # of WHAM's camera, or that path
+    renamed = {name: _axis_angle(name, array) for name, array in arrays.items()}
+    whole = next((name for name in WHOLE if name in renamed), "")
+    if whole and "poses" not in renamed and renamed[whole].ndim > 1:
+        turns = renamed[whole].reshape(len(renamed[whole]), -1)
+        renamed |= dict(zip(IN_PARTS, (turns[:, :3], turns[:, 3:]), strict=True))
+        path = renamed.get(WHOLE[whole])
+        renamed.pop("trans", None)  # of WHAM's camera, or that path
         if path is not None:
-            found["transl"] = _path(path, found.get(SCALE))
-    if found.keys() >= set(IN_PARTS) and found[IN_PARTS[0]].ndim > 1:
-        found.setdefault("transl", np.zeros((len(found[IN_PARTS[0]]), 3)))
-    return found
+            renamed["transl"] = _path(path, renamed.get(SCALE))
+    if renamed.keys() >= set(IN_PARTS) and renamed[IN_PARTS[0]].ndim > 1:
+        renamed.setdefault("transl", np.zeros((len(renamed[IN_PARTS[0]]), 3)))
+    return renamed
 
 
 def person_in(content: Any) -> dict[str, np.ndarray]:

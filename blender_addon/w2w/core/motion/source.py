@@ -27,7 +27,7 @@ class SourceMotion:
     take: str = ""  # name of the take (action) that the frames come from
     people: int = 1  # whole skeletons in the file, of which this is one
     rest_is_known: bool = True  # whether the file has a rest pose, or `rest` is a frame of the motion
-    first_bone: int = 0  # number of the first true bone: 1 where the armature that holds them comes before
+    first_bone: int = 0  # number of the first true bone: 1 if the armature that holds them comes before
     other_takes: tuple[str, ...] = ()  # names of takes of the file that move, too, and are not read
     up: str = ""  # the file's own axis that is up, where it was looked for or given
     first_frame: int = 0  # number of the first frame in the file, where those before it are left out
@@ -40,7 +40,7 @@ class SourceMotion:
 
 
 def people_in(parents: np.ndarray) -> int:
-    """Trees of bones that are no mere helpers: half as large as the largest."""
+    """Number of skeletons: bone trees at least half as large as the largest."""
     tree = np.arange(len(parents))
     for bone, parent in enumerate(parents):
         if parent >= 0:
@@ -66,7 +66,7 @@ NOT_FINITE = "its animation holds values that no body has (NaN, infinite or beyo
 
 
 class UnusableMotion(Exception):  # noqa: N818 - named for what it says, it is shown to people
-    """A motion file that cannot be used; the message says why, in a sentence for people."""
+    """A motion file that cannot be used; the message is the reason, in a sentence for people."""
 
     def __init__(self, message: object) -> None:
         super().__init__(harmless(message))
@@ -97,7 +97,7 @@ def refuse_few_frames(n_frames: int, where: str = "") -> None:
 
 
 def reason_of(error: Exception) -> str:
-    """Why a file cannot be used, from what reading it raised: never empty; a fault of ours is said as one."""
+    """Why a file cannot be used, from the error that reading it raised; a fault of W2W is named as one."""
     text = harmless(error).strip()
     if text and isinstance(error, (UnusableMotion, ValueError, OSError, MemoryError)):
         return text
@@ -105,7 +105,7 @@ def reason_of(error: Exception) -> str:
 
 
 def refuse_rate(rate: float) -> None:
-    """Refuse a frame rate, not from LOWEST_RATE to HIGHEST_RATE, that no motion has."""
+    """Refuse a frame rate outside LOWEST_RATE to HIGHEST_RATE."""
     if not LOWEST_RATE <= rate <= HIGHEST_RATE:
         raise UnusableMotion(
             f"it says {rate:,.4g} frames a second; motions have {LOWEST_RATE:g} to {HIGHEST_RATE:,.0f}: "
@@ -126,7 +126,7 @@ def refuse_degrees(poses: np.ndarray) -> None:
 def unscaled_rotations(matrices: np.ndarray) -> np.ndarray:
     """Rotation part (..., 3, 3) of 4x4 matrices that may also scale.
 
-    Gram-Schmidt on the columns: exact where the scale is uniform, as in FBX and BVH.
+    Gram-Schmidt on the columns: exact if the scale is uniform, as in FBX and BVH.
     """
     y = matrices[..., :3, 1]
     y = y / np.linalg.norm(y, axis=-1, keepdims=True)
@@ -138,7 +138,7 @@ def unscaled_rotations(matrices: np.ndarray) -> np.ndarray:
 
 MIN_TURN = np.radians(0.5)
 MIN_TRAVEL = 0.005
-"""A motion moves where a bone turns by `MIN_TURN` or travels `MIN_TRAVEL` of the skeleton's size."""
+"""A motion moves if a bone turns by `MIN_TURN` or travels `MIN_TRAVEL` of the skeleton's size."""
 
 
 def motion_amount(motion: SourceMotion) -> float:
@@ -198,19 +198,19 @@ def readable_size(path: Path) -> int:
     Raises UnusableMotion if it is missing, a link that leads nowhere, no regular file, or too large.
     """
     try:
-        found = path.stat()
+        status = path.stat()
     except (OSError, ValueError) as error:
         raise UnusableMotion(_why_missing(path, error)) from error
-    kind = stat.S_IFMT(found.st_mode)
+    kind = stat.S_IFMT(status.st_mode)
     if kind != stat.S_IFREG:
         linked = "it is a link to" if path.is_symlink() else "it is"
         raise UnusableMotion(f"{linked} {KINDS.get(kind, 'something else')}, not a file")
-    if found.st_size > MAX_FILE_BYTES:
+    if status.st_size > MAX_FILE_BYTES:
         raise UnusableMotion(
-            f"it is {found.st_size / 2**30:,.1f} GiB large; a motion file may have "
+            f"it is {status.st_size / 2**30:,.1f} GiB large; a motion file may have "
             f"{MAX_FILE_BYTES // 2**30} GiB at most: cut it into parts"
         )
-    return found.st_size
+    return status.st_size
 
 
 def size_and_head(path: Path) -> tuple[int, bytes]:

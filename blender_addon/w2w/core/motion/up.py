@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The axis that is up in a motion file whose format does not say it, by how people stand and lie in it."""
+"""The axis that is up in a motion file whose format lacks it, by how people stand and lie in it."""
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,10 +25,10 @@ LIMBS = ("hip", "knee", "ankle", "shoulder")
 """Joints of both sides that show how a body stands."""
 
 UPRIGHT = np.cos(np.radians(45))
-"""A body is upright along an axis where the line from its feet to its shoulders leans from it by less."""
+"""A body is upright along an axis if the line from its feet to its shoulders leans from it by less."""
 
 MOSTLY, OFTEN = 0.5, 0.2
-"""Shares of the frames that say how a clip is, and that it is in several ways."""
+"""Shares of the frames that decide how a clip is, and that it is so at times."""
 
 CLEARLY = 1.2
 """How many times as far the head goes over its ground along one axis as along any other that is so plain."""
@@ -52,7 +52,7 @@ RISE, SLIDE = 0.8, 2.0
 """Leg lengths that nobody rises by, or moves sideways, while lying in one direction."""
 
 HEAD_DOWN = -0.5
-"""A trunk points down where its own up has less than this along the world's."""
+"""A trunk points down if its own up has less than this along the world's."""
 
 SAY_UP = "give --pose-up, or Up in Blender's import dialog"
 
@@ -60,7 +60,7 @@ UPSIDE_DOWN = f"trunks point down in most of the frames: {SAY_UP}, with the axis
 
 
 class Kind(NamedTuple):
-    """Files whose axes are alike: one axis is up in all of a library's."""
+    """A kind of files; one axis is up in all of a library's files of a kind."""
 
     name: str
     usual: Up  # the format's own convention
@@ -104,13 +104,15 @@ class Sight:
         heights = np.nanmin(joints[seen] @ _AXES.T, axis=1) / legs  # (T, 6)
         low, high = np.percentile(heights, (10, 90), axis=0)
         placed = np.ptp(place, axis=0).max() > MOVES  # else positions are from the hips and show no ground
-        travel = [_range(place[rows]) if rows.any() else np.zeros(3) for rows in upright.T]
+        inner = [np.percentile(place[rows], (5, 95), axis=0) for rows in upright.T if rows.any()]
+        travel = np.zeros((6, 3))  # but for the farthest frames
+        travel[upright.any(axis=0)] = np.ptp(np.reshape(inner, (-1, 2, 3)), axis=1)
         return cls(
             upright.mean(axis=0),
             np.median(heights, axis=0),
             placed * (high - low),
             np.median(place @ _AXES.T - heights, axis=0),
-            np.array(travel),
+            travel,
             UPS[int((mean @ _AXES.T).argmax())],
             int(seen.sum()),
         )
@@ -133,7 +135,7 @@ class Sight:
         return (kind.usual if kind.firm or self.steady[usual] <= STEADY else self.along), False
 
     def _ground(self, believed: Sequence[int]) -> int | None:
-        """The axis along which the head rises and falls over a steady ground, where a body lies down."""
+        """The axis along which the head rises and falls over a steady ground, if a body lies down."""
         axes = [axis for axis in range(6) if self.upright[axis] >= OFTEN]
         rise = self.steady[np.arange(6) - 3] / np.maximum(self.steady, 0.01)
         over = {axis: rise[axis] for axis in axes if axis in believed}
@@ -165,12 +167,6 @@ class Sight:
         return bool(best % 3 != usual % 3 and (travel[usual % 3] >= RISE or travel[aside] >= SLIDE))
 
 
-def _range(path: np.ndarray) -> np.ndarray:
-    """How far a path (T, 3) goes along each axis, but for its farthest frames."""
-    low, high = np.percentile(path, (5, 95), axis=0)
-    return high - low
-
-
 @dataclass(frozen=True)
 class Ups:
     """The axis that is up in a library's files of a kind; files of other kinds speak for themselves."""
@@ -178,7 +174,7 @@ class Ups:
     chosen: tuple[tuple[str, Up], ...] = ()
 
     def of(self, kind: Kind, seen: Sight) -> Up:
-        """The axis that is up in a file; UnusableMotion where that must be given."""
+        """The axis that is up in a file; UnusableMotion if the user must give it."""
         up = dict(self.chosen).get(kind.name) or seen.up(kind)[0]
         if up not in kind.read:
             raise UnusableMotion(f"its person stands along {up} of its axes: {SAY_UP}, if that is up")
@@ -186,12 +182,12 @@ class Ups:
 
 
 BY_ITSELF = Ups()
-"""For a file that is part of no library."""
+"""The `Ups` for a file that is part of no library."""
 
 
 @dataclass(frozen=True)
 class Votes(Ups):
-    """What the files of a library say of the axis that is up: read each with it, then ask for the `ups`."""
+    """Votes of a library's files on the axis that is up: read each file with it, then ask for the `ups`."""
 
     cast: dict[Kind, list[Sight]] = field(default_factory=lambda: defaultdict(list))
     others: list[str] = field(default_factory=list)  # files whose format says the axis
@@ -207,7 +203,7 @@ class Votes(Ups):
         return Ups(tuple(sorted((kind.name, self._axis(kind)) for kind in self.cast)))
 
     def sentence(self) -> str:
-        """The axes, their files and why, such as "z, 40 files of AMASS"; empty without files."""
+        """The axes, their files and why, such as "z, 40 files of AMASS"; "" without files."""
         parts = []
         for kind, seen in sorted(self.cast.items()):
             up = self._axis(kind)
@@ -219,18 +215,18 @@ class Votes(Ups):
     def head_down(self) -> bool:
         """Whether people hang head down in most frames of the files looked at, and there are no others."""
         down = [
-            (one.frames, bool(one.upright[UPS.index(self._axis(kind)) - 3] >= MOSTLY))
+            (sight.frames, bool(sight.upright[UPS.index(self._axis(kind)) - 3] >= MOSTLY))
             for kind, seen in self.cast.items()
-            for one in seen
+            for sight in seen
         ]
         return not self.others and mostly_head_down(down)
 
     def _axis(self, kind: Kind) -> Up:
         seen = self.cast[kind]
-        found = [one.up(kind) for one in seen]
-        votes = Counter(up for up, plain in found if plain) or Counter(up for up, _ in found)
+        ups = [sight.up(kind) for sight in seen]
+        votes = Counter(up for up, plain in ups if plain) or Counter(up for up, _ in ups)
         best = max(votes, key=lambda up: (votes[up], up == kind.usual, -UPS.index(up)))
-        standing = sum(one.upright[UPS.index(best)] >= MOSTLY for one in seen)
+        standing = sum(sight.upright[UPS.index(best)] >= MOSTLY for sight in seen)
         return kind.usual if kind.firm and 2 * max(standing, votes[best]) < len(seen) else best
 
 

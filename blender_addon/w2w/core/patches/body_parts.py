@@ -58,11 +58,11 @@ class Product(Place):
     phrase: str  # with its article: "a watch"
     # regions that it touches, without their side: what wishes such as "only belt" mean
     reach: tuple[str, ...]
-    wanders: tuple[str, ...]  # regions over which a loose one moves; empty where it sits still
+    wanders: tuple[str, ...]  # regions over which a loose one moves; empty if it sits still
 
     @property
     def sides(self) -> tuple[str, ...]:
-        """The sides it can be worn on; one empty word where it has none."""
+        """The sides it can be worn on; ("",) if it has none."""
         return SIDES if self.sided else ("",)
 
 
@@ -81,7 +81,7 @@ PRODUCTS: dict[str, Product] = {entry["name"]: _product(**entry) for entry in _T
 PRODUCT_NAMED: dict[str, Product] = {
     word: PRODUCTS[entry["name"]] for entry in _TABLE for word in (entry["name"], *entry["also"])
 }
-"""The same by every word for them: "smartwatch", "pendant", "insole"."""
+"""Usual products by every word for them: "smartwatch", "pendant", "insole"."""
 
 
 _REGIONS: dict[str, list[str]] = template("regions.json")["parts"]
@@ -103,15 +103,15 @@ ALL = [region for regions in _REGIONS.values() for region in regions]
 """Every region, without its side."""
 
 MIDDLE = "middle"
-"""Where the body has but one: sternum, spine, navel, nose."""
+"""Places that a body has once: sternum, spine, navel, nose."""
 
 
 def find_patches(regions: Sequence[str], names: Sequence[str], wish: str) -> np.ndarray:
-    """Patches that a person's words mean, from the region and the name of each patch of a `PatchSet`.
+    """Numbers of the patches that a person's words mean, from the region and the name of each patch.
 
     The wish is a side ("left", "right", "middle": on neither), a part of the body with or without its side
     ("head", "left arm"), a product ("belt", "right shoe"), a patch's own name, words of a region's name
-    ("left wrist", "pocket"), or one of the 11 placements ("waist"). Empty where the words are understood but
+    ("left wrist", "pocket"), or one of the 11 placements ("waist"). Empty if the words are understood but
     no patch lies there.
 
     Raises ValueError if nothing on a body is called that.
@@ -147,7 +147,7 @@ def _on_side(regions: Sequence[str], side: str, stems: Sequence[str]) -> np.ndar
 
 
 def side_of(words: str) -> tuple[str, str]:
-    """The side that a name begins with, empty where none, and the rest of it."""
+    """The side that a name begins with, or "", and the rest of it."""
     first, _, rest = words.partition(" ")
     return (first, rest.strip()) if first in SIDES else ("", words)
 
@@ -189,8 +189,8 @@ def patches_named(regions: Sequence[str], words: str) -> np.ndarray:
     Raises ValueError if no region's name holds them all.
     """
     wanted = set(words.lower().split())
-    found = [patch for patch, region in enumerate(regions) if wanted <= set(region.lower().split())]
-    if not found or not wanted:
+    patches = [patch for patch, region in enumerate(regions) if wanted <= set(region.lower().split())]
+    if not patches or not wanted:
         known = ", ".join(sorted(set(regions)))
         raise ValueError(f"no patch lies in a region named {words!r}; the regions are: {known}")
-    return np.array(found)
+    return np.array(patches)

@@ -49,14 +49,14 @@ def card(body: Body, patches: PatchSet, expected: np.ndarray, patch: int) -> Car
 
 
 STRAIGHT = 10.0
-"""Degrees up to which an arrow is said to run straight along or around a segment."""
+"""Degrees up to which an arrow counts as straight along or around a segment."""
 
 DROP, FARTHEST_CM = 0.02, 10.0
 """Expected F1 that a slip may cost, and the farthest slip that is reported."""
 
 
 def arrow_in_words(body: Body, patches: PatchSet, patch: int) -> str:
-    """Where the x axis of a patch's sensor points on the body at rest.
+    """Direction, in words, of the x axis of a patch's sensor on the body at rest.
 
     It is the frame of the patch's signals: x along v2 - v1 of its triangle, z outward.
 
@@ -92,9 +92,9 @@ def arrow_in_words(body: Body, patches: PatchSet, patch: int) -> str:
 def slip_cm(body: Body, patches: PatchSet, expected: np.ndarray, patch: int) -> float:
     """How far a sensor may slip over the skin, any way, before its expected F1 falls by more than .02.
 
-    The distance of the farthest patch up to which no patch's expected F1 (N,) is lower by more; 0 if that of
-    the nearest is, and 10 at most. Patches without an expected F1 (NaN) are not asked. It is as fine as the
-    patches are dense: some 5 cm where there are 512.
+    Grows a disc around the patch until it meets a patch whose expected F1 (N,) is lower by more, and returns
+    the distance to the last good patch, 0 to 10 cm. Patches without an expected F1 (NaN) are skipped. The
+    resolution is that of the patches: some 5 cm with 512.
 
     Raises ValueError if the patch itself has none.
     """

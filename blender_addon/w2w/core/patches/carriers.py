@@ -60,7 +60,7 @@ def random_poses(n: int, seed: int) -> Motion:
 
 
 MIN_HEIGHT = 0.004
-"""Least height of a carrier triangle, metres, where the mesh offers one."""
+"""Least height of a carrier triangle, metres, if the mesh offers one."""
 
 NEAREST, SPREAD = 8, 8
 """Corners are sought among the nearest vertices and among some spread over `REACH`."""
@@ -69,7 +69,7 @@ REACH = 0.04
 """Radius around the centre, metres, within which corners are sought."""
 
 FARTHEST = 0.025
-"""Distance of a triangle's middle from its centre, metres, beyond which it serves only where all do."""
+"""Distance of a triangle's middle from its centre, metres, beyond which it serves only if all do."""
 
 SLENDER = 0.75
 """Likeness to an equilateral triangle (its area over the sum of squared sides, 1 at best) below which
@@ -145,12 +145,12 @@ def _frames(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 
 
 def _corners_to_try(graph: StripGraph, centres: np.ndarray) -> np.ndarray:
-    """The nearest vertices of each centre and more, evenly by rank, out to `REACH` where that is enough."""
+    """The nearest vertices of each centre and more, evenly by rank, out to `REACH` if that is enough."""
     count = NEAREST + SPREAD
     corners = np.empty((len(centres), count), dtype=np.int64)
-    for row, found in enumerate(graph.neighbourhoods(centres, REACH, count)):
+    for row, nearest in enumerate(graph.neighbourhoods(centres, REACH, count)):
         # a tiny mesh has fewer; triangles with a corner twice have no area and are never chosen
-        near = np.resize(found, max(len(found), count))
+        near = np.resize(nearest, max(len(nearest), count))
         corners[row, :NEAREST] = near[:NEAREST]
         corners[row, NEAREST:] = near[np.linspace(NEAREST, len(near) - 1, SPREAD).round().astype(int)]
     return corners
@@ -185,19 +185,13 @@ def _shortlist(
 def _along_bone(body: Body, triangles: np.ndarray) -> np.ndarray:
     """Turn the corners' order so that x runs along the bone as nearly as the triangle allows."""
     bone = body.weights[triangles].mean(axis=1).argmax(axis=1)
-    direction = _bone_directions(body)[bone]
-    corners = body.vertices[triangles]
-    sides = np.roll(corners, -1, axis=1) - corners
-    along = np.einsum("nka,na->nk", sides, direction) / np.linalg.norm(sides, axis=2)
-    start = np.argmax(np.round(along, COST_DIGITS), axis=1)
-    return np.take_along_axis(triangles, (start[:, None] + np.arange(3)) % 3, axis=1)
-
-
-def _bone_directions(body: Body) -> np.ndarray:
-    """Direction in which each joint's bone runs, to its children's mean or on from its parent."""
-    directions = np.empty((N_JOINTS, 3))
+    directions = np.empty((N_JOINTS, 3))  # of each joint's bone: to its children's mean or on from its parent
     for joint in range(N_JOINTS):
         children = [child for child in range(N_JOINTS) if PARENTS[child] == joint]
         end = body.joints[children].mean(axis=0) if children else body.joints[joint]
         directions[joint] = end - body.joints[joint if children else PARENTS[joint]]
-    return unit(directions)
+    corners = body.vertices[triangles]
+    sides = np.roll(corners, -1, axis=1) - corners
+    along = np.einsum("nka,na->nk", sides, unit(directions)[bone]) / np.linalg.norm(sides, axis=2)
+    start = np.argmax(np.round(along, COST_DIGITS), axis=1)
+    return np.take_along_axis(triangles, (start[:, None] + np.arange(3)) % 3, axis=1)

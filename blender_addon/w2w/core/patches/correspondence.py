@@ -63,7 +63,7 @@ class Character:
 
     vertices: np.ndarray  # (V, 3), of all its meshes
     faces: np.ndarray  # (F, 3), triangles
-    # (V, 24), by the joints that its bones play; a row of zeros where no bone moves a vertex
+    # (V, 24), by the joints that its bones play; a row of zeros if no bone moves a vertex
     weights: np.ndarray
     # position (3,) of each joint that has a bone; the required ones are there
     joints: Mapping[int, np.ndarray]
@@ -134,7 +134,7 @@ def _stretch(
 
 
 def _axis(part: int, joints: np.ndarray) -> np.ndarray:
-    """Unit direction of our body's bone that begins at a joint; zero where no bone does."""
+    """Unit direction of our body's bone that begins at a joint; zero if no bone does."""
     if part not in ONWARD:
         return np.zeros(3)
     return unit(joints[ONWARD[part]] - joints[part])
@@ -161,7 +161,7 @@ def _features(vertices: np.ndarray, normals: np.ndarray, weights: np.ndarray) ->
 
 
 def _faces_around(body: Body) -> np.ndarray:
-    """Faces that meet at each vertex, shape (V, most); the first again where there are fewer."""
+    """Faces that meet at each vertex, shape (V, most); the first again if there are fewer."""
     corners = body.faces.ravel()
     order = np.argsort(corners, kind="stable")
     counts = np.bincount(corners, minlength=len(body.vertices))
@@ -176,21 +176,21 @@ LIMBS = {"arms": ("shoulder", "elbow", "wrist"), "legs": LEG}
 def likeness(character: Character, body: Body) -> dict[str, float]:
     """Parameters of `shapes.shaped` that give our body, the bundled one, a character's proportions.
 
-    Length of arms and legs by that of the trunk, within the range of shapes; and the height, where it is that
+    Length of arms and legs by that of the trunk, within the range of shapes; and the height, if it is that
     of a person and can be reached.
     """
     joints, trunk = character.joints, trunk_line(character.joints)
-    found = {}
+    shape = {}
     for name, parts in LIMBS.items():
         ratio = limb_length(joints, parts) / np.linalg.norm(trunk)
         own = limb_length(body.joints, parts) / np.linalg.norm(trunk_line(body.joints))
-        found[name] = float(np.clip(ratio / own, *RANGES[name]))
+        shape[name] = float(np.clip(ratio / own, *RANGES[name]))
     height = float(np.ptp(character.vertices @ trunk) / np.linalg.norm(trunk))
     try:
         metres = height * metres_per_unit(height)
         if RANGES["height"][0] <= metres <= RANGES["height"][1]:
-            shaped(body, height=metres, **found)
-            found["height"] = metres
+            shaped(body, height=metres, **shape)
+            shape["height"] = metres
     except ValueError:  # it is nobody's height, or none that goes with these limbs
         pass
-    return found
+    return shape

@@ -28,7 +28,7 @@ NEAR_M, FAR_M = 0.05, 0.1
 """How far from a place its patch may lie: without a note, and at most."""
 
 OUTER = ("lateral", "dorsal")
-"""The side of a limb that is meant where no side is named: most straps have their sensor there."""
+"""The side of a limb that is meant if none is given: most straps have their sensor there."""
 
 
 class Nearest(NamedTuple):
@@ -39,7 +39,7 @@ class Nearest(NamedTuple):
 
 
 def place(name: str, body: Body) -> int:
-    """The vertex of the skin that a name means, whatever patches there are.
+    """The vertex of the skin that a name means, independent of patches.
 
     A name is a placement ("wrist", "right ankle"; the left one by default), a product ("watch", "shoe"), a
     published sensor site ("TransPose head"), words that name a region ("left wrist"), or a spot by a tape
@@ -72,7 +72,7 @@ def resolve(
 ) -> int:
     """The patch of a map that a name means: a patch's own name, or a place as `place` takes it.
 
-    For a place it is the nearest patch over the skin; `say` is given a sentence with its distance where that
+    For a place it is the nearest patch over the skin; `say` is given a sentence with its distance if that
     is beyond `silent_m`.
 
     Raises ValueError if nothing is called that, or no patch lies within 10 cm of the place.
@@ -91,7 +91,7 @@ def nearest(
     say: Callable[[str], object],
     silent_m: float = NEAR_M,
 ) -> Nearest:
-    """The patch nearest to the place `where`, which a sentence for `say` calls `called`; as `resolve`."""
+    """The patch nearest to the place `where`, which a sentence for `say` calls `called`; like `resolve`."""
     vertex = place(where, body)
     patch, away = found = nearest_patch(vertex, body, patches)
     sentence = f"the nearest patch to '{called}' is {100 * away:.1f} cm away ({patches.names[patch]})"
@@ -122,14 +122,14 @@ def _words_of(name: str) -> str:
 def _region_by_name() -> dict[str, str]:
     """Region of every placement and product by its name, alone and with its side."""
     meant: dict[str, Place] = {**{placement.name: placement for placement in PLACEMENTS}, **PRODUCT_NAMED}
-    region_of = {name: one.on(DEFAULT_SIDE) for name, one in meant.items()}
+    region_of = {name: place.on(DEFAULT_SIDE) for name, place in meant.items()}
     for side in SIDES:
-        region_of |= {f"{side} {name}": one.on(side) for name, one in meant.items() if one.sided}
+        region_of |= {f"{side} {name}": place.on(side) for name, place in meant.items() if place.sided}
     return region_of
 
 
 def _vertex(body: Body, words: str) -> int:
-    """The vertex of a region: on the right the mirror image of that on the left, where the body knows it."""
+    """The vertex of a region: on the right the mirror image of that on the left, if the body knows it."""
     if body.mirror is not None and words.startswith("right "):
         return int(body.mirror[_vertex(body, words.replace("right", "left", 1))])
     landmark = next((site for site in PLACES if site.name == words), None)

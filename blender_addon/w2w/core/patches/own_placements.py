@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Patches at placements of one's own: names with the vertex or the position where a sensor is worn."""
+"""Patches at the user's own placements: names with the vertex or the position where a sensor is worn."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral
@@ -13,7 +13,7 @@ from .patches import PatchSet, patch_set
 from .spots import Spot, vertex_at
 
 FARTHEST_M = 0.05
-"""From the skin that a position may lie: a sensor has a case and a strap."""
+"""Farthest distance of a position from the skin: a sensor has a case and a strap."""
 
 
 def patches_at(body: Body, placements: Mapping[str, int | str | Sequence[float]]) -> PatchSet:
@@ -112,7 +112,7 @@ def check_apart(names: Sequence[str], vertices: Sequence[int]) -> None:
 
 
 def names_elsewhere(patches: PatchSet, vertices: Iterable[int]) -> list[str]:
-    """Names of the patches at other vertices than these: no placement there may be called so."""
+    """Names of the patches at other vertices than these: placements must not reuse these names."""
     at, pairs = set(vertices), zip(patches.names, patches.vertices.tolist(), strict=True)
     return [name for name, vertex in pairs if vertex not in at]
 
@@ -124,9 +124,9 @@ def read_placements(path: str | Path) -> dict[str, int | str | tuple[float, floa
 
     Raises ValueError, naming the line, if the file cannot be read or is not such a table.
     """
-    found: dict[str, int | str | tuple[float, float, float]] = {}
+    placements: dict[str, int | str | tuple[float, float, float]] = {}
     for line, row in read_table(path, ("name",), ("vertex", "spot", "x", "y", "z")).rows:
-        if row["name"] in found:
+        if row["name"] in placements:
             raise ValueError(f"{path}, line {line}: '{row['name']}' stands there a second time")
         position = (row["x"], row["y"], row["z"])
         wrong = (
@@ -135,17 +135,17 @@ def read_placements(path: str | Path) -> dict[str, int | str | tuple[float, floa
         )
         try:
             if row["spot"]:
-                found[row["name"]] = str(Spot.parse(row["spot"]))
+                placements[row["name"]] = str(Spot.parse(row["spot"]))
             elif row["vertex"]:
-                found[row["name"]] = int(row["vertex"])
+                placements[row["name"]] = int(row["vertex"])
             else:
                 x, y, z = map(float, position)
-                found[row["name"]] = (x, y, z)
+                placements[row["name"]] = (x, y, z)
         except ValueError as error:
             raise ValueError(f"{path}, line {line}: {error if row['spot'] else wrong}") from None
-    if not found:
+    if not placements:
         raise ValueError(f"{path} names no placement")
-    return found
+    return placements
 
 
 def _vertex(body: Body, name: str, where: int | str | Sequence[float]) -> int:

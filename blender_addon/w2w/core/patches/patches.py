@@ -73,7 +73,7 @@ class PatchSet:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """A unique name of each patch: its own, else its region, numbered where that has several."""
+        """A unique name of each patch: its own, else its region, numbered if that has several."""
         if self.own_names:
             return self.own_names
         total, seen = Counter(self.regions), Counter[str]()
@@ -100,7 +100,7 @@ class PatchSet:
         Raises
         ------
         ValueError
-            If there is not one row a patch or a score is infinite.
+            If there is not one row per patch or a score is infinite.
         """
         scores = np.asarray(scores, dtype=np.float64)
         if scores.ndim not in (1, 2) or len(scores) != len(self):
@@ -199,7 +199,7 @@ def sample_patches(body: Body, n: int = DEFAULT_PATCHES, seed: int = 0) -> Patch
 
 
 def patch_set(body: Body, centres: np.ndarray, own_names: tuple[str, ...], seed: int) -> PatchSet:
-    """Patches centred at vertices, with names of their own or none."""
+    """Patches centred at vertices, with their own names or none."""
     graph = StripGraph.of(body.vertices, body.faces)
     labels = graph.nearest(centres)  # refuses what is of several pieces
     codes, region_names = regions_of(body)
@@ -242,7 +242,7 @@ def interpolation_weights(graph: StripGraph, centres: np.ndarray) -> csr_matrix:
     Inverse squared distance to the patch centres under a compact kernel (after Franke and Nielson 1980,
     doi:10.1002/nme.1620151110; Wendland's C2, 1995, doi:10.1007/BF02123482), normalised at every vertex: at
     its centre a patch shows its own score, so that no peak is dulled. Distance runs along the surface, so
-    nothing bleeds from a wrist to the hip it hangs beside.
+    nothing bleeds from a wrist to the hip next to it.
     """
     cover = graph.distances(centres, nearest=True)
     reach = REACH * float(cover[np.isfinite(cover)].max())

@@ -25,7 +25,7 @@ _NOTATION = re.compile(rf"(?P<segment>.*?)\s*(?P<along>{_NUMBER})\s*%\s*(?P<arou
 class Spot:
     """A place on the skin: `left forearm 85% 50%`, as a string.
 
-    `core.patches.tape_segments` says what the per cents mean.
+    `core.patches.tape_segments` explains the per cents.
     """
 
     segment: str  # one of SEGMENT_NAMES
@@ -60,7 +60,7 @@ class Spot:
         return cls(segment, along, around)
 
     def in_words(self) -> str:
-        """For a person with a tape.
+        """Instructions for a person with a tape.
 
         Examples
         --------
@@ -101,15 +101,14 @@ def vertex_at(body: Body, spot: Spot) -> int:
     Raises ValueError if the segment has no skin within a tenth of its length of the spot.
     """
     segment = segments_of(body)[spot.segment]
-    aside = _aside(segment, body.vertices[segment.vertices], spot)
-    away = np.linalg.norm(aside, axis=1)
+    away = np.linalg.norm(_aside(segment, body.vertices[segment.vertices], spot), axis=1)
     if away.min() > 0.1 * segment.length:
         raise ValueError(f"{spot} is not on this body: the {spot.segment} has no skin there")
     return int(segment.vertices[away.argmin()])
 
 
 def _aside(segment: Segment, points: np.ndarray, spot: Spot) -> np.ndarray:
-    """How far points (P, 3) lie from a spot along and around the segment, metres, shape (P, 2)."""
+    """Distances of points (P, 3) from a spot along and around the segment, metres, shape (P, 2)."""
     along, around = segment.coordinates(points)
     turned = (around - spot.around + 50) % 100 - 50
     return np.stack(

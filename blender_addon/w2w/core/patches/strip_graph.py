@@ -93,8 +93,8 @@ def straight_lines(vertices: np.ndarray, faces: np.ndarray, crossings: int) -> c
     """
     n_vertices = len(vertices)
     strips = _Strips(vertices, faces)
-    found = [strips.edges(), *(strips.unfold() for _ in range(crossings))]
-    source, target, length = (np.concatenate(column) for column in zip(*found, strict=True))
+    lines = [strips.edges(), *(strips.unfold() for _ in range(crossings))]
+    source, target, length = (np.concatenate(column) for column in zip(*lines, strict=True))
     source, target, length = np.r_[source, target], np.r_[target, source], np.r_[length, length]
     order = np.lexsort((length, target, source))
     source, target, length = source[order], target[order], length[order]
@@ -130,8 +130,9 @@ class _Strips:
 
     def unfold(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Grow every strip by one triangle; the lines to new vertices that are in sight."""
-        apex = self._across()
-        inside = apex >= 0
+        keys = self.corners[2] * len(self.vertices) + self.corners[1]
+        slots = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
+        apex, inside = self._apexes[slots], self._keys[slots] == keys  # the triangle beyond the edge, if any
         self.corners, self.places, apex = self.corners[:, inside], self.places[:, inside], apex[inside]
         source, right, left = self.corners
         right_at, left_at, low, high = self.places
@@ -148,14 +149,8 @@ class _Strips:
         seen = (above >= 0) & (below >= 0)
         return source[seen], apex[seen], np.linalg.norm(at[seen], axis=1)
 
-    def _across(self) -> np.ndarray:
-        """Apex of the triangle beyond the edge right -> left, -1 at a border."""
-        keys = self.corners[2] * len(self.vertices) + self.corners[1]
-        slots = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
-        return np.where(self._keys[slots] == keys, self._apexes[slots], -1)
-
     def _place(self, apex: np.ndarray) -> np.ndarray:
-        """Where the apex comes to lie in the plane, on the far side of the edge."""
+        """Place of the apex in the plane, on the far side of the edge."""
         _, right, left = self.corners
         base = self.places[1] - self.places[0]
         length = np.linalg.norm(base, axis=1, keepdims=True)
@@ -202,11 +197,11 @@ class SkinDistances:
 
 @lru_cache(maxsize=KEPT)
 def _measured(graph: StripGraph, centres: tuple[int, ...], images: tuple[int, ...]) -> SkinDistances:
-    found = []
+    distances = []
     for sources in (centres, images):
         # some sources at a time: a window has its turn in between
         starts = range(0, len(sources), AT_ONCE)
         rows = [graph.distances(np.array(sources[at : at + AT_ONCE]))[:, centres] for at in starts]
-        found.append(np.concatenate(rows))
-        found[-1].flags.writeable = False
-    return SkinDistances(*found)
+        distances.append(np.concatenate(rows))
+        distances[-1].flags.writeable = False
+    return SkinDistances(*distances)

@@ -89,11 +89,11 @@ def _bundled_landmarks() -> dict[str, int]:
 
 def _landmarks(body: Body) -> dict[str, int]:
     """Vertex of each landmark, those of the limbs on the left and on the right."""
-    found = {}
+    vertex_of = {}
     for name, given in _DATA["landmarks"].items():
         for side in SIDES:
-            found[f"{side} {name}"] = _landmark(body, given, side)
-    return found
+            vertex_of[f"{side} {name}"] = _landmark(body, given, side)
+    return vertex_of
 
 
 def _landmark(body: Body, given: dict[str, Any], side: str) -> int:
@@ -180,7 +180,7 @@ def _segment(body: Body, name: str, marks: dict[str, np.ndarray], members: np.nd
 def _outline(ends: np.ndarray, level: float) -> tuple[float, np.ndarray] | None:
     """Circumference of the convex outline of a section, and the share of it up to each direction.
 
-    None where the axis does not run through it. `ends` (E, 2, 3) are those of edges, in the segment's axes.
+    None if the axis does not run through it. `ends` (E, 2, 3) are those of edges, in the segment's axes.
     """
     before, after = ends[:, 0, 0] - level, ends[:, 1, 0] - level
     crossing = before * after < 0

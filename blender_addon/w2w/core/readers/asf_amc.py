@@ -24,7 +24,7 @@ from ..wording import shown
 AMC_SUFFIX, ASF_SUFFIX = ".amc", ".asf"
 
 USUAL_RATE = 120.0
-"""Frames per second of CMU's and HDM05's files; the format does not say them."""
+"""Frames per second of CMU's and HDM05's files; the format lacks them."""
 
 MAX_ASF_BYTES = 1 << 22
 
@@ -35,7 +35,7 @@ ORDERS = {"".join(axes) for axes in permutations("xyz")}
 
 @dataclass
 class _Bone:
-    """A segment: where it points and how long it is, its axes, and what moves it."""
+    """A segment: its direction and length, its axes, and its degrees of freedom."""
 
     name: str
     direction: np.ndarray
@@ -47,24 +47,24 @@ class _Bone:
 
 
 def skeleton_file(path: Path) -> Path:
-    """The .asf that an .amc belongs to: of its own name, of the longest beginning of it, or the only one.
+    """The .asf of an .amc: of the same name, of the longest beginning of it, or the only one.
 
-    Raises UnusableMotion if none lies beside it, or several that it could be.
+    Raises UnusableMotion if none lies next to it, or several that it could be.
     """
-    beside = sorted(file for file in path.parent.iterdir() if file.suffix.lower() == ASF_SUFFIX)
+    skeletons = sorted(file for file in path.parent.iterdir() if file.suffix.lower() == ASF_SUFFIX)
     stem = path.stem.lower()
-    starting = [file for file in beside if stem.startswith(file.stem.lower())]
+    starting = [file for file in skeletons if stem.startswith(file.stem.lower())]
     if starting:
         return max(starting, key=lambda file: len(file.stem))
-    if len(beside) == 1:
-        return beside[0]
-    found = ", ".join(shown(file.name) for file in beside[:5])
-    what = f"several lie there ({found})" if beside else "none lies there"
+    if len(skeletons) == 1:
+        return skeletons[0]
+    names = ", ".join(shown(file.name) for file in skeletons[:5])
+    what = f"several lie there ({names})" if skeletons else "none lies there"
     raise UnusableMotion(f"an .amc needs the .asf of its skeleton in the same folder, and {what}")
 
 
 def read_amc(path: str | Path, rate: float | None = None) -> SourceMotion:
-    """Read a motion and the skeleton beside it: z up, in the file's own unit of length.
+    """Read a motion and the skeleton next to it: z up, in the file's own unit of length.
 
     `rate` is in frames per second; CMU's and HDM05's 120 by default. Raises UnusableMotion, with the reason.
     """
@@ -104,8 +104,8 @@ def _skeleton(lines: list[str]) -> list[_Bone]:
         raise ValueError(f"it lacks :{', :'.join(missing)}")
     if any(line.lower().split() == ["angle", "rad"] for line in parts.get("units", ())):
         raise ValueError("its angles are in radians; only degrees are known")
-    found = {bone.name: bone for bone in (_root(parts["root"]), *_bones(parts["bonedata"]))}
-    ordered, place = [found[ROOT]], {ROOT: 0}
+    bones = {bone.name: bone for bone in (_root(parts["root"]), *_bones(parts["bonedata"]))}
+    ordered, place = [bones[ROOT]], {ROOT: 0}
     waiting = [line.split() for line in parts["hierarchy"] if line.lower() not in ("begin", "end")]
     while waiting:
         ready = [words for words in waiting if words[0] in place]
@@ -115,9 +115,9 @@ def _skeleton(lines: list[str]) -> list[_Bone]:
             for child in children:
                 if child in place:
                     raise ValueError(f"its bone {child} has two parents")
-                found[child].parent = place[parent]
+                bones[child].parent = place[parent]
                 place[child] = len(ordered)
-                ordered.append(found[child])
+                ordered.append(bones[child])
         waiting = [words for words in waiting if words not in ready]
     return ordered
 

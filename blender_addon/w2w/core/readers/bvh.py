@@ -14,7 +14,7 @@ from .bvh_text import BvhText, read_bvh_text
 BVH_SUFFIX = ".bvh"
 
 LEAST_TURN = 0.1
-"""Angles below it, in whatever unit, are a skeleton that is moved by positions, or still."""
+"""Angles below it, in any unit, are a skeleton that is moved by positions, or still."""
 
 
 def read_bvh(path: str | Path, rate: float | None = None, up: Up | None = None) -> SourceMotion:
@@ -97,8 +97,8 @@ def _turns(order: str, degrees: np.ndarray) -> np.ndarray:
     angles = np.radians(degrees)[..., None]
     cosines, sines = np.cos(angles), np.sin(angles)
     for place, axis in enumerate(order):
-        one, other = ("xyz".index(axis) + 1) % 3, ("xyz".index(axis) + 2) % 3
+        after, before = ("xyz".index(axis) + 1) % 3, ("xyz".index(axis) + 2) % 3
         cosine, sine = cosines[:, :, place], sines[:, :, place]
-        a, b = turns[..., one], turns[..., other]
-        turns[..., one], turns[..., other] = cosine * a + sine * b, cosine * b - sine * a
+        a, b = turns[..., after], turns[..., before]
+        turns[..., after], turns[..., before] = cosine * a + sine * b, cosine * b - sine * a
     return turns

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Read a BVH file's joints, frame rate and numbers, or say what is wrong with it."""
+"""A BVH file's joints, frame rate and numbers, or what is wrong with it."""
 
 import math
 import re
@@ -52,7 +52,7 @@ Lines = Iterator[tuple[int, str]]
 class BvhJoint:
     """A joint of the skeleton."""
 
-    name: str  # words joined by underscores; where it repeats one, with a number
+    name: str  # words joined by underscores; with a number if it repeats one
     parent: int  # its number; -1 for a root
     line: int  # where it begins
     offset: tuple[float, ...] = ()  # from its parent, of a root from the origin, in the file's unit
@@ -123,7 +123,7 @@ def _until_motion(lines: Lines, size: int) -> Iterator[tuple[int, list[str]]]:
 
 
 def _tree(statements: list[tuple[int, list[str]]]) -> list[BvhJoint]:
-    """The joints of a skeleton's lines; names that come twice are told apart as Blender does."""
+    """The joints of a skeleton's lines; names that come twice get a number, as in Blender."""
     joints: list[BvhJoint] = []
     names: set[str] = set()
     within: list[int] = []  # joints whose braces are open
@@ -175,16 +175,15 @@ def _add_channels(joint: BvhJoint, words: list[str], number: int) -> None:
 
 
 def _header(lines: Lines, rate: float | None) -> tuple[int, float]:
-    """The number of frames that the header promises, and frames per second: `rate` where it is known."""
+    """The number of frames that the header promises, and frames per second: `rate` if it is known."""
     full = (words for words in (line[:HEADER_LINE].split() for _, line in lines) if words)
     frames, time = next(full, []), next(full, [])
     if len(frames) != 2 or frames[0].upper() != "FRAMES:" or not frames[1].isdecimal():
         raise UnusableMotion(f"it does not say how many frames it has: {_instead('Frames: 120', frames)}")
     if len(time) != 3 or [word.upper() for word in time[:2]] != ["FRAME", "TIME:"]:
         raise UnusableMotion(f"it does not say its frame rate: {_instead('Frame Time: 0.0333', time)}")
-    return int(frames[1][:18]), rate or _rate(
-        time[2]
-    )  # more digits are no count, and Python refuses thousands
+    # more digits are no count, and Python refuses thousands
+    return int(frames[1][:18]), rate or _rate(time[2])
 
 
 def _rate(word: str) -> float:
@@ -209,16 +208,16 @@ def _rate(word: str) -> float:
 def _frames(lines: Lines, promised: int, joints: list[BvhJoint]) -> np.ndarray:
     """Numbers of the frames, a row each."""
     channels = sum(len(joint.channels) for joint in joints)
-    blocks, found = [np.zeros((0, channels))], 0
+    blocks, held = [np.zeros((0, channels))], 0
     full = ((number, line) for number, line in lines if not line.isspace())
     while block := list(islice(full, LINES_AT_ONCE)):
         blocks.append(_rows(block, channels))
-        found += len(block)
-        if found * len(joints) > MOST_BONE_FRAMES:
-            refuse_too_long(max(found, promised), len(joints))
-    if found != promised:
+        held += len(block)
+        if held * len(joints) > MOST_BONE_FRAMES:
+            refuse_too_long(max(held, promised), len(joints))
+    if held != promised:
         raise UnusableMotion(
-            f"its header promises {count('frame', promised)}, and it holds {found:,}: export it again, "
+            f"its header promises {count('frame', promised)}, and it holds {held:,}: export it again, "
             "or correct its 'Frames' line"
         )
     rows = np.concatenate(blocks)
@@ -239,27 +238,27 @@ def _rows(lines: list[tuple[int, str]], channels: int) -> np.ndarray:
 def _row(line: str, number: int, channels: int) -> list[float]:
     words = line.split(None, channels)  # at most: a line may be as long as the file
     if len(words) != channels or not channels:
-        count = sum(1 for _ in re.finditer(r"\S+", line))
-        raise _damaged(f"line {number} holds {count} numbers, and its skeleton has {channels} channels")
+        held = sum(1 for _ in re.finditer(r"\S+", line))
+        raise _damaged(f"line {number} holds {held} numbers, and its skeleton has {channels} channels")
     return _numbers(words, number)
 
 
 def _numbers(words: list[str], line: int) -> list[float]:
     """Numbers of a line's words; the first that is none is refused."""
-    found = []
+    numbers = []
     for word in words:
         try:
-            found.append(float(word))
+            numbers.append(float(word))
         except ValueError:
             if any(part in word.lower() for part in ("nan", "inf", "#")):  # as C writes them
                 raise UnusableMotion(NOT_FINITE) from None
             raise _damaged(f"line {line} holds {_quoted(word)} where a number should stand") from None
-    return found
+    return numbers
 
 
 def _instead(wanted: str, words: list[str]) -> str:
-    found = f"{_quoted(' '.join(words))} stands" if words else "nothing stands"
-    return f"{found} where a line such as '{wanted}' belongs"
+    there = f"{_quoted(' '.join(words))} stands" if words else "nothing stands"
+    return f"{there} where a line such as '{wanted}' belongs"
 
 
 def _quoted(text: str) -> str:

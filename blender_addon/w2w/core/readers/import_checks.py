@@ -18,7 +18,7 @@ MAX_JSON_BYTES = 256 * 2**20
 
 
 class GltfFacts(NamedTuple):
-    """What a glTF file says before it is imported."""
+    """Facts that a glTF file gives before it is imported."""
 
     keys_a_second: float  # of its densest animated channel
     skin: bool  # whether it names a skeleton's nodes, or leaves it to their motion to say which those are
@@ -53,13 +53,13 @@ def check_gltf(path: Path) -> GltfFacts:
 
 def _moving_nodes(content: dict[str, Any]) -> dict[int, str]:
     """Node -> name, of the nodes that the animations turn or move."""
-    found = {}
+    name_of = {}
     for animation in _items(content, "animations"):
         for channel in _items(animation, "channels"):
             with suppress(KeyError, TypeError, IndexError):
                 number = channel["target"]["node"]
-                found[number] = str(content["nodes"][number]["name"])
-    return found
+                name_of[number] = str(content["nodes"][number]["name"])
+    return name_of
 
 
 def _key_rates(content: dict[str, Any]) -> Iterator[float]:
@@ -74,10 +74,10 @@ def _key_rates(content: dict[str, Any]) -> Iterator[float]:
 
 
 def _items(content: dict[str, Any], kind: str) -> list[dict[str, Any]]:
-    found = content.get(kind, [])
-    if not (isinstance(found, list) and all(isinstance(item, dict) for item in found)):
+    items = content.get(kind, [])
+    if not (isinstance(items, list) and all(isinstance(item, dict) for item in items)):
         raise UnusableMotion(f"it is damaged: its {kind} are no list")
-    return found
+    return items
 
 
 def _json_of(path: Path, size: int, head: bytes) -> bytes:
@@ -140,9 +140,11 @@ def _bones(content: dict[str, Any]) -> dict[int, str]:
         with suppress(KeyError, TypeError, IndexError, AttributeError):
             nodes, humans = content["nodes"], content["extensions"][name]["humanoid"]["humanBones"]
             pairs = [(each["bone"], each) for each in humans] if isinstance(humans, list) else humans.items()
-            found = {each["node"]: str(bone) for bone, each in pairs if isinstance(nodes[each["node"]], dict)}
-            if found:
-                return found
+            bone_of = {
+                each["node"]: str(bone) for bone, each in pairs if isinstance(nodes[each["node"]], dict)
+            }
+            if bone_of:
+                return bone_of
     raise UnusableMotion("it does not say which of its nodes are a body's bones: it is damaged, or no VRM")
 
 
@@ -165,7 +167,7 @@ USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 TEXT, CRATE, ARCHIVE = b"#usda 1.", b"PXR-USDC", b"PK\x03\x04"
 
 FALLBACK_RATE = 24.0
-"""Time codes a second where the file does not say, by USD's own rule."""
+"""Time codes a second if the file does not give them, by USD's own rule."""
 
 MAX_TEXT_BYTES = 512 * 2**20
 

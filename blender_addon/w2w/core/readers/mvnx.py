@@ -144,7 +144,7 @@ def _matrices(frame: dict[str, list[float]], n_segments: int) -> np.ndarray:
     lengths = np.linalg.norm(turns, axis=1)
     if not (np.isfinite(places).all() and (np.abs(lengths - 1) < UNIT_LENGTH).all()):
         raise UnusableMotion("its orientations are no unit quaternions, or its positions not finite")
-    found = np.tile(np.eye(4), (n_segments, 1, 1))
-    found[:, :3, :3] = Rotation.from_quat(turns[:, [1, 2, 3, 0]]).as_matrix()
-    found[:, :3, 3] = places.reshape(-1, 3)
-    return found
+    matrices = np.tile(np.eye(4), (n_segments, 1, 1))
+    matrices[:, :3, :3] = Rotation.from_quat(turns[:, [1, 2, 3, 0]]).as_matrix()
+    matrices[:, :3, 3] = places.reshape(-1, 3)
+    return matrices

@@ -60,9 +60,9 @@ class BoneMap:
         position = _positions(tuple(bones))
         matched = {}
         for joint, names in self.joints.items():
-            found = next((position[name] for name in names if name in position), None)
-            if found is not None:
-                matched[JOINT_INDEX[joint]] = found
+            bone = next((position[name] for name in names if name in position), None)
+            if bone is not None:
+                matched[JOINT_INDEX[joint]] = bone
         return matched
 
 
@@ -72,7 +72,7 @@ Match = tuple[BoneMap | None, dict[int, int]]
 
 @lru_cache(maxsize=64)
 def _positions(bones: tuple[str, ...]) -> dict[str, int]:
-    """Where the bone of each plain name is; the clips of a library have few different skeletons."""
+    """Number of the bone of each plain name; cached, as the clips of a library have few skeletons."""
     position: dict[str, int] = {}
     for names in (stripped_names(bones), map(plain_name, bones)):
         for index, name in enumerate(names):
@@ -106,7 +106,7 @@ def bundled_bone_maps() -> tuple[BoneMap, ...]:
 def best_match(bones: Sequence[str], maps: Iterable[BoneMap] = ()) -> tuple[BoneMap | None, dict[int, int]]:
     """The bone map that finds most joints of a skeleton, and its match: joint index -> bone index.
 
-    A map of the user's own that finds all required joints goes before the bundled ones. None where no map
+    A map of the user's own that finds all required joints goes before the bundled ones. None if no map
     finds a single joint.
     """
     own = _best((bone_map, bone_map.match(bones)) for bone_map in maps)
@@ -121,7 +121,7 @@ def _best_bundled(bones: tuple[str, ...]) -> Match:
 
 
 def _best(matches: Iterable[Match]) -> Match:
-    """The first of those that find most required joints, then most joints; none where they find nothing."""
+    """The first map that finds most required joints, then most joints; None if none finds any."""
     return max([(None, {}), *matches], key=lambda match: (-len(missing_joints(match[1])), len(match[1])))
 
 

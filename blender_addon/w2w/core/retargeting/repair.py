@@ -18,7 +18,7 @@ from .bone_maps import best_match, missing_joints
 from .structure_match import match_by_structure
 
 STANDING = np.cos(np.radians(50))
-"""In a rest pose of a person legs point this nearly away from the trunk, and shoulders lie along hips."""
+"""Least cosine in a person's rest pose, of legs to the direction off the trunk, and of shoulders to hips."""
 
 STRAIGHT = np.cos(np.radians(15))
 """Elbows and knees of a rest pose that was drawn as one are bent by less."""

@@ -228,7 +228,7 @@ def _pelvis_path(
 
 
 def _in_centimetres(body: Body, motion: Motion) -> bool:
-    """Whether a motion travels in centimetres on a rig in metres, by its heights and what its legs tell."""
+    """Whether a motion travels in centimetres on a rig in metres, by its heights and its legs."""
     if np.ptp(np.percentile(motion.pelvis[:, 2], USUAL)) <= ABSURD_BOB * limb_length(body.joints):
         return False
     heads = joint_transforms(body, motion)[1]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Match bones to joints on a skeleton whose names say nothing, by chains, symmetry and positions.
+"""Match bones to joints on a skeleton without telling names, by chains, symmetry and positions.
 
-Arms and legs are the two longest pairs of chains that part at one bone and are alike in length; the
-spine runs between the two partings, the neck beyond them. Left and right follow from the names'
-sides where they tell, else from where toes and knees point.
+Arms and legs are the two longest pairs of chains that part at one bone and have the same length; the
+spine runs between the two partings, the neck beyond them. Left and right follow from sides in
+the names, else from where toes and knees point.
 """
 
 import re
@@ -23,7 +23,7 @@ ALIKE = 0.15
 """Relative difference in length up to which two chains are a pair."""
 
 HELPERS = re.compile(r"twist|roll|share|helper|_end$|nub|ik[_.]|pole|ctrl|control", re.IGNORECASE)
-"""Bones that rigs carry beside the skeleton: never a joint."""
+"""Bones that rigs have besides the skeleton: never a joint."""
 
 SIDES = tuple(
     (side, re.compile(rf"[{i}]{side[1:]}|{side.upper()}|(?<![A-Za-z])[{i}](?![A-Za-z0-9])"
@@ -48,7 +48,7 @@ Chain = list[int]
 
 @dataclass(frozen=True)
 class _Pair:
-    """Two chains alike that part at a bone."""
+    """Two similar chains that part at a bone."""
 
     fork: int
     chains: tuple[Chain, Chain]
@@ -56,7 +56,7 @@ class _Pair:
 
 
 def match_by_structure(source: SourceMotion) -> dict[int, int]:
-    """Joint index -> bone index of an unnamed skeleton; empty where the bones are not those of a person."""
+    """Joint index -> bone index of an unnamed skeleton; empty if the bones are not those of a person."""
     tree = _Tree(source)
     for first, second in combinations(tree.pairs(), 2):
         matched = _as_person(tree, first, second)
@@ -68,7 +68,7 @@ def match_by_structure(source: SourceMotion) -> dict[int, int]:
 def with_whole_spine(source: SourceMotion, matched: dict[int, int]) -> dict[int, int]:
     """The match of bones by name, with a spine that reaches the bone that carries neck and arms.
 
-    Rigs number their spines as they please: where that bone lies beyond the last one that was matched,
+    Rigs number their spines as they please: if that bone lies beyond the last one that was matched,
     the three joints are spread over the bones from the pelvis to it.
     """
     parents = source.parents.tolist()
@@ -83,7 +83,7 @@ def with_whole_spine(source: SourceMotion, matched: dict[int, int]) -> dict[int,
 
 
 def _ancestors(parents: Sequence[int], bone: int) -> Chain:
-    """From a bone up to its root, itself first."""
+    """The bones from one up to its root, itself first."""
     line = [bone]
     while parents[line[-1]] >= 0:
         line.append(parents[line[-1]])
@@ -172,9 +172,9 @@ def _as_person(tree: _Tree, a: _Pair, b: _Pair) -> dict[int, int]:
 
 
 def _limb_start(tree: _Tree, pair: _Pair) -> int:
-    """Where in two like chains the upper arm or thigh begins.
+    """Place in two similar chains at which the upper arm or thigh begins.
 
-    There two long bones follow each other, alike in length, and what comes next (a hand, a foot) is
+    There two long bones follow each other, similar in length, and what comes next (a hand, a foot) is
     short; from a long collar bone on, a forearm would come next.
     """
     scores = np.zeros(min(map(len, pair.chains)) - 2)
@@ -203,15 +203,15 @@ def _human(tree: _Tree, legs: list[Chain], arms: list[Chain]) -> bool:
 
 def _sides_swapped(tree: _Tree, limbs: list[Chain], legs: list[Chain], arms: list[Chain]) -> bool:
     """Whether the first of two limbs is the right one."""
-    told = [[_told_side(tree.names[bone]) for bone in limb[:3]] for limb in limbs]
-    first, second = (sides.count("left") - sides.count("right") for sides in told)
+    named = [[_named_side(tree.names[bone]) for bone in limb[:3]] for limb in limbs]
+    first, second = (sides.count("left") - sides.count("right") for sides in named)
     if first * second < 0:
         return first < 0
     starts = tree.heads[:, limbs[0][0]] - tree.heads[:, limbs[1][0]]
     return float(np.sum(starts * _left(tree, legs, arms))) < 0
 
 
-def _told_side(name: str) -> str:
+def _named_side(name: str) -> str:
     return next((side for side, pattern in SIDES if pattern.search(name)), "")
 
 
@@ -230,7 +230,7 @@ def _left(tree: _Tree, legs: list[Chain], arms: list[Chain]) -> np.ndarray:
 
 
 def _spine_joints(spine: Chain) -> dict[int, int]:
-    """Three joints of however many bones lead from the pelvis to where the arms part."""
+    """The three spine joints, from any number of bones between the pelvis and where the arms part."""
     names = {1: ("spine1",), 2: ("spine1", "spine3")}.get(len(spine), ("spine1", "spine2", "spine3"))
     chosen = np.linspace(0, len(spine) - 1, len(names)).round().astype(int)
     return {JOINT_INDEX[name]: spine[index] for name, index in zip(names, chosen, strict=True)}

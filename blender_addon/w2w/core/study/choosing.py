@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensors are chosen in a ranked study, which other weights rank again."""
+"""Choose sensors in a ranked study, and rank it again with other weights."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -28,7 +28,7 @@ from .results import StudyResults
 def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
     """The study with a mean over other activities or by other weights, as a run would rank it.
 
-    It takes `background` and `weights` of the config; where they change nothing, it is the same study.
+    It takes `background` and `weights` of the config; if they change nothing, it is the same study.
     Signals stay as they are; with the ridge it takes seconds. ValueError if no activity counts that can be
     tested.
     """
@@ -76,7 +76,7 @@ def choose_to_wear(
 
 
 def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:
-    """One sensor on products and at places by name, best first; ValueError where a word means nothing."""
+    """One sensor on products and at places by name, best first; ValueError for an unknown name."""
     return compare(ScoredMap(study.utility, study.patches, study.body()), words)
 
 
@@ -87,20 +87,22 @@ def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = 
     advice = choose_to_wear(study.utility, study.patches, study.body(), config, tests, stream)
     if stream is None:
         return advice
-    turns = _turns(study, config, [one.patch for one in advice.cards])
-    cards = [replace(one, turn_deg=turn) for one, turn in zip(advice.cards, turns, strict=True)]
+    turns = _turns(study, config, [card.patch for card in advice.cards])
+    cards = [replace(card, turn_deg=turn) for card, turn in zip(advice.cards, turns, strict=True)]
     return replace(advice, cards=tuple(cards))
 
 
 MOST_CLIPS = 200
-"""Clips of an activity, evenly taken, whose signals are read again: memory stays small with many."""
+"""Most clips of an activity, evenly taken, whose signals are read again: memory stays small with many."""
 
 
 def _evenly(activities: Sequence[str]) -> list[int]:
-    """Numbers of the clips that are taken of each activity, ascending."""
-    numbers = [[n for n, name in enumerate(activities) if name == one] for one in set(activities)]
-    taken = ((of[k * len(of) // MOST_CLIPS] for k in range(MOST_CLIPS)) for of in numbers)
-    return sorted({n for of in taken for n in of})
+    """Numbers of the clips taken of each activity, ascending."""
+    clips_of: dict[str, list[int]] = {}
+    for number, activity in enumerate(activities):
+        clips_of.setdefault(activity, []).append(number)
+    taken = ({clips[k * len(clips) // MOST_CLIPS] for k in range(MOST_CLIPS)} for clips in clips_of.values())
+    return sorted(set().union(*taken))
 
 
 def stream_in(study: StudyResults, config: StudyConfig) -> Stream | None:
@@ -122,6 +124,6 @@ def _turns(study: StudyResults, config: StudyConfig, patches: Sequence[int]) -> 
     numbers = _evenly([clip.activity for clip in study.clips])
     labels = WindowLabels.of([study.clips[n] for n in numbers], [study.windows[n] for n in numbers])
     recordings = (study.recording(n, patches) for n in numbers)
-    cut = np.concatenate([cut_windows(one, config.windows).signals for one in recordings])
+    cut = np.concatenate([cut_windows(recording, config.windows).signals for recording in recordings])
     rate, protocol = config.synthesis.rate_hz, labels.protocol(config)
     return [may_turn(cut[:, card], rate, protocol, DROP) for card in range(len(patches))]

@@ -43,7 +43,7 @@ def mark_whole(out: Path) -> None:
 
 
 MANY_CLIPS = 4096
-"""Clips from which on a new results folder divides them among sub-folders."""
+"""Number of clips above which a new results folder divides them among sub-folders."""
 
 SUBFOLDERS = tuple(f"{number:02x}" for number in range(256))
 """Names of the sub-folders: with a million clips, each holds four thousand."""
@@ -58,7 +58,7 @@ def divide(folder: Path) -> None:
 
 
 def _file_of(out: Path, folder: str, clip: str) -> Path:
-    """A clip's file, in the sub-folder that a hash of the clip's name says, where the folder is divided."""
+    """A clip's file, in the sub-folder given by a hash of the clip's name, if the folder is divided."""
     part = f"{folder}/{hashlib.sha256(clip.encode('utf-8', 'replace')).hexdigest()[:2]}"
     return inside(out, f"{part if (out / part).is_dir() else folder}/{clip}.npz")
 
@@ -79,7 +79,7 @@ def features_file(out: Path, clip: str) -> Path:
 
 
 def write_features(path: Path, features: np.ndarray, is_test: np.ndarray, signature: np.ndarray) -> None:
-    """Write the features of a clip, shape (windows, N, D), and which windows may be tested on.
+    """Write the features of a clip, shape (windows, N, D), and the mask of test windows.
 
     Equal motions have equal signatures.
     """
@@ -88,16 +88,16 @@ def write_features(path: Path, features: np.ndarray, is_test: np.ndarray, signat
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ClipWindows:
-    """What the ranking must know of a clip's windows beside their signals."""
+    """What the ranking needs of a clip's windows besides their signals."""
 
     is_test: np.ndarray
-    """Windows that may be tested on, shape (W,), bool."""
+    """Test windows, shape (W,), bool."""
     signature: np.ndarray
     """`motion_signature`: equal for equal motions."""
 
     @classmethod
     def read(cls, out: Path, clip: str) -> ClipWindows:
-        """Those of a run's clip."""
+        """The windows of a clip of a run."""
         needed = ("is_test", "signature")
         return cls(**load_arrays(features_file(out, clip), needed, "does not hold a clip's windows"))
 
@@ -106,14 +106,14 @@ NO_SIGNATURE = np.empty(0, dtype=np.float16)
 
 
 class Signatures(Sequence[np.ndarray]):
-    """Signatures of clips in a temporary file, for a hundred thousand would fill half a gigabyte."""
+    """Signatures of clips in a temporary file, because those of 100,000 clips would take 0.5 GB of memory."""
 
     def __init__(self, folder: Path) -> None:
         self._file = TemporaryFile(dir=folder)  # noqa: SIM115 - closed with this
         self._ends = [0]
 
     def append(self, signature: np.ndarray) -> None:
-        """Add the next clip's, shape (K,), in single precision."""
+        """Add the next clip's signature, shape (K,), in half precision."""
         self._file.seek(self._ends[-1])
         self._file.write(signature.astype(np.float16, copy=False).tobytes())
         self._ends.append(self._file.tell())
@@ -127,7 +127,7 @@ class Signatures(Sequence[np.ndarray]):
         return np.frombuffer(self._file.read(last - first), dtype=np.float16)
 
     def close(self) -> None:
-        """Let the file go."""
+        """Close and remove the file."""
         self._file.close()
 
 
@@ -138,13 +138,13 @@ def ranking_inputs(
     if inputs_of(classifier) == "features":
         return FeatureFiles([features_file(*clip) for clip in clips])
     return WindowFiles(
-        [signals_file(*clip) for clip in clips], [len(found.is_test) for found in windows], spec
+        [signals_file(*clip) for clip in clips], [len(of_clip.is_test) for of_clip in windows], spec
     )
 
 
 @dataclass(frozen=True, eq=False)
 class FilesToRank:
-    """What the files of a study's clips hold for the ranking by a classifier."""
+    """The content of a study's clip files for the ranking by a classifier."""
 
     windows: tuple[ClipWindows, ...]
     inputs: PatchBlocks
@@ -156,9 +156,9 @@ STORED = "run-"
 
 
 def signals_key(out: Path, clip: str) -> str:
-    """A key of a clip's windows and of its signals, where these are kept; empty where they cannot be read.
+    """A key of a clip's windows and of its signals, if these are kept; "" if they cannot be read.
 
-    A ForeignFileError says that they lie elsewhere. The key is made of the checksums that an npz file
+    Raises ForeignFileError if they lie elsewhere. The key is made of the checksums that an npz file
     keeps of its arrays, which are not read themselves.
     """
     digest, signals, features = hashlib.sha256(), signals_file(out, clip), features_file(out, clip)

@@ -23,7 +23,7 @@ def write_clip_list(out: Path, entries: Iterable[Entry]) -> None:
 
 
 def read_clip_list(out: Path) -> Iterator[Entry]:
-    """Each clip of a results folder; a ValueError where the list is damaged or names a file elsewhere."""
+    """Each clip of a results folder; ValueError if the list is damaged or names a file elsewhere."""
     path = inside(out, CLIP_LIST)
     with path.open(encoding="utf-8") as stream:
         for number, line in enumerate(stream, start=1):
@@ -36,5 +36,5 @@ def read_clip_list(out: Path) -> Iterator[Entry]:
 
 
 def is_used(entry: Entry) -> bool:
-    """Whether the clip was turned into signals; others say why they were `skipped`."""
+    """Whether the clip was turned into signals; others have the reason under `skipped`."""
     return "skipped" not in entry

@@ -48,7 +48,7 @@ class StudyConfig:
     )  # fmt: skip
     placements: tuple[tuple[str, int | str | tuple[float, ...]], ...] = parameter(
         (),
-        "Spots of your own beside them: csv with columns name and vertex, spot, or x, y, z (metres "
+        "Spots of your own in addition: csv with columns name and vertex, spot, or x, y, z (metres "
         "on the body at rest, z up, soles at z = 0).",
         group=FILES,
     )
@@ -108,7 +108,7 @@ class StudyConfig:
     )  # fmt: skip
     every_activity: float = parameter(
         0.0,
-        "Expected F1 that sensors worn together should reach for every activity, beside the mean; 0 asks "
+        "Expected F1 that sensors worn together should reach for every activity, besides the mean; 0 asks "
         "for none.",
         title="Every Activity", least=0, most=1, group=WISHES,
     )  # fmt: skip
@@ -137,7 +137,7 @@ class StudyConfig:
         return preset(self.sensor)
 
     def signal_parameters(self) -> dict[str, Any]:
-        """The parameters that signals and features depend on beside the body and its patches.
+        """The parameters that signals and features depend on besides the body and its patches.
 
         A new field counts unless `NOT_IN_SIGNALS` names it.
         """
@@ -152,7 +152,7 @@ class StudyConfig:
 
     @classmethod
     def from_dict(cls, parameters: Mapping[str, Any]) -> Self:
-        """The config that `as_dict` gave; what is not given takes its default.
+        """The config that `as_dict` gave; missing values take their default.
 
         Raises
         ------

@@ -30,10 +30,10 @@ from .config import StudyConfig
 
 @dataclass(frozen=True)
 class LabelledClip:
-    """A clip by its labels, wherever its signals are; its name is also its files'.
+    """A clip by its labels, independent of its signals; its name is also that of its files.
 
-    Clips with an equal `motion_key` show the same motion; it is empty where unknown. The ranking gives each
-    the name of the first clip that shows its motion: its own where there is no other.
+    Clips with an equal `motion_key` show the same motion; it is "" if unknown. The ranking gives each
+    the name of the first clip that shows its motion: its own if there is no other.
     """
 
     name: str
@@ -44,7 +44,7 @@ class LabelledClip:
 
 @dataclass(frozen=True, eq=False)
 class WindowLabels:
-    """Labels of each window, shape (W,), and whether it may be tested on.
+    """Labels of each window, shape (W,), and whether it is a test window.
 
     `motion` is the first clip that shows the same motion: windows of one motion are never split.
     """
@@ -57,15 +57,15 @@ class WindowLabels:
     @classmethod
     def of(cls, clips: Sequence[LabelledClip], windows: Sequence[ClipWindows]) -> Self:
         """Labels of the windows of ranked clips, one clip after another."""
-        counts = [len(found.is_test) for found in windows]
+        counts = [len(of_clip.is_test) for of_clip in windows]
         activity, motion, subject = (
             np.repeat([getattr(clip, name) for clip in clips], counts)
             for name in ("activity", "motion_key", "subject")
         )
-        return cls(activity, motion, subject, np.concatenate([found.is_test for found in windows]))
+        return cls(activity, motion, subject, np.concatenate([of_clip.is_test for of_clip in windows]))
 
     def some(self, rows: np.ndarray) -> Self:
-        """Of some windows, by their numbers or a mask."""
+        """The labels of a subset of windows, by index or mask."""
         return replace(self, **{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
     def protocol(self, config: StudyConfig) -> CrossValidation:
@@ -84,14 +84,14 @@ def same_motions(
     windows: Sequence[ClipWindows],
     signatures: Sequence[np.ndarray] | None = None,
 ) -> tuple[LabelledClip, ...]:
-    """The clips, each with the first that shows the same motion; `signatures` where `windows` lack them."""
+    """The clips, each with the first that shows the same motion; `signatures` if `windows` lack them."""
     names, keys = [clip.name for clip in clips], [clip.motion_key for clip in clips]
-    groups = same_motion_groups(names, keys, signatures or [found.signature for found in windows])
+    groups = same_motion_groups(names, keys, signatures or [of_clip.signature for of_clip in windows])
     return _by_motion(clips, groups)
 
 
 def known_motions(clips: Sequence[Clip]) -> tuple[LabelledClip, ...]:
-    """As `same_motions`, by what is known before the files are read: equal keys and equal files."""
+    """Like `same_motions`, by what is known before the files are read: equal keys and equal files."""
     first, name_of = same_files([clip.path for clip in clips]), {clip.path: clip.name for clip in clips}
     names = [name_of[first.get(clip.path, clip.path)] for clip in clips]
     return _by_motion(clips, same_motion_groups(names, [clip.motion_key for clip in clips]))
@@ -109,7 +109,7 @@ def _by_motion(clips: Sequence[Clip | LabelledClip], groups: np.ndarray) -> tupl
 def copies_among(
     clips: Sequence[Clip | LabelledClip], ranked: Sequence[LabelledClip]
 ) -> list[tuple[str, str]]:
-    """Clips that show the motion of an earlier one, each with that one: by file where they have one."""
+    """Clips that show the motion of an earlier one, each with that one: by file if they have one."""
     called = {clip.name: getattr(clip, "file", clip.name) for clip in clips}
     return [(called[clip.name], called[clip.motion_key]) for clip in ranked if clip.motion_key != clip.name]
 

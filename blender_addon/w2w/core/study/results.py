@@ -35,11 +35,11 @@ MOST_ACTIONS, SHOWN = 100, 3
 
 
 class UnfinishedError(ValueError):
-    """A results folder holds files of a run that was stopped or still works; the message says what to do."""
+    """A results folder with files of a run that was stopped or still works; the message says what to do."""
 
 
 def check_finished(out: Path, by: str = "") -> None:
-    """Raise an UnfinishedError where a command has begun to change a folder's results and has not finished.
+    """Raise an UnfinishedError if a command has begun to change a folder's results and has not finished.
 
     `by` is the reader, which may finish what it has begun itself.
     """
@@ -53,7 +53,7 @@ def check_finished(out: Path, by: str = "") -> None:
 
 @dataclass(frozen=True, eq=False)
 class StudyResults:
-    """What a run left in its folder: `clips` in the order of their windows, the config as plain values."""
+    """The content of a run's folder: `clips` in the order of their windows, the config as plain values."""
 
     out: Path
     utility: UtilityMap
@@ -61,7 +61,7 @@ class StudyResults:
     clips: tuple[LabelledClip, ...]
     parameters: dict[str, Any]
     read: FilesToRank | None = field(default=None, kw_only=True)
-    """What the run that has just ended read of the clips' files."""
+    """The content of the clips' files, as read by the run that has just ended."""
 
     @classmethod
     def load(cls, out: Path, *, by: str | None = "") -> Self:
@@ -91,7 +91,7 @@ class StudyResults:
         return cls(out, utility, patches, clips, config["parameters"])
 
     def config(self) -> StudyConfig:
-        """The parameters of the run; ValueError says which is wrong in config.json, and what is allowed."""
+        """The parameters of the run; ValueError if one in config.json is wrong, with what is allowed."""
         try:
             return StudyConfig.from_dict(self.parameters)
         except ValueError as error:
@@ -111,9 +111,9 @@ class StudyResults:
         return Motion.load(motion_file(self.out, clip))
 
     def recording(self, clip: int, patches: Sequence[int] | None = None) -> ImuRecording:
-        """What the sensors on all patches, or some, record of a clip, by its number.
+        """Recording of a clip, by its number, from the sensors on all patches or some.
 
-        It is read where the run kept it, else made again from the motion, the same to the last bit.
+        It is read if the run kept it, else made again from the motion, the same to the last bit.
         """
         kept = signals_file(*self.places[clip])
         if kept.exists():
@@ -129,7 +129,7 @@ class StudyResults:
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """What `summary.json` says."""
+        """Content of `summary.json`."""
         return json.loads(inside(self.out, "summary.json").read_text(encoding="utf-8"))
 
     @property
@@ -145,7 +145,7 @@ class StudyResults:
 
     @cached_property
     def listed(self) -> tuple[Entry, ...]:
-        """What the folder's list says of each clip: of `clips`, then of those skipped."""
+        """The folder's list of clips: entries of `clips`, then of those skipped."""
         return tuple(read_clip_list(self.out))
 
     @cached_property
@@ -159,18 +159,18 @@ class StudyResults:
         return tuple((self.out, clip.name) for clip in self.clips)
 
     def inputs(self, classifier: str) -> PatchBlocks:
-        """What a classifier takes of the run: all windows of all patches, served from disk."""
+        """A classifier's inputs: all windows of all patches, served from disk."""
         if self.read and self.read.classifier == classifier:
             return self.read.inputs
         return ranking_inputs(self.places, self.windows, classifier, self.config().windows)
 
     def labels(self) -> WindowLabels:
-        """What is known of each window."""
+        """Labels of each window."""
         return WindowLabels.of(self.clips, self.windows)
 
 
 def stored_recording(out: Path, clip: str) -> ImuRecording:
-    """What the sensors of a run, or of a folder laid out like one's, record of a clip."""
+    """Recording of a clip from a run's folder, or one laid out like it."""
     kept = signals_file(out, clip)
     if kept.exists():
         return ImuRecording.load(kept)
@@ -193,7 +193,7 @@ class ClipResult:
     """A clip, used or skipped."""
 
     clip: Clip
-    reason: str  # why it was skipped; empty where it is used
+    reason: str  # why it was skipped; "" if it is used
     details: dict[str, Any]  # of a used clip: take, frames, rate, duration, windows, skeleton
     source_sha256: str  # of the clip's file
 

@@ -22,12 +22,12 @@ from .config import StudyConfig
 
 
 def place_patches(body: Body, config: StudyConfig) -> PatchSet:
-    """The study's patches on its body, and its own placements after them.
+    """The study's patches on its body, then the user's placements.
 
     Raises
     ------
     ValueError
-        If a placement cannot be: the message says why.
+        If a placement is not possible; the message says why.
     """
     patches = sample_patches(body, config.patches, config.seed)
     return with_placements(body, patches, dict(config.placements)) if config.placements else patches
@@ -43,7 +43,7 @@ def record(
 ) -> ImuRecording:
     """Recording of sensors on all patches, or the `chosen`, through one motion.
 
-    `on_cloth` says how all those on garments move. ValueError if the motion is too short for the synthesis.
+    `on_cloth` is how all those on garments move. ValueError if the motion is too short for the synthesis.
     """
     motion, sensor = measured(motion, config), config.sensor_model()
     if on_cloth is None:
@@ -55,7 +55,7 @@ def record(
 
 
 def measured(motion: Motion, config: StudyConfig) -> Motion:
-    """The motion with its root's path band-limited, where the config asks for it and the frames hold more."""
+    """The motion with its root's path band-limited, if the config asks for it and the frames hold more."""
     if config.root_band_hz is None or config.root_band_hz >= motion.rate / 2:
         return motion
     return smoothed_root(motion, config.root_band_hz)
@@ -74,7 +74,7 @@ def record_baked(
     """Recording of sensors on all patches of a surface that Blender has moved.
 
     `matrices`, shape (T, N, 4, 4), are the patches' in the world, `labels` activity, subject and clip.
-    `first_sensor` is the number of the first where the patches are the last of a larger set. `root`, shape
+    `first_sensor` is the number of the first if the patches are the last of a larger set. `root`, shape
     (T, 3), is the path of the body's root in the world. ValueError if it is to be band-limited and not known,
     or if the motion is too short for the synthesis.
     """
@@ -86,19 +86,21 @@ def record_baked(
     ideal = synthesize(matrices, rate, config.synthesis)
     if on_cloth is not None:
         ideal = on_cloth.over(ideal, config.synthesis)
-    named = ImuRecording(ideal.acc, ideal.gyr, ideal.rate, patches.names, *labels)
+    activity, subject, clip = labels
+    named = ImuRecording(ideal.acc, ideal.gyr, ideal.rate, patches.names, activity, subject, clip)
     sensor = config.sensor_model()
-    others = further_signals(
-        matrices, rate, config.synthesis, sensor, config.further, named.clip, config.seed, first_sensor
-    )
-    further: dict[str, Any] = {**others}
+    further: dict[str, Any] = {
+        **further_signals(
+            matrices, rate, config.synthesis, sensor, config.further, clip, config.seed, first_sensor
+        )
+    }
     return replace(sensor.apply(named, config.seed, first_sensor), **further)
 
 
 def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, np.ndarray]:
-    """Windows of a recording as features, shape (W, N, D), float32, and which may be tested on, shape (W,).
+    """Windows of a recording as features, shape (W, N, D), float32, and the mask (W,) of test windows.
 
-    Windows to test on do not overlap. TooShortError if the recording does not fill one window.
+    Test windows do not overlap. TooShortError if the recording does not fill one window.
     """
     windows = cut_windows(recording, config.windows)
     features = window_features(windows.signals, recording.rate)

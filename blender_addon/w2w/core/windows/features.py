@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from ..blas import multiply
 from ..imu.recording import ImuRecording
 from ..threads import unthreaded_products
-from .windows import WindowSpec, cut_alike
+from .windows import WindowSpec, cut_at_windows
 
 BAND_EDGES_HZ = np.array([0.3, 0.8, 1.3, 1.8, 2.4, 3.2, 4.2, 5.5, 7.5, 10.0, 15.0, 25.0])
 """Edges of the spectral bands; the bands that a rate and a length cannot resolve stay out."""
@@ -25,7 +25,7 @@ PA_PER_M = 12.0
 """Pressure lost with each metre near the sea."""
 
 FLOOR = np.float32(0.0025)
-"""Smallest amplitude told apart, in units: about a good sensor's noise. Logarithms start there."""
+"""Smallest distinguished amplitude, in units: about a good sensor's noise. Logarithms start there."""
 
 CHANNELS = ("acc x", "acc y", "acc z", "gyr x", "gyr y", "gyr z", "|acc|", "|gyr|")
 
@@ -44,7 +44,7 @@ def feature_names(samples: int, rate: float) -> list[str]:
 
 
 def window_features(windows: np.ndarray, rate: float) -> np.ndarray:
-    """Describe each window of each sensor by numbers, the same whatever threads there are.
+    """Describe each window of each sensor by numbers that do not depend on the threads.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
 def further_features(recording: ImuRecording, spec: WindowSpec, names: Sequence[str]) -> np.ndarray:
     """Describe each window of each sensor by the further readings recorded, those of `names`.
 
-    None of them knows which way is north or what the weather is: those tell clips apart, not activities.
+    None depends on the direction of north or on the weather: these distinguish clips, not activities.
 
     Returns
     -------
@@ -154,7 +154,7 @@ def further_features(recording: ImuRecording, spec: WindowSpec, names: Sequence[
     """
     blocks = []
     for name in names:
-        windows = cut_alike(recording.further[name], recording, spec)
+        windows = cut_at_windows(recording.further[name], recording, spec)
         rows = [_statistics(_further_channels(window, name), recording.rate, name) for window in windows]
         blocks.append(np.stack(rows))
     return np.concatenate(blocks, axis=2)

@@ -175,8 +175,8 @@ def for_each_patch(
 class FeatureFiles:
     """Features of clips, one file each, one after another.
 
-    Each file holds an array ``features``, shape (windows of the clip, N, D), float32, uncompressed. A
-    ValueError says which does not, or holds other patches than the first.
+    Each file holds an array ``features``, shape (windows of the clip, N, D), float32, uncompressed. Raises
+    ValueError for one that does not, or that holds other patches than the first.
     """
 
     def __init__(self, paths: Sequence[Path]) -> None:
@@ -205,10 +205,10 @@ class FeatureFiles:
 
 
 class WindowFiles:
-    """Windows of clips, cut anew from the files of their recordings.
+    """Windows of clips, cut from the files of their recordings.
 
-    The files are those of `ImuRecording.save`, all at one rate; `windows` says how many windows `cut_windows`
-    of each whole recording makes. A ValueError says which file is no recording.
+    The files are those of `ImuRecording.save`, all at one rate; `windows` are the numbers of windows that
+    `cut_windows` makes of each whole recording. Raises ValueError for a file that is no recording.
     """
 
     def __init__(self, paths: Sequence[Path], windows: Sequence[int], spec: WindowSpec) -> None:
@@ -236,7 +236,7 @@ class WindowFiles:
         return block
 
     def _starts(self, clip: int, n_samples: int, rate: float) -> np.ndarray | None:
-        """Starts of the windows where a sensor elsewhere lost samples; None where all windows are there."""
+        """Starts of the windows if a sensor elsewhere lost samples; None if all windows are there."""
         spec = self._spec
         all_of_them = max(0, n_samples - spec.samples(rate)) // spec.stride(rate) + 1
         if self._counts[clip] == all_of_them:

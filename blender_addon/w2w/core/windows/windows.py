@@ -16,7 +16,7 @@ STRIDE = 0.5
 
 
 MOST_TURNS = 50
-"""Windows longer than so many times the clip would hold little but its repetition: the clip is refused."""
+"""Length of a window in clips above which the clip is refused: it would be little but repetition."""
 
 
 class TooShortError(ValueError):
@@ -95,7 +95,7 @@ class WindowSpec:
 
     @classmethod
     def of_length(cls, length_s: float, stride_s: float | None = None) -> Self:
-        """Windows whose stride follows their length where none is given."""
+        """Windows with half their length as stride if none is given."""
         return cls(length_s, STRIDE * length_s if stride_s is None else stride_s)
 
     @property
@@ -139,10 +139,10 @@ def window_starts(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
     return _whole_windows(_prepared(recording, spec), recording, spec)
 
 
-def cut_alike(values: np.ndarray, recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
-    """Cut readings (T, N, k) beside acc and gyr into the windows that `cut_windows` makes of these.
+def cut_at_windows(values: np.ndarray, recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
+    """Cut readings (T, N, k) besides acc and gyr into the windows that `cut_windows` makes of these.
 
-    The windows (W, N, k, samples) are a view where the recording is not shorter than a window and loses no
+    The windows (W, N, k, samples) are a view if the recording is not shorter than a window and loses no
     samples.
     """
     samples = spec.samples(recording.rate)

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 
-from w2w.core.imu.calibration import Alike, Calibration, calibrate, held_out
+from w2w.core.imu.calibration import Calibration, Correlations, calibrate, held_out
 from w2w.core.imu.presets import write_sensor
 from w2w.core.imu.synthesis import FOLDED_BACK
 from w2w.core.wording import count, shown
@@ -96,7 +96,7 @@ def found_lines(found: Calibration, patch: str) -> list[str]:
     ]
 
 
-def gain_lines(what: str, gains: list[Alike]) -> list[str]:
+def gain_lines(what: str, gains: list[Correlations]) -> list[str]:
     """Sentences about the correlation of simulated and worn signals before and after."""
     lines = []
     for name, kind in (("specific force", "force"), ("angular velocity", "turning")):

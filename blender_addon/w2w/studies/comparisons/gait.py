@@ -11,7 +11,7 @@ import numpy as np
 from w2w.core.body.body import Body
 from w2w.core.files import write_json, write_text
 from w2w.core.filtering import butterworth
-from w2w.core.imu.calibration import Alike, held_out
+from w2w.core.imu.calibration import Correlations, held_out
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.library.library import Clip
@@ -43,7 +43,7 @@ class GaitValidation(NamedTuple):
     """Root mean square of the alternating magnitude of each kind, (N,), real and simulated."""
     energy_agreement: dict[str, Agreement]
     phases: SiteValidation
-    calibrated: list[list[Alike]]  # of both halves of the walk, each after a calibration on the other
+    calibrated: list[list[Correlations]]  # of both halves of the walk, each after a calibration on the other
     taught: list[PhasesTaught]  # phases of the worn sensors, named by what was learned from simulated ones
 
 
@@ -196,7 +196,7 @@ def _content(found: GaitValidation) -> dict:
                 )
                 .round(4)
                 .tolist()
-                for kind in Alike._fields
+                for kind in Correlations._fields
             },
         }
         for k, site in enumerate(found.sites)

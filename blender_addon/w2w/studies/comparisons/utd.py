@@ -9,7 +9,7 @@ import numpy as np
 
 from w2w.core.body.landmarks import SensorSite
 from w2w.core.files import write_json, write_text
-from w2w.core.imu.calibration import Alike, held_out
+from w2w.core.imu.calibration import Correlations, held_out
 from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
@@ -44,7 +44,7 @@ class PartOfUtd(NamedTuple):
     transfers: list[Transfer]
     steps: list[Transfer]
     """Simulated to real, one step of the calibration after the other (`calibrated_transfer`)."""
-    alike: list[Alike]  # signals before and after it, of people whom it was not fitted to
+    alike: list[Correlations]  # signals before and after it, of people whom it was not fitted to
     fitted: list[Correlation]
     raw: list[Correlation]
     """Magnitude of specific force, real against simulated, clip by clip: through the body, and from the plain
@@ -199,7 +199,7 @@ def _content(part: PartOfUtd) -> dict[str, Any]:
     }
     alike = {
         kind: np.median([getattr(one, kind) for one in part.alike], axis=0).round(4).tolist()
-        for kind in Alike._fields
+        for kind in Correlations._fields
     }
     return {
         "actions": list(part.activities),
