@@ -11,6 +11,7 @@ from w2w.core.selection.constraints import fewest
 from w2w.core.study.choosing import prepared_tests
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.results import StudyResults
+from w2w.core.wording import count
 
 from .joint_test import joint_content, sensors_together, together_content
 from .promised import LargePromises, exact_by_half, greedy_by_half, promised
@@ -106,6 +107,5 @@ def subset_content(subset: Subset, study: StudyResults) -> dict[str, Any]:
 
 
 def _sensors(subset: Subset) -> str:
-    count = len(subset.order)
-    text = f"{count} sensor{'s' if count != 1 else ''}"
-    return text if abs(subset.cost - count) < ROUNDING else f"{text} at a cost of {subset.cost:g}"
+    text, number = count("sensor", len(subset.order)), len(subset.order)
+    return text if abs(subset.cost - number) < ROUNDING else f"{text} at a cost of {subset.cost:g}"
