@@ -27,9 +27,7 @@ def saved(bundled_body: Body, tmp_path: Path) -> Path:
 def test_the_body_is_read_in_a_thread_and_added(saved: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     threads = []
     in_thread = jobs.in_thread
-    monkeypatch.setattr(
-        "w2w.ui.steps.body.in_thread", lambda *given: threads.append(given[1]) or in_thread(*given)
-    )
+    monkeypatch.setattr(jobs, "in_thread", lambda *given: threads.append(given[1]) or in_thread(*given))
     assert bpy.ops.w2w.load_body(filepath=str(saved)) == {"FINISHED"}
     assert threads == ["reading mine.npz"]
     assert len(bpy.context.scene.w2w.body.data.vertices) == 6890
