@@ -119,6 +119,10 @@ CHANGES = {
 }
 
 
+SLOW = ("other windows", "other folds")
+"""Changes after which all clips are worked on again: other patches do so by day."""
+
+
 def seen_during(moments, out, work):
     """At each moment, whether a folder is said to be unfinished, and its `results` where it is not."""
     seen = []
@@ -132,7 +136,10 @@ def seen_during(moments, out, work):
     return seen
 
 
-@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize(
+    "change",
+    [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in CHANGES],
+)
 def test_at_every_moment_results_are_whole_or_said_to_be_unfinished(moments, first, tmp_path, change):
     library, out, new = (tmp_path / name for name in ("library", "out", "new"))
     shutil.copytree(first / "library", library)
