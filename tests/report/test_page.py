@@ -17,10 +17,11 @@ from typer.testing import CliRunner
 
 from w2w.core.patches.own_placements import placement_vertices, read_placements
 from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.costs import costs_at, does_as_well
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.advice import advise
 from w2w.core.selection.answer import best_single
-from w2w.core.selection.headline import CANNOT_RANK, more_clips
+from w2w.core.selection.headline import doubt, more_clips
 from w2w.core.study.results import StudyResults
 from w2w.core.wording import capital
 from w2w.headless.app import APP
@@ -117,7 +118,8 @@ def test_the_view_holds_the_body_and_its_scores(data, drawn_results, bundled_bod
         np.testing.assert_allclose(maps, np.vstack([whole, parts.T]), atol=1e-5)
     for name in ("expected_low", "expected_high"):
         np.testing.assert_allclose(unpack(data[name]) / 65535, getattr(utility, name), atol=1e-5)
-    np.testing.assert_array_equal(unpack(data["as_good"]), utility.as_good)
+    base = json.loads((drawn_results / "summary.json").read_text())["answer"]["costs_are_against"]
+    np.testing.assert_array_equal(unpack(data["as_good"]), does_as_well(costs_at(utility, base)))
     assert data["names"] == list(patches.names)
     assert [data["regions"][code] for code in unpack(data["region"])] == list(patches.regions)
 
@@ -220,23 +222,21 @@ def test_the_headline_is_that_of_the_summary(page, drawn_results):
     assert summary["more_clips_per_activity"] == more_clips(utility)
 
 
-@pytest.mark.parametrize("can_rank", [True, False])
-def test_clips_that_cannot_rank_say_so_before_all_else(drawn_results, tmp_path, can_rank):
+@pytest.mark.parametrize(("chance", "doubted"), [(0.95, False), (0.7, True), (0.5, True)])
+def test_clips_that_hardly_tell_places_apart_say_so_at_the_colours(drawn_results, tmp_path, chance, doubted):
     out = tmp_path / "out"
     shutil.copytree(drawn_results, out)
-    utility = replace(UtilityMap.load(out / "utility.npz"), can_rank=can_rank)
+    utility = replace(UtilityMap.load(out / "utility.npz"), beats_average=chance)
     utility.save(out / "utility.npz")
-    page, text = read(out)
-    assert (CANNOT_RANK in text) != can_rank
-    assert ("the colours are mostly chance" in text) != can_rank
-    if not can_rank:
-        assert page.index('<p class="warning">') < page.index('<section class="choices"')
+    _, text = read(out)
+    assert (f"{doubt(utility)}: the colours are mostly chance" in text) is doubted
     study, console = StudyResults.load(out), Console(record=True, width=200, file=io.StringIO())
     advice = advise(utility, study.patches, study.body(), None)
     show_answer(advice, utility, console)
     said = console.export_text().strip()
     assert said.startswith(advice.answer.sentence())
-    assert (CANNOT_RANK in said) != can_rank
+    assert ("hardly tell places apart" in said) == (chance == 0.7)
+    assert ("cannot show that one place is better" in said) == (chance == 0.5)
 
 
 def test_regions_are_sorted_by_the_expected_f1_and_lead_with_it(page, drawn_results):
@@ -247,7 +247,8 @@ def test_regions_are_sorted_by_the_expected_f1_and_lead_with_it(page, drawn_resu
     first = next(iter(summary["regions"].values()))
     best = summary["best_single_patch"]["patch"]
     assert first["best_patch"] == best == best_single(utility)
-    assert sum(entry["as_good"] for entry in summary["regions"].values()) == utility.as_good.sum()
+    costs = costs_at(utility, summary["answer"]["costs_are_against"])
+    assert sum(entry["as_good"] for entry in summary["regions"].values()) == does_as_well(costs).sum()
     rows = re.search(r'<table id="ranked">.*?<tbody>(.*?)</tbody>', page, re.DOTALL)[1].split("</tr>")
     shown = [int(re.search(r'data-patch="(\d+)"', row)[1]) for row in rows if "<td" in row]
     assert shown == [entry["best_patch"] for entry in summary["regions"].values()][:10]

@@ -6,7 +6,7 @@ from __future__ import annotations
 import base64
 import io
 import zlib
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,7 +18,7 @@ from w2w.core.colours import patch_colours
 from w2w.core.ranking.utility import CLASSIFIERS
 from w2w.core.selection import headline
 from w2w.core.selection.answer import ScoredMap, answer, best_single
-from w2w.core.selection.headline import CANNOT_RANK, confidence_sentence, mean_caution, short
+from w2w.core.selection.headline import mean_caution, repeat_sentence, short
 from w2w.scene.base.body import body_of
 from w2w.scene.base.patches import patch_empties
 from w2w.ui.jobs import jobs
@@ -129,24 +129,22 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     body = make_study(library)
     study, utility, patches = body.w2w, utility_of(body.w2w), patches_of(body)
     best = best_single(utility)
-    caution, sentences = results.findings(study, utility)
-    assert bool(caution) == (not utility.can_rank)
+    sentences = results.findings(study, utility)
     found = answer(ScoredMap(utility, patches, body_of(body)))
     assert answer_of(study)["sentence"] == found.sentence()
-    assert sentences[-1] == f"{confidence_sentence(utility)}."
-    weak = replace(utility, can_rank=False)
-    assert results.findings(study, weak)[0] == f"{CANNOT_RANK}."
+    assert sentences[-1] == f"{repeat_sentence(utility)}."
+    assert (f"{found.lead()}." in sentences) == bool(found.lead())
     first, second = scores.patch_lines(study, utility, best)
     assert mean_caution(utility)  # the library has few clips
     assert first == f"expected F1 {utility.expected_mean[best]:.2f} (too few clips for an interval)"
-    assert second == f"rank 1 of {len(patches)}, as good as the best; on these clips {utility.mean[best]:.2f}"
+    assert second == f"rank 1 of {len(patches)}, does as well; on these clips {utility.mean[best]:.2f}"
     assert study.regions[0].high == 0
     for module in (headline, scores):
         monkeypatch.setattr(module, "mean_caution", lambda _: "")
     first, second = scores.patch_lines(study, utility, best)
     low, high = utility.expected_low[best], utility.expected_high[best]
     assert first.startswith(f"expected F1 {utility.expected_mean[best]:.2f} ({low:.2f} to {high:.2f})")
-    assert first.endswith(", as good as the best")
+    assert first.endswith(", does as well")
     assert second.startswith(f"rank 1 of {len(patches)}; on these clips {utility.mean[best]:.2f} (")
     results.list_regions(body)
     assert study.regions[0].high == pytest.approx(high)

@@ -29,7 +29,7 @@ from ..core.ranking.stream import Stream
 from ..core.ranking.utility import UtilityMap
 from ..core.selection.answer import Answer, PlaceScore, ScoredMap, answer, compare
 from ..core.selection.constraints import Constraints
-from ..core.selection.headline import mean_title, short, spot_caution
+from ..core.selection.headline import doubted, mean_title, short
 from ..core.selection.in_stream import InStream
 from ..core.selection.joint import WornSet
 from ..core.selection.set_tests import SetTests
@@ -111,14 +111,17 @@ class Ranking:
         self.heatmap().savefig(picture, format="png")
         rows = [
             f"<tr><td>{escape(f'{score.side} {score.name}'.strip())}<td>{short(score.expected)}"
-            f"<td>{short(score.low)} to {short(score.high)}"
+            f"<td>{short(score.low)} to {short(score.high)}<td>{short(max(score.cost.expected, 0.0))}"
+            f"<td>{short(score.cost.low)} to {short(score.cost.high)}<td>{score.cost.verdict()}"
             for score in self.answer.products
         ]
-        cautions = spot_caution(self.best, self.utility), interval_caution(self.utility)
+        cautions = self.answer.lead(), interval_caution(self.utility)
         parts = [
             f"<p><b>{escape(self.answer.sentence())}</b></p>",
             *(f"<p>{escape(text)}.</p>" for text in cautions if text),
-            f"<table><tr><th>One sensor on<th>F1<th>95 % interval{''.join(rows)}</table>",
+            f"<table><tr><th>One sensor on<th>F1<th>95 % interval<th>Costs<th>95 % interval<th>"
+            f"{''.join(rows)}"
+            "</table>",
             f'<img alt="{escape(self.answer.sentence())}" style="max-width: 100%" '
             f'src="data:image/png;base64,{b64encode(picture.getvalue()).decode()}">',
         ]
@@ -318,8 +321,7 @@ class Ranking:
         else:
             raise ValueError(f"{activity!r} was not ranked; there are {', '.join(self.activities)}")
         best = self.best if expected and activity is None else int(np.argmax(scores))
-        subtitle = "" if self.utility.can_rank else "These clips cannot rank placements. "
-        subtitle += f"Best patch: {self.names[best]} ({scores[best]:.2f})"
+        subtitle = doubted(self.utility, f"Best patch: {self.names[best]} ({scores[best]:.2f})")
         label = "Expected F1" if expected else "F1 on these clips"
         return draw_heatmap(
             path, self.body, self.patches, scores, title, subtitle, label, span=self.utility.colour_span

@@ -4,6 +4,7 @@
 import base64
 import json
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +20,9 @@ from ..core.garments.cover import garment_sentence
 from ..core.garments.on_cloth import caught_sentences
 from ..core.imu.wearing import wearing_sentences
 from ..core.patches.body_parts import PRODUCT_NAMED, PRODUCTS
-from ..core.patches.naming import resolve
+from ..core.patches.naming import names_on, resolve
 from ..core.patches.patches import PatchSet
+from ..core.ranking.costs import costs_at, does_as_well
 from ..core.ranking.utility import UtilityMap
 from ..core.selection import headline
 from ..core.selection.answer import product_places
@@ -48,15 +50,16 @@ def report_page(study: StudyResults, project: str | None = None) -> str:
 
     body, utility, summary = study.body(), study.utility, study.summary
     config = json.loads((study.out / "config.json").read_text(encoding="utf-8"))
-    answer, best = summary["answer"], summary["best_single_patch"]["patch"]
-    patch = answer["patch"]
+    answer = summary["answer"]
+    patch, base = answer["patch"], answer["costs_are_against"]
     worn = summary["worn_together"]
     if worn:
         named = [{**sensor, "called": sensor["product"] or sensor["name"]} for sensor in worn["places"]]
         worn = {**worn, "places": named}
     together = [sensor["patch"] for sensor in worn["places"]] if worn else []
     shown = [product["patch"] for product in answer["products"][:NUMBERED]] or [patch]
-    less = [each for each in answer["products"][NUMBERED:] if each["name"] == answer["compared_with"]]
+    less = [each for each in answer["products"][NUMBERED:] if each["name"] in answer["compared_with"]]
+    allowed = study.config().constraints.terms(study.patches).allowed
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
     notable = [entry for entry in read_clip_list(study.out) if NOTABLE & entry.keys()]
@@ -67,9 +70,9 @@ def report_page(study: StudyResults, project: str | None = None) -> str:
         counts=notes.counts_sentence(summary["clips"], utility),
         in_blend=len(study.clips_in_blend),
         mean_caution=headline.mean_caution(utility),
-        spot_caution=headline.spot_caution(best, utility),
+        doubt=headline.doubt(utility),
         answer=answer,
-        first_products=[*answer["products"][:NUMBERED], *less][: NUMBERED + 1],
+        first_products=[*answer["products"][:NUMBERED], *less],
         still=still_picture(study, body, shown, together),
         notes=_notes(summary, notable, len(study.patches)),
         left_out=notes.left_out_sentences(utility.left_out),
@@ -79,13 +82,13 @@ def report_page(study: StudyResults, project: str | None = None) -> str:
         utility=utility,
         n_patches=len(study.patches),
         mean_title=headline.mean_title(utility),
-        regions=best_regions(utility, study.patches),
+        regions=best_regions(utility, study.patches, base, allowed),
         activities=_activities(study, summary, patch),
         mistakes=_mistakes(utility, patch),
         skipped=sorted((entry["file"], entry["skipped"]) for entry in notable if not is_used(entry)),
         style=Markup((PAGE / "style.css").read_text(encoding="utf-8")),
         scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in ("viewer.js", "page.js")],
-        data=Markup(as_script_json(view_data(body, study.patches, utility, shown, patch))),
+        data=Markup(as_script_json(view_data(body, study.patches, utility, shown, base))),
     )
 
 
@@ -134,13 +137,13 @@ def _mistakes(utility: UtilityMap, patch: int) -> list[dict[str, Any]]:
 
 
 def view_data(
-    body: Body, patches: PatchSet, utility: UtilityMap, chosen: list[int], best: int
+    body: Body, patches: PatchSet, utility: UtilityMap, chosen: list[int], base: list[int]
 ) -> dict[str, Any]:
     """The data of the 3D view, as plain values and `packed` arrays.
 
-    `chosen` are the patches that carry a number, in its order, `best` is the recommended one. Map 0 is the
-    mean over activities, then there is one for each activity: of the expected F1, which has an interval for
-    the mean alone, and of the raw F1 with its interval.
+    `chosen` are the patches that carry a number, in its order, `base` those that the recommended sensor moves
+    over. Map 0 is the mean over activities, then there is one for each activity: of the expected F1, which
+    has an interval for the mean alone, and of the raw F1 with its interval.
     """
     corner = body.vertices.min(axis=0)
     step = float(np.ptp(body.vertices, axis=0).max()) / 65535
@@ -174,7 +177,7 @@ def view_data(
         "expected": packed(_steps(expected)),
         "expected_low": packed(_steps(utility.expected_low)),
         "expected_high": packed(_steps(utility.expected_high)),
-        "as_good": packed(utility.as_good),
+        "as_good": packed(does_as_well(costs_at(utility, base))),
         "raw": packed(_steps(raw)),
         "low": packed(_steps(low)),
         "high": packed(_steps(high)),
@@ -182,21 +185,23 @@ def view_data(
         "chosen": chosen,
         "words": _words(body, patches),
         "products": list(PRODUCTS),
-        "best": best,
+        "base_f1": float(utility.expected_mean[base].mean()),
+        "best": base[0],
         "colours": packed(np.rint(255 * colour_table(steps=256))),
     }
 
 
 def _words(body: Body, patches: PatchSet) -> dict[str, list[int]]:
-    """Patches of each product, by all its names, and of each region, one per side."""
+    """Patches of each product, by all its names, and of each place by name, one per side."""
     patches_of: dict[str, list[int]] = {}
     at = product_places(patches, body)
     for word, product in PRODUCT_NAMED.items():
         there = {side: at[product.name, side] for side in product.sides if (product.name, side) in at}
         patches_of[word] = list(there.values())
         patches_of |= {f"{side} {word}": [patch] for side, patch in there.items() if side}
-    for region in sorted(set(patches.regions)):
-        patches_of.setdefault(region, [resolve(region, body, patches, lambda _: None)])
+    for name in names_on(body):
+        with suppress(ValueError):  # words of a region that has no patch near
+            patches_of.setdefault(name, [resolve(name, body, patches, lambda _: None)])
     return patches_of
 
 

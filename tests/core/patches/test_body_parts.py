@@ -54,5 +54,7 @@ def test_words_sides_names_and_placements(patches):
     assert {regions[place] for place in found(patches, "right waist")} == {"right hip"}
     assert found(patches, patches.names[77]) >= {77}
     assert len(found(patches, "sternum 02")) == 1
+    with pytest.raises(ValueError, match=r"^no patch is called 'rigth arm'; did you mean right arm\?$"):
+        find_patches(patches.regions, patches.names, "rigth arm")
     with pytest.raises(ValueError, match=r"no patch is called 'tail': write a part of the body \(left"):
         found(patches, "tail")

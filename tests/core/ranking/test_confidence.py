@@ -140,7 +140,7 @@ def test_places_are_the_same_within_the_normal_quantile_of_their_difference(ahea
     difference = random.permutation(norm.ppf((np.arange(4000) + 0.5) / 4000))
     samples = np.stack([together, together + difference + sign * ahead], axis=1)
     utility = map_of([0, 0], samples, level)
-    assert utility.same(0, 1) == utility.same(1, 0) == same
+    assert utility.same([0], [1]) == utility.same([1], [0]) == same
 
 
 def test_the_first_of_equally_good_places_is_the_best():

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from w2w.core.ranking.expected import expect
+from w2w.core.ranking.costs import does_as_well
+from w2w.core.ranking.expected import LIKELY, SURE, expect
 from w2w.core.ranking.halves import plan
 from w2w.core.ranking.pooling import Pooling
 
@@ -38,13 +39,14 @@ def world(truth, level_noise, noise, seed):
     whole = (raw[0] + raw[1]) / 2
     other = truth + level_noise * rng.normal() + noise * rng.normal(size=(A, N))
     maps = np.stack([whole, *raw])
-    return expect(maps, work, Pooling.none(N), 0.95, seed), other
+    return expect(maps, work, Pooling.none(N), 0.95), other
 
 
-def test_patches_that_are_all_equal_are_kept_as_good_and_said_not_to_be_ranked():
+def test_patches_that_are_all_equal_do_as_well_and_are_said_not_to_be_told_apart():
     found = [world(np.full((A, N), 0.5), 0.01, 0.05, seed)[0] for seed in range(20)]
-    assert np.mean([one.as_good.mean() for one in found]) > 0.9
-    assert np.mean([one.can_rank for one in found]) < 0.2
+    costs = [each.expected_mean.max() - each.expected_mean for each in found]
+    assert does_as_well(np.array(costs)).mean() > 0.9
+    assert np.mean([each.beats_average >= LIKELY for each in found]) < 0.2
 
 
 def test_a_real_lead_is_found_and_promised_as_it_is():
@@ -54,8 +56,8 @@ def test_a_real_lead_is_found_and_promised_as_it_is():
         truth = np.repeat(0.5 + 0.1 * rng.normal(size=(1, N)), A, axis=0)
         found, other = world(truth, 0.01, 0.1, seed)
         best = found.expected_mean.argmax()
-        assert found.can_rank
-        assert found.as_good.mean() < 0.7
+        assert found.beats_average >= SURE
+        assert does_as_well(found.expected_mean.max() - found.expected_mean).mean() < 0.2
         promised.append(found.expected_mean[best])
         given.append(other.mean(axis=0)[best])
         lead.append(truth[0, best] - 0.5)
@@ -71,7 +73,7 @@ def test_where_clips_are_said_to_rank_the_best_patch_beats_the_average_nine_time
         for spread in (0.02, 0.03, 0.04):
             lead = spread * np.random.default_rng(seed).normal(size=(1, N))
             found, _ = world(np.repeat(0.5 + lead, A, axis=0), 0.01, noise, seed)
-            if found.can_rank:
+            if found.beats_average >= SURE:
                 over = lead[0, found.expected_mean.argmax()] - lead.mean()
                 chances.append(norm.cdf(over / (noise / np.sqrt(A))))
     assert len(chances) > 10
@@ -85,7 +87,7 @@ def test_a_peak_that_pooling_has_flattened_is_not_made_steeper_again():
     truth = np.full((A, N), 0.5)
     truth[:, N // 2] = 0.9
     work = planned(0)
-    found = expect(np.tile(truth, (1 + 2 * len(work.pairs), 1, 1)), work, pooling, 0.95, 0)
+    found = expect(np.tile(truth, (1 + 2 * len(work.pairs), 1, 1)), work, pooling, 0.95)
     np.testing.assert_allclose(found.expected_mean, pooling.apply(truth)[0], atol=1e-6)
 
 
@@ -115,7 +117,7 @@ def test_intervals_narrow_where_all_clips_bring_f1_nearer_to_one_than_halves_do(
     widths = []
     for whole, halves in ((0.5, 0.5), (0.9, 0.8), (0.9, 0.9)):
         maps = np.concatenate([whole + noise[:1] / 2, halves + noise])
-        found = expect(maps, work, Pooling.none(N), 0.95, 0)
+        found = expect(maps, work, Pooling.none(N), 0.95)
         widths.append(np.median(found.expected_high - found.expected_low))
     alike, nearer, still = widths
     assert nearer == pytest.approx(alike * np.sqrt(0.9 * 0.1 / (0.8 * 0.2)), rel=0.06)
@@ -137,24 +139,23 @@ def test_f1_of_one_everywhere_leaves_an_interval():
     work = planned(2)
     halves = 0.9 + 0.05 * np.random.default_rng(2).normal(size=(2 * len(work.pairs), A, N))
     maps = np.concatenate([np.ones((1, A, N)), halves])
-    found = expect(maps, work, Pooling.none(N), 0.95, 0)
+    found = expect(maps, work, Pooling.none(N), 0.95)
     assert (found.expected_high > found.expected_low).all()
 
 
 def test_patches_without_any_lead_beat_no_average():
     work = planned(2)
-    found = expect(np.ones((1 + 2 * len(work.pairs), A, N)), work, Pooling.none(N), 0.95, 0)
+    found = expect(np.ones((1 + 2 * len(work.pairs), A, N)), work, Pooling.none(N), 0.95)
     assert found.beats_average == 0
-    assert not found.can_rank
 
 
 def test_clips_that_cannot_be_halved_rank_nothing():
     clip = np.repeat(np.arange(3 * A), 2)
     work = plan(clip % A, clip, clip // A, np.ones(len(clip), bool))
     raw = np.random.default_rng(0).uniform(size=(1, A, N))
-    found = expect(raw, work, Pooling.none(N), 0.95, 0)
-    assert not found.can_rank
-    assert found.as_good.all()
+    found = expect(raw, work, Pooling.none(N), 0.95)
+    assert found.beats_average < LIKELY
+    assert not len(found.errors)
     assert (found.expected_low == 0).all()
     assert (found.expected_high == 1).all()
     assert np.ptp(found.expected_mean) < np.ptp(raw[0].mean(axis=0))

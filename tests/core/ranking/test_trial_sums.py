@@ -102,6 +102,6 @@ def test_patches_tried_some_at_a_time_give_the_same_map():
     arguments = features(labels, 35), CrossValidation(names[labels], clip, None, is_test, list(names), 3)
     told = []
     whole, parts = utility_map(*arguments), utility_map(*arguments, progress=told.append, spread=map)
-    for name in ("predictions", "expected_f1", "expected_mean", "as_good", "mean_samples"):
+    for name in ("predictions", "expected_f1", "expected_mean", "errors", "mean_samples"):
         np.testing.assert_array_equal(getattr(whole, name), getattr(parts, name))
     assert told == [1 / 3, 2 / 3, 1.0]

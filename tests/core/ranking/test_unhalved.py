@@ -29,7 +29,7 @@ def test_their_signal_counts_and_their_noise_is_in_the_interval():
         truth = 0.5 + 0.1 * np.repeat(rng.normal(size=(1, N)), 10, axis=0)
         halves = [truth + noise * np.sqrt(2) * rng.normal(size=(10, N)) for _ in range(2 * len(work.pairs))]
         maps = np.stack([truth + noise * rng.normal(size=(10, N)), *halves])
-        found = expect(maps, work, Pooling.none(N), 0.95, seed)
+        found = expect(maps, work, Pooling.none(N), 0.95)
         other = (truth + noise * rng.normal(size=(10, N))).mean(axis=0)
         best = found.expected_mean.argmax()
         promised.append(found.expected_mean[best] - found.expected_mean.mean())
@@ -52,14 +52,47 @@ def test_noise_falls_with_the_clips():
     rest = Unhalved.of(np.ones(4), np.array([True, True, False, False]), clips)
     pooled = halves_of_noise(rng, clips[:2], 0.3, pairs=60)
     assert rest.halved == 0.5
-    expected = 0.3**2 * (1 / 2 + 1 / 3) / 4**2
-    assert rest.noise_maps(pooled, 0).var() == pytest.approx(expected, rel=0.2)
-    assert rest.variance_with(0.0, pooled) == pytest.approx(expected, rel=0.2)
+    assert rest.rows.tolist() == [False, False, True, True]
+    assert rest.noise(pooled) == pytest.approx(0.3**2 * (1 / 2 + 1 / 3) / 4**2, rel=0.2)
+
+
+@pytest.mark.parametrize("signal", [0.0, 0.1, 0.3])
+def test_of_their_contrast_what_is_beyond_noise_repeats(signal):
+    rng = np.random.default_rng(1)
+    clips = np.array([40, 10, 2, 3])
+    rest = Unhalved.of(np.ones(4), np.array([True, True, False, False]), clips)
+    pooled = halves_of_noise(rng, clips[:2], 0.3, pairs=60)
+    shares, variances = [], []
+    for _ in range(20):
+        noise = 0.3 / np.sqrt(clips[2:, None]) * rng.normal(size=(2, N))
+        share, variance = rest.repeat(signal * rng.normal(size=(2, N)) + noise, pooled, pooled)
+        shares.append(share)
+        variances.append(variance)
+    true = 2 * signal**2 / (2 * signal**2 + 0.3**2 * (1 / 2 + 1 / 3))
+    assert np.mean(shares) == pytest.approx(true, abs=0.07)
+    assert np.mean(variances) == pytest.approx(2 * rest.noise(pooled), rel=0.07)
+
+
+@pytest.mark.later
+def test_the_chance_of_beating_an_average_place_is_right_where_most_activities_are_rare():
+    """Two activities of 40 clips and eight of three that share no signal worth speaking of."""
+    noise = 0.04 * np.sqrt(40 / np.array([40] * 2 + [3] * 8))[:, None]
+    stated, did = [], []
+    for seed in range(60):
+        rng, work = np.random.default_rng(seed), plan(*few_and_many(), seed=seed)
+        truth = 0.5 + np.repeat(0.01 * rng.normal(size=(1, N)), 10, axis=0)
+        halves = [truth + noise * np.sqrt(2) * rng.normal(size=(10, N)) for _ in range(2 * len(work.pairs))]
+        maps = np.stack([truth + noise * rng.normal(size=(10, N)), *halves])
+        found = expect(maps, work, Pooling.none(N), 0.95)
+        other = (truth + noise * rng.normal(size=(10, N))).mean(axis=0)
+        stated.append(found.beats_average)
+        did.append(other[found.expected_mean.argmax()] > other.mean())
+    assert np.mean(stated) == pytest.approx(np.mean(did), abs=0.1)
 
 
 def test_where_all_can_be_halved_nothing_is_added():
     rest = Unhalved.of(np.ones(2), np.ones(2, dtype=bool), np.array([4, 4]))
     pooled = halves_of_noise(np.random.default_rng(0), [4, 4], 0.1)
     assert rest.halved == 1.0
-    assert not rest.noise_maps(pooled, 0).any()
-    assert rest.variance_with(0.25, pooled) == 0.25
+    assert rest.noise(pooled) == 0
+    assert rest.repeat(np.empty((0, N)), pooled, pooled) == (0, 0)

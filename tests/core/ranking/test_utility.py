@@ -103,9 +103,9 @@ def test_places_that_are_the_same_are_not_called_different():
     features, activity, clip, is_test = library(signal=(0.6, 0.6, 3.0))
     features[:, 1] = features[:, 0] + 0.02 * np.random.default_rng(1).normal(size=features[:, 0].shape)
     utility = utility_map(features, CrossValidation(activity, clip, None, is_test, ACTIVITIES))
-    assert utility.same(0, 1)
-    assert not utility.same(0, 2)
-    assert not utility.same(2, 1)
+    assert utility.same([0], [1])
+    assert not utility.same([0], [2])
+    assert not utility.same([2, 2], [1, 0])
 
 
 def test_unused_activities_and_lonely_clips_are_left_out_with_a_sentence():
@@ -175,7 +175,7 @@ def test_colours_span_a_patch_s_interval_where_patches_cannot_be_ranked():
         )
     )
     interval = float(np.median(ranked.expected_high - ranked.expected_low))
-    assert replace(ranked, can_rank=True).colour_span == LEAST_SPAN
-    assert replace(ranked, can_rank=False).colour_span == max(LEAST_SPAN, interval)
+    assert replace(ranked, beats_average=0.9).colour_span == LEAST_SPAN
+    assert replace(ranked, beats_average=0.89).colour_span == max(LEAST_SPAN, interval)
     assert not few.can_rank
     assert few.colour_span == 1.0  # nothing is known of other clips

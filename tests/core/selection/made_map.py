@@ -8,8 +8,8 @@ import numpy as np
 from w2w.core.ranking.utility import UtilityMap
 
 
-def ranked(expected, as_good, reliability=0.8, clips=12, half_width=0.0625, **more):
-    """A ranking of two activities whose patches all move alike between resamples."""
+def ranked(expected, reliability=0.8, clips=12, half_width=0.0625, **more):
+    """A ranking of two activities whose patches move alike between resamples and err alike."""
     expected = np.asarray(expected, dtype=np.float32)
     given = dict.fromkeys((field.name for field in fields(UtilityMap)), np.zeros(0))
     given |= {
@@ -19,10 +19,9 @@ def ranked(expected, as_good, reliability=0.8, clips=12, half_width=0.0625, **mo
         "expected_mean": expected,
         "expected_low": expected - half_width,
         "expected_high": expected + half_width,
-        "as_good": np.asarray(as_good, dtype=bool),
+        "errors": 0.02 * np.random.default_rng(0).choice([-1.0, 1.0], size=(200, len(expected))),
         "reliability": reliability,
         "beats_average": 0.93,
-        "can_rank": True,
         "activities": ("sit", "walk"),
         "truth": np.repeat([0, 1], clips),
         "clip": np.array([f"clip {number}" for number in range(2 * clips)]),

@@ -1,87 +1,64 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is said of a ranking: a patch where one stands out, parts of the body where many are as good."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from w2w.core.patches.body_parts import ALL, great_part, segment
-from w2w.core.selection.headline import (
-    BELOW_AVERAGE,
-    CANNOT_RANK,
-    WORN,
-    as_good_as,
-    confidence_sentence,
-    more_clips,
-    spot_caution,
-)
+from w2w.core.selection.headline import WORN, doubt, doubted, more_clips, per_cent, repeat_sentence
 
 from .made_map import ranked
-
-
-def scored(group, best):
-    expected = np.where(group, 0.75, 0.5)
-    expected[best] = 0.84
-    return expected
-
-
-def test_constraints_that_leave_out_the_best_leave_out_its_equals():
-    """The best that is allowed is one of the group, or can be told from it: then it stands alone."""
-    hand, thigh = np.arange(9) < 3, np.arange(9) > 5
-    best, top = 7, 1
-    expected = scored(hand, top)
-    expected[best] = 0.7
-    apart = ranked(expected, hand)
-    assert as_good_as(best, apart, ~hand).tolist() == [best]
-    among = ranked(expected, hand | thigh)
-    assert as_good_as(best, among, ~hand).tolist() == np.flatnonzero(thigh).tolist()
-    assert as_good_as(top, among).tolist() == np.flatnonzero(hand | thigh).tolist()
 
 
 @pytest.mark.parametrize(
     ("reliability", "clips", "sentence", "more"),
     [
-        (0.75, 36, "F1 repeats at .75 (good from .85); about 32 more clips for each activity would", 32),
-        (0.85 * 9 / (0.85 * 9 + 0.15 * 10), 9, "about 1 more clip for each activity would make it good", 1),
-        (0.9, 12, "F1 repeats at .90 (good from .85)", 0),
-        (0.3, 12, "more than 10 times as many clips would make it good", None),
-        (-0.1, 12, "F1 repeats at -.10 (good from .85); more than 10 times", None),
+        (0.75, 36, "Map reliability .75 (aim for .85); it takes about 32 more clips for each activity", 32),
+        (0.85 * 9 / (0.85 * 9 + 0.15 * 10), 9, "it takes about 1 more clip for each activity", 1),
+        (0.9, 12, "Map reliability .90 (aim for .85). On people's", 0),
+        (0.3, 12, "it takes more than 10 times as many clips", None),
+        (-0.1, 12, "Map reliability -.10 (aim for .85); it takes more than 10 times", None),
     ],
 )  # fmt: skip
 def test_how_many_more_clips_would_do(reliability, clips, sentence, more):
-    utility = ranked([0.5], [True], reliability, clips)
-    assert sentence in confidence_sentence(utility)
+    utility = ranked([0.5], reliability, clips)
+    assert sentence in repeat_sentence(utility)
     assert more_clips(utility) == more
 
 
-def test_what_the_best_spot_gains_and_how_sure_that_is():
-    utility = ranked([0.5, 0.7], [False, True], 0.9)
-    said = confidence_sentence(utility)
-    assert said.startswith(
-        "The best spot beats an average one on other clips by about .10 (93 % sure). Patch"
-    )
-    assert said.endswith(f"came out {WORN[False]} (docs/truth.md)")
-    certain = replace(utility, beats_average=1.0)
-    assert "(99 % sure)" in confidence_sentence(certain)
+def test_how_worn_sensors_compared_is_said_with_which_was_higher():
+    said = repeat_sentence(ranked([0.5, 0.7], 0.9))
+    assert said.endswith(f"measured F1 was {WORN[False]} than expected (docs/truth.md)")
 
 
-def test_an_allowed_spot_that_promises_less_than_an_average_one_is_not_praised():
-    utility = ranked([0.5, 0.7, 0.75], [False, True, True], 0.9)
-    assert [spot_caution(best, utility) for best in range(3)] == [BELOW_AVERAGE, "", ""]
-    assert spot_caution(0, replace(utility, can_rank=False)) == CANNOT_RANK
-    assert confidence_sentence(utility, 0).startswith("The best spot anywhere beats an average one")
-    assert confidence_sentence(utility, 2).startswith("The best spot beats")
+@pytest.mark.parametrize(
+    ("chance", "words"),
+    [
+        (0.9, ""),
+        (0.89, "These clips hardly tell"),
+        (0.65, "These clips hardly"),
+        (0.64, "These clips do not"),
+    ],
+)
+def test_a_picture_says_how_little_the_clips_tell_places_apart(chance, words):
+    utility = ranked([0.5, 0.7], beats_average=chance)
+    assert doubt(utility).startswith(words)
+    assert doubted(utility, "Best").split(". ")[-1] == "Best"
+    assert bool(doubt(utility)) is (chance < 0.9)
+
+
+def test_a_chance_is_never_certain():
+    assert per_cent(1.0) == "99 %"
 
 
 def test_clips_that_cannot_be_halved_are_said_not_to_tell():
-    utility = replace(ranked([0.5], [True], np.nan, 2), half_f1=None)
-    assert confidence_sentence(utility).startswith("How sure this is cannot be told")
+    utility = ranked([0.5], np.nan, 2, errors=np.empty((0, 0)))
+    assert repeat_sentence(utility).startswith("How sure this is cannot be told")
 
 
 def test_of_subjects_it_says_how_many_times_as_many():
-    utility = ranked([0.5], [True], 0.6, protocol="leave one of 5 subjects out")
-    assert "about 3.8 times as many subjects would make it good" in confidence_sentence(utility)
+    utility = ranked([0.5], 0.6, protocol="leave one of 5 subjects out")
+    assert "it takes about 3.8 times as many subjects" in repeat_sentence(utility)
 
 
 def test_every_region_belongs_to_a_part():

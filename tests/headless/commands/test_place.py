@@ -13,11 +13,11 @@ import pytest
 from w2w.core.body.body import Body
 from w2w.core.files import file_sha256
 from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.costs import does_as_well
 from w2w.core.ranking.turned import TURNS
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.answer import ScoredMap, answer
 from w2w.core.selection.constraints import Constraints
-from w2w.core.selection.headline import as_good_as
 from w2w.core.study.results import StudyResults
 from w2w.headless.runs.folder import only_run
 from w2w.scene.files.study_file import read_record
@@ -74,10 +74,8 @@ def test_the_run_keeps_to_the_constraints_and_says_what_they_cost(study):
     )
     assert "stair_climbing" not in summary["activities"]
     assert any("--leave-out" in reason for reason in skipped_clips(out).values())
-    best = summary["best_single_patch"]
     utility, patches = UtilityMap.load(out / "utility.npz"), PatchSet.load(out / ".w2w" / "patches.npz")
     allowed = Constraints(forbid=("head", "hand")).terms(patches).allowed
-    assert best["indistinguishable_patches"] == len(as_good_as(best["patch"], utility, allowed)) - 1
     body = Body.load(out / ".w2w" / "body.npz")
     said = answer(ScoredMap(utility, patches, body, allowed)).sentence()
     assert summary["answer"]["sentence"] == said
@@ -254,6 +252,19 @@ def test_nobody_elses_file_is_overwritten_and_no_other_folder(study, tmp_path):
     assert "another run works in" in output
 
 
+def test_a_comparison_is_written_where_it_is_asked_for(study, tmp_path):
+    one, other = sorted(PatchSet.load(study[0] / ".w2w" / "patches.npz").names)[:2]
+    code, output = cli("place", study[0], "--compare", f"{one}, {other}", "--out", tmp_path / "c.json")
+    assert code == 0, output
+    written = json.loads((tmp_path / "c.json").read_text())
+    assert sorted(entry["name"] for entry in written) == [one, other]
+    for entry in written:
+        assert entry["costs_interval"][0] <= entry["costs"] <= entry["costs_interval"][1]
+    code, output = cli("place", study[0], "--compare", one, "--out", tmp_path / "folder")
+    assert code == 2
+    assert "--compare chooses nothing" in output
+
+
 @pytest.mark.parametrize(
     ("options", "complaint"),
     [
@@ -326,7 +337,9 @@ def test_tables_have_a_cell_an_activity_and_placement(study, tmp_path):
         if row["activity"] == "expected mean":
             patch = int(row["patch"])
             assert float(row["f1"]) == pytest.approx(float(utility.expected_mean[patch]), abs=1e-6)
-            assert row["same_as_best"] == ("yes" if utility.as_good[patch] else "no")
+            assert row["same_as_best"] == (
+                "yes" if does_as_well(utility.expected_mean.max() - utility.expected_mean[patch]) else "no"
+            )
     first = output[output.index("Placements, left side") : output.index("legs")]
     ranked = sorted(rows[-len(near) :], key=lambda row: -float(row["f1"]))
     found = [first.index(f"│ {row['placement']} ") for row in ranked]

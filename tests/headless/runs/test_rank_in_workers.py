@@ -14,7 +14,7 @@ from .made_patches import made_patches, ranked
 def test_workers_give_the_same_map(tmp_path):
     library, told = made_patches(tmp_path), []
     here, there = ranked(library, None), ranked(library, spread_here(2, MANY_WINDOWS), progress=told.append)
-    for name in ("predictions", "f1", "expected_f1", "expected_mean", "expected_low", "as_good"):
+    for name in ("predictions", "f1", "expected_f1", "expected_mean", "expected_low", "errors"):
         np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
     assert told == [0.5, 1.0]  # 16 patches and 4
 

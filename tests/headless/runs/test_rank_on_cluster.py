@@ -32,7 +32,7 @@ def library(tmp_path):
 def test_a_cluster_gives_the_same_map(library, scheduler):
     told = []
     here, there = ranked(library, None), ranked(library, spread_over(scheduler), progress=told.append)
-    for name in ("predictions", "f1", "expected_f1", "expected_mean", "expected_low", "as_good"):
+    for name in ("predictions", "f1", "expected_f1", "expected_mean", "expected_low", "errors"):
         np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
     assert told == [0.5, 1.0]  # 16 patches and 4
 

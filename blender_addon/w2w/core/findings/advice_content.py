@@ -8,11 +8,12 @@ import numpy as np
 
 from ..files import DIGITS
 from ..patches.patches import PatchSet
+from ..ranking.costs import Cost
 from ..ranking.stream import Expected
 from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
 from ..selection.answer import Answer, PlaceScore
-from ..selection.headline import as_good_as, confidence_sentence, mean_sentence, more_clips
+from ..selection.headline import mean_sentence, more_clips, repeat_sentence
 from ..selection.in_stream import InStream
 from ..selection.joint import WornSet
 from ..selection.promise import Promise
@@ -29,7 +30,6 @@ def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> di
         ],
         "best_single_patch": {
             **patch_content(advice.best, utility, patches),
-            "indistinguishable_patches": len(as_good_as(advice.best, utility, advice.allowed)) - 1,
             "clips_rank_placements": utility.can_rank,
             "chance_of_gain": round(utility.beats_average, 3),
         },
@@ -39,7 +39,7 @@ def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> di
         },
         "map_reliability": None if np.isnan(utility.reliability) else rounded(utility.reliability),
         "more_clips_per_activity": more_clips(utility),
-        "map_sentence": confidence_sentence(utility, advice.best),
+        "map_sentence": repeat_sentence(utility),
         "interval_caution": interval_caution(utility),
         "worn_together": None if advice.worn is None else worn_content(advice.worn, advice, utility, patches),
     }
@@ -50,15 +50,17 @@ def answer_content(answer: Answer, patches: PatchSet, in_stream: InStream | None
     of_products = in_stream.products if in_stream else [None] * len(answer.products)
     return {
         "sentence": answer.sentence(),
-        "ties": answer.ties,
+        "lead": answer.lead(),
+        "chance": round(answer.chance, 3),
         "patch": answer.patch,
         "name": patches.names[answer.patch],
         **interval_content("expected_f1", answer.expected, answer.low, answer.high),
         "in_stream": in_stream.sentence() if in_stream else "",
         **in_stream_content(in_stream.answer if in_stream else None),
         "places_differ": answer.differs,
-        "recommended": [score.name for score in answer.named],
-        "compared_with": answer.other.name if answer.other else "",
+        "recommended": answer.product,
+        "costs_are_against": list(answer.base.under),
+        "compared_with": [score.name for score in answer.others],
         "products": [
             {**place_content(score, patches), **in_stream_content(expected)}
             for score, expected in zip(answer.products, of_products, strict=True)
@@ -79,8 +81,18 @@ def place_content(score: PlaceScore, patches: PatchSet) -> dict[str, Any]:
         "patch": score.patch,
         "patch_name": patches.names[score.patch],
         **interval_content("expected_f1", score.expected, score.low, score.high),
-        "costs": rounded(score.costs),
-        "as_good": score.as_good,
+        **cost_content(score.cost),
+    }
+
+
+def cost_content(cost: Cost) -> dict[str, Any]:
+    """What a place costs against the recommended one, and whether it does as well."""
+    return {
+        "costs": round(cost.expected, 2),
+        "costs_interval": [round(cost.low, 2), round(cost.high, 2)],
+        "as_good": cost.as_good,
+        "may_do_as_well": cost.may,
+        "verdict": cost.verdict(),
     }
 
 

@@ -19,13 +19,14 @@ from ..files import DIGITS, file_sha256, write_json, write_text
 from ..garments.cover import garment_content
 from ..library.library import Library
 from ..patches.patches import PatchSet
+from ..ranking.costs import cost, costs_at, does_as_well
 from ..ranking.utility import UtilityMap
 from ..study.clip_files import WORK
 from ..study.clip_list import CLIP_LIST, Entry, write_clip_list
-from ..study.results import UTILITY, ClipResult, Study
+from ..study.results import UTILITY, ClipResult, Study, StudyResults
 from ..windows.windows import WindowSpec
 from ..wording import plain_words
-from .advice_content import advice_content, interval_content, patch_content, rounded
+from .advice_content import advice_content, cost_content, interval_content, patch_content, rounded
 from .notes import few_clips, full_scale_sentence, label_content, subjects_sentence
 from .sources import origins_of, source_caution
 
@@ -133,7 +134,7 @@ def summary(study: Study) -> dict[str, Any]:
         **({"subject_caution": shared} if shared else {}),
         **({"garments": garments} if garments else {}),
         **advice_content(study.advice, utility, patches),
-        **map_content(utility, patches, study.config.placements),
+        **map_content(study.results, study.config.placements, study.advice.answer.base.under),
     }
 
 
@@ -209,20 +210,23 @@ def _activities(study: Study) -> dict[str, dict[str, Any]]:
 
 
 def map_content(
-    utility: UtilityMap, patches: PatchSet, placements: Iterable[tuple[str, Any]]
+    results: StudyResults, placements: Iterable[tuple[str, Any]], base: Sequence[int]
 ) -> dict[str, Any]:
-    """Scores of the user's placements and of regions, which follow from the map alone."""
+    """Scores of the user's placements and of regions; costs are against a sensor on the patches `base`."""
+    utility, patches = results.utility, results.patches
     return {
-        "own_placements": own_scores([name for name, _ in placements], utility, patches),
-        "regions": _regions(utility, patches),
+        "own_placements": own_scores([name for name, _ in placements], utility, patches, base),
+        "regions": _regions(utility, patches, base),
     }
 
 
-def own_scores(names: Sequence[str], utility: UtilityMap, patches: PatchSet) -> list[dict[str, Any]]:
+def own_scores(
+    names: Sequence[str], utility: UtilityMap, patches: PatchSet, base: Sequence[int]
+) -> list[dict[str, Any]]:
     """Scores of the user's placements, by their names among the patches.
 
-    `rank` is one more than the number of sampled patches with a higher expected F1; `loss` is the expected F1
-    that wearing the sensor there costs compared with the best patch; `as_good` is whether the two tie.
+    `rank` is one more than the number of sampled patches with a higher expected F1. The costs are against a
+    sensor that moves over the patches `base`.
     """
     known = [name.lower() for name in patches.names]
     own = [known.index(plain_words(name)) for name in names]
@@ -233,15 +237,20 @@ def own_scores(names: Sequence[str], utility: UtilityMap, patches: PatchSet) -> 
             **patch_content(patch, utility, patches),
             "rank": int((expected[sampled] > expected[patch]).sum()) + 1,
             "of": len(sampled) + 1,
-            "loss": rounded(expected.max() - expected[patch]),
-            "as_good": bool(utility.as_good[patch]),
+            **cost_content(cost(utility, base, [patch])),
         }
         for patch in own
     ]
 
 
-def best_regions(utility: UtilityMap, patches: PatchSet) -> list[dict[str, Any]]:
-    """The best patch of each region by expected F1, with its scores; the best region first."""
+def best_regions(
+    utility: UtilityMap, patches: PatchSet, base: Sequence[int], allowed: np.ndarray
+) -> list[dict[str, Any]]:
+    """The best allowed patch (N,) of each region by expected F1, with its scores, best region first.
+
+    The costs are against a sensor that moves over the patches `base`.
+    """
+    ranked = patches.best_of_regions(np.where(allowed, utility.expected_mean, -1.0))
     return [
         {
             "patch": patch,
@@ -249,24 +258,25 @@ def best_regions(utility: UtilityMap, patches: PatchSet) -> list[dict[str, Any]]
             "expected": float(utility.expected_mean[patch]),
             "low": float(utility.expected_low[patch]),
             "high": float(utility.expected_high[patch]),
-            "as_good": bool(utility.as_good[patch]),
+            "as_good": cost(utility, base, [patch]).as_good,
             "f1": float(utility.mean[patch]),
             "f1_low": float(utility.mean_low[patch]),
             "f1_high": float(utility.mean_high[patch]),
         }
-        for patch in patches.best_of_regions(utility.expected_mean)[:MOST_REGIONS]
+        for patch in ranked[:MOST_REGIONS]
+        if allowed[patch]
     ]
 
 
-def _regions(utility: UtilityMap, patches: PatchSet) -> dict[str, dict[str, Any]]:
+def _regions(utility: UtilityMap, patches: PatchSet, base: Sequence[int]) -> dict[str, dict[str, Any]]:
     """The number and scores of the patches of each named region, the best expected first."""
     regions = np.array(patches.regions)
-    content = {}
+    content, as_good = {}, does_as_well(costs_at(utility, base))
     for best in patches.best_of_regions(utility.expected_mean):
         here = regions == regions[best]
         content[patches.regions[best]] = {
             "patches": int(here.sum()),
-            "as_good": int(utility.as_good[here].sum()),
+            "as_good": int(as_good[here].sum()),
             "best_patch": best,
             **interval_content("best_expected_f1", *(values[best] for values in utility.expected)),
             "average_expected_f1": rounded(utility.expected_mean[here].mean()),

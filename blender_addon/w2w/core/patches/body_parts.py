@@ -8,6 +8,7 @@ seldom used.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -102,6 +103,9 @@ PARTS = {
 ALL = [region for regions in _REGIONS.values() for region in regions]
 """Every region, without its side."""
 
+LIKE = 0.75
+"""Least likeness of two words of which one may be meant by the other."""
+
 MIDDLE = "middle"
 """Places that a body has once: sternum, spine, navel, nose."""
 
@@ -133,6 +137,10 @@ def find_patches(regions: Sequence[str], names: Sequence[str], wish: str) -> np.
         meant = [p.region.removeprefix("*").strip() for p in PLACEMENTS if p.name == rest]
         is_stem = any(rest and set(rest.split()) <= set(stem.split()) for stem in ALL)
         if not (meant or is_stem):
+            stems = [*PARTS, *PRODUCT_NAMED, *(placement.name for placement in PLACEMENTS)]
+            known = [*stems, *(f"{side} {stem}" for side in SIDES for stem in stems), *regions]
+            if close := get_close_matches(words, known, n=1, cutoff=LIKE):
+                raise ValueError(f"no patch is called {wish!r}; did you mean {close[0]}?") from None
             parts = ", ".join([*SIDES, MIDDLE, *PARTS])
             raise ValueError(
                 f"no patch is called {wish!r}: write a part of the body ({parts}), a product "

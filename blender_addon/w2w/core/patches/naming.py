@@ -6,7 +6,7 @@ map it means the nearest patch, if that is near enough.
 """
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from difflib import get_close_matches
 from functools import cache, lru_cache
 from typing import NamedTuple
@@ -110,6 +110,19 @@ def nearest_patch(vertex: int, body: Body, patches: PatchSet) -> Nearest:
     patch = int(patches.labels[vertex])
     away = np.linalg.norm(body.vertices[patches.vertices[patch]] - body.vertices[vertex])
     return Nearest(patch, float(away))
+
+
+def names_on(body: Body) -> list[str]:
+    """Names that `place` knows on a body, but for spots: placements, products, sites, words of regions."""
+    regions = regions_of(body)[1]
+    stems = {" ".join(some) for region in regions for some in _runs(region.split())}
+    return sorted({*_region_by_name(), *(site.name.lower() for site in SENSOR_SITES), *stems})
+
+
+def _runs(words: list[str]) -> Iterator[list[str]]:
+    """All runs of neighbouring words."""
+    for first in range(len(words)):
+        yield from (words[first:last] for last in range(first + 1, len(words) + 1))
 
 
 def _words_of(name: str) -> str:

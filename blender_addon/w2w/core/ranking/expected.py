@@ -21,14 +21,14 @@ FLATTEST, STEEPEST = 0.02, 1.0
 WANTED = 0.85
 """Reliability at which a map may be read patch by patch."""
 
-SURE = 0.9
-"""Chance of beating the average patch from which on clips can rank placements."""
+SURE, LIKELY = 0.9, 0.65
+"""Chances of beating the average patch from which on clips rank placements, and hardly rank them."""
 
 LEADERS = 20
 """The best 1 in 20 patches are the leaders of a map."""
 
-DRAWS = 1000
-"""Maps of noise from which it is judged which patches are as good as the best."""
+TAIL = 0.975
+"""Quantile by which errors are widened where few people tell of them."""
 
 Pairs = Sequence[tuple[np.ndarray, np.ndarray]]
 """Maps (A, N), or their means (N,), of the one half of the clips and the other, halving by halving."""
@@ -42,14 +42,13 @@ class Expected:
     expected_mean: np.ndarray  # (N,), float32: macro F1
     expected_low: np.ndarray  # (N,): its interval, in which the clips trained on vary too
     expected_high: np.ndarray
-    as_good: np.ndarray  # (N,), bool: ties with the best by the mean, the choice among N taken into account
-    can_rank: bool  # the best patch is `SURE` to beat the average one, and not all patches tie with it
     reliability: float  # correlation over patches with as many other clips; NaN if clips cannot be halved
     beats_average: float  # chance that the best by the mean scores above the average patch on other clips
+    errors: np.ndarray  # (E, N), float32: of the mean against as many other clips', but for the level
 
 
 def expect(
-    f1: np.ndarray, plan: Plan, pooling: Pooling, level: float, seed: int, weights: np.ndarray | None = None
+    f1: np.ndarray, plan: Plan, pooling: Pooling, level: float, weights: np.ndarray | None = None
 ) -> Expected:
     """Expected scores of all patches from the F1 of all clips and of disjoint halves of them.
 
@@ -59,18 +58,18 @@ def expect(
 
     `f1` (trials, A, N) is that of each trial of the plan, NaN where an activity was not tested. `weights`
     (A,) say what each activity counts in the macro F1, 1 each by default. `level` is the confidence of the
-    intervals and of `as_good`.
+    intervals.
     """
     raw = f1[0]
     weights = np.ones(len(raw)) if weights is None else weights
-    repeat = _repeat(f1, plan, pooling, weights, seed)
+    repeat = _repeat(f1, plan, pooling, weights)
     pooled = centred(pooling.apply(raw, repeat.side_share))
     by_activity = raw.mean(axis=1, keepdims=True) + repeat.slope_by_activity * pooled
-    mean = mean_over(raw, weights, 0).mean() + repeat.slope * mean_over(pooled, weights, 0)
+    contrast = np.average(repeat.slopes[:, None] * pooled, axis=0, weights=weights)
+    mean = mean_over(raw, weights, 0).mean() + contrast
     # two or three subjects tell little of how far people differ
     freedom = repeat.freedom if plan.disjoint else max(len(plan.whole.splits) - 1, 1)
     reach = scipy.stats.t(freedom).ppf((1 + level) / 2) * np.sqrt(repeat.variance)
-    as_good = _as_good(mean, repeat.noise_maps, level, seed)
     lead = float(mean.max() - mean.mean())
     chance = float(lead > 0)
     if repeat.of_lead > 0:
@@ -80,10 +79,9 @@ def expect(
         expected_mean=np.clip(mean, 0, 1).astype(np.float32),
         expected_low=np.maximum(mean - reach, 0).astype(np.float32),
         expected_high=np.minimum(mean + reach, 1).astype(np.float32),
-        as_good=as_good,
-        can_rank=chance >= SURE and not as_good.all(),
         reliability=repeat.reliability,
         beats_average=chance,
+        errors=repeat.errors.astype(np.float32),
     )
 
 
@@ -92,22 +90,22 @@ class _Repeat:
     """Repeatability of maps."""
 
     side_share: float  # for `Pooling.apply`
-    slope: float  # macro F1 on other clips by unit of the pooled map, about its mean
+    slopes: np.ndarray  # (A,): share of each activity's pooled map that other clips' macro F1 shows
     slope_by_activity: float
     variance: float  # of a patch's expected macro F1
     freedom: float  # its degrees of freedom; infinite where it is known
     of_lead: float  # variance of the best patch's lead over the average one, about the expected
-    noise_maps: np.ndarray  # (pairs, N): possible errors of the expected map; no rows without halves
+    errors: np.ndarray  # (2 pairs, N): errors of the expected map; no rows without halves
     reliability: float  # of the macro F1 of all clips; NaN without halves
 
 
-def _repeat(f1: np.ndarray, plan: Plan, pooling: Pooling, weights: np.ndarray, seed: int) -> _Repeat:
+def _repeat(f1: np.ndarray, plan: Plan, pooling: Pooling, weights: np.ndarray) -> _Repeat:
     shown = [first.testable & second.testable for first, second in plan.pairs]
     both = np.logical_and.reduce(shown) if shown else np.zeros(len(weights), dtype=bool)
     if not (both & (weights > 0)).any():
         # half of the map's contrast is believed, and nothing is known of its noise
-        no_maps = np.empty((0, f1.shape[2]))
-        return _Repeat(UNLEARNED, UNPROVEN, UNPROVEN, 1.0, np.inf, np.inf, no_maps, np.nan)
+        slopes, no_maps = np.full(len(weights), UNPROVEN), np.empty((0, f1.shape[2]))
+        return _Repeat(UNLEARNED, slopes, UNPROVEN, 1.0, np.inf, np.inf, no_maps, np.nan)
     raw = [(a[both], b[both]) for a, b in maps_of(f1, plan)]
     side_share = pooling.side_share(raw) if plan.disjoint else UNLEARNED
     pooled = [(pooling.apply(a, side_share), pooling.apply(b, side_share)) for a, b in raw]
@@ -117,23 +115,29 @@ def _repeat(f1: np.ndarray, plan: Plan, pooling: Pooling, weights: np.ndarray, s
     )
     slope = _slope(pooled_means, raw_means, plan.disjoint)
     rest = Unhalved.of(weights, both, plan.clips)
-    noise_of_rest = slope.of_all * rest.noise_maps(pooled, seed)
-    leads = slope.of_all * rest.halved * centred(np.array(pooled_means))
+    slope_of_rest, of_rest = rest.repeat(centred(pooling.apply(f1[0][rest.rows], side_share)), pooled, raw)
+    slope_of_rest = min(slope_of_rest, slope.of_all)
     noise_ratio = _noise_ratio(f1[0][both], raw, plan.clips[both], weights[both]) if plan.disjoint else 1.0
     halved = _variance(raw_means, pooled_means, slope, noise_ratio, plan.shrink)
-    variance = rest.variance_with(halved.of_level + halved.of_patch, raw)
-    compared = min(len(raw), len(np.unique(plan.vote[plan.vote >= 0])) - 1)  # halvings of few share people
+    variance = rest.halved**2 * (halved.of_level + halved.of_patch) + rest.noise(raw)
+    voters = len(np.unique(plan.vote[plan.vote >= 0]))
+    compared = min(len(raw), voters - 1)  # halvings of few share people
     of_level = rest.halved**2 * halved.of_level
+    # few people tell little of how far people differ
+    normal, few = scipy.stats.norm.ppf(TAIL), scipy.stats.t(2 * max(voters - 1, 1)).ppf(TAIL)
+    errors = rest.halved * halved.errors * few / normal
+    if of_rest > 0:
+        errors *= np.sqrt(1 + of_rest / np.square(errors).mean())
     return _Repeat(
         side_share=side_share,
-        slope=slope.of_all,
+        slopes=np.where(both, slope.of_all, slope_of_rest),
         slope_by_activity=_slope(pooled, raw, plan.disjoint).of_all,
         variance=variance,
         # its level rests on few comparisons, the rest on many patches (Satterthwaite 1946,
         # doi:10.2307/3002019)
         freedom=compared * (variance / of_level) ** 2 if of_level > 0 else np.inf,
-        of_lead=rest.halved**2 * halved.of_lead + float(noise_of_rest.var()),
-        noise_maps=(leads[:, 0] - leads[:, 1]) / np.sqrt(plan.shrink) + noise_of_rest,
+        of_lead=rest.halved**2 * halved.of_lead + of_rest,
+        errors=errors,
         reliability=of_all(agreement(raw_means)) if plan.disjoint else np.nan,
     )
 
@@ -184,6 +188,7 @@ class _Variance(NamedTuple):
     of_level: float  # of the level that all patches share
     of_patch: float  # of one patch beyond that: what pooling left out of the signal, and noise
     of_lead: float  # of a leader's lead over the average patch, as one half shows it and the other expects
+    errors: np.ndarray  # (2 pairs, N): what one half shows less what the other expects, about the mean
 
 
 def _variance(raw: Pairs, pooled: Pairs, slope: _Slope, noise_ratio: float, shrink: float) -> _Variance:
@@ -198,13 +203,14 @@ def _variance(raw: Pairs, pooled: Pairs, slope: _Slope, noise_ratio: float, shri
     signal = np.mean([(centred(a) * centred(b)).mean() for a, b in raw])
     pooled_variance = np.mean([np.var(half) for pair in pooled for half in pair])
     explained = float(slope.spearman_brown * slope.of_half**2 * pooled_variance)
-    missed = []  # by how much the leads of one half's best patches miss what the other half shows
+    errors, of_leaders = [], []
     for (raw_a, raw_b), (a, b) in zip(raw, pooled, strict=True):
         for here, there in ((a, raw_b), (b, raw_a)):
+            errors.append((centred(there) - slope.of_half * centred(here)) * np.sqrt(2 * scale))
             best = np.argsort(-here, kind="stable")[: max(len(here) // LEADERS, 1)]
-            missed.append((centred(there) - slope.of_half * centred(here))[best])
-    of_lead = float(np.square(missed).mean()) * 2 * noise_ratio / shrink
-    return _Variance(float(of_level), float((max(signal - explained, 0.0) + noise) / 2), of_lead)
+            of_leaders.append(np.square(errors[-1][best]).mean())
+    of_patch = float((max(signal - explained, 0.0) + noise) / 2)
+    return _Variance(float(of_level), of_patch, float(np.mean(of_leaders)), np.array(errors))
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,6 +221,7 @@ class Unhalved:
     their map repeats. Halves of the H others show the noise of a clip.
     """
 
+    rows: np.ndarray  # (A,), bool: which activities they are
     halved: float  # what the others count in the macro F1, of 1
     shares: np.ndarray  # (R,): what each of these counts in it
     clips: np.ndarray  # (R,): how many clips it has
@@ -225,38 +232,24 @@ class Unhalved:
         """Select them by the weight of each activity (A,), whether both halves show it, and its clips."""
         rows = ~both & (weights > 0)
         shares = weights / weights.sum()
-        return cls(float(shares[both].sum()), shares[rows], clips[rows], clips[both])
+        return cls(rows, float(shares[both].sum()), shares[rows], clips[rows], clips[both])
 
-    def noise_maps(self, pooled: Pairs, seed: int) -> np.ndarray:
-        """Noise map of each pair, shape (pairs, N), drawn at random from that of the others (H, N)."""
-        apart = np.array([centred(a - b) for a, b in pooled]) / np.sqrt(2)
-        noise_of_a_clip = apart * np.sqrt(self.clips_of_halved / 2)[:, None]
-        rng = np.random.default_rng([seed, 4])
-        drawn = rng.integers(noise_of_a_clip.shape[1], size=(len(noise_of_a_clip), len(self.shares)))
-        sign = rng.choice([-1.0, 1.0], size=drawn.shape)
-        chosen = noise_of_a_clip[np.arange(len(noise_of_a_clip))[:, None], drawn]
-        return np.einsum("r,pr,prn->pn", self.shares / np.sqrt(self.clips), sign, chosen)
+    def noise(self, halves: Pairs) -> float:
+        """Variance of their part of a patch's macro F1, from maps of the others' halves (H, N)."""
+        of_a_clip = np.array([((a - b) ** 2).mean(axis=1) for a, b in halves]) / 2 * self.clips_of_halved / 2
+        return float((self.shares**2 / self.clips).sum() * of_a_clip.mean())
 
-    def variance_with(self, variance: float, raw: Pairs) -> float:
-        """Variance of a patch's macro F1, these activities included."""
-        if not len(self.shares):
-            return variance
-        apart = np.array([((a - b) ** 2).mean(axis=1) for a, b in raw]) / 2 * self.clips_of_halved / 2
-        return float(self.halved**2 * variance + (self.shares**2 / self.clips).sum() * apart.mean())
+    def repeat(self, pooled: np.ndarray, pooled_halves: Pairs, raw_halves: Pairs) -> tuple[float, float]:
+        """What share of their contrast repeats, and the variance with which other clips show it.
 
-
-def _as_good(mean: np.ndarray, noise_maps: np.ndarray, level: float, seed: int) -> np.ndarray:
-    """Patches that noise alone would leave as far behind the best more often than 1 - level.
-
-    Each draw is a random sum of the noise maps (the multiplier bootstrap, van der Vaart and Wellner
-    1996), and the best of all is sought in each: the choice is part of what varies.
-    """
-    if not len(noise_maps):
-        return np.ones(len(mean), dtype=bool)
-    draws = np.random.default_rng([seed, 3]).normal(size=(DRAWS, len(noise_maps)))
-    noise = draws @ noise_maps / np.sqrt(len(noise_maps))
-    furthest = np.quantile(noise.max(axis=1, keepdims=True) - noise, level, axis=0)
-    return mean.max() - mean <= furthest + 1e-9
+        `pooled` (R, N) are their own maps: contrast beyond the noise of so few clips is signal. The variance
+        is that of the noise in these maps and in those of as many other clips.
+        """
+        contrast = float(np.var(self.shares @ pooled))
+        noise = self.noise([(centred(a), centred(b)) for a, b in pooled_halves])
+        share = max(contrast - noise, 0.0) / contrast if contrast > 0 else 0.0
+        of_others = self.noise([(centred(a), centred(b)) for a, b in raw_halves])
+        return share, min(contrast, noise) + of_others
 
 
 def agreement(pairs: Pairs) -> float:

@@ -2,7 +2,7 @@
 """The utility map: cross-validated F1 of every patch and activity, and how sure it is."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from importlib.metadata import EntryPoint, entry_points
@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
+import scipy
 
 from ..colours import LEAST_SPAN
 from ..files import load_arrays, write_npz
 from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks
 from .classifiers.estimator import own
 from .classifiers.ridge import Ridge
-from .expected import expect
+from .expected import SURE, expect
 from .f1 import TASK_PATCHES, Spread, TrialScores, confusion_of, score_patches, try_patches
 from .folds import SUBJECT_OUT
 from .halves import HALVINGS, CrossValidation, TrialPlan, maps_of
@@ -35,7 +36,10 @@ CLASSIFIERS: dict[str, EntryPoint | None] = {
 LEVEL = 0.95
 """Confidence of the intervals."""
 
-OPTIONAL = ("half_f1", "weights")
+ROUNDING = 1e-9
+"""How near to certain a chance may come."""
+
+OPTIONAL = ("half_f1", "weights", "errors")
 """Fields that a file may lack: `half_f1` where nothing was halved, `weights` where all count alike."""
 
 
@@ -59,10 +63,6 @@ class UtilityMap:
         F1 that other clips would show (`expected.expect`).
     expected_mean, expected_low, expected_high : ndarray, shape (N,), float32
         Macro F1 that other clips would show, and its interval.
-    as_good : ndarray of bool, shape (N,)
-        Patches that tie with the one of highest `expected_mean`.
-    can_rank : bool
-        Whether disjoint halves of the clips agree about the patches more than by chance.
     reliability : float
         Correlation over patches of the macro F1 itself with that on as many other clips
         (`expected.clips_needed` says how many more clips it takes); NaN where it is not known.
@@ -82,6 +82,9 @@ class UtilityMap:
         Activities not tested, each with the reason.
     weights : ndarray, shape (A,), optional
         What each activity counts in every mean over activities, 0 for background; 1 each by default.
+    errors : ndarray, shape (E, N), float32
+        Errors of `expected_mean` against as many other clips, but for the level that all patches share, as
+        halves of the clips show them; no rows where nothing was halved.
     half_f1 : ndarray, shape (P, 2, A, N), float32, or None
         F1 by window on the halves (single subjects of two or three) that choose sets for each other; None
         where nothing was halved.
@@ -105,8 +108,6 @@ class UtilityMap:
     expected_mean: np.ndarray
     expected_low: np.ndarray
     expected_high: np.ndarray
-    as_good: np.ndarray
-    can_rank: bool
     reliability: float
     beats_average: float
     predictions: np.ndarray
@@ -117,6 +118,7 @@ class UtilityMap:
     protocol: str
     left_out: dict[str, str]
     weights: np.ndarray = field(default_factory=lambda: np.empty(0))
+    errors: np.ndarray = field(default_factory=lambda: np.empty((0, 0), dtype=np.float32))
     half_f1: np.ndarray | None = None
 
     def __repr__(self) -> str:
@@ -152,13 +154,34 @@ class UtilityMap:
         """Expected macro F1 of each patch, shape (N,), and the bounds of its interval."""
         return self.expected_mean, self.expected_low, self.expected_high
 
-    def same(self, first: int, second: int) -> bool:
-        """Whether the bootstrap interval of the difference in macro F1 of two patches holds zero.
+    @property
+    def can_rank(self) -> bool:
+        """Whether the best patch is sure to beat an average one on other clips."""
+        return self.beats_average >= SURE
 
-        Both see the same resampled clips.
+    @property
+    def halved(self) -> bool:
+        """Whether halves of the clips tell how far the map repeats."""
+        return len(self.errors) > 0
+
+    def chance(self, expected: float) -> float:
+        """Chance that a place of this expected macro F1 scores above an average patch on other clips."""
+        lead, best = (
+            value - float(self.expected_mean.mean()) for value in (expected, self.expected_mean.max())
+        )
+        if best <= 0:
+            return self.beats_average
+        deviations = scipy.stats.norm.ppf(np.clip(self.beats_average, ROUNDING, 1 - ROUNDING))
+        return float(scipy.stats.norm.cdf(deviations * lead / best))
+
+    def same(self, first: Sequence[int], second: Sequence[int]) -> bool:
+        """Whether the bootstrap interval of the difference in macro F1 of two places holds zero.
+
+        A place is the patches that a sensor moves over. Both see the same resampled clips.
         """
         tail = (1 - self.level) / 2
-        difference = self.mean_samples[:, first] - self.mean_samples[:, second]
+        of_place = (self.mean_samples[:, place].mean(axis=1) for place in (first, second))
+        difference = np.subtract(*of_place)
         low, high = np.quantile(difference, [tail, 1 - tail])
         return bool(low <= 0 <= high)
 
@@ -260,7 +283,7 @@ def utility_map(
     )
     if not scored:
         trials_f1 = f1.T[None]
-    expected = expect(trials_f1, trial.plan, pooling or Pooling.none(len(f1)), LEVEL, seed, weights)
+    expected = expect(trials_f1, trial.plan, pooling or Pooling.none(len(f1)), LEVEL, weights)
     halves = maps_of(trials_f1, trial.plan)[: len(trial.plan.pairs_to_choose_by())]
     return UtilityMap(
         activities=trial.activities,

@@ -82,7 +82,7 @@ class Advice:
     clusters: np.ndarray  # (N,), int: as from `redundancy_clusters`
     cards: tuple[Card, ...]  # where each sensor recommended goes: those of the answer, then of the set
     products: dict[int, str]  # the patches at which usual products sit, with side and name
-    allowed: np.ndarray | None = None  # (N,), bool: patches that the constraints leave; all by default
+    allowed: np.ndarray  # (N,), bool: patches that the constraints leave; all by default
     in_stream: InStream | None = None  # the answer's places in a stream; None if nothing tells
 
 
@@ -113,8 +113,7 @@ def advise(
         worn = choose_together(tests, utility.expected, among, target, every_activity, stream)
         swaps = interchangeable(tests, worn, among, utility)
     to_one = answer(scored)
-    alone = [score.patch for score in to_one.named] or [to_one.patch]
-    recommended = dict.fromkeys([*alone, *(worn.order if worn else ())])
+    recommended = dict.fromkeys([to_one.patch, *(worn.order if worn else ())])
     clusters = redundancy_clusters(utility.predictions, len(utility.activities))
     cards = tuple(card(body, patches, utility.expected_mean, patch) for patch in recommended)
     return Advice(

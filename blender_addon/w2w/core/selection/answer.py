@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One answer to "where should the sensor go?": products that can be worn, or a region, in one sentence."""
+"""One answer to "where should the sensor go?": a product that can be worn, or a region, in a sentence."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -8,21 +8,23 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from ..body.body import Body
-from ..patches.body_parts import PRODUCT_NAMED, PRODUCTS, Product, great_part, segment, side_of
+from ..patches.body_parts import PRODUCT_NAMED, PRODUCTS, Product, great_part, side_of
 from ..patches.naming import FAR_M, nearest_patch, place, resolve
 from ..patches.patches import PatchSet
+from ..ranking.costs import Cost, cost, does_as_well
+from ..ranking.expected import LIKELY, SURE
 from ..ranking.utility import UtilityMap
-from ..wording import capital, plain_words
-from .headline import as_good_as, mean_caution, short
+from ..wording import capital, listed, plain_words
+from .headline import mean_caution, per_cent, short
 
-NAMED = 2
-"""Most products in the sentence."""
+OTHERS = 3
+"""Most other products in the sentence."""
 
 SHOWN = 0.005
 """Smallest F1 difference that two digits show."""
 
-MOST_OF = 0.8
-"""Share of a part's patches that must tie before the sentence says that the part ties."""
+HABIT = "belt clip"
+"""The product that stands for what people wear anyway."""
 
 
 def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
@@ -40,27 +42,50 @@ class PlaceScore:
     phrase: str  # "a watch"
     side: str  # the better side; "" if both do as well or there is only one place
     patch: int  # the patch nearest to where the sensor usually sits
+    under: tuple[int, ...]  # the patches that it moves over
     expected: float  # macro F1 on other clips; a loose product's is the mean of the patches it moves over
     low: float
     high: float
-    costs: float  # expected F1 below that of the best allowed patch
-    as_good: bool  # ties with the best
+    cost: Cost  # against the recommended place
+
+
+def compared(scores: Sequence[PlaceScore]) -> str:
+    """What places do against the recommended one, in a sentence; "" without any."""
+    as_good = [score.phrase for score in scores if score.cost.as_good]
+    clauses = [f"{listed(as_good)} {'do' if _many(as_good) else 'does'} as well"] if as_good else []
+    for may in (True, False):
+        rest = [score for score in scores if not score.cost.as_good and score.cost.may == may]
+        if rest:
+            verb = "may cost" if may else "cost" if _many([rest[0].phrase]) else "costs"
+            named = [f"{score.phrase} {short(score.cost.expected)}" for score in rest[1:]]
+            first = f"{rest[0].phrase} {verb} {short(rest[0].cost.expected)}"
+            clauses.append(", ".join([first, *named]))
+    return f"{capital('; '.join(clauses))}." if clauses else ""
+
+
+def _many(phrases: Sequence[str]) -> bool:
+    """Whether a verb after these phrases is in the plural, as after "glasses"."""
+    return len(phrases) > 1 or not phrases[0].startswith(("a ", "an ", "the "))
 
 
 @dataclass(frozen=True)
 class Answer:
     """Where to wear one sensor."""
 
-    where: str  # "a belt clip or a chest strap", "anywhere on the body", "left thigh front (9 by 14 cm)"
+    where: str  # "a belt clip", "anywhere on the body", "left thigh front (29 by 14 cm)"
     patch: int  # the patch recommended
-    expected: float  # macro F1 there on other clips; of two products, the lower one
+    expected: float  # macro F1 there on other clips
     low: float
     high: float
     caution: str  # in place of the interval, if there are too few clips for one
     differs: bool  # these clips show that some places are better than others
-    other: PlaceScore | None  # the commonest product that does worse
-    ties: str  # a sentence on where else does as well; "" if no whole part does
-    named: tuple[PlaceScore, ...]  # products in `where`
+    halved: bool  # halves of the clips tell how sure that is
+    chance: float  # that the place does better than an average one on other clips
+    gain: float  # expected F1 above that of an average place
+    over_habit: float | None  # and above that of a belt clip; None if it is one, or none is allowed
+    base: PlaceScore  # the place that all costs are against
+    product: str  # the product in `where`; "" if there is none
+    others: tuple[PlaceScore, ...]  # the commonest product of each other great part of the body
     products: tuple[PlaceScore, ...]  # all products that fit the wishes, best first
 
     def sentence(self) -> str:
@@ -69,9 +94,25 @@ class Answer:
         best = f"{capital(self.where)}: F1 {short(self.expected)} ({interval})."
         if not self.differs:
             return f"{best} These clips cannot show that one place is better."
-        if self.other and (less := self.expected - self.other.expected) >= SHOWN:
-            return f"{best} {capital(self.other.phrase)} costs {short(less)}."
-        return best
+        if self.chance < SURE:
+            chance = f"it beats an average place with {per_cent(self.chance)}"
+            best = f"{best} These clips hardly tell places apart; {chance}."
+        return f"{best} {compared(self.others)}".strip()
+
+    def lead(self) -> str:
+        """How far it is ahead of an average place and of what people wear anyway; "" if nothing tells."""
+        if not self.halved:
+            return ""
+        if self.gain < 0:
+            return "It is not expected to do as well as an average place on the whole body"
+        where = "It" if self.differs else "The best place"
+        ahead = f"{where} beats an average place on other clips by about {short(self.gain)}"
+        sure = f"{ahead} ({per_cent(self.chance)} sure)"
+        if self.over_habit is None:
+            return sure
+        if self.over_habit < SHOWN:
+            return f"{sure}; a {HABIT} does as well"
+        return f"{sure} and a {HABIT} by {short(self.over_habit)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,78 +135,97 @@ class ScoredMap:
         return best_single(self.utility, self.allowed)
 
     @cached_property
-    def group(self) -> np.ndarray:
-        """Numbers of the allowed patches as good as the best."""
-        return as_good_as(self.best, self.utility, self.allowed)
+    def base(self) -> PlaceScore:
+        """The recommended place, which all costs are against: the best product or a better region."""
+        best = _best_first(self._on_products)[:1]
+        if best and does_as_well(float(self.utility.expected_mean[self.best]) - best[0].expected):
+            return best[0]
+        region, patch = _region(self)
+        return self._at(region, region, "", patch, (patch,))
 
     @cached_property
     def products(self) -> tuple[PlaceScore, ...]:
         """Every product that has an allowed patch, best first."""
-        scores = (self.product(product, product.sides) for product in PRODUCTS.values())
-        return _best_first(score for score in scores if score)
+        return _best_first(map(self._with_cost, self._on_products))
 
-    def product(self, product: Product, sides: Sequence[str]) -> PlaceScore | None:
-        """A product on the better of some sides; None if no allowed patch is near."""
+    @cached_property
+    def _on_products(self) -> list[PlaceScore]:
+        """The same as they are listed, before their costs are known."""
+        scores = (self._product(product, product.sides) for product in PRODUCTS.values())
+        return [score for score in scores if score]
+
+    def _product(self, product: Product, sides: Sequence[str], anywhere: bool = False) -> PlaceScore | None:
+        """A product on the better of some sides; None if no patch is near that is allowed, or any."""
         scores, at = [], product_places(self.patches, self.body)
         for side in sides:
             patch = at.get((product.name, side))
-            if patch is None or not self.allowed[patch]:
+            if patch is None or not (anywhere or self.allowed[patch]):
                 continue
             words = [f"{side} {region}".strip() for region in product.wanders]
             under = [number for number, region in enumerate(self.patches.regions) if region in words]
-            scores.append(self.at(product.name, product.phrase, side, patch, under or [patch]))
+            scores.append(self._at(product.name, product.phrase, side, patch, under or [patch]))
         if not scores:
             return None
-        better = max(scores, key=lambda score: score.expected)
-        tie = len(scores) > 1 and self.utility.same(scores[0].patch, scores[1].patch)
-        return replace(better, side="") if tie else better
+        *worse, better = sorted(scores, key=lambda score: score.expected)
+        alike = worse and does_as_well(better.expected - worse[0].expected)
+        return replace(better, side="") if alike else better
 
     def named(self, word: str) -> PlaceScore:
         """The score of a product or place by name; ValueError for an unknown name."""
         side, rest = side_of(plain_words(word))
         product = PRODUCT_NAMED.get(rest)
         sides = () if product is None else (side,) if side in product.sides else product.sides
-        if product and (score := self.product(product, sides)):
-            return score
+        if product and (score := self._product(product, sides, anywhere=True)):
+            return self._with_cost(score)
         patch = resolve(word, self.body, self.patches, lambda _: None)
-        return self.at(word, word, "", patch, [patch])
+        return self._with_cost(self._at(word, word, "", patch, [patch]))
 
-    def at(self, name: str, phrase: str, side: str, patch: int, under: Sequence[int]) -> PlaceScore:
-        """A sensor that moves over the patches `under`."""
-        expected, low, high = (float(values[under].mean()) for values in self.utility.expected)
-        costs = float(self.utility.expected_mean[self.best]) - expected
-        as_good = bool(np.isin(under, self.group).all())
-        return PlaceScore(name, phrase, side, patch, expected, low, high, costs, as_good)
+    def _at(self, name: str, phrase: str, side: str, patch: int, under: Sequence[int]) -> PlaceScore:
+        """A sensor that moves over the patches `under`, before its cost is known."""
+        expected, low, high = (float(values[list(under)].mean()) for values in self.utility.expected)
+        return PlaceScore(
+            name, phrase, side, patch, tuple(under), expected, low, high, Cost(0.0, 0.0, 0.0, False)
+        )
+
+    def _with_cost(self, score: PlaceScore) -> PlaceScore:
+        return replace(score, cost=cost(self.utility, self.base.under, score.under))
 
 
 def answer(scored: ScoredMap) -> Answer:
-    """Recommend what can be worn among the patches as good as the best."""
-    utility, allowed, products = scored.utility, scored.allowed, scored.products
-    tying = [score for score in products if score.as_good]
-    named: list[PlaceScore] = []
-    worse, by_rarity = [score for score in products if not score.as_good], list(PRODUCTS)
-    other = min(worse, key=lambda score: by_rarity.index(score.name), default=None)
-    differs = utility.can_rank and not len(scored.group) == allowed.sum() > 1
+    """Recommend the best product, or the best region if no product does as well."""
+    utility, allowed, base = scored.utility, scored.allowed, scored.base
+    products = {score.name: score for score in scored.products}
+    is_product = base.name in products
+    where, expected, low, high = base.phrase, base.expected, base.low, base.high
+    chance = utility.chance(base.expected)
+    differs = (chance if allowed.all() else utility.beats_average) >= LIKELY
     if not differs:
         where = "anywhere on the body" if allowed.all() else "anywhere that is allowed"
-        patch = products[0].patch if products else scored.best
-        f1 = [float(values[allowed].mean()) for values in utility.expected]
-    elif tying:
-        first = segment(scored.patches.regions[tying[0].patch])
-        elsewhere = [score for score in tying if segment(scored.patches.regions[score.patch]) != first]
-        named = [tying[0], *elsewhere][:NAMED]
-        where, patch = " or ".join(score.phrase for score in named), named[0].patch
-        lowest = min(named, key=lambda score: score.expected)
-        f1 = [lowest.expected, lowest.low, lowest.high]
-    else:
-        where, patch = _region(scored)
-        f1 = [float(values[patch]) for values in utility.expected]
-    expected, low, high = f1
+        expected, low, high = (float(values[allowed].mean()) for values in utility.expected)
+    elif not is_product:
+        where = f"{base.phrase}, no usual product there"
+    habit = products.get(HABIT) if base.name != HABIT else None
     return Answer(
-        where=where, patch=patch, expected=expected, low=low, high=high, caution=mean_caution(utility),
-        differs=differs, other=other, ties=ties_text(scored.group, scored.patches) if differs else "",
-        named=tuple(named), products=products,
+        where=where, patch=base.patch, expected=expected, low=low, high=high, caution=mean_caution(utility),
+        differs=differs, halved=utility.halved, chance=chance,
+        gain=base.expected - float(utility.expected_mean.mean()),
+        over_habit=habit.cost.expected if habit else None,
+        base=base, product=base.name if is_product and differs else "",
+        others=_others(scored) if differs else (), products=scored.products,
     )  # fmt: skip
+
+
+def _others(scored: ScoredMap) -> tuple[PlaceScore, ...]:
+    """The commonest product of each other great part of the body, the cheapest first."""
+
+    def part(score: PlaceScore) -> str:
+        return side_of(great_part(scored.patches.regions[score.patch]))[1] or "torso"
+
+    by_rarity, of_part = list(PRODUCTS), {part(scored.base): scored.base}
+    for score in sorted(scored.products, key=lambda score: by_rarity.index(score.name)):
+        of_part.setdefault(part(score), score)
+    others = [score for score in of_part.values() if score is not scored.base]
+    return _best_first(others)[:OTHERS]
 
 
 def compare(scored: ScoredMap, words: Sequence[str]) -> tuple[PlaceScore, ...]:
@@ -197,31 +257,12 @@ def product_patches(patches: PatchSet, body: Body) -> dict[int, str]:
     return names
 
 
-def ties_text(group: np.ndarray, patches: PatchSet) -> str:
-    """A sentence on where else does as well, the largest part first; "" if no whole part does."""
-    tie = np.isin(np.arange(len(patches)), group)
-    names: list[str] = []
-    covered = np.zeros(len(patches), bool)
-    for part_of in (great_part, segment):
-        parts = np.array([side_of(part_of(region))[1] for region in patches.regions])
-        stems, count = np.unique(parts, return_counts=True)
-        for stem in stems[np.argsort(-count, kind="stable")].tolist():
-            inside = parts == stem
-            if tie[inside].mean() >= MOST_OF and not covered[inside].any():
-                sided = any(side_of(part_of(patches.regions[patch]))[0] for patch in np.flatnonzero(inside))
-                names.append({"foot": "feet"}.get(stem, f"{stem}s") if sided else stem)
-                covered |= inside
-    if not names:
-        return ""
-    *others, last = names if len(names) <= 4 else [*names[:3], f"{len(names) - 3} other parts"]
-    words = f"{', '.join(others)} or {last}" if others else last
-    return f"Anywhere on {words} does as well."
-
-
 def _region(scored: ScoredMap) -> tuple[str, int]:
-    """The region that holds most of the best patches, with its size in words, and its middle patch."""
-    patches, group = scored.patches, scored.group
-    regions, above = np.array(patches.regions)[group], scored.utility.expected_mean[group]
+    """Where most of the best patches are, in words, and the middle one; all of a region or a spot on it."""
+    patches, expected = scored.patches, scored.utility.expected_mean
+    group = np.flatnonzero(scored.allowed & does_as_well(expected[scored.best] - expected))
+    regions_of = np.array(patches.regions)
+    regions, above = regions_of[group], expected[group]
     above = above - above.min()
     held = {name: (above[regions == name].sum(), (regions == name).sum()) for name in sorted(set(regions))}
     region = max(held, key=lambda name: held[name])
@@ -231,4 +272,5 @@ def _region(scored: ScoredMap) -> tuple[str, int]:
     skin = scored.body.vertices[np.isin(patches.labels, members)]
     axes = np.linalg.svd(skin - skin.mean(axis=0), full_matrices=False)[2]
     long, wide = 100 * np.ptp(skin @ axes[:2].T, axis=0)
-    return f"{region} ({long:.0f} by {wide:.0f} cm)", middle
+    size, whole = f"{long:.0f} by {wide:.0f} cm", len(members) == (regions_of == region).sum()
+    return (f"{region} ({size})" if whole else f"a spot of {size} on the {region}"), middle

@@ -3,30 +3,17 @@
 
 import numpy as np
 
-from ..ranking.expected import WANTED, clips_needed
+from ..ranking.expected import LIKELY, WANTED, clips_needed
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import alike
 from ..wording import count
 
-CANNOT_RANK = (
-    "These clips cannot rank placements: the best spot may be no better than an average one, or halves of "
-    "the clips could not be compared"
-)
-
-BELOW_AVERAGE = "No allowed spot is expected to do as well as an average one on the whole body"
-
 WORN = {True: ".11 lower to .26 higher", False: ".19 lower to .25 higher"}
-"""Range of measured minus expected F1 on four data sets' worn sensors, by whether subjects were left out."""
+"""Range of measured against expected F1 on worn sensors of four data sets, by leaving subjects out or not."""
 
 FAR = 10.0
 """Factor on the number of clips above which a prediction would be a guess."""
-
-
-def as_good_as(best: int, utility: UtilityMap, allowed: np.ndarray | None = None) -> np.ndarray:
-    """Numbers of the allowed patches that tie with the best of all; `best` alone if it does not tie."""
-    group = utility.as_good if allowed is None else utility.as_good & allowed
-    return np.flatnonzero(group) if utility.as_good[best] else np.array([best])
 
 
 def mean_title(utility: UtilityMap) -> str:
@@ -52,46 +39,41 @@ def mean_sentence(utility: UtilityMap) -> str:
     return f"{text}; background, trained against and not counted: {', '.join(background)}"
 
 
-def spot_caution(best: int, utility: UtilityMap) -> str:
-    """Why the recommended patch may be no better than an average one; "" if it is."""
-    if not utility.can_rank:
-        return CANNOT_RANK
-    return BELOW_AVERAGE if utility.expected_mean[best] < utility.expected_mean.mean() else ""
+def doubt(utility: UtilityMap) -> str:
+    """How little the clips tell places apart; "" if they do."""
+    if utility.can_rank:
+        return ""
+    return f"These clips {'hardly' if utility.beats_average >= LIKELY else 'do not'} tell places apart"
 
 
-def confidence_sentence(utility: UtilityMap, best: int | None = None) -> str:
-    """The best spot's lead over an average one, its chance, and the repeatability of F1 itself.
-
-    `best` is the best allowed patch, if not all are allowed.
-    """
-    worn = f"On people's sensors, four data sets, F1 came out {WORN[utility.by_subject]} (docs/truth.md)"
-    return f"{_confidence(utility, best)}. {worn}"
+def doubted(utility: UtilityMap, text: str) -> str:
+    """A text about the best place, after how little the clips tell places apart."""
+    return ". ".join(filter(None, [doubt(utility), text]))
 
 
-def _confidence(utility: UtilityMap, best: int | None) -> str:
-    if np.isnan(utility.reliability) and not len(utility.half_f1 if utility.half_f1 is not None else ()):
+def repeat_sentence(utility: UtilityMap) -> str:
+    """How far the map repeats, what would make it reliable, and how worn sensors compared."""
+    worn = f"On people's sensors, four data sets, measured F1 was {WORN[utility.by_subject]} than expected"
+    return f"{_reliability(utility)}{worn} (docs/truth.md)"
+
+
+def _reliability(utility: UtilityMap) -> str:
+    if not utility.halved:
         return (
             "How sure this is cannot be told: halves of these clips could not be compared. That takes four "
-            "clips an activity, two subjects where subjects are left out, and the classifier ridge"
+            "clips an activity, two subjects where subjects are left out, and the classifier ridge. "
         )
-    mean = utility.expected_mean
-    gain = short(float(mean.max() - mean.mean()))
-    chance = min(round(100 * utility.beats_average), 99)
-    spot = "The best spot" if best is None or mean[best] == mean.max() else "The best spot anywhere"
-    text = f"{spot} beats an average one on other clips by about {gain} ({chance} % sure)"
     if np.isnan(utility.reliability):
-        return text
-    text += f". Patch by patch, F1 repeats at {short(utility.reliability)} (good from {short(WANTED)})"
-    factor = clips_needed(utility.reliability)
-    if factor <= 1:
-        return text
-    more = more_clips(utility)
+        return ""
+    text = f"Map reliability {short(utility.reliability)} (aim for {short(WANTED)})"
+    factor, more = clips_needed(utility.reliability), more_clips(utility)
     if more is None:
-        units = "subjects" if utility.by_subject else "clips"
-        return f"{text}; more than {FAR:g} times as many {units} would make it good"
-    if utility.by_subject:
-        return f"{text}; about {factor:.1f} times as many subjects would make it good"
-    return f"{text}; about {count('more clip', more)} for each activity would make it good"
+        text += f"; it takes more than {FAR:g} times as many {'subjects' if utility.by_subject else 'clips'}"
+    elif factor > 1 and utility.by_subject:
+        text += f"; it takes about {factor:.1f} times as many subjects"
+    elif factor > 1:
+        text += f"; it takes about {count('more clip', more)} for each activity"
+    return f"{text}. "
 
 
 def more_clips(utility: UtilityMap) -> int | None:
@@ -115,6 +97,11 @@ def mean_caution(utility: UtilityMap) -> str:
         return f"from at most {max(counts)} clips per activity: too few for an interval"
     name = utility.activities[counts.index(fewest)]
     return f"from only {count('clip', fewest)} of {name}: too few for an interval"
+
+
+def per_cent(chance: float) -> str:
+    """A chance in per cent, never certain."""
+    return f"{min(round(100 * chance), 99)} %"
 
 
 def short(value: float) -> str:

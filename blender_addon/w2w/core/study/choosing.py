@@ -77,7 +77,8 @@ def choose_to_wear(
 
 def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:
     """One sensor on products and at places by name, best first; ValueError for an unknown name."""
-    return compare(ScoredMap(study.utility, study.patches, study.body()), words)
+    allowed = study.config().constraints.terms(study.patches).allowed
+    return compare(ScoredMap(study.utility, study.patches, study.body(), allowed), words)
 
 
 def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> Advice:

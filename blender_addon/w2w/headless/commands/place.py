@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 
 from w2w.core.files import UNFINISHED, folder_beside, write_json
-from w2w.core.findings.advice_content import advice_content
+from w2w.core.findings.advice_content import advice_content, place_content
 from w2w.core.findings.summary import PLACEMENTS, map_content, write_map, write_placements
 from w2w.core.ranking.weights import check_counting, read_weights
 from w2w.core.selection.advice import Advice
@@ -94,7 +94,13 @@ def place(
     with ending(USAGE, console):
         study = StudyResults.load(results, by=REDRAW if redrawn else "")
         if compare:
-            show_places(compared(study, options.words(compare)), console)
+            if folder is not None or redrawn:
+                raise ValueError("--compare chooses nothing: give --out a json file, and no --redraw")
+            new_file(out)
+            scores = compared(study, options.words(compare))
+            show_places(scores, console)
+            if out is not None:
+                write_json(out, [place_content(score, study.patches) for score in scores])
             return
         config = study.config()
         constraints = options.wishes_over(config.constraints, only, forbid, must, costs)
@@ -163,7 +169,7 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
             check_redraw(study)
             tables = ["config.json", "summary.json", PLACEMENTS, UTILITY, "utility.csv"]
             content = advice_content(advice, utility, ranked.patches)
-            content |= map_content(utility, patches, study.config().placements)
+            content |= map_content(ranked, study.config().placements, advice.answer.base.under)
             mark_changing(out, by=REDRAW)
             with listed(out, tables):
                 write_map(out, utility, patches, advice.clusters)

@@ -61,11 +61,12 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     """Print the answer, what it rests on, the files that hold it, and what could not be drawn."""
     out, utility, patches = study.results.out, study.results.utility, study.results.patches
     show_answer(study.advice, utility, console)
+    placements, base = [name for name, _ in study.config.placements], study.advice.answer.base.under
     show_window_warning(study.clips, study.config.windows, console)
-    show_own_placements(own_scores([name for name, _ in study.config.placements], utility, patches), console)
+    show_own_placements(own_scores(placements, utility, patches, base), console)
     show_worn(study.advice, patches, console)
     if plan.verbose:
-        _show_regions(study.results, console)
+        _show_regions(study.results, study.advice, console)
     console.print()
     show_skipped(study.clips, study.library, console, plan.verbose)
     show_left_out(utility.left_out, console)
@@ -97,12 +98,12 @@ def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console
     _say(notes.window_warning(spec.length_s, median), console, "bold yellow")
 
 
-def _show_regions(results: StudyResults, console: Console) -> None:
-    figures = ("expected F1", "95 % interval", "as good as the best", "on these clips")
+def _show_regions(results: StudyResults, advice: Advice, console: Console) -> None:
+    figures = ("expected F1", "95 % interval", "does as well", "on these clips")
     title = "Best regions (each by its best patch, mean over activities)"
     table = _table(title, ("patch", *figures), right=figures)
     utility = results.utility
-    for row in best_regions(utility, results.patches):
+    for row in best_regions(utility, results.patches, advice.answer.base.under, advice.allowed):
         interval = notes.interval_text(row["low"], row["high"], headline.mean_caution(utility))
         equal = "yes" if row["as_good"] else "no"
         table.add_row(row["name"], f"{row['expected']:.3f}", interval, equal, f"{row['f1']:.3f}")
@@ -142,29 +143,29 @@ def show_comparison(comparison: dict[str, Any], console: Console) -> None:
 def show_answer(advice: Advice, utility: UtilityMap, console: Console) -> None:
     """Print where to wear one sensor, on which products, and how sure that is."""
     console.print(f"\n{advice.answer.sentence()}", style="bold")
-    if advice.answer.ties:
-        console.print(advice.answer.ties)
+    _say(advice.answer.lead(), console, "")
     if advice.in_stream:
         console.print(f"{advice.in_stream.sentence()}.")
     show_places(advice.answer.products[:LISTED], console)
-    _say(headline.spot_caution(advice.best, utility), console, "bold yellow")
     _say(headline.mean_sentence(utility), console, "")
-    console.print(f"{headline.confidence_sentence(utility, advice.best)}.")
+    _say(headline.repeat_sentence(utility), console, "")
     if warning := notes.interval_caution(utility):
         console.print(f"Caution: {warning}.", style="yellow")
 
 
 def show_places(scores: Sequence[PlaceScore], console: Console) -> None:
     """Print one sensor on each of some products, or at places by name."""
-    figures = ("F1", "95 % interval", "costs")
+    figures = ("F1", "95 % interval", "costs", "95 % interval ")
     table = _table("One sensor on", ("", *figures, ""), right=figures)
     for score in scores:
+        apart = score.cost.low < score.cost.high  # from the recommended place
         table.add_row(
             f"{score.side} {score.name}".strip(),
             headline.short(score.expected),
             f"{headline.short(score.low)} to {headline.short(score.high)}",
-            headline.short(max(score.costs, 0.0)),
-            "as good as the best" if score.as_good else "",
+            headline.short(max(score.cost.expected, 0.0)) if apart else "",
+            f"{headline.short(score.cost.low)} to {headline.short(score.cost.high)}" if apart else "",
+            score.cost.verdict() if apart else "recommended",
         )
     console.print(table)
 
@@ -190,11 +191,10 @@ def show_own_placements(placements: Sequence[dict[str, Any]], console: Console) 
     """Print the placements, if there are any (`findings.summary.own_scores`)."""
     if not placements:
         return
-    figures = ("expected F1", "rank", "loss against the best")
-    table = _table("Your placements", ("placement", "region", *figures), right=figures)
+    figures = ("expected F1", "rank", "costs")
+    table = _table("Your placements", ("placement", "region", *figures, ""), right=figures)
     for placement in placements:
-        loss = "as good as the best" if placement["as_good"] else f"{placement['loss']:.3f}"
         rank = f"{placement['rank']} of {placement['of']}"
-        f1 = f"{placement['expected_f1']:.3f}"
-        table.add_row(placement["name"], placement["region"], f1, rank, loss)
+        f1, costs = f"{placement['expected_f1']:.3f}", headline.short(max(placement["costs"], 0.0))
+        table.add_row(placement["name"], placement["region"], f1, rank, costs, placement["verdict"])
     console.print(table)

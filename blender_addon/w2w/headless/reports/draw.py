@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from w2w.core.colours import patch_colours, score_range, span_note
 from w2w.core.files import folder_beside
 from w2w.core.selection.answer import best_single
-from w2w.core.selection.headline import mean_title
+from w2w.core.selection.headline import doubted, mean_title
 from w2w.core.study.results import StudyResults
 from w2w.core.wording import capital, count
 from w2w.scene.base.output import output_to
@@ -132,8 +132,8 @@ def write_pictures(out: Path, to: Path) -> None:
             low, high = score_range(scores, utility.colour_span)
             scale = Scale(low, high, EXPECTED, span_note(scores, low, high))
             views = shaded.coloured(patch_colours(study.patches, scores, low, high))
-            subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
-            subtitle += f"Best spot: {study.patches.names[spot]} ({scores[spot]:.2f} on other clips)"
+            best_spot = f"Best spot: {study.patches.names[spot]} ({scores[spot]:.2f} on other clips)"
+            subtitle = doubted(utility, best_spot)
             path = to / HEATMAPS / f"{name}.png"
             drawn.append(pages.submit(heatmap_figure, path, views, title, scale, subtitle))
         for page in drawn:

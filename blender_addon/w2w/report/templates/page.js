@@ -66,7 +66,7 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
 
   function describe(target, patch) {
     const mean = shown.map === 0, level = data.cautions[0] ? "" : `${Math.round(100 * data.level)} % interval `;
-    const sure = ` (${level}${meanInterval(patch)}${asGood[patch] ? "; as good as the best" : ""})`;
+    const sure = ` (${level}${meanInterval(patch)}${asGood[patch] ? "; does as well" : ""})`;
     target.replaceChildren(
       make("b", data.names[patch]),
       make("span", `expected F1 ${number(expected[shown.map * patches + patch])}${mean ? sure : ""}, ${data.titles[shown.map]}`),
@@ -271,7 +271,7 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
       const row = make("li");
       if (patch < 0) return text(row, `${word}: nothing is called that; try ${data.products.join(", ")}`);
       row.append(make("button", word, { type: "button", class: "go", "data-patch": patch }),
-        make("span", `: F1 ${number(expected[patch])} (${meanInterval(patch)})${asGood[patch] ? ", as good as the best" : ""}`));
+        make("span", `: F1 ${number(expected[patch])} (${meanInterval(patch)})${asGood[patch] ? ", does as well" : `, costs ${number(data.base_f1 - expected[patch])}`}`));
       return row;
     }));
   }

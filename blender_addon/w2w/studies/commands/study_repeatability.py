@@ -9,7 +9,6 @@ import numpy as np
 import typer
 
 from w2w.core.imu.virtual import at_patches
-from w2w.core.ranking.pooling import Pooling
 from w2w.core.study.results import StudyResults
 from w2w.core.windows.inputs import SomePatches
 from w2w.headless.console import USAGE
@@ -39,9 +38,8 @@ def repeatability(
         config = replace(usual, classifier=classifier or usual.classifier)
         first = at_patches(study.patches, list(range(len(study.patches)))[:patches])
         inputs = SomePatches(study.inputs(config.classifier), 0, len(first))
-        pooling = Pooling.on(study.body(), first)
         with console.status("Ranking halves of the clips"):
-            found = choices(inputs, study.labels(), config, pooling, halvings, by_subject)
+            found = choices(inputs, study.labels(), config, (first, study.body()), halvings, by_subject)
     except (ValueError, OSError) as error:
         console.print(why_not(error), style="red")
         raise typer.Exit(USAGE) from error

@@ -6,9 +6,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import spearmanr
 
+from w2w.core.body.body import Body
+from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.halves import deal_halves
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
+from w2w.core.selection.answer import ScoredMap
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import WindowLabels
 from w2w.core.windows.inputs import PatchBlocks, SomeWindows
@@ -16,18 +19,24 @@ from w2w.core.windows.inputs import PatchBlocks, SomeWindows
 FEWEST_MOTIONS = 4
 """Motions of an activity of which each half has two, to train on one and test on the other."""
 
-FIGURES = ("expected", "delivered", "gain", "by raw F1", "rho", "ceiling", "stated", "did", "holds")
+FIGURES = (
+    "expected", "delivered", "gain", "by raw F1", "rho", "ceiling", "stated", "did", "holds",
+    "as well", "lose", "within", "heavy", "cost holds",
+)  # fmt: skip
 """For a choice: F1 expected of the chosen patch and its raw F1 on the other half; how much that is above an
 average patch's, and the same of the patch of the highest raw F1; Spearman's rho of the expected map with
 the other half's raw map, and the root of the raw maps'; the stated chance of beating an average patch,
-whether it did, and the share of patches whose interval holds the other half's F1."""
+whether it did, and the share of patches whose interval holds the other half's F1. Of products other than
+the best: the share said to do as well, what those lose on the other half, how many of them lose at most .02
+there, how many of those that lose more than .05 are told from them, and the share whose cost's interval holds
+what they lose; NaN on some patches only, which no product may be near."""
 
 
 def choices(
     inputs: PatchBlocks,
     labels: WindowLabels,
     config: StudyConfig,
-    pooling: Pooling | None,
+    places: tuple[PatchSet, Body] | None,
     halvings: int,
     by_subject: bool,
 ) -> np.ndarray:
@@ -46,7 +55,7 @@ def choices(
             + f", and {FEWEST_MOTIONS} subjects" * by_subject
         )
     unit = (np.zeros_like(code), some.subject) if by_subject else (code, some.motion)
-    found = []
+    found, pooling = [], Pooling.on(*places[::-1]) if places else None
     for side in deal_halves(*unit, config.seed, halvings):
         maps = []
         for half in (side, ~side):
@@ -54,12 +63,14 @@ def choices(
             maps.append(
                 utility_map(SomeWindows(inputs, rows[half]), protocol, config.classifier, pooling=pooling)
             )
-        found += [_judged(*maps), _judged(*maps[::-1])]
+        for here, there in (maps, maps[::-1]):
+            of_products = _products_judged(ScoredMap(here, *places), there) if places else (np.nan,) * 5
+            found.append((*_judged(here, there), *of_products))
     return np.array(found)
 
 
 def _judged(here: UtilityMap, there: UtilityMap) -> tuple[float, ...]:
-    """`FIGURES` of what one half chooses."""
+    """The first of `FIGURES`: of the patch that one half chooses."""
     best, average = int(here.expected_mean.argmax()), there.mean.mean()
     delivered = there.mean[best]
     return (
@@ -73,6 +84,18 @@ def _judged(here: UtilityMap, there: UtilityMap) -> tuple[float, ...]:
         float(delivered > average),
         ((here.expected_low <= there.mean) & (there.mean <= here.expected_high)).mean(),
     )
+
+
+def _products_judged(here: ScoredMap, there: UtilityMap) -> tuple[float, ...]:
+    """The rest of `FIGURES`: of what one half says of products."""
+    if here.patches.labels.max() >= len(here.patches):
+        return (np.nan,) * 5
+    others = [score for score in here.products if score.patch != here.base.patch]
+    loses = np.array([there.mean[here.base.patch] - there.mean[score.patch] for score in others])
+    as_good = np.array([score.cost.as_good for score in others])
+    held = [score.cost.low <= lose <= score.cost.high for score, lose in zip(others, loses, strict=True)]
+    parts = (loses[as_good], loses[as_good] <= 0.02, ~as_good[loses > 0.05], held)
+    return (as_good.mean(), *(np.mean(part) if len(part) else np.nan for part in parts))
 
 
 def _rho(one: np.ndarray, other: np.ndarray) -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 
 from w2w.core.files import write_text
-from w2w.core.selection.headline import CANNOT_RANK, mean_sentence
+from w2w.core.selection.headline import doubt, mean_sentence
 from w2w.core.study.results import StudyResults
 
 from .activity_groups import PAPER_GROUPS
@@ -66,7 +66,7 @@ def _page(study: StudyResults, title: str, trends: str, missing: Sequence[str]) 
         "",
         f"{utility.protocol}; classifier {utility.classifier}; {len(study.clips)} clips.",
     ]
-    sentences = [mean_sentence(utility), "" if utility.can_rank else CANNOT_RANK]
+    sentences = [mean_sentence(utility), doubt(utility)]
     lines += [f"\n**{sentence}.**" for sentence in sentences if sentence]
     lines += [f"\n{sentence}" for sentence in missing]
     lines += ["", f"![{title}]({Path(FIGURE).name})", "", "## Claims", "", trends]

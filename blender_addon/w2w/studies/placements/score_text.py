@@ -14,9 +14,10 @@ from w2w.core.csv_tables import apart, csv_text
 from w2w.core.files import DIGITS, write_text
 from w2w.core.findings.notes import interval_text
 from w2w.core.patches.naming import Nearest
+from w2w.core.ranking.costs import does_as_well
 from w2w.core.ranking.f1 import FEWEST_CLIPS
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.selection.headline import CANNOT_RANK, mean_caution
+from w2w.core.selection.headline import doubt, mean_caution
 
 from .score_table import ScoreRow
 
@@ -27,11 +28,12 @@ def show_placements(
     """Print placements by the F1 expected of the patch nearest to each, the best first."""
     table = Table(title=title, title_justify="left")
     table.add_column("placement")
-    headings = ("expected F1", "95 % interval", "as good as the best patch", "on these clips", "patch away")
+    headings = ("expected F1", "95 % interval", "as well as the best", "on these clips", "patch away")
     for heading in headings:
         table.add_column(heading, justify="right")
-    if not utility.can_rank:
-        console.print(f"{CANNOT_RANK}.", style="bold yellow")
+    if doubted := doubt(utility):
+        console.print(f"{doubted}.", style="bold yellow")
+    best = utility.expected_mean.max()
     best_first = sorted(placements.items(), key=lambda item: -utility.expected_mean[item[1].patch])
     for name, (patch, away_m) in best_first:
         low, high = utility.expected_low[patch], utility.expected_high[patch]
@@ -39,7 +41,7 @@ def show_placements(
             name,
             f"{utility.expected_mean[patch]:.2f}",
             interval_text(low, high, mean_caution(utility), 2),
-            "yes" if utility.as_good[patch] else "no",
+            "yes" if does_as_well(best - utility.expected_mean[patch]) else "no",
             f"{utility.mean[patch]:.2f}",
             f"{100 * away_m:.1f} cm",
         )
@@ -84,9 +86,10 @@ def write_scores(
             scores = (f"{values[number]:.{DIGITS}f}" for values in (row.f1, row.low, row.high))
             same = "yes" if row.best[number] else "no"
             lines.append([*head, column, patch, *scores, same, row.clips, row.windows])
+    best = utility.expected_mean.max()
     for column, patch in zip(columns, patches, strict=True):
         cells = [f"{values[patch]:.{DIGITS}f}" for values in utility.expected]
-        equal = "yes" if utility.as_good[patch] else "no"
+        equal = "yes" if does_as_well(best - utility.expected_mean[patch]) else "no"
         tested = (len(np.unique(utility.clip)), len(utility.truth))
         lines.append(["all", EXPECTED_MEAN, column, patch, *cells, equal, *tested])
     write_text(path, csv_text(lines))

@@ -52,7 +52,7 @@ def compare_maps(usual: UtilityMap, other: UtilityMap, seed: int = 0) -> Shift:
         gain=gain,
         gain_low=float(gain_low),
         gain_high=float(gain_high),
-        best_holds=other.same(int(other.mean.argmax()), int(usual.mean.argmax())),
+        best_holds=other.same([int(other.mean.argmax())], [int(usual.mean.argmax())]),
         risen=np.flatnonzero(other.rank_high < usual.rank_low),
         fallen=np.flatnonzero(other.rank_low > usual.rank_high),
     )

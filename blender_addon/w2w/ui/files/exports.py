@@ -15,7 +15,7 @@ from ...core.imu.formats import FORMATS, HELD, write_recording
 from ...core.inside import file_name
 from ...core.library.library import unique_names
 from ...core.selection.advice import redundancy_clusters
-from ...core.selection.headline import mean_title
+from ...core.selection.headline import doubted, mean_title
 from ...core.study.results import StudyResults, stored_recording
 from ..jobs.jobs import Steps, in_thread, on_body, part, show_error, start
 from ..steps.baking import ranked_clips
@@ -36,8 +36,7 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     title = mean_title(utility) if counting.is_as_ranked(study, utility) else "Activities that count (mean)"
     if index:
         title = utility.activities[index - 1].replace("_", " ").capitalize()
-    subtitle = "" if utility.can_rank else "These clips cannot rank placements. "
-    subtitle += f"Best patch: {patches.names[best]} ({values[best]:.2f})"
+    subtitle = doubted(utility, f"Best patch: {patches.names[best]} ({values[best]:.2f})")
     is_difference = scores.minus_index(study) >= 0
     if is_difference:
         title, subtitle = shown.name, f"Farthest above: {patches.names[best]} ({values[best]:+.2f})"

@@ -6,6 +6,7 @@ from typing import Any
 
 import bpy
 
+from ...core.ranking.costs import DOES_AS_WELL
 from ...core.selection.headline import short
 from ...core.wording import capital
 from ...scene.heatmap import add_beside
@@ -42,8 +43,6 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
         body = state.polled_body(context)
         answer = lists.answer_of(body.w2w)
         draw_text(self.layout, context, answer.get("sentence", ""))
-        if answer.get("ties"):
-            draw_text(self.layout, context, answer["ties"])
         draw_products(self.layout, answer.get("products", ())[:PRODUCTS])
         draw_warning(self.layout, context, body.w2w.source_caution)
 
@@ -55,8 +54,8 @@ def draw_products(layout: Layout, products: Sequence[dict[str, Any]]) -> None:
         row = column.split(factor=0.5, align=True)
         row.label(text=capital(f"{product['side']} {product['name']}".strip()))
         text = short(product["expected_f1"])
-        if not product["as_good"]:
-            text += f", costs {short(product['costs'])}"
+        if product["verdict"] != DOES_AS_WELL:
+            text += f", {'may cost' if product['verdict'] else 'costs'} {short(product['costs'])}"
         row.progress(factor=product["expected_f1"], text=text)
 
 
@@ -69,9 +68,7 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
-        caution, sentences = findings(body.w2w, state.ranking_of(body))
-        draw_warning(self.layout, context, caution)
-        for sentence in sentences:
+        for sentence in findings(body.w2w, state.ranking_of(body)):
             draw_text(self.layout, context, sentence)
 
 

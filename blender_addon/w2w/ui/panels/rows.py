@@ -99,7 +99,6 @@ repaint = _then_redraw(results.paint)
 def reweigh(body: bpy.types.Object) -> None:
     """Count other activities in the mean and the choice."""
     results.paint(body)
-    results.list_regions(body)
     results.choose(body)
 
 

@@ -8,7 +8,7 @@ from bpy.props import EnumProperty, IntProperty, StringProperty
 
 from ...core.garments.cut import KINDS
 from ...core.ranking.utility import UtilityMap
-from ...core.selection.headline import mean_caution
+from ...core.selection.headline import mean_caution, short
 from ...core.wording import count, free_name
 from ...scene.garments.bake import check_garment
 from ...scene.garments.cloth import KIND, NAMES, dress, lie_on, lies_on_nothing
@@ -146,7 +146,7 @@ def in_words(scores: dict[str, Any], utility: UtilityMap) -> str:
     """Scores of a placement in a sentence, as the console gives them after a run."""
     low, high = scores["expected_f1_interval"]
     interval = mean_caution(utility) or f"{low:.2f} to {high:.2f}"
-    loss = "as good as the best" if scores["as_good"] else f"{scores['loss']:.3f} less than the best"
+    loss = scores["verdict"] or f"costs {short(scores['costs'])}"
     rank = f"rank {scores['rank']} of {scores['of']} among the sampled patches"
     score = f"expected F1 {scores['expected_f1']:.3f} ({interval})"
     return f"{scores['region'].capitalize()}: {score}, {rank}, {loss}."

@@ -19,7 +19,7 @@ from ...core.wording import plain_words
 from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
-from ..study import state
+from ..study import lists, state
 from . import results
 
 
@@ -53,7 +53,8 @@ def scores_of_own(body: bpy.types.Object, own: bpy.types.PropertyGroup) -> dict[
     if utility is None or patches is None or patch_of_own(body, own) < 0:
         return None
     names = [name for name, _ in state.own_placed(body.w2w)]
-    return own_scores(names, utility, patches)[names.index(own.name)]
+    base = lists.answer_of(body.w2w).get("costs_are_against") or [int(utility.expected_mean.argmax())]
+    return own_scores(names, utility, patches, base)[names.index(own.name)]
 
 
 def add(body: bpy.types.Object, name: str, vertex: int) -> None:

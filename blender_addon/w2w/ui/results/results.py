@@ -47,7 +47,6 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
     if not body.data.materials:
         body.data.materials.append(heatmap.heatmap_material())
     paint(body)
-    list_regions(body)
     choose(body)
 
 
@@ -69,13 +68,13 @@ def clear(body: bpy.types.Object) -> None:
         bpy.data.collections.remove(study.chosen_collection)
 
 
-def findings(study: bpy.types.PropertyGroup, utility: UtilityMap) -> tuple[str, list[str]]:
-    """A caution, or "", if the clips cannot rank; and sentences that say how sure the answer is."""
-    caution = "" if utility.can_rank else f"{headline.CANNOT_RANK}."
+def findings(study: bpy.types.PropertyGroup, utility: UtilityMap) -> list[str]:
+    """Sentences that say how sure the answer is."""
     if not counting.is_as_ranked(study, utility):
-        return caution, ["Intervals are of all activities alone."]
-    sentences = (headline.mean_sentence(utility), headline.confidence_sentence(utility))
-    return caution, [f"{sentence}." for sentence in sentences if sentence]
+        return ["Intervals are of all activities alone."]
+    lead = lists.answer_of(study).get("lead", "")
+    sentences = (headline.mean_sentence(utility), lead, headline.repeat_sentence(utility))
+    return [f"{sentence}." for sentence in sentences if sentence]
 
 
 def fit_range(body: bpy.types.Object) -> None:
@@ -136,8 +135,8 @@ def show(body: bpy.types.Object) -> None:
     legend.show_on_character(body)
 
 
-def list_regions(body: bpy.types.Object) -> None:
-    """Fill the table of regions, each by its best patch."""
+def list_regions(body: bpy.types.Object, allowed: np.ndarray | None = None) -> None:
+    """Fill the table of regions, each by its best patch of those allowed (N,)."""
     study, patches = body.w2w, state.patches_of(body)
     utility = state.utility_of(study)
     study.regions.clear()
@@ -145,7 +144,9 @@ def list_regions(body: bpy.types.Object) -> None:
         return
     mean = scores.expected_mean(study, utility)
     whole = counting.is_as_ranked(study, utility) and not headline.mean_caution(utility)
-    for patch in patches.best_of_regions(mean)[:TABLE_ROWS]:
+    allowed = np.ones(len(mean), dtype=bool) if allowed is None else allowed
+    ranked = patches.best_of_regions(np.where(allowed, mean, -1.0))
+    for patch in [patch for patch in ranked if allowed[patch]][:TABLE_ROWS]:
         row = study.regions.add()
         row.patch, row.label, row.f1 = patch, patches.regions[patch], mean[patch]
         low, high = utility.expected_low[patch], utility.expected_high[patch]
@@ -164,8 +165,10 @@ def choose(body: bpy.types.Object) -> None:
         terms = config.constraints.terms(patches, config.max_places)
     except ValueError as error:
         lists.keep_answer(study, {"sentence": f"{capital(error)}."})
+        list_regions(body)
         mark_chosen(body)
         return
+    list_regions(body, terms.allowed)
     mean = scores.expected_mean(study, utility)
     if counting.is_as_ranked(study, utility):
         found = answer(ScoredMap(utility, patches, state.body_as_run(body), terms.allowed))

@@ -4,11 +4,13 @@
 import numpy as np
 
 from ...core.colours import score_range, span_note
+from ...core.ranking.costs import costs_at, does_as_well
 from ...core.ranking.utility import UtilityMap
 from ...core.ranking.weights import mean_over
 from ...core.selection.headline import mean_caution
 from ..jobs.jobs import is_there
 from .counting import Group, is_as_ranked, shown_weights
+from .lists import answer_of
 from .state import utility_of
 
 EXPECTED, ON_THESE = "EXPECTED", "ON_THESE"
@@ -54,7 +56,8 @@ def patch_lines(study: Group, utility: UtilityMap, patch: int) -> tuple[str, ...
         return score, f"{rank}; on these clips {raw[patch]:.2f}"
     low, high = utility.expected_low[patch], utility.expected_high[patch]
     raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
-    equal = ", as good as the best" if utility.as_good[patch] else ""
+    base = answer_of(study).get("costs_are_against")
+    equal = ", does as well" if base and does_as_well(costs_at(utility, base)[patch]) else ""
     if mean_caution(utility):
         score = f"expected F1 {expected[patch]:.2f} (too few clips for an interval)"
         return score, f"{rank}{equal}; on these clips {raw[patch]:.2f}"
