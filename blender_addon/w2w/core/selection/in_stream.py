@@ -30,6 +30,6 @@ class InStream:
         """Say in words what the recommended place would reach."""
         mean, low, high = map(short, self.answer)
         return (
-            f"This is on clips cut out; in a stream of other clips, with standing between them, F1 is {mean} "
-            f"({low} to {high})"
+            f"In a stream of other clips, with standing between them, F1 of one sensor there is {mean} "
+            f"({low} to {high}); all other F1 of one sensor is on clips cut out"
         )
