@@ -145,15 +145,16 @@ def test_every_activity_may_be_asked_to_reach_an_f1(study):
     assert len(free["places"]) == 1
 
 
-def test_what_goes_best_with_a_sensor_that_is_enough_alone_is_told(study):
+def test_a_sensor_to_add_is_named_where_more_f1_is_shown_with_it(study):
     """The example of docs/designer.md: there is a watch anyway."""
     asked, output = chosen(study[0], "--must", "left thigh", "--max", 2, "--target", 0.05)
-    (thigh,) = asked["worn_together"]["places"]
+    (worn,) = asked["worn_together"]["places"]
     following = asked["worn_together"]["next_sensor"]
-    assert "thigh" in thigh["region"]
-    assert following["patch"] != thigh["patch"]
-    assert following["expected_f1"] >= thigh["expected_f1_so_far"]
-    assert f"add is {following['name']}; with it, the set reaches an expected F1 of" in output
+    assert "thigh" in worn["region"]
+    assert ("the best sensor to add is" in output.lower()) == (following is not None)
+    if following:
+        assert following["patch"] != worn["patch"]
+        assert round(following["expected_f1"], 2) > round(worn["expected_f1_so_far"], 2)
     assert chosen(study[0], "--max", 1, "--target", 0.05)[0]["worn_together"]["next_sensor"] is None
 
 

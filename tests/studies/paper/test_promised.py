@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from w2w.core.selection.headline import short
 from w2w.studies.paper import promised as paper
 from w2w.studies.paper.promised import LargePromises, exact_by_half, greedy_by_half, map_of, promised
 from w2w.studies.paper.subsets import exact_subset, greedy_subset
@@ -58,7 +59,7 @@ def test_a_set_says_first_what_other_clips_would_give(tests):
     assert len(made.mean) == len(subset.order)
     assert made.low[-1] <= made.mean[-1] <= made.high[-1]
     said = subset.sentence()
-    assert said.index(f"expected F1 of {made.mean[-1]:.3f} on other clips") < said.index("mean-max F1")
+    assert said.index(f"expected F1 of {short(made.mean[-1])} on other clips") < said.index("mean-max F1")
     assert replace(subset, promise=None).sentence() == subset.proxy_sentence()
     assert "not known" in replace(subset, promise=None).expected_sentence()
 

@@ -19,6 +19,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from ..blas import add_square, multiply, multiply_lower, solve_positive
+from ..threads import unthreaded_products
 from .classifiers.discriminant import averaging, deviation, few, summing, with_ridge
 
 WORKERS = 2
@@ -43,7 +44,7 @@ class JointScores:
     single patch.
 
     Takes features (N, W, D), float32, about their means over windows, labels (W,), 0 to A - 1, and a ridge in
-    units of a feature's variance within classes. The caller keeps BLAS to one thread in each of `WORKERS`.
+    units of a feature's variance within classes.
     `windows` (V,) are those tested, in the order of the scores: training by training.
     """
 
@@ -67,8 +68,9 @@ class JointScores:
         `judge` is given scores (V, A), float32: logarithms of the classes' probabilities, but for a term that
         all classes share. It is called from several threads.
         """
-        add = self.adding_by_kernels(worn) if self._is_wide(len(worn)) else self.adding_by_features(worn)
-        return list(self._parallel(lambda candidate: judge(add(candidate)), candidates))
+        with unthreaded_products():
+            add = self.adding_by_kernels(worn) if self._is_wide(len(worn)) else self.adding_by_features(worn)
+            return list(self._parallel(lambda candidate: judge(add(candidate)), candidates))
 
     def _is_wide(self, worn: int) -> bool:
         """Whether some training has few windows, or fewer than features worn."""
@@ -101,10 +103,11 @@ class JointScores:
             sums = zip(sizes, dual.sums_of_kernels(order, sizes), strict=True)
             return [dual.scores(kernels, count) for count, kernels in sums]
 
-        results = self._parallel(scores, [(order, dual) for order in orders for dual in self._duals])
-        for _ in orders:
-            of_duals = islice(results, len(self._duals))
-            yield [np.concatenate(of_size) for of_size in zip(*of_duals, strict=True)]
+        with unthreaded_products():
+            results = self._parallel(scores, [(order, dual) for order in orders for dual in self._duals])
+            for _ in orders:
+                of_duals = islice(results, len(self._duals))
+                yield [np.concatenate(of_size) for of_size in zip(*of_duals, strict=True)]
 
     def _parallel(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
         if len(self.windows) < WORTH_THREADS:

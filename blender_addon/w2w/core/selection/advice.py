@@ -125,9 +125,13 @@ def advise(
 def _at_products(terms: Terms, products: dict[int, str], constraints: Constraints) -> Terms:
     """The terms with only those allowed patches at which products sit, and those that must be chosen.
 
-    All allowed patches stay if a wish says which patches to use, or no product sits on any.
+    All that are allowed if a wish says which patches to use, or no product sits on any.
     """
     sits = np.isin(np.arange(len(terms.allowed)), list(products))
+    if constraints != Constraints():
+        every = np.ones(len(sits), bool)
+        free = Terms(every, [], every.astype(float), terms.max_size)
+        terms = replace(terms, unwished=_at_products(free, products, Constraints()))
     sits[np.concatenate([np.empty(0, int), *terms.required])] = True
     sits &= terms.allowed
     if constraints.only or not sits.any():

@@ -8,8 +8,8 @@ import numpy as np
 
 from ..ranking.stream import Stream
 from ..ranking.weights import mean_over
-from ..threads import unthreaded_products
 from .constraints import Terms, fewest
+from .headline import short
 from .promise import Promise, Promises, promise_in_stream
 from .set_tests import SetTests, Tests
 
@@ -19,11 +19,11 @@ LARGEST_SET = 6
 FIRST_SETS = 3
 """Sensors up to which sets are grown at first; then more if more are wanted and may help."""
 
-WORTH = 0.01
-"""Expected F1 that all added sensors must promise together if the target is out of reach."""
+WORTH = 0.02
+"""Expected F1 that each further sensor must add to be recommended."""
 
-ROUNDING = 1e-6
-"""F1 differences smaller than this are rounding."""
+DIGITS = 2
+"""Decimals of F1 that are shown, and by which promises are compared: what is not shown decides nothing."""
 
 SHORTLIST = 0.25
 """Share of the candidates that stay candidates once they have been tried with the patches worn."""
@@ -55,21 +55,20 @@ class GrownSet:
     def up_to(self, size: int) -> tuple[int, ...]:
         """The patches in order of choice, up to a size; fewer if no more are allowed."""
         order, terms = self._order, self._terms
-        with unthreaded_products():
-            while len(order) < min(size, terms.max_size):
-                missing = [options for options in terms.required if not np.isin(order, options).any()]
-                tried = (missing[0] if missing else np.setdiff1d(self.candidates, order))[: self._among]
-                if not len(tried):
-                    break
-                value = self._tests.added(order, tried, self._worst) if order else self._first[tried]
-                gain = (value - self._area) / terms.cost[tried]
-                best = int(gain.argmax())
-                if order:
-                    self._area = float(value[best])
-                    if not missing and not self._worst:
-                        most = max(int(SHORTLIST * len(tried)), LEAST_LISTED)
-                        self.candidates = np.sort(tried[np.argsort(-gain, kind="stable")[:most]])
-                order.append(int(tried[best]))
+        while len(order) < min(size, terms.max_size):
+            missing = [options for options in terms.required if not np.isin(order, options).any()]
+            tried = (missing[0] if missing else np.setdiff1d(self.candidates, order))[: self._among]
+            if not len(tried):
+                break
+            value = self._tests.added(order, tried, self._worst) if order else self._first[tried]
+            gain = (value - self._area) / terms.cost[tried]
+            best = int(gain.argmax())
+            if order:
+                self._area = float(value[best])
+                if not missing and not self._worst:
+                    most = max(int(SHORTLIST * len(tried)), LEAST_LISTED)
+                    self.candidates = np.sort(tried[np.argsort(-gain, kind="stable")[:most]])
+            order.append(int(tried[best]))
         return tuple(order[:size])
 
 
@@ -101,7 +100,7 @@ class WornSet:
     cost: float
     weights: np.ndarray  # (A,): what each activity counts
     further: tuple[int, ...]  # patches that were tried after these, in order of choice
-    with_next: Promise | None  # for these patches and the first of `further`
+    with_next: Promise | None  # for these patches and the first of `further`, if that is shown to add any F1
     most: float  # expected F1 of the largest set tried
 
     @property
@@ -113,22 +112,50 @@ class WornSet:
         """Say in words what the set would reach on other clips."""
         promise, count = self.promise, len(self.order)
         sensors = "1 sensor reaches" if count == 1 else f"{count} sensors worn together reach"
-        text = (
-            f"{sensors} an expected F1 of {promise.mean[-1]:.3f} {promise.where} "
-            f"(95 % interval {promise.low[-1]:.2f} to {promise.high[-1]:.2f}; target {self.target:.3g}"
-        )
+        text = f"{sensors} {promise.text()}; the target is {short(self.target)}"
         if self.every_activity:
             worst = int(np.where(self.weights > 0, promise.f1[-1], np.inf).argmin())
             text += (
-                f", {self.every_activity:g} for every activity, of which {self.activities[worst]} has the "
-                f"lowest, {promise.f1[-1, worst]:.3f}"
+                f", and {short(self.every_activity)} for every activity, of which {self.activities[worst]} "
+                f"has the lowest, {short(promise.f1[-1, worst])}"
             )
         if self.reached:
-            return f"{text})"
+            return text
         if self.further:
             tried = count + len(self.further)
-            return f"{text}); sets of up to {tried} sensors promise no more than {self.most:.3f}"
-        return f"{text}); no more sensors are allowed, or more add nothing"
+            return f"{text}; no set tried, of up to {tried} sensors, promises more than {short(self.most)}"
+        return f"{text}; no more sensors are allowed"
+
+
+class _Search:
+    """Sets that grow under some terms, and their promises.
+
+    Wishes can only take away. But a search takes one way among very many, and halves of the clips judge it
+    with noise: so no set promises more than the set of its size that was found without wishes.
+    """
+
+    def __init__(
+        self,
+        tests: SetTests,
+        expected: Sequence[np.ndarray],
+        terms: Terms,
+        worst: bool,
+        stream: Stream | None = None,
+    ) -> None:
+        self._grown, self._expected = GrownSet(tests.whole, terms, expected[0], worst), expected
+        self._promises, self._choose, self._stream = Promises(tests, terms), ByHalves(worst), stream
+        self._free = terms.unwished and _Search(tests, expected, terms.unwished, worst, stream)
+
+    def up_to(self, size: int) -> tuple[tuple[int, ...], tuple[Promise, Promise]]:
+        """The patches in order of choice, up to a size, and what they promise: cut out, and in a stream."""
+        order = self._grown.up_to(size)
+        alone, low, high = (float(values[order[0]]) for values in self._expected)
+        cut_out = self._promises.of(order, self._choose, (alone, low, high))
+        promise = promise_in_stream(self._stream, order, cut_out) if self._stream else cut_out
+        if self._free:
+            most = self._free.up_to(len(order))[1]
+            return order, (cut_out.at_most(most[0]), promise.at_most(most[1]))
+        return order, (cut_out, promise)
 
 
 def choose_together(
@@ -139,50 +166,40 @@ def choose_together(
     every_activity: float = 0.0,
     stream: Stream | None = None,
 ) -> WornSet:
-    """Choose the cheapest set whose promise reaches the target, or the one beyond which it rises no more.
+    """Choose the smallest set that reaches the target, or the one beyond which no sensor is worth it.
 
     The first patch is chosen by `expected`, the macro F1 (N,) of each patch alone and the bounds of its
     interval. In a `stream`, its F1 must reach the target; else that on clips cut out.
     """
-    grown = GrownSet(tests.whole, terms, expected[0], every_activity > 0)
-    promises, choose = Promises(tests, terms), ByHalves(every_activity > 0)
+    search = _Search(tests, expected, terms, every_activity > 0, stream)
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
-        order = grown.up_to(size)
-        alone, low, high = (float(values[order[0]]) for values in expected)
-        cut_out = promises.of(order, choose, (alone, low, high))
-        promise = promise_in_stream(stream, order, cut_out) if stream else cut_out
-        enough, reached = _enough(tests, terms, target, every_activity, order, promise)
-        if reached or (len(order) > fewest(order, terms.required) and promise.mean[-1] <= promise.mean[-2]):
+        order, (cut_out, promise) = search.up_to(size)
+        lowest = promise.f1[:, tests.weights > 0].min(axis=1)
+        f1, wanted = np.array([promise.mean, lowest]), np.array([[target], [every_activity]])
+        lacks = (np.round(wanted, DIGITS) - np.round(f1, DIGITS)).max(axis=0)
+        enough = _enough(fewest(order, terms.required), lacks, np.round(promise.low, DIGITS))
+        reached = bool(lacks[enough - 1] <= 0)
+        if reached or enough < len(order):
             break
     chosen, further = order[:enough], order[enough:]
-    cost = float(terms.cost[list(chosen)].sum())
-    with_next = promise.first(enough + 1) if further else None
+    rises = further and short(promise.mean[enough]) != short(promise.mean[enough - 1])
     return WornSet(
         order=chosen, promise=promise.first(enough), cut_out=cut_out.first(enough),
         activities=tests.activities, target=target, every_activity=every_activity, reached=reached,
-        cost=cost, weights=tests.weights, further=further, with_next=with_next, most=float(promise.mean[-1]),
+        cost=float(terms.cost[list(chosen)].sum()), weights=tests.weights, further=further,
+        with_next=promise.first(enough + 1) if rises else None, most=float(promise.mean[-1]),
     )  # fmt: skip
 
 
-def _enough(
-    tests: SetTests,
-    terms: Terms,
-    target: float,
-    every_activity: float,
-    order: Sequence[int],
-    promise: Promise,
-) -> tuple[int, bool]:
-    """The number of patches that reach the target at the least cost, and whether they do.
+def _enough(fewest_sensors: int, lacks: np.ndarray, low: np.ndarray) -> int:
+    """The number of sensors to recommend, by what each number lacks of the target and its interval's end.
 
-    If none do, it is the fewest that promise almost as much as the most.
+    More are worth it if each adds `WORTH` and the lower end does not fall, until the target is reached.
     """
-    sizes = np.arange(fewest(order, terms.required), len(order) + 1)
-    mean = promise.mean[sizes - 1]
-    lowest = promise.f1[sizes - 1][:, tests.weights > 0].min(axis=1)
-    good = np.minimum(mean - target, lowest - every_activity) >= -ROUNDING
-    reached = bool(good.any())
-    if not reached:
-        good = mean >= mean.max() - WORTH
-        if every_activity > 0:
-            good &= lowest >= lowest[good].max() - WORTH
-    return int(sizes[good.argmax()]), reached
+    enough = fewest_sensors
+    for size in range(enough + 1, len(lacks) + 1):
+        gain = lacks[enough - 1] - lacks[size - 1] + 1e-9  # of rounding
+        worth_it = gain >= WORTH * (size - enough) and low[size - 1] >= low[enough - 1]
+        if lacks[enough - 1] > 0 and worth_it:
+            enough = size
+    return enough

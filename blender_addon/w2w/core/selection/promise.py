@@ -14,11 +14,11 @@ import scipy
 from ..ranking.expected import UNPROVEN, agreement
 from ..ranking.stream import Expected, Stream
 from ..ranking.weights import known_mean, mean_over
-from ..threads import unthreaded_products
 from .constraints import Terms
+from .headline import short
 from .set_tests import SetTests, Tests
 
-RANDOM_SETS = 16
+RANDOM_SETS = 8
 """Sets drawn at random, whose mean F1 is the level above which a chosen set gains."""
 
 CONFIDENCE = 0.95
@@ -45,12 +45,19 @@ class Promise:
         by_size = ("f1", "mean", "low", "high", "raw")
         return replace(self, **{name: getattr(self, name)[:count] for name in by_size})
 
+    def at_most(self, other: Promise) -> Promise:
+        """No more than another promise for sets of the same size, nor less than for the first patch."""
+        sizes = np.minimum(np.arange(len(self.mean)), len(other.mean) - 1)
+        above = np.maximum(self.mean - np.maximum(other.mean[sizes], self.mean[0]), 0)
+        f1, low = np.maximum(self.f1 - above[:, None], 0), np.maximum(self.low - above, 0)
+        return replace(self, f1=f1, mean=self.mean - above, low=low, high=self.high - above)
+
     def text(self) -> str:
         """The whole set's expected F1 in words."""
-        text = f"an expected F1 of {self.mean[-1]:.3f} {self.where}"
+        text = f"an expected F1 of {short(self.mean[-1])} {self.where}"
         if not self.known:
             return f"{text}, a guess: parts of these clips cannot be compared"
-        return f"{text} (95 % interval {self.low[-1]:.2f} to {self.high[-1]:.2f})"
+        return f"{text} (95 % interval {short(self.low[-1])} to {short(self.high[-1])})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,19 +79,16 @@ class Promises:
         `alone` is the expected macro F1 of the first patch alone and the bounds of its interval.
         """
         tests, size = self.tests, len(order)
-        with unthreaded_products():
-            level_of = {
-                part: self.level(part, size) for part in [tests.whole, *chain.from_iterable(tests.pairs)]
-            }
-            raw = tests.whole.f1_of_first(order)
-            more = _better_chosen(tests)
-            gains = [
-                self._gain(choose(here, self.terms, size), there, level_of[there])
-                * _left(level_of[tests.whole], level_of[there], tests.weights)[:, None]
-                * more
-                for pair in tests.pairs
-                for here, there in (pair, pair[::-1])
-            ]
+        level_of = {part: self.level(part, size) for part in [tests.whole, *chain.from_iterable(tests.pairs)]}
+        raw = tests.whole.f1_of_first(order)
+        more = _better_chosen(tests)
+        gains = [
+            self._gain(choose(here, self.terms, size), there, level_of[there])
+            * _left(level_of[tests.whole], level_of[there], tests.weights)[:, None]
+            * more
+            for pair in tests.pairs
+            for here, there in (pair, pair[::-1])
+        ]
         shown = np.maximum(np.isfinite(gains).sum(axis=0), 1)  # an activity may have too few clips for halves
         believed = 1.0 if tests.plan.disjoint else UNPROVEN  # folds share the subjects they train on
         f1 = level_of[tests.whole] + believed * np.nansum(gains, axis=0) / shown
