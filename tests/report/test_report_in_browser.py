@@ -172,7 +172,7 @@ def test_the_body_is_named_and_worked_without_a_mouse(page):
     from selenium.webdriver import ActionChains, Keys
 
     canvas = find(page, "#view")
-    for _ in range(9):  # the link to the tables, products, sets and the words to compare, then the body
+    for _ in range(12):  # the link to the tables, products, sets and the words to compare, then the body
         ActionChains(page).send_keys(Keys.TAB).perform()
         if page.switch_to.active_element == canvas:
             break

@@ -108,6 +108,7 @@ def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list
             "high": float(utility.f1_high[own, number]),
             "caution": notes.few_clips(tested[number]),
             "at_best": float(utility.expected_f1[best, number]),
+            "counts": bool(utility.counts[number]),
         }
         for number, (name, own) in enumerate(zip(utility.activities, spots, strict=True))
     ]

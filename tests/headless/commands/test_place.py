@@ -405,6 +405,8 @@ def test_another_mean_is_ranked_as_a_run_would(study, made_once, tmp_path):
     page = html.unescape((tmp_path / "place" / "report.html").read_text(encoding="utf-8"))
     assert explained in page
     assert "Activities that count (mean)" in page
+    assert "One leg stand (background)" in page
+    assert "tells 2 activities apart, and from the background," in page
     back, output = chosen(tmp_path / "place", "--background", "", "--weights", equal_weights(tmp_path))
     assert back["mean"] == json.loads((study[0] / "summary.json").read_text())["mean"]
     assert "The mean" not in output

@@ -44,5 +44,7 @@ def repeatability(
         console.print(why_not(error), style="red")
         raise typer.Exit(USAGE) from error
     console.print(f"{len(found)} choices among {len(first)} patches by {config.classifier}\n")
-    for cells in (FIGURES, ["---"] * len(FIGURES), [f"{mean:.3f}" for mean in np.nanmean(found, axis=0)]):
+    known = np.flatnonzero(np.isfinite(found).any(axis=0))
+    means = [f"{mean:.3f}" for mean in np.nanmean(found[:, known], axis=0)]
+    for cells in ([FIGURES[number] for number in known], ["---"] * len(known), means):
         console.print(f"| {' | '.join(cells)} |")
