@@ -53,8 +53,8 @@ class UtilityMap:
         The activities tested; columns of `f1`.
     f1, f1_low, f1_high : ndarray, shape (N, A), float32
         F1 over all test windows, and its interval.
-    mean, mean_low, mean_high : ndarray, shape (N,), float32
-        Macro F1: the mean over activities.
+    mean_low, mean_high : ndarray, shape (N,), float32
+        Interval of the macro F1 `mean`.
     rank_low, rank_high : ndarray, shape (N,), int
         Interval of the patch's rank by mean F1 among all patches; 1 is the best.
     mean_samples : ndarray, shape (B, N), float32
@@ -68,8 +68,6 @@ class UtilityMap:
         (`expected.clips_needed` says how many more clips it takes); NaN where it is not known.
     beats_average : float
         Chance that the patch of highest `expected_mean` scores above an average patch on other clips.
-    confusion : ndarray, shape (N, A, A), int32
-        Windows by actual activity (rows) and predicted activity (columns).
     predictions : ndarray, shape (W_test, N), int16
         Activity that each patch predicts for each test window.
     truth : ndarray, shape (W_test,), int16
@@ -136,7 +134,7 @@ class UtilityMap:
 
     @cached_property
     def confusion(self) -> np.ndarray:
-        """Windows by actual and predicted activity, shape (N, A, A), int32."""
+        """Windows by actual activity (rows) and predicted activity (columns), shape (N, A, A), int32."""
         return confusion_of(self.truth, self.predictions, len(self.activities))
 
     @property
