@@ -96,7 +96,7 @@ def test_the_answer_has_its_f1_in_a_stream_beside_it(ranking):
     found, products = ranking.in_stream, ranking.answer.products
     assert found.answer.low <= found.answer.mean <= found.answer.high
     assert len(found.products) == len(products)
-    assert "in a stream of other clips" in found.sentence()
+    assert "In a stream of other clips" in found.sentence()
 
 
 def test_windows_long_for_the_clips_are_warned_of(signals):

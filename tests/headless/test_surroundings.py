@@ -87,7 +87,7 @@ GUARDED = """
 import sys, time
 from pathlib import Path
 from w2w.headless.runs.guard import guarded, untimed
-with guarded(0.5, said=Path(sys.argv[1])):
+with guarded(0.5, marker=Path(sys.argv[1])):
     if sys.argv[2] == "slow folder":
         with untimed():
             time.sleep(1.5)

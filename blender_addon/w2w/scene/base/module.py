@@ -18,7 +18,11 @@ def import_from(folders: Iterable[str], name: str) -> None:
     spec = PathFinder.find_spec(name, [*folders])
     if spec is not None and spec.loader is not None:
         module = sys.modules[name] = module_from_spec(spec)
-        spec.loader.exec_module(module)
+        try:
+            spec.loader.exec_module(module)
+        except BaseException:
+            del sys.modules[name]  # as `import` does, or the next import would find half a package
+            raise
 
 
 if "bpy" not in sys.modules:
