@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # W2W's command line in a container:
 #   docker build -t w2w . && docker run --rm -v "$PWD:/data" w2w run /data/CLIPS --out /data/RESULTS
+# procps: loky ends the children of its workers by pgrep.
 # tools/bare_machine.sh replays the lines that begin with RUN in a bare Debian; the file Apptainer has the same.
 FROM debian:bookworm-slim
-RUN apt-get update && apt-get install -y --no-install-recommends python3 python3-venv ca-certificates libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libsm6 libice6 libgl1 && rm -rf /var/lib/apt/lists/*
+RUN apt-get update && apt-get install -y --no-install-recommends python3 python3-venv ca-certificates procps libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libsm6 libice6 libgl1 && rm -rf /var/lib/apt/lists/*
 COPY . /w2w
 RUN python3 -m venv /opt/w2w && PIP_CONSTRAINT=/w2w/constraints.txt /opt/w2w/bin/pip install --no-cache-dir "/w2w[blender]" && rm -rf /w2w
 ENV PATH=/opt/w2w/bin:$PATH
