@@ -7,7 +7,7 @@ import pytest
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.ranking import stream
-from w2w.core.ranking.stream import Expected, Stream
+from w2w.core.ranking.stream import ExpectedF1, Stream
 from w2w.core.windows.windows import WindowSpec
 
 RATE, FOLDS = 50.0, 3
@@ -104,7 +104,7 @@ FIELDS = ("read", "standing", "sensor", "spec", "activity", "fold", "weights")
 
 def test_what_is_expected_in_a_stream_is_lower_and_no_surer():
     made = stream_of([still, *waves(1.0, 3.0)])
-    cut_out = Expected(0.9, 0.85, 0.95)
+    cut_out = ExpectedF1(0.9, 0.85, 0.95)
     found = made.expected([0], cut_out)
     assert found.mean == pytest.approx(0.9 - made.f1([[0]])[0].loss.mean())
     assert found.high - found.low > cut_out.high - cut_out.low

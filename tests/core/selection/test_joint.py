@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from w2w.core.ranking.stream import Expected, StreamF1
+from w2w.core.ranking.stream import ExpectedF1, StreamF1
 from w2w.core.selection import joint, set_tests
 from w2w.core.selection.headline import short
 from w2w.core.selection.joint import ByHalves, GrownSet, choose_together
@@ -83,7 +83,7 @@ class Lossy:
         return [StreamF1(np.full(len(NAMES), 0.9), np.full((2, len(NAMES)), 0.9 - self.loss)) for _ in sets]
 
     def expected(self, _worn, cut_out):
-        return Expected(cut_out.mean - self.loss, cut_out.low - self.loss, cut_out.high - self.loss)
+        return ExpectedF1(cut_out.mean - self.loss, cut_out.low - self.loss, cut_out.high - self.loss)
 
 
 def test_a_target_is_reached_in_a_stream_or_not_at_all(tests):
@@ -102,7 +102,7 @@ def test_a_promise_in_a_stream_never_falls_though_the_stream_does(tests):
     order = grown(tests.whole, terms(3)).up_to(3)
     made = Promises(tests, terms(3)).of(order, ByHalves(), tuple(v[order[0]] for v in alone(tests)))
     stream = Lossy(0.0)
-    stream.expected = lambda worn, cut_out: Expected(0.8 - 0.1 * len(worn), 0.1, cut_out.high)
+    stream.expected = lambda worn, cut_out: ExpectedF1(0.8 - 0.1 * len(worn), 0.1, cut_out.high)
     found = promise_in_stream(stream, order, made)
     assert (np.diff(found.mean) >= 0).all()
     assert found.mean[0] == pytest.approx(0.7)

@@ -9,7 +9,7 @@ import numpy as np
 from ..files import DIGITS
 from ..patches.patches import PatchSet
 from ..ranking.costs import Cost
-from ..ranking.stream import Expected
+from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
 from ..selection.answer import Answer, PlaceScore
@@ -68,7 +68,7 @@ def answer_content(answer: Answer, patches: PatchSet, in_stream: InStream | None
     }
 
 
-def in_stream_content(expected: Expected | None) -> dict[str, Any]:
+def in_stream_content(expected: ExpectedF1 | None) -> dict[str, Any]:
     """F1 expected in a stream, and its interval; nothing if it is not known."""
     return interval_content("expected_f1_in_stream", *expected) if expected else {}
 

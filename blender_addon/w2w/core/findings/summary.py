@@ -250,7 +250,7 @@ def best_regions(
 
     The costs are against a sensor that moves over the patches `base`.
     """
-    ranked = patches.best_of_regions(np.where(allowed, utility.expected_mean, -1.0))
+    as_good = does_as_well(costs_at(utility, base))
     return [
         {
             "patch": patch,
@@ -258,13 +258,12 @@ def best_regions(
             "expected": float(utility.expected_mean[patch]),
             "low": float(utility.expected_low[patch]),
             "high": float(utility.expected_high[patch]),
-            "as_good": cost(utility, base, [patch]).as_good,
+            "as_good": bool(as_good[patch]),
             "f1": float(utility.mean[patch]),
             "f1_low": float(utility.mean_low[patch]),
             "f1_high": float(utility.mean_high[patch]),
         }
-        for patch in ranked[:MOST_REGIONS]
-        if allowed[patch]
+        for patch in patches.best_of_regions(utility.expected_mean, allowed)[:MOST_REGIONS]
     ]
 
 

@@ -116,10 +116,14 @@ class PatchSet:
         low, high = (np.where(known, scores, end) for end in (np.inf, -np.inf))
         return np.clip(spread, low.min(axis=0), np.maximum(high.max(axis=0), low.min(axis=0)))
 
-    def best_of_regions(self, scores: np.ndarray) -> list[int]:
-        """The patch of the highest score in each region, best first; of equals that of the lower number."""
+    def best_of_regions(self, scores: np.ndarray, allowed: np.ndarray | None = None) -> list[int]:
+        """The patch of the highest score in each region, best first; of equals that of the lower number.
+
+        Only `allowed` patches (N,), bool, count; by default all.
+        """
+        order = np.argsort(-scores, kind="stable")
         best: dict[str, int] = {}
-        for patch in np.argsort(-scores, kind="stable").tolist():
+        for patch in (order if allowed is None else order[allowed[order]]).tolist():
             best.setdefault(self.regions[patch], patch)
         return list(best.values())
 

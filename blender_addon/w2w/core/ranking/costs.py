@@ -34,9 +34,14 @@ class Cost(NamedTuple):
         return DOES_AS_WELL if self.as_good else "may do as well" if self.may else ""
 
 
+def as_shown(f1: Any) -> Any:
+    """F1, or differences of it, by the two digits that are shown: what is not shown decides nothing."""
+    return np.round(f1, 2)
+
+
 def does_as_well(costs: Any) -> Any:
-    """Whether places do as well as another, by what they cost against it: two digits decide, as shown."""
-    return np.round(costs, 2) <= AS_GOOD
+    """Whether places do as well as another, by what they cost against it."""
+    return as_shown(costs) <= AS_GOOD
 
 
 def costs_at(utility: UtilityMap, base: Sequence[int]) -> np.ndarray:

@@ -55,7 +55,7 @@ class _Windows(NamedTuple):
     is_test: np.ndarray  # (W,), bool
 
 
-class Expected(NamedTuple):
+class ExpectedF1(NamedTuple):
     """Macro F1 expected on other clips, and its interval."""
 
     mean: float
@@ -93,7 +93,7 @@ class Stream:
             self._known.update(zip(due, found, strict=True))
         return [self._known[worn] for worn in wanted]
 
-    def expected(self, worn: Sequence[int], cut_out: Expected) -> Expected:
+    def expected(self, worn: Sequence[int], cut_out: ExpectedF1) -> ExpectedF1:
         """What other clips would give in a stream, from what they would give cut out.
 
         The loss on these clips is taken off. The interval grows as binomial variance, p (1 - p), and by what
@@ -109,7 +109,7 @@ class Stream:
             np.hypot(scale * reach, error)
             for reach in (cut_out.mean - cut_out.low, cut_out.high - cut_out.mean)
         )
-        return Expected(mean, float(max(mean - below, 0)), float(min(mean + above, 1)))
+        return ExpectedF1(mean, float(max(mean - below, 0)), float(min(mean + above, 1)))
 
     def _try(self, patches: Sequence[int], sets: Sequence[Sequence[int]]) -> list[StreamF1]:
         """Train and test sets of the patches, given by their places among these."""

@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 from typing import Self
 
-from ..ranking.stream import Expected, Stream
+from ..ranking.stream import ExpectedF1, Stream
 from .answer import Answer
 from .headline import short
 
@@ -13,15 +13,15 @@ from .headline import short
 class InStream:
     """Expected F1 of one sensor in a stream."""
 
-    answer: Expected  # at the recommended place
-    products: tuple[Expected, ...]  # on each product of the answer
+    answer: ExpectedF1  # at the recommended place
+    products: tuple[ExpectedF1, ...]  # on each product of the answer
 
     @classmethod
     def of(cls, stream: Stream, answer: Answer) -> Self:
         """What the places of an answer would reach in a stream."""
         patches = [answer.patch, *(score.patch for score in answer.products)]
-        cut_out = [Expected(of.expected, of.low, of.high) for of in answer.products]
-        cut_out.insert(0, Expected(answer.expected, answer.low, answer.high))
+        cut_out = [ExpectedF1(of.expected, of.low, of.high) for of in answer.products]
+        cut_out.insert(0, ExpectedF1(answer.expected, answer.low, answer.high))
         stream.f1([[patch] for patch in patches])  # all at once: their signals are read once
         first, *others = (stream.expected([patch], of) for patch, of in zip(patches, cut_out, strict=True))
         return cls(first, tuple(others))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..ranking.costs import as_shown
 from ..ranking.stream import Stream
 from ..ranking.weights import mean_over
 from .constraints import Terms, fewest
@@ -21,9 +22,6 @@ FIRST_SETS = 3
 
 WORTH = 0.02
 """Expected F1 that each further sensor must add to be recommended."""
-
-DIGITS = 2
-"""Decimals of F1 that are shown, and by which promises are compared: what is not shown decides nothing."""
 
 SHORTLIST = 0.25
 """Share of the candidates that stay candidates once they have been tried with the patches worn."""
@@ -176,8 +174,8 @@ def choose_together(
         order, (cut_out, promise) = search.up_to(size)
         lowest = promise.f1[:, tests.weights > 0].min(axis=1)
         f1, wanted = np.array([promise.mean, lowest]), np.array([[target], [every_activity]])
-        lacks = (np.round(wanted, DIGITS) - np.round(f1, DIGITS)).max(axis=0)
-        enough = _enough(fewest(order, terms.required), lacks, np.round(promise.low, DIGITS))
+        lacks = (as_shown(wanted) - as_shown(f1)).max(axis=0)
+        enough = _enough(fewest(order, terms.required), lacks, as_shown(promise.low))
         reached = bool(lacks[enough - 1] <= 0)
         if reached or enough < len(order):
             break

@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from ..ranking.expected import UNPROVEN, agreement
-from ..ranking.stream import Expected, Stream
+from ..ranking.stream import CONFIDENCE, ExpectedF1, Stream
 from ..ranking.weights import known_mean, mean_over
 from .constraints import Terms
 from .headline import short
@@ -20,9 +20,6 @@ from .set_tests import SetTests, Tests
 
 RANDOM_SETS = 8
 """Sets drawn at random, whose mean F1 is the level above which a chosen set gains."""
-
-CONFIDENCE = 0.95
-"""Confidence level of the intervals."""
 
 Choose = Callable[[Tests, Terms, int], Sequence[int]]
 """A function that chooses up to a number of patches, in order, by the tests of a trial."""
@@ -178,7 +175,7 @@ def promise_in_stream(stream: Stream, order: Sequence[int], promise: Promise) ->
     sets = [order[: count + 1] for count in range(len(order))]
     cut_out = zip(promise.mean.tolist(), promise.low.tolist(), promise.high.tolist(), strict=True)
     losses = np.array([found.loss for found in stream.f1(sets)])
-    found = [stream.expected(worn, Expected(*of)) for worn, of in zip(sets, cut_out, strict=True)]
+    found = [stream.expected(worn, ExpectedF1(*of)) for worn, of in zip(sets, cut_out, strict=True)]
     mean, low, high = np.array(found).T
     more = rising(mean) - mean
     low, high = np.clip([low + more, high + more], 0, 1)

@@ -144,9 +144,7 @@ def list_regions(body: bpy.types.Object, allowed: np.ndarray | None = None) -> N
         return
     mean = scores.expected_mean(study, utility)
     whole = counting.is_as_ranked(study, utility) and not headline.mean_caution(utility)
-    allowed = np.ones(len(mean), dtype=bool) if allowed is None else allowed
-    ranked = patches.best_of_regions(np.where(allowed, mean, -1.0))
-    for patch in [patch for patch in ranked if allowed[patch]][:TABLE_ROWS]:
+    for patch in patches.best_of_regions(mean, allowed)[:TABLE_ROWS]:
         row = study.regions.add()
         row.patch, row.label, row.f1 = patch, patches.regions[patch], mean[patch]
         low, high = utility.expected_low[patch], utility.expected_high[patch]
