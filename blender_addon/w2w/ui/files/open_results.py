@@ -24,7 +24,7 @@ from ..results.restore import SUMMARY, check_fits, clips_of, fill, find_folder, 
 from ..results.results import hide_patches
 from ..steps.body import add_study, make_study
 from ..study import operators, signal_cache, state
-from ..viewport.framing import BESIDE, extent, fold_soon, frame_answer
+from ..viewport.framing import fold_soon, frame_answer
 
 Context = bpy.types.Context
 
@@ -109,11 +109,9 @@ def open_steps(folder: Path) -> jobs.Steps:
 
     run, body, signals = yield from jobs.in_thread(read, "reading the results", 0.0, 0.2)
     yield jobs.Step(0.2, "building the body")
-    before, shown, others = existing_data(), bpy.context.scene.w2w.body, state.bodies(bpy.context.scene)
+    before, shown = existing_data(), bpy.context.scene.w2w.body
     try:
         mesh = add_study(bpy.context, body, folder.resolve().name)
-        if others:
-            mesh.parent.location.x = float(extent(others)[1][0]) + BESIDE * body.height
         mesh.w2w.results_folder = str(folder.resolve())
         check_fits(mesh, run)
         yield jobs.Step(0.25, "placing patches")
@@ -125,13 +123,13 @@ def open_steps(folder: Path) -> jobs.Steps:
         actions = yield from _act(mesh.parent, run, 0.3, 0.9)
         yield jobs.Step(0.9, "painting heatmaps")
         fill(mesh, run, clips_of(run, signals, actions))
-        frame_answer(mesh)
+        hidden = frame_answer(mesh)
         fold_soon()
     except BaseException:
         bpy.data.batch_remove(new_data(before))
         bpy.context.scene.w2w.body = shown
         raise
-    return opened_text(mesh)
+    return f"{opened_text(mesh)} {hidden}".rstrip()
 
 
 def _act(

@@ -154,8 +154,8 @@ class W2W_OT_side_by_side(operators.OnRanking, bpy.types.Operator):
 
     bl_label = "Side by Side"
 
-    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
-        study = body.w2w
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> str:
+        study, hidden = body.w2w, ""
         if scores.beside_of(study) is not None:
             legend.remove(body)
         else:
@@ -165,9 +165,10 @@ class W2W_OT_side_by_side(operators.OnRanking, bpy.types.Operator):
                 study.beside = add_beside(body, body)
                 if not study.is_property_set("beside_view"):  # at first another map than the body's
                     study.beside_view = scores.MEAN_VIEW if scores.view_index(study) else "A1"
-            frame([body, study.beside])
+            hidden = frame([body, study.beside])
         results.paint(body)
         jobs.redraw(context)
+        return hidden
 
 
 class W2W_PT_regions(ResultPanel, bpy.types.Panel):

@@ -20,7 +20,7 @@ from ..jobs import jobs
 from ..jobs.text import styled
 from ..results.restore import restore
 from ..study import operators, state
-from ..viewport.framing import frame
+from ..viewport.framing import frame, stand_clear
 
 ALWAYS = ("gender", "muscle", "age", "arms", "legs")
 OPTIONAL = ("height", "weight")
@@ -104,13 +104,13 @@ class W2W_OT_add_body(operators.WorkOperator, bpy.types.Operator):
     def draw(self, context: bpy.types.Context) -> None:
         draw_sliders(self.layout, self)
 
-    def work(self, context: bpy.types.Context, _body: bpy.types.Object | None) -> None:
+    def work(self, context: bpy.types.Context, _body: bpy.types.Object | None) -> str:
         mesh = add_study(context, shaped_body(self), "Body")
         mesh.w2w.has_shape = True
         with state.without_updates():
             for name in NAMES:
                 setattr(mesh.w2w.shape, name, getattr(self, name))
-        frame([mesh])
+        return frame([mesh])
 
 
 class W2W_OT_reset_shape(operators.OnBody, bpy.types.Operator):
@@ -192,11 +192,12 @@ def load_steps(path: Path) -> jobs.Steps:
 
 
 def add_study(context: bpy.types.Context, body: Body, name: str) -> bpy.types.Object:
-    """Add a body at the 3D cursor, in a collection of its own, and work on it; returns its mesh."""
+    """Add a body at the 3D cursor, clear of what is there, and work on it; returns its mesh."""
     collection = bpy.data.collections.new(f"W2W {name}")
     context.scene.collection.children.link(collection)
     objects = add_body(body, collection, name)
     objects.armature.location = context.scene.cursor.location
+    stand_clear(objects.armature, objects.mesh)
     make_study(context, objects.mesh)
     select_only(context, objects.mesh)
     jobs.dismiss()

@@ -55,11 +55,11 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
     answer = lists.answer_of(study)
     if not answer:
         return ". ".join(outcomes)
-    frame_answer(mesh)
+    hidden = frame_answer(mesh)
     baked = {clip.name for clip in state.baked(study)}
     failed = listed([clip.name for clip in state.usable(study) if clip.name not in baked])
     problem = f" Not baked: {failed}; the list of motions says why." if failed else ""
-    return f"Done: {answer['sentence']}{problem}"
+    return f"Done: {answer['sentence']}{problem} {hidden}".rstrip()
 
 
 def kept_of(mesh: bpy.types.Object) -> Callable[[], str]:

@@ -2,7 +2,6 @@
 """The overlay of the 3D viewport: the colour bar, marks on picked patches and their cards."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import bpy
 import numpy as np
@@ -16,14 +15,12 @@ from ...scene.base.patches import PATCH
 from ..study import lists, scores, signal_cache, state
 from .card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, HoverCard, on_one_scale
 from .drawing import Colour, Surface, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
+from .framing import FreeArea, free_area
 from .legend import Legend, left_of_legend, legend
 
 MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))
 BADGE: Colour = (0.1, 0.1, 0.1, 1.0)
 PIN: Colour = (0.35, 0.85, 1.0, 1.0)
-INFO_TEXT = 72
-"""Height of Blender's own lines at the top left, pixels."""
-
 BAR_WIDTH, BAR_HEIGHT = 16, 190
 BAR_TICKS = 5
 BAR_TITLE, BAR_BOX = 96, 200
@@ -35,15 +32,6 @@ OVER_HEAD = 0.08
 """Metres from a head to the name over it."""
 
 _handler: object | None = None
-
-
-class FreeArea(NamedTuple):
-    """The part of a region that no panel covers."""
-
-    left: float
-    right: float
-    bottom: float
-    top: float
 
 
 def picks(context: bpy.types.Context, body: bpy.types.Object) -> list[int]:
@@ -73,7 +61,7 @@ def draw() -> None:
     scale = context.preferences.system.ui_scale
     chosen = [patch for patch in picks(context, body) if patch < len(patches)]
     cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
-    free = _free_area(context)
+    free = free_area(context.area, context.region)
     placed = _place_cards(on_one_scale(cards), free, scale)
     utility = state.utility_of(body.w2w)
     if utility is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
@@ -89,27 +77,6 @@ def draw() -> None:
         _draw_mark(surface, patch, number, scale)
     for card, x, y in placed:
         card.draw(x, y, scale)
-
-
-def _free_area(context: bpy.types.Context) -> FreeArea:
-    region, system = context.region, context.preferences.system
-    left, right, bottom, top = 0.0, float(region.width), 0.0, float(region.height)
-    if not system.use_region_overlap:
-        return FreeArea(left, right, bottom, top)
-    for other in context.area.regions:
-        if other.width <= 1 or other.height <= 1 or other.alignment == "NONE":
-            continue
-        if other.type == "UI":
-            right = min(right, other.x - region.x)
-        elif other.type == "HUD":
-            bottom = max(bottom, other.y + other.height - region.y)
-        elif other.type == "TOOLS":
-            left = max(left, other.x + other.width - region.x)
-        elif other.type in ("HEADER", "TOOL_HEADER") and other.y > region.y + region.height / 2:
-            top = min(top, other.y - region.y)
-    if context.space_data.overlay.show_text:
-        top -= INFO_TEXT * system.ui_scale
-    return FreeArea(left, right, bottom, top)
 
 
 def _heads(context: bpy.types.Context, bodies: Sequence[bpy.types.Object]) -> list[Vector]:

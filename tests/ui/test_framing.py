@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A new body stands clear of what is there; what covers a body is hidden, and the message says so."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+
+from w2w.ui.jobs import jobs
+from w2w.ui.viewport.framing import extent, frame
+
+pytestmark = pytest.mark.usefixtures("blender")
+
+
+def add_box(size: float, place: tuple[float, float, float]) -> bpy.types.Object:
+    """A cube of this width."""
+    bpy.ops.mesh.primitive_cube_add(size=size, location=place)
+    return bpy.context.object
+
+
+def overlaps(one: bpy.types.Object, other: bpy.types.Object) -> bool:
+    """Whether the boxes around two objects have points in common."""
+    (low, high), (begin, end) = extent([one]), extent([other])
+    return bool((low < end).all() and (begin < high).all())
+
+
+def add_body() -> bpy.types.Object:
+    """A new body."""
+    bpy.ops.w2w.add_body()
+    return bpy.context.scene.w2w.body
+
+
+def test_a_body_stands_next_to_the_default_cube_and_the_next_next_to_that() -> None:
+    cube = add_box(2.0, (0, 0, 0))
+    first, second = add_body(), add_body()
+    pairs = [(cube, first), (cube, second), (first, second)]
+    assert not any(overlaps(*pair) for pair in pairs)
+    assert not cube.hide_get()
+
+
+def test_a_body_stands_on_a_floor_and_in_a_room_where_the_cursor_is() -> None:
+    add_box(40.0, (0, 0, 15))
+    bpy.ops.mesh.primitive_plane_add(size=4)
+    bpy.context.scene.cursor.location = (1.0, 0.5, 0.0)
+    np.testing.assert_allclose(add_body().parent.location, (1.0, 0.5, 0.0))
+
+
+def test_what_stands_before_a_body_is_hidden_and_named() -> None:
+    body = add_body()
+    wall, behind = add_box(1.0, (0, -1.5, 1)), add_box(1.0, (0, 2, 1))
+    assert frame([body]) == "Hidden to show the whole body: Cube. Alt H brings it back."
+    assert wall.hide_get()
+    assert not behind.hide_get()
+    assert frame([body]) == ""
+
+
+def test_a_body_in_a_box_comes_into_sight_and_the_panel_says_how() -> None:
+    room = add_box(20.0, (0, 0, 5))
+    room.scale = (1.0, 0.1, 1.0)
+    add_body()
+    assert room.hide_get()
+    assert jobs.message.text.startswith("Hidden to show the whole body: Cube")
