@@ -13,7 +13,7 @@ from ..jobs import jobs
 from ..jobs.text import draw_message, draw_progress, draw_text, styled
 from ..steps.baking import UNBAKED
 from ..steps.body import draw_sliders
-from ..steps.motions import has_source
+from ..steps.motions import has_source, is_playing
 from ..steps.run_all import TITLE as RUN_ALL, missing_for_all
 from ..study import state
 from ..study.counting import Group
@@ -162,7 +162,8 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         skeleton = clip.skeleton or "own"
         draw_note(layout, context, f"{clip.n_frames} frames at {clip.rate:g} fps, {skeleton} skeleton")
         row = layout.row(align=True)
-        row.operator("w2w.preview_clip", text="Preview", icon="PLAY").index = study.clip_index
+        text, icon = ("Stop", "PAUSE") if is_playing(context, study.id_data) else ("Preview", "PLAY")
+        row.operator("w2w.preview_clip", text=text, icon=icon).index = study.clip_index
         if has_source(clip):
             shown = bool(source_collections(clip.name))
             row.operator("w2w.show_source", text="Source Beside", icon="ARMATURE_DATA", depress=shown)

@@ -101,7 +101,7 @@ class W2W_OT_add_armature_motion(operators.OnBody, bpy.types.Operator):
 
 
 class W2W_OT_preview_clip(operators.WorkOperator, bpy.types.Operator):
-    """Play this clip on the body"""
+    """Play this clip on the body; press again, or Esc, to stop"""
 
     index: IntProperty(name="Clip", description="Number of the clip in the list", default=-1)
 
@@ -112,20 +112,36 @@ class W2W_OT_preview_clip(operators.WorkOperator, bpy.types.Operator):
         return body is not None and len(body.w2w.clips) > 0
 
     def work(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
-        """Let the armature play it at its speed over the preview range; the scene's own is left alone."""
-        scene = context.scene
+        clips = mesh.w2w.clips
         if self.index >= 0:
-            mesh.w2w.clip_index = min(self.index, len(mesh.w2w.clips) - 1)
-        clip = mesh.w2w.clips[mesh.w2w.clip_index]
-        if clip.action is None:
-            raise ValueError(f"{clip.name}: {clip.problem}")
-        keep_pace(clip.action)
-        source_beside.keep_pace_beside(clip.name)
-        show_action(armature_of(mesh), clip.action)
-        scene.use_preview_range = True
-        scene.frame_preview_start = int(FIRST_FRAME)
-        scene.frame_preview_end = round(FIRST_FRAME + (clip.n_frames - 1) * key_rate(clip.action) / clip.rate)
-        scene.frame_set(int(FIRST_FRAME))
+            mesh.w2w.clip_index = min(self.index, len(clips) - 1)
+        if is_playing(context, mesh):
+            bpy.ops.screen.animation_cancel(restore_frame=False)
+            return
+        show_clip(context.scene, mesh)
+        if not bpy.app.background and not context.screen.is_animation_playing:
+            bpy.ops.screen.animation_play()
+
+
+def is_playing(context: bpy.types.Context, mesh: bpy.types.Object) -> bool:
+    """Whether the body plays its active clip now."""
+    study = mesh.w2w
+    is_shown = state.playing_clip(mesh) == study.clips[study.clip_index]
+    return is_shown and context.screen is not None and context.screen.is_animation_playing
+
+
+def show_clip(scene: bpy.types.Scene, mesh: bpy.types.Object) -> None:
+    """Give the body its active clip, at its speed over the preview range; the scene's own is left alone."""
+    clip = mesh.w2w.clips[mesh.w2w.clip_index]
+    if clip.action is None:
+        raise ValueError(f"{clip.name}: {clip.problem}")
+    keep_pace(clip.action)
+    source_beside.keep_pace_beside(clip.name)
+    show_action(armature_of(mesh), clip.action)
+    scene.use_preview_range = True
+    scene.frame_preview_start = int(FIRST_FRAME)
+    scene.frame_preview_end = round(FIRST_FRAME + (clip.n_frames - 1) * key_rate(clip.action) / clip.rate)
+    scene.frame_set(int(FIRST_FRAME))
 
 
 class W2W_OT_show_source(operators.OnBody, bpy.types.Operator):
@@ -149,7 +165,7 @@ class W2W_OT_show_source(operators.OnBody, bpy.types.Operator):
             source_beside.show_source(mesh, clip.name, Path(clip.file), clip.scale, clip.given_rate)
         except UnusableMotion as error:
             raise ValueError(f"{clip.name}: {error}") from error
-        bpy.ops.w2w.preview_clip(index=mesh.w2w.clip_index)
+        show_clip(context.scene, mesh)
 
 
 class W2W_OT_relabel_clips(operators.OnClips, bpy.types.Operator):
