@@ -25,24 +25,29 @@ PANELS = [
 ]
 
 
-def draw(panel: type, context: SimpleNamespace) -> bool:
-    """Draw a panel on a layout that takes everything; whether it is shown at all."""
+def draw(panel: type, context: SimpleNamespace) -> MagicMock | None:
+    """A layout that takes everything, with a panel drawn on it; None if the panel is not shown."""
     if not getattr(panel, "poll", lambda _: True)(context):
-        return False
+        return None
     drawn = SimpleNamespace(layout=MagicMock(), titles=panel.titles)
-    for name in ("missing", "is_done", "draw_step", "draw_active"):
+    for name in ("missing", "is_done", "draw_step", "draw_active", "column"):
         if hasattr(panel, name):
             setattr(drawn, name, getattr(panel, name).__get__(drawn))
     if hasattr(panel, "draw_header_preset"):
         panel.draw_header_preset(drawn, context)
     panel.draw(drawn, context)
-    return True
+    return drawn.layout
+
+
+def view_of_panels() -> SimpleNamespace:
+    """What panels see."""
+    names = ("scene", "object", "mode", "view_layer", "selected_objects", "preferences", "screen")
+    region = SimpleNamespace(width=300)
+    return SimpleNamespace(region=region, **{name: getattr(bpy.context, name) for name in names})
 
 
 @pytest.mark.parametrize("steps", ["", "motions", "motions patches", ALL_STEPS])
 def test_every_panel_draws_itself(library: Path, steps: str) -> None:
-    region = SimpleNamespace(width=300)
-    names = ("scene", "object", "mode", "view_layer", "selected_objects", "preferences")
     body = make_study(library, steps)
     study = body.w2w
     if steps == ALL_STEPS:
@@ -56,6 +61,6 @@ def test_every_panel_draws_itself(library: Path, steps: str) -> None:
         bpy.ops.w2w.add_garment(kind="tshirt")
         bpy.ops.w2w.start_sensor(like="phone")
         study.record = {"magnetometer"}
-    context = SimpleNamespace(region=region, **{name: getattr(bpy.context, name) for name in names})
-    shown = {panel.__name__ for panel in PANELS if draw(panel, context)}
+    context = view_of_panels()
+    shown = {panel.__name__ for panel in PANELS if draw(panel, context) is not None}
     assert len(shown) >= (len(PANELS) - 1 if steps == ALL_STEPS else 6)

@@ -7,7 +7,7 @@ import bpy
 
 from ..jobs import jobs
 from ..jobs.text import draw_outcome, draw_text, styled
-from ..study.state import current_body, is_ranked, missing_for_patches
+from ..study.state import current_body, is_ranked, missing_for_patches, outdated, polled_body
 
 if TYPE_CHECKING:
     from bpy.types import Panel as Mixin
@@ -43,6 +43,10 @@ class ResultPanel(W2WPanel):
 
     bl_parent_id = "W2W_PT_utility"
 
+    def column(self, context: bpy.types.Context) -> Layout:
+        """A column that is grey where the ranking is not of the study as it is now."""
+        return styled(self.layout.column(), active=not outdated(polled_body(context)))
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         body = current_body(context)
@@ -56,7 +60,7 @@ class StepPanel(W2WPanel):
 
     def draw_header_preset(self, context: bpy.types.Context) -> None:
         body = current_body(context)
-        if body is not None and self.is_done(body):
+        if body is not None and not self.missing(body) and self.is_done(body):
             self.layout.label(text="", icon="CHECKMARK")
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -95,6 +99,14 @@ def draw_warning(layout: bpy.types.UILayout, context: bpy.types.Context, text: s
     """Draw a text in a red box, or nothing for ""."""
     if text:
         draw_text(styled(layout.box(), alert=True), context, text, icon="ERROR", indent=20)
+
+
+def draw_outdated(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.types.Object) -> None:
+    """Draw why a body's ranking is out of date, and the button that mends it."""
+    if why := outdated(body):
+        draw_warning(layout, context, f"Out of date. {why}.")
+        if why != missing_for_patches(body):
+            layout.operator("w2w.run_all", text="Run All Again", icon="FILE_REFRESH")
 
 
 def draw_note(layout: bpy.types.UILayout, context: bpy.types.Context, text: str) -> None:

@@ -81,7 +81,7 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
         styled(content.row(), scale_y=1.2).operator("w2w.choose_sensors", icon="VIEWZOOM")
         draw_outcome(self.layout, context, self.titles)
         if jobs.running is None or jobs.running.title not in self.titles:
-            draw_worn(styled(self.layout.column(), enabled=can_change_now(context)), context, body)
+            draw_worn(styled(self.column(context), enabled=can_change_now(context)), context, body)
 
 
 def draw_wishes(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.types.Object) -> None:

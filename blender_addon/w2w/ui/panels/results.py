@@ -19,7 +19,7 @@ from ..study import counting, lists, operators, scores, state
 from ..study.counting import Group
 from ..viewport import legend
 from ..viewport.framing import frame
-from .base import Layout, PartPanel, ResultPanel, draw_warning
+from .base import Layout, PartPanel, ResultPanel, draw_outdated, draw_warning
 
 WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
 """Column widths of weight and score, in row heights."""
@@ -41,9 +41,10 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
-        answer = lists.answer_of(body.w2w)
-        draw_text(self.layout, context, answer.get("sentence", ""))
-        draw_products(self.layout, answer.get("products", ())[:PRODUCTS])
+        draw_outdated(self.layout, context, body)
+        answer, layout = lists.answer_of(body.w2w), self.column(context)
+        draw_text(layout, context, answer.get("sentence", ""))
+        draw_products(layout, answer.get("products", ())[:PRODUCTS])
         draw_warning(self.layout, context, body.w2w.source_caution)
 
 
@@ -68,8 +69,9 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
+        layout = self.column(context)
         for sentence in findings(body.w2w, state.ranking_of(body)):
-            draw_text(self.layout, context, sentence)
+            draw_text(layout, context, sentence)
 
 
 class W2W_UL_activities(bpy.types.UIList):
@@ -124,7 +126,7 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         study = state.polled_body(context).w2w
-        layout = styled(self.layout, enabled=can_change_now(context), use_property_decorate=False)
+        layout = styled(self.column(context), enabled=can_change_now(context), use_property_decorate=False)
         layout.prop(study, "view", text="")
         draw_activities(layout, study, "Weight, Best F1")
         layout.use_property_split = True
@@ -179,7 +181,8 @@ class W2W_PT_regions(ResultPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         study = state.polled_body(context).w2w
-        draw_rows(styled(self.layout, enabled=can_change_now(context)), study, study.regions, numbered=False)
+        layout = styled(self.column(context), enabled=can_change_now(context))
+        draw_rows(layout, study, study.regions, numbered=False)
 
 
 def draw_rows(

@@ -15,9 +15,19 @@ from ..steps.baking import UNBAKED
 from ..steps.body import draw_sliders
 from ..steps.motions import has_source, is_playing
 from ..steps.run_all import TITLE as RUN_ALL, missing_for_all
-from ..study import state
+from ..study import signal_cache, state
 from ..study.counting import Group
-from .base import Body, Layout, PartPanel, StepPanel, W2WPanel, beside_their_buttons, draw_info, draw_note
+from .base import (
+    Body,
+    Layout,
+    PartPanel,
+    StepPanel,
+    W2WPanel,
+    beside_their_buttons,
+    draw_info,
+    draw_note,
+    draw_warning,
+)
 
 ICONS = {state.BAKED: "CHECKMARK", state.STALE: "FILE_REFRESH", state.FAILED: "ERROR"}
 """Icons of the clip states."""
@@ -36,15 +46,19 @@ class W2W_PT_main(W2WPanel, bpy.types.Panel):
         if len(state.bodies(context.scene)) > 1:
             layout.prop(context.scene.w2w, "body", text="")
         body = state.current_body(context)
+        outdated = "" if body is None else state.outdated(body)
+        elsewhere = beside_their_buttons() | ({RUN_ALL} if outdated else set())
         if body is not None and state.usable(body.w2w):
             styled(layout.column(), scale_y=1.4).operator("w2w.run_all", icon="PLAY")
             if missing := missing_for_all(body):
                 draw_info(layout, context, missing)
+            elif outdated:
+                draw_warning(layout, context, f"Out of date. {outdated}.")
         if jobs.running is not None:
             if jobs.running.title != RUN_ALL:  # its button stands just above
                 layout.label(text=jobs.running.title)
             draw_progress(layout, jobs.running)
-        elif jobs.message is not None and jobs.message.job not in beside_their_buttons():
+        elif jobs.message is not None and jobs.message.job not in elsewhere:
             draw_message(layout, context, jobs.message)
 
 
@@ -114,6 +128,8 @@ class W2W_UL_clips(bpy.types.UIList):
             split.prop(item, "activity", text="", emboss=False, placeholder="activity")
         playing = state.playing_clip(data.id_data) == item
         mark = "ERROR" if item.bake_path.startswith(UNBAKED) else ICONS.get(found, "BLANK1")
+        if found == state.BAKED and signal_cache.is_lost(item):
+            mark = ICONS[state.STALE]
         row.label(text="", icon="PLAY" if playing else mark)
 
 
@@ -210,7 +226,8 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
     def is_done(self, body: bpy.types.Object) -> bool:
         if state.missing_for_bake(body) or misses_folder(body.w2w):
             return False
-        return len(state.baked(body.w2w)) == len(state.usable(body.w2w))
+        baked = [clip for clip in state.baked(body.w2w) if not signal_cache.is_lost(clip)]
+        return len(baked) == len(state.usable(body.w2w))
 
     def draw_step(self, context: bpy.types.Context, layout: Layout, body: Body) -> None:
         study = body.w2w
@@ -227,7 +244,12 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
             draw_text(layout, context, f"The signals are gone: they were in {where}", icon="ERROR")
             layout.operator("w2w.locate_results", icon="FILE_FOLDER")
         else:
-            layout.label(text=f"{len(state.baked(study))} of {len(state.usable(study))} clips are up to date")
+            baked = state.baked(study)
+            lost = sum(map(signal_cache.is_lost, baked))
+            text = f"{len(baked) - lost} of {len(state.usable(study))} clips are up to date"
+            draw_info(
+                layout, context, f"{text}; the signals of {lost} are gone from the cache" if lost else text
+            )
         if 0 <= study.clip_index < len(study.clips):
             clip = study.clips[study.clip_index]
             if clip.bake_path.startswith(("general", UNBAKED)):
@@ -244,7 +266,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         return "" if body is not None and state.is_ranked(body) else state.missing_for_any_rank(body)
 
     def is_done(self, body: bpy.types.Object) -> bool:
-        return state.is_up_to_date(body.w2w)
+        return not state.outdated(body) and state.is_up_to_date(body.w2w)
 
     def draw_step(self, context: bpy.types.Context, layout: Layout, body: Body) -> None:
         study = body.w2w
@@ -262,7 +284,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         missing = state.missing_for_rank(body) or state.unreadable_ranking(study)
         if missing:
             draw_info(layout, context, missing)
-        elif ranked and study.ranked_as != state.rank_settings(study):
-            layout.label(text="Settings or clips have changed: rank again", icon="INFO")
+        elif outdated := state.outdated(body):
+            draw_info(layout, context, f"{outdated}: rank again")
         elif ranked and not state.is_up_to_date(study):
             draw_info(layout, context, "Activity weights have changed: rank again")

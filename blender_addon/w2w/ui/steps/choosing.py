@@ -58,9 +58,8 @@ def missing_for_choice(body: bpy.types.Object) -> str:
     """What prevents choosing sensors, as a sentence, or ""."""
     if not state.is_ranked(body):
         return "Rank the patches first (step 5)"
-    if body.w2w.ranked_as != state.rank_settings(body.w2w):
-        return "Clips or settings have changed since the ranking: rank again first (step 5)"
-    return ""
+    outdated = state.outdated(body)
+    return f"{outdated}: rank again first (step 5)" if outdated else ""
 
 
 @on_body

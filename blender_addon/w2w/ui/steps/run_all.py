@@ -23,6 +23,8 @@ PLACING, BAKING, RANKING, CHOOSING = 6.0, 0.4, 12.0, 30.0
 def missing_for_all(body: bpy.types.Object) -> str:
     """What prevents running all, as a sentence, or ""."""
     clips = state.usable(body.w2w)
+    if missing := state.missing_for_patches(body):
+        return missing
     if not clips:
         return "Import motions first (step 2)"
     return state.labels_problem(clips) or state.classifier_problem(body.w2w)

@@ -5,6 +5,7 @@ The cache folder is laid out as a results folder. Equal content has an equal key
 undo and files saved under another name find theirs.
 """
 
+import time
 from collections import OrderedDict
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,10 +26,14 @@ Place = tuple[Path, str]
 Windows = tuple[np.ndarray, np.ndarray]
 """Windows of a clip as features, and the mask of test windows."""
 
+LOOK = 2.0
+"""Seconds for which panels do not look at the disk again."""
+
 KEPT = 4
 """Recordings kept in memory for the overlay."""
 
 _recordings: OrderedDict[str, ImuRecording] = OrderedDict()
+_looks: dict[tuple[str, str], tuple[float, bool]] = {}
 
 
 def place_of(clip: bpy.types.PropertyGroup) -> Place:
@@ -62,6 +67,14 @@ def has(clip: bpy.types.PropertyGroup) -> bool:
         return bool(clip.signals) and all(file(*place).is_file() for file in (signals_file, features_file))
     except ForeignFileError:  # a .blend file may say anything
         return False
+
+
+def is_lost(clip: bpy.types.PropertyGroup) -> bool:
+    """Whether a clip's signals are gone, as of `LOOK` seconds ago: panels ask at every drawing."""
+    key, now = (clip.id_data.w2w.results_folder, clip.signals), time.monotonic()
+    if key not in _looks or now - _looks[key][0] > LOOK:
+        _looks[key] = now, not has(clip)
+    return _looks[key][1]
 
 
 def save(key: str, recording: ImuRecording, windows: Windows, signature: np.ndarray, folder: Path) -> None:

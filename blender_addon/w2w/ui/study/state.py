@@ -237,6 +237,19 @@ def is_up_to_date(study: Group) -> bool:
     return not is_reweighed(study, utility)
 
 
+def outdated(body: bpy.types.Object) -> str:
+    """Why a body's ranking is not of its study as it is now, as a sentence, or ""."""
+    study = body.w2w
+    if utility_of(study) is None:
+        return ""
+    if (missing := missing_for_patches(body)) or study.ranked_as == rank_settings(study):
+        return missing
+    settings = bake_settings(study)
+    if any(state_of(clip, settings) == STALE for clip in study.clips):
+        return "The body, the patches or the sensor have changed since the signals were baked"
+    return "Clips, labels or settings have changed since the ranking"
+
+
 def unreadable_ranking(study: Group) -> str:
     """A sentence if the file holds a ranking that this version cannot read, else ""."""
     is_unreadable = study.utility_key and utility_of(study) is None
@@ -307,7 +320,10 @@ def playing_clip(body: bpy.types.Object) -> Group | None:
 
 def missing_for_patches(body: bpy.types.Object | None) -> str:
     """What prevents placing patches, as a sentence, or ""."""
-    return "" if body is not None else "Add a body first (step 1)"
+    if body is None:
+        return "Add a body first (step 1)"
+    has_bones = any(part.type == "ARMATURE" and part.object for part in body.modifiers)
+    return "" if has_bones else "The body has lost its armature: undo that (Ctrl Z), or add a body"
 
 
 def missing_for_bake(body: bpy.types.Object | None) -> str:

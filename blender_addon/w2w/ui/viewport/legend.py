@@ -39,12 +39,13 @@ class Legend(NamedTuple):
 def legend(study: bpy.types.PropertyGroup, utility: UtilityMap) -> Legend:
     """The legend of the heatmap that is shown."""
     name = map_name(study, scores.view_index(study))
+    outdated = "out of date" if state.outdated(study.id_data) else ""
     if scores.minus_index(study) >= 0:
         name = f"{name} minus {map_name(study, scores.minus_index(study))}"
         low, high = difference_range(scores.shown_scores(study, utility))
-        return Legend(name, "Difference of F1", low, high, DIFFERENCE_MAP, note="", number="+.2f")
+        return Legend(name, "Difference of F1", low, high, DIFFERENCE_MAP, note=outdated, number="+.2f")
     title = "Expected F1" if study.scores == scores.EXPECTED else "F1 on these clips"
-    (low, high), note = scores.colour_range(study, utility), scores.range_note(study, utility)
+    (low, high), note = scores.colour_range(study, utility), outdated or scores.range_note(study, utility)
     return Legend(name, title, low, high, study.colour_map, note, number=".2f", beside=name_of(study))
 
 

@@ -63,7 +63,7 @@ def draw() -> None:
     cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
     free = free_area(context.area, context.region)
     placed = _place_cards(on_one_scale(cards), free, scale)
-    utility = state.utility_of(body.w2w)
+    utility, outdated = state.utility_of(body.w2w), state.outdated(body)
     if utility is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
         shown = legend(body.w2w, utility)
         heads = _heads(context, (body, body.w2w.beside) if shown.beside else ())
@@ -71,7 +71,7 @@ def draw() -> None:
         _draw_colour_bar(shown, free._replace(left=right_of_cards), heads, scale)
         _draw_names(shown, heads, scale)
     surface = Surface(context, body, patches)
-    _draw_chosen(surface, body.w2w, scale)
+    _draw_chosen(surface, body.w2w, scale, GREY if outdated else PALE)
     _draw_own(surface, body.w2w, scale)
     for number, patch in enumerate(chosen):
         _draw_mark(surface, patch, number, scale)
@@ -142,16 +142,16 @@ def _place_cards(
     return placed
 
 
-def _draw_chosen(surface: Surface, study: bpy.types.PropertyGroup, scale: float) -> None:
+def _draw_chosen(surface: Surface, study: bpy.types.PropertyGroup, scale: float, colour: Colour) -> None:
     """Number the chosen sensors in the order of their choice, those in sight."""
     if study.chosen_collection is None:
         return
     for number, sensor in enumerate(lists.leading(study), start=1):
         point = surface.on_screen(sensor.patch)
         if point is not None and surface.in_sight(sensor.patch):
-            disc(point.x, point.y, 9 * scale, PALE)
+            disc(point.x, point.y, 9 * scale, colour)
             disc(point.x, point.y, 7.5 * scale, BADGE)
-            text(point.x, point.y - 4 * scale, str(number), 10.5 * scale, PALE, "CENTER")
+            text(point.x, point.y - 4 * scale, str(number), 10.5 * scale, colour, "CENTER")
 
 
 def _draw_own(surface: Surface, study: bpy.types.PropertyGroup, scale: float) -> None:
