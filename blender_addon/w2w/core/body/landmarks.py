@@ -3,6 +3,7 @@
 
 import hashlib
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -68,6 +69,7 @@ the region reaches down between the buttocks.
 """
 
 
+@lru_cache(maxsize=8)
 def has_smpl_topology(body: Body) -> bool:
     """Whether a body's triangles are SMPL's, vertex by vertex, in any order."""
     faces = np.asarray(body.faces, dtype=np.int64)

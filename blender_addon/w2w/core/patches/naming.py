@@ -141,6 +141,7 @@ def _region_by_name() -> dict[str, str]:
     return region_of
 
 
+@lru_cache(maxsize=1024)
 def _vertex(body: Body, words: str) -> int:
     """The vertex of a region: on the right the mirror image of that on the left, if the body knows it."""
     if body.mirror is not None and words.startswith("right "):

@@ -61,6 +61,6 @@ def cost(utility: UtilityMap, base: Sequence[int], place: Sequence[int]) -> Cost
     if utility.halved:
         of_pair = utility.errors[:, base].mean(axis=1) - utility.errors[:, place].mean(axis=1)
         variance = np.sqrt(np.square(of_pair).mean() * 2 * np.square(utility.errors).mean())
-        reach = float(scipy.stats.norm.ppf((1 + utility.level) / 2) * np.sqrt(variance))
+        reach = float(scipy.special.ndtri((1 + utility.level) / 2) * np.sqrt(variance))
     may = not does_as_well(expected) and utility.same(base, place)
     return Cost(expected, max(expected - reach, -1.0), min(expected + reach, 1.0), may)

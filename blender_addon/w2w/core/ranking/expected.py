@@ -69,11 +69,11 @@ def expect(
     mean = mean_over(raw, weights, 0).mean() + contrast
     # two or three subjects tell little of how far people differ
     freedom = repeat.freedom if plan.disjoint else max(len(plan.whole.splits) - 1, 1)
-    reach = scipy.stats.t(freedom).ppf((1 + level) / 2) * np.sqrt(repeat.variance)
+    reach = scipy.special.stdtrit(freedom, (1 + level) / 2) * np.sqrt(repeat.variance)
     lead = float(mean.max() - mean.mean())
     chance = float(lead > 0)
     if repeat.of_lead > 0:
-        chance = float(scipy.stats.norm.cdf(lead / np.sqrt(repeat.of_lead)))
+        chance = float(scipy.special.ndtr(lead / np.sqrt(repeat.of_lead)))
     return Expected(
         expected_f1=np.clip(by_activity, 0, 1).T.astype(np.float32),
         expected_mean=np.clip(mean, 0, 1).astype(np.float32),
@@ -124,7 +124,7 @@ def _repeat(f1: np.ndarray, plan: Plan, pooling: Pooling, weights: np.ndarray) -
     compared = min(len(raw), voters - 1)  # halvings of few share people
     of_level = rest.halved**2 * halved.of_level
     # few people tell little of how far people differ
-    normal, few = scipy.stats.norm.ppf(TAIL), scipy.stats.t(2 * max(voters - 1, 1)).ppf(TAIL)
+    normal, few = scipy.special.ndtri(TAIL), scipy.special.stdtrit(2 * max(voters - 1, 1), TAIL)
     errors = rest.halved * halved.errors * few / normal
     if of_rest > 0:
         errors *= np.sqrt(1 + of_rest / np.square(errors).mean())

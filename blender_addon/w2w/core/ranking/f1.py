@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-import scipy
 
 from ..windows.inputs import PatchBlocks, SomePatches
 from .halves import Predictions, TrialPlan
@@ -145,7 +144,7 @@ def score_patches(
         means.append(mean_over(scores, share))
         bounds.append(np.quantile(scores, tail, axis=0, overwrite_input=True).astype(np.float32))
     samples = np.concatenate(means, axis=1)
-    ranks = scipy.stats.rankdata(-samples, axis=1, method="min")
+    ranks = np.stack([1 + np.searchsorted(np.sort(row), row) for row in -samples])
     f1_low, f1_high = np.concatenate(bounds, axis=1)
     mean_low, mean_high = np.quantile(samples, tail, axis=0).astype(np.float32)
     rank_low, rank_high = np.quantile(ranks, tail, axis=0, method="nearest").astype(np.int32)

@@ -9,7 +9,7 @@ from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import norm
+import scipy
 
 from ..imu.recording import ImuRecording
 from ..imu.sensor import SensorModel
@@ -102,7 +102,7 @@ class Stream:
         found = self.f1([worn])[0]
         mean = float(np.clip(cut_out.mean - mean_over(found.loss, self.weights), 0, 1))
         by_order = mean_over(found.orders, self.weights)
-        error = norm.ppf((1 + CONFIDENCE) / 2) * by_order.std(ddof=1) / np.sqrt(len(by_order))
+        error = scipy.special.ndtri((1 + CONFIDENCE) / 2) * by_order.std(ddof=1) / np.sqrt(len(by_order))
         variance = max(cut_out.mean * (1 - cut_out.mean), 1e-6)
         scale = max(1.0, np.sqrt(mean * (1 - mean) / variance))
         below, above = (

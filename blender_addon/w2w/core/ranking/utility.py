@@ -169,8 +169,8 @@ class UtilityMap:
         )
         if best <= 0:
             return self.beats_average
-        deviations = scipy.stats.norm.ppf(np.clip(self.beats_average, ROUNDING, 1 - ROUNDING))
-        return float(scipy.stats.norm.cdf(deviations * lead / best))
+        deviations = scipy.special.ndtri(np.clip(self.beats_average, ROUNDING, 1 - ROUNDING))
+        return float(scipy.special.ndtr(deviations * lead / best))
 
     def same(self, first: Sequence[int], second: Sequence[int]) -> bool:
         """Whether the bootstrap interval of the difference in macro F1 of two places holds zero.

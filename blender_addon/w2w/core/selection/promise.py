@@ -98,7 +98,7 @@ class Promises:
             variance = variance + np.var([mean_of(gain) for gain in gains], axis=0) / 2
         else:
             variance = np.ones(size)
-        reach = scipy.stats.norm.ppf((1 + CONFIDENCE) / 2) * np.sqrt(variance)
+        reach = scipy.special.ndtri((1 + CONFIDENCE) / 2) * np.sqrt(variance)
         low, high = np.clip(mean - reach, 0, 1), np.clip(mean + reach, 0, 1)
         low[0], high[0] = alone[1:]
         return Promise(f1, mean, low, high, raw, known=bool(gains))

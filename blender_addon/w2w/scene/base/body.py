@@ -9,7 +9,7 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.body.skeleton import JOINT_INDEX, JOINT_NAMES, PARENTS
-from .module import bpy
+from .module import bmesh, bpy
 
 MIRROR_ATTRIBUTE = "mirror vertex"
 """Integer attribute with each vertex's mirror image, on meshes that know it."""
@@ -194,7 +194,7 @@ def _bone_tails(joints: np.ndarray) -> np.ndarray:
 
 def _new_mesh(body: Body, name: str) -> bpy.types.Mesh:
     mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(body.vertices, [], body.faces)
+    mesh.from_pydata(body.vertices.tolist(), [], body.faces.tolist())  # of arrays it takes twice as long
     mesh.shade_smooth()
     if body.mirror is not None:
         mesh.attributes.new(MIRROR_ATTRIBUTE, "INT", "POINT").data.foreach_set("value", body.mirror)
@@ -204,17 +204,22 @@ def _new_mesh(body: Body, name: str) -> bpy.types.Mesh:
 def _add_weights(mesh: bpy.types.Object, weights: np.ndarray) -> None:
     for joint, name in enumerate(JOINT_NAMES):
         group = mesh.vertex_groups.new(name=name)
-        for vertex in np.flatnonzero(weights[:, joint]).tolist():
-            group.add((vertex,), weights[vertex, joint], "REPLACE")
+        of_group = weights[:, joint]
+        for vertex in np.flatnonzero(of_group).tolist():
+            group.add((vertex,), of_group[vertex], "REPLACE")
 
 
 def group_weights(mesh: bpy.types.Object, joints: dict[int, int]) -> np.ndarray:
     """Weights of the 24 joints, shape (V, 24), added up from the vertex groups that each joint has."""
     weights = np.zeros((len(mesh.data.vertices), len(JOINT_NAMES)))
-    for vertex in mesh.data.vertices:
-        for element in vertex.groups:
-            if element.group in joints:
-                weights[vertex.index, joints[element.group]] += element.weight
+    copy = bmesh.new()  # gives the groups of a vertex in half the time that the mesh itself takes
+    copy.from_mesh(mesh.data)
+    groups = copy.verts.layers.deform.active
+    for number, vertex in enumerate(copy.verts if groups else ()):
+        for group, weight in vertex[groups].items():
+            if group in joints:
+                weights[number, joints[group]] += weight
+    copy.free()
     return weights
 
 

@@ -31,4 +31,5 @@ if "bpy" not in sys.modules:
     others = [folder for folder in sys.path if Path(folder).parts[-2:] != ("scripts", "modules")]
     with chdir(Path(__file__).parent):
         import_from(others, "bpy")
-import bpy as bpy  # noqa: E402
+import bpy as bpy  # noqa: E402, I001
+import bmesh as bmesh  # noqa: E402 - which `bpy` brings

@@ -4,7 +4,7 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import spearmanr
+import scipy
 
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import PatchSet
@@ -99,4 +99,4 @@ def _products_judged(here: ScoredMap, there: UtilityMap) -> tuple[float, ...]:
 
 
 def _rho(one: np.ndarray, other: np.ndarray) -> float:
-    return float(spearmanr(one, other)[0]) if np.ptp(one) > 0 and np.ptp(other) > 0 else np.nan
+    return float(scipy.stats.spearmanr(one, other)[0]) if np.ptp(one) > 0 and np.ptp(other) > 0 else np.nan

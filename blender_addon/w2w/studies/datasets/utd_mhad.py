@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.io import loadmat
+import scipy
 
 from w2w.core.files import array_names, load_arrays
 from w2w.core.imu.recording import ImuRecording
@@ -112,7 +112,7 @@ def _utd_folder(folder: Path) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
 
 def _mat(path: Path, name: str) -> np.ndarray:
     try:
-        content = loadmat(path, variable_names=[name])
+        content = scipy.io.loadmat(path, variable_names=[name])
     except (ValueError, NotImplementedError, OSError, TypeError) as error:
         raise ValueError(f"{path} is no MATLAB file that can be read: {error}") from error
     if name not in content:
