@@ -16,6 +16,8 @@ from typer.testing import CliRunner
 import w2w
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.naming import place
+from w2w.core.selection.answer import answer
+from w2w.core.selection.headline import short
 from w2w.headless.app import APP
 from w2w.studies.paper.joint_test import multi_sensor_check
 from w2w.studies.paper.subsets import exact_subset, greedy_subset
@@ -92,11 +94,16 @@ def test_the_papers_sets_are_chosen_and_tested_by_the_studies(ranking):
     assert maps[0].mean[0] == pytest.approx(ranking.mean[chosen.order[0]], abs=0.1)
 
 
-def test_the_answer_has_its_f1_in_a_stream_beside_it(ranking):
-    found, products = ranking.in_stream, ranking.answer.products
-    assert found.answer.low <= found.answer.mean <= found.answer.high
-    assert len(found.products) == len(products)
-    assert "In a stream of other clips" in found.sentence()
+def test_the_answer_goes_by_its_f1_in_a_stream(ranking):
+    found = ranking.answer
+    assert found.in_stream.low <= found.in_stream.mean <= found.in_stream.high
+    assert found.in_stream.mean < found.expected
+    assert f"F1 {short(found.in_stream.mean)} in a stream (" in found.sentence()
+    assert f"On clips cut out F1 is {short(found.expected)}" in found.measured()
+    assert all(score.in_stream for score in found.products)
+    cut_out = answer(replace(ranking._scored, stream=None))
+    assert f"F1 {short(found.expected)} on clips cut out" in cut_out.sentence()
+    assert [score.cost for score in cut_out.products] == [score.cost for score in found.products]
 
 
 def test_windows_long_for_the_clips_are_warned_of(signals):

@@ -62,12 +62,3 @@ def names_in_file() -> dict[str, list[str]]:
     return {
         kind: sorted(getattr(data, kind).keys()) for kind in ("objects", "collections", "actions", "meshes")
     }
-
-
-def on_clips_cut_out(answer: dict) -> dict:
-    """An answer without its figures in a stream, which are computed when sensors are chosen."""
-
-    def without_stream(place: dict) -> dict:
-        return {name: value for name, value in place.items() if "in_stream" not in name}
-
-    return without_stream(answer) | {"products": [without_stream(place) for place in answer["products"]]}

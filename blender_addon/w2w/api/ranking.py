@@ -30,7 +30,6 @@ from ..core.ranking.utility import UtilityMap
 from ..core.selection.answer import Answer, PlaceScore, ScoredMap, answer, compare
 from ..core.selection.constraints import Constraints
 from ..core.selection.headline import doubted, mean_title, short
-from ..core.selection.in_stream import InStream
 from ..core.selection.joint import WornSet
 from ..core.selection.set_tests import SetTests
 from ..core.study.choosing import choose_to_wear
@@ -110,12 +109,13 @@ class Ranking:
         picture = io.BytesIO()
         self.heatmap().savefig(picture, format="png")
         rows = [
-            f"<tr><td>{escape(f'{score.side} {score.name}'.strip())}<td>{short(score.expected)}"
-            f"<td>{short(score.low)} to {short(score.high)}<td>{short(max(score.cost.expected, 0.0))}"
+            f"<tr><td>{escape(f'{score.side} {score.name}'.strip())}<td>{short(f1.mean)}"
+            f"<td>{short(f1.low)} to {short(f1.high)}<td>{short(max(score.cost.expected, 0.0))}"
             f"<td>{short(score.cost.low)} to {short(score.cost.high)}<td>{score.cost.verdict()}"
             for score in self.answer.products
+            for f1 in [score.in_stream or score.cut_out]
         ]
-        cautions = self.answer.lead(), interval_caution(self.utility)
+        cautions = self.answer.measured(), self.answer.lead(), interval_caution(self.utility)
         parts = [
             f"<p><b>{escape(self.answer.sentence())}</b></p>",
             *(f"<p>{escape(text)}.</p>" for text in cautions if text),
@@ -168,13 +168,8 @@ class Ranking:
         return compare(self._scored, words)
 
     @cached_property
-    def in_stream(self) -> InStream | None:
-        """F1 of the answer's place and of its products in a stream of clips with standing between them."""
-        return InStream.of(self.stream, self.answer) if self.stream else None
-
-    @cached_property
     def _scored(self) -> ScoredMap:
-        return ScoredMap(self.utility, self.patches, self.body)
+        return ScoredMap(self.utility, self.patches, self.body, stream=self.stream)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -109,3 +109,16 @@ def test_what_is_expected_in_a_stream_is_lower_and_no_surer():
     assert found.mean == pytest.approx(0.9 - made.f1([[0]])[0].loss.mean())
     assert found.high - found.low > cut_out.high - cut_out.low
     assert 0 <= found.low < found.mean < found.high <= 1
+
+
+def test_signals_of_a_patch_are_read_once():
+    made, asked = stream_of(waves(1.0, 3.0), [still, *waves(3.0)]), []
+    counted = Stream(
+        **{name: getattr(made, name) for name in (*FIELDS, "seed")}
+        | {"read": lambda patches: asked.extend(patches) or made.read(patches)}
+    )
+    counted.f1([[0]])
+    counted.f1([[0, 1], [1]])
+    counted.f1([[1, 0]])
+    assert sorted(asked) == [0, 1]
+    assert counted.f1([[1]])[0].cut_out == pytest.approx(made.f1([[1]])[0].cut_out)

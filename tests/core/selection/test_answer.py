@@ -27,7 +27,8 @@ def test_the_best_product_is_named_and_what_a_product_of_each_other_part_costs(p
     expected[where(patches, "left hand", "right hand", "left wrist", "right wrist")] = 0.8
     spoken = answer(ScoredMap(ranked(expected), patches, bundled_body))
     assert spoken.sentence() == (
-        "A belt clip: F1 .90 (.85 to .95). An earbud does as well; a watch costs .10, an ankle band .30."
+        "A belt clip: F1 .90 on clips cut out (.85 to .95). "
+        "An earbud does as well; a watch costs .10, an ankle band .30."
     )
     assert spoken.product == "belt clip"
     assert patches.regions[spoken.patch] in ("left hip", "right hip")
@@ -71,7 +72,7 @@ def test_without_a_product_among_the_best_a_region_is_named_and_what_a_product_c
     expected = np.where(group, 0.9, 0.6)
     expected[luckiest] = 0.91
     spoken = answer(ScoredMap(ranked(expected), patches, bundled_body))
-    start = "Left thigh front (29 by 14 cm), no usual product there: F1 .90 (.85 to .95)."
+    start = "Left thigh front (29 by 14 cm), no usual product there: F1 .90 on clips cut out (.85 to .95)."
     assert spoken.sentence().startswith(start)
     assert "a watch costs .30" in spoken.sentence().lower() or "a watch .30" in spoken.sentence()
     middle = bundled_body.vertices[patches.vertices[group]].mean(axis=0)
@@ -93,14 +94,15 @@ def test_a_region_is_named_only_if_all_of_it_does_as_well(patches, bundled_body)
 @pytest.mark.parametrize(
     ("chance", "words"),
     [
-        (0.93, "A belt clip: F1 .90 (.85 to .95). A watch costs .30"),
+        (0.93, "A belt clip: F1 .90 on clips cut out (.85 to .95). A watch costs .30"),
         (
             0.84,
             "These clips hardly tell places apart; it beats an average place with 84 %. A watch costs .30",
         ),
         (
             0.64,
-            "Anywhere on the body: F1 .61 (.56 to .66). These clips cannot show that one place is better.",
+            "Anywhere on the body: F1 .61 on clips cut out (.56 to .66). "
+            "These clips cannot show that one place is better.",
         ),
     ],
 )
@@ -138,14 +140,14 @@ def test_the_lead_is_over_an_average_place_and_over_what_people_wear(patches, bu
 def test_too_few_clips_give_no_interval(patches, bundled_body):
     few = ranked(np.full(len(patches), 0.94), clips=3)
     sentence = answer(ScoredMap(few, patches, bundled_body)).sentence()
-    assert "F1 .94 (from at most 3 clips per activity: too few for an interval)" in sentence
+    assert "F1 .94 on clips cut out (from at most 3 clips per activity: too few for an interval)" in sentence
 
 
 def test_one_activity_of_few_clips_leaves_no_interval_either(patches, bundled_body):
     clips = {"truth": np.repeat([0, 1], [9, 4]), "clip": np.array([f"clip {number}" for number in range(13)])}
     few = ranked(np.full(len(patches), 0.94), **clips)
     sentence = answer(ScoredMap(few, patches, bundled_body)).sentence()
-    assert "F1 .94 (from only 4 clips of walk: too few for an interval)" in sentence
+    assert "F1 .94 on clips cut out (from only 4 clips of walk: too few for an interval)" in sentence
 
 
 def test_a_loose_product_scores_the_mean_of_where_it_moves(patches, bundled_body):

@@ -14,7 +14,6 @@ from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
 from ..selection.answer import Answer, PlaceScore
 from ..selection.headline import mean_sentence, more_clips, repeat_sentence
-from ..selection.in_stream import InStream
 from ..selection.joint import WornSet
 from ..selection.promise import Promise
 from .notes import interval_caution
@@ -23,7 +22,7 @@ from .notes import interval_caution
 def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
     """The choice as plain values."""
     return {
-        "answer": answer_content(advice.answer, patches, advice.in_stream),
+        "answer": answer_content(advice.answer, patches),
         "cards": [
             {"sensor": called(card.patch, advice, patches), **asdict(card), "in_words": card.in_words()}
             for card in advice.cards
@@ -45,9 +44,8 @@ def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> di
     }
 
 
-def answer_content(answer: Answer, patches: PatchSet, in_stream: InStream | None = None) -> dict[str, Any]:
+def answer_content(answer: Answer, patches: PatchSet) -> dict[str, Any]:
     """Where to wear one sensor, in a sentence and by products."""
-    of_products = in_stream.products if in_stream else [None] * len(answer.products)
     return {
         "sentence": answer.sentence(),
         "lead": answer.lead(),
@@ -55,16 +53,13 @@ def answer_content(answer: Answer, patches: PatchSet, in_stream: InStream | None
         "patch": answer.patch,
         "name": patches.names[answer.patch],
         **interval_content("expected_f1", answer.expected, answer.low, answer.high),
-        "in_stream": in_stream.sentence() if in_stream else "",
-        **in_stream_content(in_stream.answer if in_stream else None),
+        **in_stream_content(answer.in_stream),
+        "measured": answer.measured(),
         "places_differ": answer.differs,
         "recommended": answer.product,
         "costs_are_against": list(answer.base.under),
         "compared_with": [score.name for score in answer.others],
-        "products": [
-            {**place_content(score, patches), **in_stream_content(expected)}
-            for score, expected in zip(answer.products, of_products, strict=True)
-        ],
+        "products": [place_content(score, patches) for score in answer.products],
     }
 
 
@@ -81,6 +76,7 @@ def place_content(score: PlaceScore, patches: PatchSet) -> dict[str, Any]:
         "patch": score.patch,
         "patch_name": patches.names[score.patch],
         **interval_content("expected_f1", score.expected, score.low, score.high),
+        **in_stream_content(score.in_stream),
         **cost_content(score.cost),
     }
 

@@ -47,12 +47,18 @@ class StreamF1(NamedTuple):
 
 
 class _Windows(NamedTuple):
-    """Windows to train and test on."""
+    """Windows to train and test on, and what each patch that was read shows in them."""
 
-    features: np.ndarray  # (W, N, D)
     labels: np.ndarray  # (W,), int
     fold: np.ndarray  # (W,), int
     is_test: np.ndarray  # (W,), bool
+    order: np.ndarray  # (W,), int: which order of the clips it is from
+    features: dict[int, np.ndarray]  # of each patch, (W, D)
+
+    def of(self, sets: Sequence[Sequence[int]]) -> np.ndarray:
+        """Features of sets of equally many patches, those of a set side by side, shape (W, S, D)."""
+        joined = [np.concatenate([self.features[patch] for patch in worn], axis=1) for worn in sets]
+        return np.stack(joined, axis=1)
 
 
 class ExpectedF1(NamedTuple):
@@ -80,6 +86,7 @@ class Stream:
     weights: np.ndarray  # (A,): what each activity counts
     seed: int
     _known: dict[tuple[int, ...], StreamF1] = field(default_factory=dict)
+    _windows: dict[str, _Windows] = field(default_factory=dict)  # cut out, and in the stream
     _ridges: dict[str, float] = field(default_factory=dict)  # chosen once: sets differ by signals alone
 
     def f1(self, sets: Iterable[Sequence[int]]) -> list[StreamF1]:
@@ -87,10 +94,9 @@ class Stream:
         wanted = [tuple(map(int, worn)) for worn in sets]
         due = [worn for worn in dict.fromkeys(wanted) if worn not in self._known]
         if due:
-            patches = sorted(set(chain.from_iterable(due)))
             with unthreaded_products():
-                found = self._try(patches, [[patches.index(patch) for patch in worn] for worn in due])
-            self._known.update(zip(due, found, strict=True))
+                self._describe(sorted(set(chain.from_iterable(due))))
+                self._known.update(zip(due, self._try(due), strict=True))
         return [self._known[worn] for worn in wanted]
 
     def expected(self, worn: Sequence[int], cut_out: ExpectedF1) -> ExpectedF1:
@@ -111,57 +117,90 @@ class Stream:
         )
         return ExpectedF1(mean, float(max(mean - below, 0)), float(min(mean + above, 1)))
 
-    def _try(self, patches: Sequence[int], sets: Sequence[Sequence[int]]) -> list[StreamF1]:
-        """Train and test sets of the patches, given by their places among these."""
-        recordings, n_activities = self.read(patches), len(self.weights)
+    def _try(self, sets: Sequence[Sequence[int]]) -> list[StreamF1]:
+        """Train and test sets of patches that are described."""
+        n_activities = len(self.weights)
+        cut, played = self._windows["cut out"], self._windows["stream"]
+        of_cut = [
+            window_f1(one, cut.labels[cut.is_test], n_activities) for one in self._predicted("cut out", sets)
+        ]
+        counted = [
+            np.flatnonzero((played.order == order) & (played.labels < n_activities))
+            for order in np.unique(played.order)
+        ]
+        of_orders = [
+            [window_f1(one[rows], played.labels[rows], n_activities + 1)[:-1] for rows in counted]
+            for one in self._predicted("stream", sets)
+        ]
+        return [StreamF1(*both) for both in zip(of_cut, np.nan_to_num(of_orders), strict=True)]
+
+    def _describe(self, patches: Sequence[int]) -> None:
+        """Read the clips at the patches that were not read before, and describe their windows."""
+        known = self._windows["stream"].features if self._windows else {}
+        due = sorted({*patches} - {*known})
+        if not due:
+            return
+        if self.sensor.drop_fraction and self.sensor.dropped == "nan":  # a window needs all that are read
+            due = sorted({*due, *known})
+            self._windows.clear()
+        recordings = self.read(due)
         cut = [cut_windows(one, self.spec) for one in recordings]
         clip = np.repeat(np.arange(len(cut)), [len(one.is_test) for one in cut])
-        is_test, labels = np.concatenate([one.is_test for one in cut]), self.activity[clip]
-        features = np.concatenate([_described(one.signals, recordings[0].rate) for one in cut])
-        predicted = self._predicted("cut out", _Windows(features, labels, self.fold[clip], is_test), sets)
-        cut_out = [window_f1(one, labels[is_test], n_activities) for one in predicted]
-
         duration = sum(one.n_samples / one.rate for one in recordings)
         n_orders = int(np.clip(ENOUGH_S // duration, FEWEST_ORDERS, MOST_ORDERS))
-        parts = [self._in_order(recordings, patches, order) for order in range(n_orders)]
-        order = np.repeat(np.arange(n_orders), [len(one.labels) for one in parts])
-        everything = _Windows(*(np.concatenate(values) for values in zip(*parts, strict=True)))
-        predicted, labels = self._predicted("stream", everything, sets), everything.labels
-        counted = [np.flatnonzero((order == o) & (labels < n_activities)) for o in range(n_orders)]
-        orders = [
-            [window_f1(one[rows], labels[rows], n_activities + 1)[:-1] for rows in counted]
-            for one in predicted
-        ]
-        return [StreamF1(*both) for both in zip(cut_out, np.nan_to_num(orders), strict=True)]
+        found = {
+            "cut out": _Windows(
+                self.activity[clip],
+                self.fold[clip],
+                np.concatenate([one.is_test for one in cut]),
+                np.zeros(len(clip), dtype=int),
+                _by_patch(due, [one.signals for one in cut], recordings[0].rate),
+            ),
+            "stream": self._in_orders(recordings, due, n_orders),
+        }
+        for kind, windows in found.items():
+            self._windows.setdefault(kind, windows).features.update(windows.features)
 
-    def _in_order(self, recordings: Sequence[ImuRecording], patches: Sequence[int], order: int) -> _Windows:
-        """Windows of all folds' streams in a drawn order, all tested; the last label is standing."""
-        standing, parts = self.standing[patches], []
-        for fold in np.unique(self.fold).tolist():
-            here = np.flatnonzero(self.fold == fold)
-            draw = (self.seed, order, fold)
-            some = [recordings[number] for number in here]
-            signals, owner = stream_windows(some, standing, self.sensor, self.spec.length_s, draw)
-            labels = np.where(owner == NO_CLIP, len(self.weights), self.activity[here[owner]])
-            features, tested = _described(signals, recordings[0].rate), np.ones(len(labels), dtype=bool)
-            parts.append(_Windows(features, labels, np.full(len(labels), fold), tested))
-        return _Windows(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+    def _in_orders(
+        self, recordings: Sequence[ImuRecording], patches: Sequence[int], n_orders: int
+    ) -> _Windows:
+        """Windows of all folds' streams in drawn orders, all tested; the last label is standing."""
+        standing, signals, owners, parts = self.standing[patches], [], [], []
+        for order in range(n_orders):
+            for fold in np.unique(self.fold).tolist():
+                here = np.flatnonzero(self.fold == fold)
+                draw = (self.seed, order, fold)
+                some = [recordings[number] for number in here]
+                read, owner = stream_windows(some, standing, self.sensor, self.spec.length_s, draw)
+                signals.append(read)
+                owners.append(np.where(owner == NO_CLIP, len(self.weights), self.activity[here[owner]]))
+                parts.append(np.tile([fold, order], (len(owner), 1)))
+        labels, (folds, orders) = np.concatenate(owners), np.concatenate(parts).T
+        features = _by_patch(patches, signals, recordings[0].rate)
+        return _Windows(labels, folds, np.ones(len(labels), dtype=bool), orders, features)
 
-    def _predicted(self, kind: str, windows: _Windows, sets: Sequence[Sequence[int]]) -> np.ndarray:
+    def _predicted(self, kind: str, sets: Sequence[Sequence[int]]) -> np.ndarray:
         """Activity that each set predicts for each tested window, shape (S, V).
 
         Patches enter as in `JointScores`: side by side, with the ridge multiplied by their number.
         """
+        windows = self._windows[kind]
+        how = windows.labels, windows.fold, windows.is_test
         if kind not in self._ridges:
-            self._ridges[kind] = Ridge().choose_alpha(*windows)
-        features, labels, fold, is_test = windows
-        predicted = np.empty((len(sets), int(is_test.sum())), dtype=np.int16)
+            alone = [[patch] for patch in windows.features]
+            self._ridges[kind] = Ridge().choose_alpha(windows.of(alone), *how)
+        predicted = np.empty((len(sets), int(windows.is_test.sum())), dtype=np.int16)
         for size in {len(worn) for worn in sets}:
             rows = [row for row, worn in enumerate(sets) if len(worn) == size]
-            joined = [features[:, list(sets[row])].reshape(len(features), -1) for row in rows]
             model = Ridge(alphas=(self._ridges[kind] * size,))
-            predicted[rows] = model.predict_folds(np.stack(joined, axis=1), labels, fold, is_test).T
+            predicted[rows] = model.predict_folds(windows.of([sets[row] for row in rows]), *how).T
         return predicted
+
+
+def _by_patch(patches: Sequence[int], signals: Sequence[np.ndarray], rate: float) -> dict[int, np.ndarray]:
+    """Features (W, D) by patch of windows (W, N, samples, 6), which come in parts."""
+    features = np.concatenate([_described(one, rate) for one in signals])
+    return {patch: features[:, number] for number, patch in enumerate(patches)}
 
 
 def _described(signals: np.ndarray, rate: float) -> np.ndarray:

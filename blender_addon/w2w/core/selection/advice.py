@@ -15,7 +15,6 @@ from ..ranking.utility import UtilityMap
 from ..ranking.weights import mean_over
 from .answer import Answer, ScoredMap, answer, product_patches
 from .constraints import Constraints, Terms
-from .in_stream import InStream
 from .joint import WORTH, WornSet, choose_together
 from .set_tests import SetTests
 
@@ -83,7 +82,6 @@ class Advice:
     cards: tuple[Card, ...]  # where each sensor recommended goes: those of the answer, then of the set
     products: dict[int, str]  # the patches at which usual products sit, with side and name
     allowed: np.ndarray  # (N,), bool: patches that the constraints leave; all by default
-    in_stream: InStream | None = None  # the answer's places in a stream; None if nothing tells
 
 
 def advise(
@@ -105,20 +103,20 @@ def advise(
     """
     constraints = constraints or Constraints()
     terms = constraints.terms(patches, max_places)
-    scored, products = ScoredMap(utility, patches, body, terms.allowed), product_patches(patches, body)
+    scored = ScoredMap(utility, patches, body, terms.allowed, stream)
+    to_one, products = answer(scored), product_patches(patches, body)
     worn: WornSet | None = None
     swaps: tuple[np.ndarray, ...] = ()
     if tests:
         among = _at_products(terms, products, constraints)
         worn = choose_together(tests, utility.expected, among, target, every_activity, stream)
         swaps = interchangeable(tests, worn, among, utility)
-    to_one = answer(scored)
     recommended = dict.fromkeys([to_one.patch, *(worn.order if worn else ())])
     clusters = redundancy_clusters(utility.predictions, len(utility.activities))
     cards = tuple(card(body, patches, utility.expected_mean, patch) for patch in recommended)
     return Advice(
         best=scored.best, answer=to_one, worn=worn, alternatives=swaps, clusters=clusters, cards=cards,
-        products=products, allowed=terms.allowed, in_stream=InStream.of(stream, to_one) if stream else None,
+        products=products, allowed=terms.allowed,
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from ..patches.naming import FAR_M, nearest_patch, place, resolve
 from ..patches.patches import PatchSet
 from ..ranking.costs import Cost, cost, does_as_well
 from ..ranking.expected import LIKELY, SURE
+from ..ranking.stream import ExpectedF1, Stream
 from ..ranking.utility import UtilityMap
 from ..wording import capital, listed, plain_words
 from .headline import mean_caution, per_cent, short
@@ -43,10 +44,16 @@ class PlaceScore:
     side: str  # the better side; "" if both do as well or there is only one place
     patch: int  # the patch nearest to where the sensor usually sits
     under: tuple[int, ...]  # the patches that it moves over
-    expected: float  # macro F1 on other clips; a loose product's is the mean of the patches it moves over
+    expected: float  # macro F1 on other clips, cut out; a loose product's is the mean of its patches
     low: float
     high: float
     cost: Cost  # against the recommended place
+    in_stream: ExpectedF1 | None = None  # the same in a stream of other clips, where that is known
+
+    @property
+    def cut_out(self) -> ExpectedF1:
+        """F1 on other clips, cut out."""
+        return ExpectedF1(self.expected, self.low, self.high)
 
 
 def compared(scores: Sequence[PlaceScore]) -> str:
@@ -74,9 +81,10 @@ class Answer:
 
     where: str  # "a belt clip", "anywhere on the body", "left thigh front (29 by 14 cm)"
     patch: int  # the patch recommended
-    expected: float  # macro F1 there on other clips
+    expected: float  # macro F1 there on other clips, cut out
     low: float
     high: float
+    in_stream: ExpectedF1 | None  # in a stream of them, if that is known
     caution: str  # in place of the interval, if there are too few clips for one
     differs: bool  # these clips show that some places are better than others
     halved: bool  # halves of the clips tell how sure that is
@@ -88,16 +96,35 @@ class Answer:
     others: tuple[PlaceScore, ...]  # the commonest product of each other great part of the body
     products: tuple[PlaceScore, ...]  # all products that fit the wishes, best first
 
+    @property
+    def cut_out(self) -> ExpectedF1:
+        """F1 on other clips, cut out."""
+        return ExpectedF1(self.expected, self.low, self.high)
+
     def sentence(self) -> str:
         """The answer in words, the same on every page and panel."""
-        interval = self.caution or f"{short(self.low)} to {short(self.high)}"
-        best = f"{capital(self.where)}: F1 {short(self.expected)} ({interval})."
+        found = (" in a stream", self.in_stream) if self.in_stream else (" on clips cut out", self.cut_out)
+        best = f"{capital(self.where)}: F1 {self._f1(*found)}."
         if not self.differs:
             return f"{best} These clips cannot show that one place is better."
         if self.chance < SURE:
             chance = f"it beats an average place with {per_cent(self.chance)}"
             best = f"{best} These clips hardly tell places apart; {chance}."
         return f"{best} {compared(self.others)}".strip()
+
+    def _f1(self, measured: str, found: ExpectedF1) -> str:
+        """An F1, what it is measured on, and its interval or why there is none."""
+        interval = self.caution or f"{short(found.low)} to {short(found.high)}"
+        return f"{short(found.mean)}{measured} ({interval})"
+
+    def measured(self) -> str:
+        """What the F1 is measured on, in a sentence."""
+        if self.in_stream is None:
+            return "Each window of a clip cut out holds that clip alone; in use, F1 is lower"
+        return (
+            "In a stream, clips follow each other with standing between them. On clips cut out F1 is "
+            f"{self._f1('', self.cut_out)}, and costs are of that"
+        )
 
     def lead(self) -> str:
         """How far it is ahead of an average place and of what people wear anyway; "" if nothing tells."""
@@ -123,6 +150,7 @@ class ScoredMap:
     patches: PatchSet
     body: Body
     limits: np.ndarray | None = None  # (N,), bool: patches that the wishes leave; all by default
+    stream: Stream | None = None  # the clips, if F1 in a stream of them can be found
 
     @cached_property
     def allowed(self) -> np.ndarray:
@@ -146,7 +174,21 @@ class ScoredMap:
     @cached_property
     def products(self) -> tuple[PlaceScore, ...]:
         """Every product that has an allowed patch, best first."""
-        return _best_first(map(self._with_cost, self._on_products))
+        return _best_first(
+            replace(
+                self._with_cost(score),
+                in_stream=self.in_stream([score.patch], score.cut_out),
+            )
+            for score in self._on_products
+        )
+
+    def in_stream(self, worn: Sequence[int], cut_out: ExpectedF1) -> ExpectedF1 | None:
+        """F1 in a stream of other clips, from that on clips cut out; None if nothing tells."""
+        if self.stream is None:
+            return None
+        places = product_patches(self.patches, self.body)
+        self.stream.f1([[patch] for patch in places])  # all at once: their signals are read once
+        return self.stream.expected(worn, cut_out)
 
     @cached_property
     def _on_products(self) -> list[PlaceScore]:
@@ -207,6 +249,7 @@ def answer(scored: ScoredMap) -> Answer:
     habit = products.get(HABIT) if base.name != HABIT else None
     return Answer(
         where=where, patch=base.patch, expected=expected, low=low, high=high, caution=mean_caution(utility),
+        in_stream=scored.in_stream([base.patch], ExpectedF1(expected, low, high)),
         differs=differs, halved=utility.halved, chance=chance,
         gain=base.expected - float(utility.expected_mean.mean()),
         over_habit=habit.cost.expected if habit else None,

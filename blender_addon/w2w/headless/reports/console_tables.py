@@ -144,8 +144,7 @@ def show_answer(advice: Advice, utility: UtilityMap, console: Console) -> None:
     """Print where to wear one sensor, on which products, and how sure that is."""
     console.print(f"\n{advice.answer.sentence()}", style="bold")
     _say(advice.answer.lead(), console, "")
-    if advice.in_stream:
-        console.print(f"{advice.in_stream.sentence()}.")
+    _say(advice.answer.measured(), console, "")
     show_places(advice.answer.products[:LISTED], console)
     _say(headline.mean_sentence(utility), console, "")
     _say(headline.repeat_sentence(utility), console, "")
@@ -153,18 +152,22 @@ def show_answer(advice: Advice, utility: UtilityMap, console: Console) -> None:
         console.print(f"Caution: {warning}.", style="yellow")
 
 
+def _with_interval(value: float, low: float, high: float) -> str:
+    return f"{headline.short(value)} ({headline.short(low)} to {headline.short(high)})"
+
+
 def show_places(scores: Sequence[PlaceScore], console: Console) -> None:
     """Print one sensor on each of some products, or at places by name."""
-    figures = ("F1", "95 % interval", "costs", "95 % interval ")
-    table = _table("One sensor on", ("", *figures, ""), right=figures)
+    if not scores:
+        return
+    f1 = "F1 in a stream" if scores[0].in_stream else "F1 cut out"
+    table = _table("One sensor on (in brackets: 95 % intervals)", ("", f1, "costs", ""), right=(f1, "costs"))
     for score in scores:
         apart = score.cost.low < score.cost.high  # from the recommended place
         table.add_row(
             f"{score.side} {score.name}".strip(),
-            headline.short(score.expected),
-            f"{headline.short(score.low)} to {headline.short(score.high)}",
-            headline.short(max(score.cost.expected, 0.0)) if apart else "",
-            f"{headline.short(score.cost.low)} to {headline.short(score.cost.high)}" if apart else "",
+            _with_interval(*(score.in_stream or score.cut_out)),
+            _with_interval(max(score.cost.expected, 0.0), *score.cost[1:3]) if apart else "",
             score.cost.verdict() if apart else "recommended",
         )
     console.print(table)

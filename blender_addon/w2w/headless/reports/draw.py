@@ -165,7 +165,12 @@ def marked_set(study: StudyResults) -> MarkedSet:
     worn = study.summary["worn_together"]
     if worn is None:
         answer = study.summary["answer"]
-        return MarkedSet([answer["patch"]], [answer["expected_f1"]], None, answer["sentence"])
+        return MarkedSet(
+            [answer["patch"]],
+            [answer.get("expected_f1_in_stream", answer["expected_f1"])],
+            None,
+            answer["sentence"],
+        )
     order = [sensor["patch"] for sensor in worn["places"]]
     scores = [sensor["expected_f1_so_far"] for sensor in worn["places"]]
     return MarkedSet(order, scores, worn["target"], capital(worn["sentence"]))

@@ -131,8 +131,6 @@ def draw_worn(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.
             draw_text(layout, context, _sentence(text))
     for card in content.get("cards") or ():
         draw_text(layout, context, f"{capital(card['sensor'])}: {card['in_words']}")
-    if in_stream := content["answer"].get("in_stream"):
-        draw_text(layout, context, _sentence(in_stream))
     if counting.left_out(study):
         draw_info(layout, context, "Chosen from a ranking without the activities that are left out.")
 

@@ -54,10 +54,11 @@ def draw_products(layout: Layout, products: Sequence[dict[str, Any]]) -> None:
     for product in products:
         row = column.split(factor=0.5, align=True)
         row.label(text=capital(f"{product['side']} {product['name']}".strip()))
-        text = short(product["expected_f1"])
+        f1 = product.get("expected_f1_in_stream", product["expected_f1"])
+        text = short(f1)
         if product["verdict"] != DOES_AS_WELL:
             text += f", {'may cost' if product['verdict'] else 'costs'} {short(product['costs'])}"
-        row.progress(factor=product["expected_f1"], text=text)
+        row.progress(factor=f1, text=text)
 
 
 class W2W_PT_sure(ResultPanel, bpy.types.Panel):

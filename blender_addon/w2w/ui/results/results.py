@@ -72,8 +72,9 @@ def findings(study: bpy.types.PropertyGroup, utility: UtilityMap) -> list[str]:
     """Sentences that say how sure the answer is."""
     if not counting.is_as_ranked(study, utility):
         return ["Intervals are of all activities alone."]
-    lead = lists.answer_of(study).get("lead", "")
-    sentences = (headline.mean_sentence(utility), lead, headline.repeat_sentence(utility))
+    answer = lists.answer_of(study)
+    said = (answer.get(name, "") for name in ("measured", "lead"))
+    sentences = (headline.mean_sentence(utility), *said, headline.repeat_sentence(utility))
     return [f"{sentence}." for sentence in sentences if sentence]
 
 
