@@ -81,7 +81,7 @@ def step_motions(driver: Driver) -> Script:
     actions = len(bpy.data.actions)
     with driver.in_view():
         files = [{"name": path.name} for path in sorted((DATA / "mixamo/_broken").glob("*.fbx"))]
-        bpy.ops.w2w.import_motions("INVOKE_DEFAULT", directory=f"{DATA}/mixamo/_broken/", files=files)
+        bpy.ops.w2w.import_motions(directory=f"{DATA}/mixamo/_broken/", files=files)
     yield from idle(driver)
     report["problems"] = {clip.name: clip.problem for clip in study().clips if clip.problem}
     report["actions_from_problems"] = len(bpy.data.actions) - actions

@@ -3,10 +3,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import bpy
 import pytest
 
+from w2w.ui.files.open_results import loaded
 from w2w.ui.panels.menus import W2W_MT_study
+from w2w.ui.viewport.overlay import is_coloured
+
+from .made_study import make_study
 
 pytestmark = pytest.mark.usefixtures("blender")
 
@@ -58,3 +64,23 @@ def test_the_menu_is_in_blenders_own() -> None:
     for draw in bpy.types.VIEW3D_MT_object._dyn_ui_initialize()[1:]:
         draw(type("Drawn", (), {"layout": seen})(), bpy.context)
     assert "W2W_MT_study" in seen.menus
+
+
+def test_names_stay_english_in_every_language() -> None:
+    kinds = [getattr(bpy.types, name) for name in dir(bpy.types) if name.startswith("W2W_")]
+    labelled = (bpy.types.Operator, bpy.types.Panel, bpy.types.Menu)
+    assert {kind.bl_translation_context for kind in kinds if issubclass(kind, labelled)} == {"W2W"}
+    study = bpy.types.PropertyGroup.bl_rna_get_subclass_py("W2W_PG_study").bl_rna.properties
+    assert {study[name].translation_context for name in ("window_s", "seed", "sensor", "band")} == {"W2W"}
+
+
+def test_colours_are_shown_in_all_workspaces_when_a_ranked_body_is_opened(library: Path) -> None:
+    make_study(library)
+    spaces = [area.spaces.active for screen in bpy.data.screens for area in screen.areas]
+    solid = [space.shading for space in spaces if space.type == "VIEW_3D" and space.shading.type == "SOLID"]
+    assert len(solid) > 1
+    for shading in solid:
+        shading.color_type = "MATERIAL"
+        assert not is_coloured(shading)
+    loaded()
+    assert all(map(is_coloured, solid))

@@ -4,9 +4,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.ui.viewport.card import HoverCard, on_one_scale
+from w2w.ui.viewport.card import WIDTH, HoverCard, on_one_scale
+from w2w.ui.viewport.framing import FreeArea
+from w2w.ui.viewport.overlay import BAR_BOX, fitting_scale, place_cards
 
 
 def card(recording: ImuRecording | None, patch: int) -> HoverCard:
@@ -29,3 +32,24 @@ def test_plots_of_two_patches_share_their_scales() -> None:
 
 def test_without_signals_there_is_nothing_to_share() -> None:
     assert on_one_scale([card(None, 0)])[0].limits == ()
+
+
+@pytest.mark.parametrize("width", [2000.0, 1000.0, 700.0, 420.0])
+@pytest.mark.parametrize("height", [900.0, 500.0, 300.0])
+@pytest.mark.parametrize("scale", [1.0, 2.0])
+def test_two_cards_are_drawn_whole_and_leave_the_legend_its_room(
+    width: float, height: float, scale: float
+) -> None:
+    recording = ImuRecording(
+        np.ones((50, 2, 3), np.float32), np.ones((50, 2, 3), np.float32), 60.0, ("a", "b")
+    )
+    cards, free = [card(recording, 0), card(recording, 1)], FreeArea(50.0, 50.0 + width, 20.0, 20.0 + height)
+    fitting = fitting_scale(cards, free, scale)
+    placed = place_cards(cards, free, fitting)
+    assert len(placed) == 2
+    right = max(x + WIDTH * fitting for _, x, _ in placed)
+    top = max(y + shown.height(fitting) for shown, _, y in placed)
+    assert right <= free.right
+    assert top <= free.top
+    if fitting > 0.6 * scale and width > 1000 * scale:
+        assert right <= free.right - BAR_BOX * scale

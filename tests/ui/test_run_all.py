@@ -13,6 +13,7 @@ from w2w.core.motion.motion import Motion
 from w2w.ui.jobs import jobs
 from w2w.ui.steps import baking
 from w2w.ui.steps.run_all import TITLE, kept_of, run_all_steps
+from w2w.ui.study import state
 from w2w.ui.study.lists import advice_of, answer_of
 from w2w.ui.study.state import BAKED, bake_settings, patches_of, rank_settings, state_of, utility_of
 
@@ -43,6 +44,17 @@ def test_one_press_leads_from_motions_to_sensors(library: Path) -> None:
     assert bpy.ops.w2w.run_all() == {"FINISHED"}
     assert advice_of(body.w2w)["worn_together"]["target"] == pytest.approx(0.99)
     assert [clip.signals for clip in body.w2w.clips] == keys
+
+
+def test_patches_are_placed_again_if_their_number_has_changed(library: Path) -> None:
+    body = make_study(library)
+    assert state.outdated(body) == ""
+    body.w2w.patch_count = N_PATCHES - 4
+    assert "number of patches" in state.outdated(body)
+    body.w2w.max_places = 1
+    assert bpy.ops.w2w.run_all() == {"FINISHED"}
+    assert len(patches_of(body)) == N_PATCHES - 4
+    assert state.outdated(body) == ""
 
 
 @pytest.mark.slow

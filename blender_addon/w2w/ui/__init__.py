@@ -3,6 +3,7 @@
 
 from importlib import import_module
 from types import ModuleType
+from typing import get_type_hints
 
 import bpy
 
@@ -23,10 +24,15 @@ KINDS = (
 )  # fmt: skip
 
 
+NAMES_STAY = "W2W"
+"""Context of W2W's names, in which Blender finds no translations: else half of them would be translated."""
+
+
 def register() -> None:
     """Register every class, menu entry, tool and handler."""
     for module in MODULES:
         for cls in _classes(module):
+            _keep_names(cls)
             bpy.utils.register_class(cls)
         if hasattr(module, "register"):
             module.register()
@@ -39,6 +45,18 @@ def unregister() -> None:
             module.unregister()
         for cls in reversed(_classes(module)):
             bpy.utils.unregister_class(cls)
+
+
+def _keep_names(cls: type) -> None:
+    """Let the names of a class and of its properties be as they are in every language."""
+    if issubclass(cls, (bpy.types.Operator, bpy.types.Panel, bpy.types.Menu)):
+        setattr(cls, "bl_translation_context", NAMES_STAY)  # noqa: B010 - its stub lacks it
+    for base in cls.__mro__:
+        if base.__module__.startswith(__name__):
+            found = {name: kind for name, kind in get_type_hints(base).items() if hasattr(kind, "keywords")}
+            for declared in found.values():
+                declared.keywords["translation_context"] = NAMES_STAY
+            base.__annotations__ = {**base.__annotations__, **found}
 
 
 def _classes(module: ModuleType) -> list[type]:

@@ -199,9 +199,9 @@ class W2W_MT_export(bpy.types.Menu):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.operator_context = "INVOKE_DEFAULT"
-        layout.operator("w2w.export_map", text="Map (png)", icon="IMAGE_DATA")
-        layout.operator("w2w.export_table", text="Table (utility.csv)", icon="SPREADSHEET")
+        layout.operator("w2w.export_map", text="Map (png)", translate=False, icon="IMAGE_DATA")
+        layout.operator("w2w.export_table", text="Table (utility.csv)", translate=False, icon="SPREADSHEET")
         for which, text in (("PICKED", "Signals of Picked Patch"), ("ALL", "Signals of All Patches")):
-            layout.operator("w2w.export_signals", text=text, icon="GRAPH").which = which
-        layout.operator("w2w.export_report", text="Report (html)", icon="WORLD")
-        layout.operator("w2w.save_results", text="Results Folder", icon="FILE_FOLDER")
+            layout.operator("w2w.export_signals", text=text, translate=False, icon="GRAPH").which = which
+        layout.operator("w2w.export_report", text="Report (html)", translate=False, icon="WORLD")
+        layout.operator("w2w.save_results", text="Results Folder", translate=False, icon="FILE_FOLDER")

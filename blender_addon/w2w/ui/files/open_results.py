@@ -21,7 +21,7 @@ from ...scene.files.study_file import has_record, keys_of
 from ...scene.motion.takes import existing_data, new_data
 from ..jobs import jobs
 from ..results.restore import SUMMARY, check_fits, clips_of, fill, find_folder, opened_text, restore
-from ..results.results import hide_patches
+from ..results.results import hide_patches, show_colours
 from ..steps.body import add_study, make_study
 from ..study import operators, signal_cache, state
 from ..viewport.framing import fold_soon, frame_answer
@@ -161,6 +161,8 @@ def loaded(*_: object) -> None:
     for mesh in [item for item in bpy.data.objects if item.type == "MESH" and item.library is None]:
         if mesh.w2w.is_body:
             find_folder(mesh.w2w)
+            if mesh.w2w.utility_key:  # the 3D views may be those of the file before
+                show_colours()
         elif has_record(mesh):
             try:
                 jobs.message = jobs.Message(restore(mesh), False)

@@ -71,7 +71,7 @@ class W2W_AddonPreferences(bpy.types.AddonPreferences):
         layout.use_property_split = True
         layout.prop(self, "cache_folder")
         if not self.cache_folder:
-            layout.label(text=f"Now {cache_folder()}", icon="BLANK1")
+            layout.label(text=f"Now {cache_folder()}", translate=False, icon="BLANK1")
         layout.operator("w2w.clear_cache", icon="TRASH")
         layout.prop(self, "threads")
 

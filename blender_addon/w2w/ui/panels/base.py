@@ -106,7 +106,7 @@ def draw_outdated(layout: bpy.types.UILayout, context: bpy.types.Context, body: 
     if why := outdated(body):
         draw_warning(layout, context, f"Out of date. {why}.")
         if why != missing_for_patches(body):
-            layout.operator("w2w.run_all", text="Run All Again", icon="FILE_REFRESH")
+            layout.operator("w2w.run_all", text="Run All Again", translate=False, icon="FILE_REFRESH")
 
 
 def draw_note(layout: bpy.types.UILayout, context: bpy.types.Context, text: str) -> None:

@@ -66,8 +66,10 @@ class W2W_MT_study_presets(bpy.types.Menu):
     def draw(self, context: bpy.types.Context) -> None:
         self.draw_preset(context)
         self.layout.separator()
-        self.layout.operator("w2w.add_study_preset", text="New Preset", icon="ADD")
-        remove = self.layout.operator("w2w.add_study_preset", text="Remove Last Used", icon="REMOVE")
+        self.layout.operator("w2w.add_study_preset", text="New Preset", translate=False, icon="ADD")
+        remove = self.layout.operator(
+            "w2w.add_study_preset", text="Remove Last Used", translate=False, icon="REMOVE"
+        )
         remove.remove_active = True
 
     draw_preset = bpy.types.Menu.draw_preset
@@ -94,7 +96,7 @@ class W2W_FH_motions(OnDrop, bpy.types.FileHandler):
 
 def _add_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
     self.layout.separator()
-    self.layout.operator("w2w.add_body", text="W2W Body", icon="OUTLINER_OB_ARMATURE")
+    self.layout.operator("w2w.add_body", text="W2W Body", translate=False, icon="OUTLINER_OB_ARMATURE")
 
 
 def _object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
@@ -103,12 +105,14 @@ def _object_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
 
 
 def _import_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    self.layout.operator("w2w.import_motions", text=f"Motions for W2W ({'/'.join(MOTION_SUFFIXES)})")
-    self.layout.operator("w2w.open_results", text="Results of W2W (summary.json)")
+    self.layout.operator(
+        "w2w.import_motions", text=f"Motions for W2W ({'/'.join(MOTION_SUFFIXES)})", translate=False
+    )
+    self.layout.operator("w2w.open_results", text="Results of W2W (summary.json)", translate=False)
 
 
 def _export_menu(self: bpy.types.Menu, _context: bpy.types.Context) -> None:
-    self.layout.operator("w2w.save_results", text="Results of W2W (folder)")
+    self.layout.operator("w2w.save_results", text="Results of W2W (folder)", translate=False)
 
 
 MENUS = (

@@ -74,9 +74,9 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
         limit.prop(study, "limit_places", text="")
         number = limit.row()
         if study.limit_places:
-            number.prop(study, "max_places", text="sensors")
+            number.prop(study, "max_places", text="sensors", translate=False)
         else:
-            number.label(text="no limit")
+            number.label(text="no limit", translate=False)
         draw_wishes(content, context, body)
         styled(content.row(), scale_y=1.2).operator("w2w.choose_sensors", icon="VIEWZOOM")
         draw_outcome(self.layout, context, self.titles)
@@ -97,11 +97,11 @@ def draw_wishes(layout: bpy.types.UILayout, context: bpy.types.Context, body: bp
             styled(row.row(align=True), ui_units_x=3).prop(wish, "cost", text="")
         row.operator("w2w.remove_wish", text="", icon="X").index = number
     row = column.row(align=True)
-    row.operator_menu_enum("w2w.add_wish", "kind", text="Add Wish", icon="ADD")
+    row.operator_menu_enum("w2w.add_wish", "kind", text="Add Wish", translate=False, icon="ADD")
     looked_at = [spot_name(study, patches, patch) for patch in picks(context, body) if patch < len(patches)]
     text = " and ".join(dict.fromkeys(looked_at)) or "Picked Patch"
     where = styled(row.row(align=True), active=bool(looked_at))
-    where.operator_menu_enum("w2w.wish_picked", "kind", text=text, icon="EYEDROPPER")
+    where.operator_menu_enum("w2w.wish_picked", "kind", text=text, translate=False, icon="EYEDROPPER")
 
 
 def draw_worn(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.types.Object) -> None:

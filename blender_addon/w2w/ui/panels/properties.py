@@ -105,7 +105,7 @@ class KeptTexts:
         name: StringProperty(options={"HIDDEN"})
         for name in (
             "results_near", "parameters", "utility_text", "utility_key", "ranked_as", "own_placed",
-            "answer_text", "advice_text", "advised_as", "patches_text", "patches_key",
+            "answer_text", "advice_text", "advised_as", "patches_text", "patches_key", "placed_as",
             "patches_before",  # key and number of patches that only got more
         )
     }  # fmt: skip

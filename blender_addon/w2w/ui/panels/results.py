@@ -53,7 +53,7 @@ def draw_products(layout: Layout, products: Sequence[dict[str, Any]]) -> None:
     column = layout.column(align=True)
     for product in products:
         row = column.split(factor=0.5, align=True)
-        row.label(text=capital(f"{product['side']} {product['name']}".strip()))
+        row.label(text=capital(f"{product['side']} {product['name']}".strip()), translate=False)
         f1 = product.get("expected_f1_in_stream", product["expected_f1"])
         text = short(f1)
         if product["verdict"] != DOES_AS_WELL:
@@ -90,14 +90,14 @@ class W2W_UL_activities(bpy.types.UIList):
         utility = state.utility_of(data)
         if utility is not None and index < utility.f1.shape[1]:
             best = styled(row.row(), alignment="RIGHT", ui_units_x=SCORE_WIDTH)
-            best.label(text=f"{scores.activity_scores(data, utility)[:, index].max():.2f}")
+            best.label(text=f"{scores.activity_scores(data, utility)[:, index].max():.2f}", translate=False)
 
 
 def draw_activities(layout: Layout, study: bpy.types.PropertyGroup, right: str) -> None:
     """Draw the list of activities under a line with its headings; `right` is the right one."""
     row = styled(layout.row(), active=False)
-    row.label(text="Activity")
-    styled(row.row(), alignment="RIGHT").label(text=right)
+    row.label(text="Activity", translate=False)
+    styled(row.row(), alignment="RIGHT").label(text=right, translate=False)
     layout.template_list(
         "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=4, maxrows=10
     )
@@ -199,4 +199,4 @@ def draw_rows(
         split.operator("w2w.select_patch", text=text, translate=False, depress=is_picked).patch = entry.patch
         value = styled(split.row(align=True), alignment="RIGHT")
         interval = f"{short(entry.f1)} ({short(entry.low)}–{short(entry.high)})"
-        value.label(text=interval if entry.high > 0 else f"{entry.f1:.3f}")
+        value.label(text=interval if entry.high > 0 else f"{entry.f1:.3f}", translate=False)

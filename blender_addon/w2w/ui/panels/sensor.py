@@ -82,17 +82,17 @@ class W2W_PT_sensor(PartPanel, bpy.types.Panel):
             for title, kind in (("Accelerometer", "acc"), ("Gyroscope", "gyr")):
                 # names with their units are too long for a split row
                 column = styled(layout.column(align=True), use_property_split=False)
-                column.label(text=title)
+                column.label(text=title, translate=False)
                 for field in ("range", "noise", "bias", "drift"):
                     column.prop(study, f"{kind}_{field}")
             layout.prop(study, "misalignment")
         else:
             draw_text(layout, context, "For a part of your own, start from a preset or load a file")
         column = layout.column(align=True)
-        column.operator_menu_enum("w2w.start_sensor", "like", text="Start from Preset")
+        column.operator_menu_enum("w2w.start_sensor", "like", text="Start from Preset", translate=False)
         row = column.row(align=True)
-        row.operator("w2w.load_sensor", text="Load", icon="FILE_FOLDER")
-        row.operator("w2w.save_sensor", text="Save", icon="EXPORT")
+        row.operator("w2w.load_sensor", text="Load", translate=False, icon="FILE_FOLDER")
+        row.operator("w2w.save_sensor", text="Save", translate=False, icon="EXPORT")
 
 
 def draw_further(study: bpy.types.PropertyGroup, context: bpy.types.Context, layout: Layout) -> None:
@@ -117,4 +117,4 @@ def _draw_ticks(study: bpy.types.PropertyGroup, layout: Layout, name: str, offer
     column = layout.column(heading=study.bl_rna.properties[ticks].name)
     for index, (sensor, text, *_) in enumerate(sensors.ITEMS):
         if sensor in offered:
-            column.prop(study, ticks, index=index, text=text)
+            column.prop(study, ticks, index=index, text=text, translate=False)

@@ -56,7 +56,7 @@ class W2W_PT_main(W2WPanel, bpy.types.Panel):
                 draw_warning(layout, context, f"Out of date. {outdated}.")
         if jobs.running is not None:
             if jobs.running.title != RUN_ALL:  # its button stands just above
-                layout.label(text=jobs.running.title)
+                layout.label(text=jobs.running.title, translate=False)
             draw_progress(layout, jobs.running)
         elif jobs.message is not None and jobs.message.job not in elsewhere:
             draw_message(layout, context, jobs.message)
@@ -145,16 +145,16 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
     def draw_step(self, context: bpy.types.Context, layout: Layout, body: Body) -> None:
         study = body.w2w
         row = layout.row(align=True)
-        row.operator("w2w.import_motions", text="Files", icon="FILE")
-        row.operator("w2w.import_folder", text="Folder", icon="FILE_FOLDER")
-        row.operator("w2w.use_scene_animation", text="Scene", icon="OUTLINER_OB_ARMATURE")
+        row.operator("w2w.import_motions", text="Files", translate=False, icon="FILE")
+        row.operator("w2w.import_folder", text="Folder", translate=False, icon="FILE_FOLDER")
+        row.operator("w2w.use_scene_animation", text="Scene", translate=False, icon="OUTLINER_OB_ARMATURE")
         if not len(study.clips):
-            layout.label(text="FBX, BVH, AMASS npz or smpl files", icon="INFO")
+            layout.label(text="FBX, BVH, AMASS npz or smpl files", translate=False, icon="INFO")
             return
         layout.template_list("W2W_UL_clips", "", study, "clips", study, "clip_index", rows=6, maxrows=6)
         row = layout.row(align=True)
-        row.operator_menu_enum("w2w.tick_clips", "which", text="Tick", icon="CHECKBOX_HLT")
-        row.operator("w2w.relabel_clips", text="Relabel", icon="GREASEPENCIL")
+        row.operator_menu_enum("w2w.tick_clips", "which", text="Tick", translate=False, icon="CHECKBOX_HLT")
+        row.operator("w2w.relabel_clips", text="Relabel", translate=False, icon="GREASEPENCIL")
         row.operator("w2w.remove_clips", text="", icon="TRASH")
         self.draw_active(context, layout, study)
 
@@ -165,7 +165,7 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         text = f"{count('clip', len(activities))}, {count('activity', len(set(activities) - {''}))}"
         if "" in activities:
             text = f"{text}, {activities.count('')} without one"
-        layout.label(text=f"{text}, {failed} unusable" if failed else text)
+        layout.label(text=f"{text}, {failed} unusable" if failed else text, translate=False)
         if not 0 <= study.clip_index < len(study.clips):
             return
         clip = study.clips[study.clip_index]
@@ -179,10 +179,12 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
         draw_note(layout, context, f"{clip.n_frames} frames at {clip.rate:g} fps, {skeleton} skeleton")
         row = layout.row(align=True)
         text, icon = ("Stop", "PAUSE") if is_playing(context, study.id_data) else ("Preview", "PLAY")
-        row.operator("w2w.preview_clip", text=text, icon=icon).index = study.clip_index
+        row.operator("w2w.preview_clip", text=text, translate=False, icon=icon).index = study.clip_index
         if has_source(clip):
             shown = bool(source_collections(clip.name))
-            row.operator("w2w.show_source", text="Source Beside", icon="ARMATURE_DATA", depress=shown)
+            row.operator(
+                "w2w.show_source", text="Source Beside", translate=False, icon="ARMATURE_DATA", depress=shown
+            )
             draw_bone_map(layout.row(align=True))
 
 
@@ -207,7 +209,7 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
         layout.prop(study, "patch_seed")
         row = styled(layout.row(align=True), scale_y=1.2)
         text = "Place Again" if placed else "Place Patches"
-        row.operator("w2w.place_patches", text=text, icon="STICKY_UVS_DISABLE")
+        row.operator("w2w.place_patches", text=text, translate=False, icon="STICKY_UVS_DISABLE")
         if placed is not None:
             row.operator("w2w.remove_patches", text="", icon="TRASH")
             layout.prop(study, "patch_size")
@@ -237,8 +239,10 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
         layout.prop(study, "rate")
         layout.prop(study, "seed")
         row = styled(layout.row(align=True), scale_y=1.2)
-        row.operator("w2w.bake_signals", text="Bake All", icon="REC").which = "ALL"
-        row.operator("w2w.bake_signals", text=f"Bake Ticked ({len(state.selected(study))})").which = "TICKED"
+        row.operator("w2w.bake_signals", text="Bake All", translate=False, icon="REC").which = "ALL"
+        row.operator(
+            "w2w.bake_signals", text=f"Bake Ticked ({len(state.selected(study))})", translate=False
+        ).which = "TICKED"
         if misses_folder(study):
             where = study.results_folder or "the results folder beside this file"
             draw_text(layout, context, f"The signals are gone: they were in {where}", icon="ERROR")
@@ -278,7 +282,12 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
             layout.prop(study, "folds")
         row = styled(layout.row(align=True), scale_y=1.2)
         ranked = state.utility_of(study) is not None
-        row.operator("w2w.rank_patches", text="Rank Again" if ranked else "Rank Patches", icon="SORT_DESC")
+        row.operator(
+            "w2w.rank_patches",
+            text="Rank Again" if ranked else "Rank Patches",
+            translate=False,
+            icon="SORT_DESC",
+        )
         if ranked:
             row.menu("W2W_MT_export", text="", icon="EXPORT")
         missing = state.missing_for_rank(body) or state.unreadable_ranking(study)

@@ -101,7 +101,7 @@ class W2W_UL_placements(bpy.types.UIList):
         row.prop(item, "title", text="", emboss=False, icon="PINNED")
         scores = scores_of_own(data.id_data, item)
         value = styled(row.row(), alignment="RIGHT", active=scores is not None)
-        value.label(text=in_short(scores, patch_of_own(data.id_data, item)))
+        value.label(text=in_short(scores, patch_of_own(data.id_data, item)), translate=False)
 
 
 class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
@@ -218,7 +218,7 @@ class W2W_PT_garments(PartPanel, bpy.types.Panel):
             line.operator("w2w.take_off", text="", icon="X").index = index
         row = layout.row(align=True)
         for kind in KINDS:
-            row.operator("w2w.add_garment", text=NAMES[kind], icon="ADD").kind = kind
+            row.operator("w2w.add_garment", text=NAMES[kind], translate=False, icon="ADD").kind = kind
         layout.operator("w2w.wear_garment", icon="MATCLOTH")
         if len(study.garments):
             text = "Patches below are baked on the cloth, which takes minutes a clip."

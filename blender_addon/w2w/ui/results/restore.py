@@ -133,7 +133,7 @@ def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]])
     content = {name: run.summary.get(name) for name in ("worn_together", "cards")}
     found = run.summary.get("answer")
     _advise(mesh, content | ({"answer": found} if _is_same(found, lists.answer_of(study)) else {}))
-    results.show_colours(bpy.context)
+    results.show_colours()
     find_folder(study)
 
 
@@ -163,6 +163,7 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
     with state.without_updates():
         declared.show_config(study, config)
         study.patch_seed, study.window_s = config.seed, config.windows.length_s
+        study.placed_as = state.placing_of(study)
         if config.own_sensor is not None and config.own_sensor.name == config.sensor:
             sensors.keep_own_sensor(study, config.own_sensor)
             study.sensor = sensors.OWN

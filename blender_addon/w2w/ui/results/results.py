@@ -14,7 +14,6 @@ from ...core.wording import capital
 from ...scene import heatmap
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
-from ..jobs import jobs
 from ..study import counting, lists, scores, state
 from ..viewport import legend
 
@@ -217,8 +216,9 @@ def hide_patches(study: bpy.types.PropertyGroup) -> None:
         study.patch_collection.hide_viewport = not study.show_patches
 
 
-def show_colours(context: bpy.types.Context) -> None:
-    """Show colour attributes in solid 3D views, or nobody would see the heatmap."""
-    for area in jobs.views(context):
-        if area.spaces.active.shading.type == "SOLID":
-            area.spaces.active.shading.color_type = "VERTEX"
+def show_colours() -> None:
+    """Show colour attributes in the solid 3D views of all workspaces, or nobody would see the heatmap."""
+    spaces = (area.spaces.active for screen in bpy.data.screens for area in screen.areas)
+    for space in spaces:
+        if space.type == "VIEW_3D" and space.shading.type == "SOLID":
+            space.shading.color_type = "VERTEX"

@@ -140,7 +140,7 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     utility, ranked = yield from in_thread(rank, "training at every patch", low, 0.95)
     yield Step(0.95, "painting heatmaps")
     results.store(mesh, utility, ranked_as)
-    results.show_colours(bpy.context)
+    results.show_colours()
     parts = [f"Ranked {len(utility.mean)} patches, {utility.protocol}"]
     if utility.left_out:
         parts.append(f"Left out: {listed([*utility.left_out.values()], 2)}")

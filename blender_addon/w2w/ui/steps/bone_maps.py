@@ -74,7 +74,7 @@ class W2W_OT_map_bones(operators.OnClips, bpy.types.Operator):
         for number, row in enumerate(self.joints):
             if number == len(REQUIRED_JOINTS):
                 column.separator()
-                column.label(text="If the rig has them", icon="INFO")
+                column.label(text="If the rig has them", translate=False, icon="INFO")
             line = styled(column.row(), alert=number < len(REQUIRED_JOINTS) and not row.bone)
             line.prop_search(row, "bone", self, "bones", text=capital(row.name.replace("_", " ")))
 

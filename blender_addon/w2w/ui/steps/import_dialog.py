@@ -275,23 +275,23 @@ def draw_preview(
     Clips without an activity are shown last: no ranking counts them.
     """
     clips, labels = sum(map(len, activities.values())), [activity for activity in activities if activity]
-    layout.label(text=f"{count('clip', clips)}, {count('activity', len(labels))}")
+    layout.label(text=f"{count('clip', clips)}, {count('activity', len(labels))}", translate=False)
     box = layout.box().column(align=True)
     for activity in labels[:ROWS]:
         _row(box, activity, activities[activity], "NONE")
     if len(labels) > ROWS:
-        box.label(text=f"and {len(labels) - ROWS} more activities")
+        box.label(text=f"and {len(labels) - ROWS} more activities", translate=False)
     if activities.get(""):
         _row(box, "No activity, not ranked", activities[""], "ERROR")
     for note in notes:
         layout.label(text=_cut(note), icon="INFO", translate=False)
     if left_out:
-        layout.label(text=f"{len(left_out)} left out")
+        layout.label(text=f"{len(left_out)} left out", translate=False)
         box = layout.box().column(align=True)
         for name, reason in left_out[:ROWS]:
             box.label(text=_cut(f"{name}: {reason}"), icon="X", translate=False)
         if len(left_out) > ROWS:
-            box.label(text=f"and {len(left_out) - ROWS} more: the list says why")
+            box.label(text=f"and {len(left_out) - ROWS} more: the list says why", translate=False)
 
 
 def _row(layout: bpy.types.UILayout, activity: str, names: Sequence[str], icon: str) -> None:

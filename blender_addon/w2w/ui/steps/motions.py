@@ -22,16 +22,16 @@ from .motion_import import ImportItem, add_clip, import_items, import_steps, rem
 
 
 class _Import(operators.AsksForFile, operators.OnBody):
-    """Import motions at once; of those chosen in the browser, show first how they would be labelled."""
+    """Import motions from a script at once; else show first how several would be labelled."""
 
     bl_options = {"REGISTER"}
     asked = False
-    """Whether they were chosen in Blender's file browser."""
+    """Whether their labels are shown first."""
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        if self.names():  # dropped on the view
+        self.asked = len(self.names()) != 1
+        if self.names():  # dropped on the view: a single file says what it is
             return self.execute(context)
-        self.asked = True
         return super().invoke(context, event)
 
     def execute(self, context: bpy.types.Context) -> set[str]:

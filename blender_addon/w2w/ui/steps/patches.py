@@ -19,6 +19,7 @@ from ..viewport.framing import fold_soon
 from ..viewport.legend import owner_of
 from .body import select_only
 
+NO_BODY = "Click on a body that has patches"
 CLICK = {"type": "LEFTMOUSE", "value": "PRESS"}
 
 
@@ -37,7 +38,7 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     home = mesh.users_collection[0] if mesh.users_collection else None
     study.patch_collection = place_patches(mesh, patches, f"Patches: {mesh.name}", study.patch_size, home)
     study.patches_text, study.patches_key = pack(patches)
-    study.patches_before = ""
+    study.patches_before, study.placed_as = "", state.placing_of(study)
     if before is not None and np.array_equal(before.triangles, patches.triangles[: len(before)]):
         study.patches_before = f"{key} {len(before)}"
     state.keep_own_placed(study, own, count)
@@ -158,7 +159,8 @@ class W2W_OT_pick_patch(operators.OnBody, bpy.types.Operator):
         hit, point, _, face, item, _ = context.scene.ray_cast(depsgraph, origin, direction)
         shown, item = item, (owner_of(item) or item) if hit else None
         if item is None or item.type != "MESH" or not item.w2w.is_body:
-            self.report({"INFO"}, "Click on a body that has patches")
+            text = f"'{item.name}' is no body: hide it (H) if it covers one" if item else NO_BODY
+            self.report({"INFO"}, text)
             return {"CANCELLED"}
         if state.patches_of(item) is None:
             self.report({"WARNING"}, f"'{item.name}' has no patches: place them first (step 3)")

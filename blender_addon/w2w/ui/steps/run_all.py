@@ -34,7 +34,7 @@ def missing_for_all(body: bpy.types.Object) -> str:
 def run_all_steps(mesh: bpy.types.Object) -> Steps:
     """Do what is missing, part after part; skip what is up to date."""
     study, outcomes = mesh.w2w, []
-    place = state.patches_of(mesh) is None or is_pending(study)
+    place = state.patches_of(mesh) is None or is_pending(study) or state.is_placed_otherwise(study)
     count = len(state.usable(study)) if place else len(to_bake(study))
     rank = count > 0 or not state.is_up_to_date(study)
 

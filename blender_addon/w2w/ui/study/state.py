@@ -155,6 +155,16 @@ def sampled_patches(study: Group, total: int) -> int:
     return json.loads(study.own_placed)["sampled"] if study.own_placed else total
 
 
+def placing_of(study: Group) -> str:
+    """The settings that patches are placed by."""
+    return f"{study.patch_count} {study.patch_seed}"
+
+
+def is_placed_otherwise(study: Group) -> bool:
+    """Whether the patches were placed by other settings than those of now; False if that is not known."""
+    return study.placed_as not in ("", placing_of(study))
+
+
 def keep_own_placed(study: Group, placements: Iterable[tuple[str, int]], sampled: int) -> None:
     """Note which of the user's placements are in the patch set and how many patches were sampled."""
     held = [[name, vertex] for name, vertex in placements]
@@ -242,9 +252,13 @@ def outdated(body: bpy.types.Object) -> str:
     study = body.w2w
     if utility_of(study) is None:
         return ""
-    if (missing := missing_for_patches(body)) or study.ranked_as == rank_settings(study):
+    if missing := missing_for_patches(body):
         return missing
+    if is_placed_otherwise(study):
+        return "The number of patches or their seed has changed since they were placed"
     settings = bake_settings(study)
+    if study.ranked_as == rank_settings(study):
+        return ""
     if any(state_of(clip, settings) == STALE for clip in study.clips):
         return "The body, the patches or the sensor have changed since the signals were baked"
     return "Clips, labels or settings have changed since the ranking"

@@ -14,6 +14,7 @@ from mathutils import Vector
 from ...core.patches.patches import PatchSet
 from ...scene.base.patches import empties_by_patch
 from ..jobs.text import FONT
+from .framing import with_garments
 
 SKIN = 0.01
 """Metres that a ray may end before a patch and still see it: triangles lean."""
@@ -114,7 +115,7 @@ class Surface:
 
     def __init__(self, context: bpy.types.Context, body: bpy.types.Object, patches: PatchSet) -> None:
         self._region, self._view = context.region, context.region_data
-        self._depsgraph = context.view_layer.depsgraph
+        self._scene, self._depsgraph = context.scene, context.view_layer.depsgraph
         self._body, self._patches = body, patches
         self._evaluated = body.evaluated_get(self._depsgraph)
         self._whole = len(self._evaluated.data.vertices) == len(patches.labels)
@@ -125,7 +126,7 @@ class Surface:
         return self._on_screen(self._place(patch))
 
     def in_sight(self, patch: int) -> bool:
-        """Whether no part of the body stands between the viewer and the patch."""
+        """Whether neither the body nor another object stands between the viewer and the patch."""
         return self._in_sight(self._place(patch))
 
     def spot(self, vertex: int) -> Vector | None:
@@ -147,9 +148,11 @@ class Surface:
         inverse = self._evaluated.matrix_world.inverted_safe()
         start = inverse @ origin
         hit, found, _, _ = self._evaluated.ray_cast(start, (inverse @ (origin + direction)) - start)
-        if not hit:
-            return True
-        return ((self._evaluated.matrix_world @ found) - place).dot(direction) > -SKIN
+        if hit and ((self._evaluated.matrix_world @ found) - place).dot(direction) <= -SKIN:
+            return False
+        reach = (place - origin).length - SKIN
+        hit, *_, item, _ = self._scene.ray_cast(self._depsgraph, origin, direction, distance=reach)
+        return not hit or item in with_garments(self._body)
 
     def _place(self, patch: int) -> Vector | None:
         """Point of a patch in the world."""

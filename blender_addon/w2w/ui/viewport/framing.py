@@ -121,7 +121,7 @@ def _clear_sight(bodies: Sequence[bpy.types.Object], viewer: Vector) -> set[bpy.
     scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
     shown = [item.evaluated_get(depsgraph) for item in bodies]
     points = [item.matrix_world @ spot.co for item in shown for spot in [*item.data.vertices][::SPARSE]]
-    own = {*bodies, *(garment.item for body in bodies for garment in body.w2w.garments)}
+    own = set().union(*map(with_garments, bodies))
     found: set[bpy.types.Object] = set()
     while True:
         bpy.context.view_layer.update()
@@ -133,6 +133,11 @@ def _clear_sight(bodies: Sequence[bpy.types.Object], viewer: Vector) -> set[bpy.
         for item in new:
             item.hide_set(True)
         found |= new
+
+
+def with_garments(body: bpy.types.Object) -> set[bpy.types.Object]:
+    """A body and what it wears, which hides nothing of it."""
+    return {body, *(garment.item for garment in body.w2w.garments)}
 
 
 def stand_clear(armature: bpy.types.Object, mesh: bpy.types.Object) -> None:

@@ -22,7 +22,13 @@ MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0
 BADGE: Colour = (0.1, 0.1, 0.1, 1.0)
 PIN: Colour = (0.35, 0.85, 1.0, 1.0)
 BAR_WIDTH, BAR_HEIGHT = 16, 190
+READABLE = 0.6
+"""Scale of cards, as a share of that of the window, from which on they leave the legend its room."""
+
 BAR_TICKS = 5
+GIZMO = 190
+"""Height of Blender's own buttons at the top right, pixels at a scale of 1."""
+
 BAR_TITLE, BAR_BOX = 96, 200
 """Least and most room for the colour bar's title, pixels."""
 
@@ -62,12 +68,13 @@ def draw() -> None:
     chosen = [patch for patch in picks(context, body) if patch < len(patches)]
     cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
     free = free_area(context.area, context.region)
-    placed = _place_cards(on_one_scale(cards), free, scale)
+    fitting = fitting_scale(cards, free, scale)
+    placed = place_cards(on_one_scale(cards), free, fitting)
     utility, outdated = state.utility_of(body.w2w), state.outdated(body)
-    if utility is not None and space.shading.color_type in ("VERTEX", "MATERIAL"):
+    if utility is not None and is_coloured(space.shading):
         shown = legend(body.w2w, utility)
         heads = _heads(context, (body, body.w2w.beside) if shown.beside else ())
-        right_of_cards = max((x + WIDTH * scale for _, x, _ in placed), default=free.left)
+        right_of_cards = max((x + WIDTH * fitting for _, x, _ in placed), default=free.left)
         _draw_colour_bar(shown, free._replace(left=right_of_cards), heads, scale)
         _draw_names(shown, heads, scale)
     surface = Surface(context, body, patches)
@@ -76,7 +83,15 @@ def draw() -> None:
     for number, patch in enumerate(chosen):
         _draw_mark(surface, patch, number, scale)
     for card, x, y in placed:
-        card.draw(x, y, scale)
+        card.draw(x, y, fitting)
+
+
+def is_coloured(shading: bpy.types.View3DShading) -> bool:
+    """Whether a 3D view shows the colours of the body's map."""
+    return shading.type in ("MATERIAL", "RENDERED") or (shading.type, shading.color_type) == (
+        "SOLID",
+        "VERTEX",
+    )
 
 
 def _heads(context: bpy.types.Context, bodies: Sequence[bpy.types.Object]) -> list[Vector]:
@@ -98,8 +113,12 @@ def _draw_colour_bar(shown: Legend, free: FreeArea, heads: list[Vector], scale: 
     widths = [width_of(name, 12 * scale) for name in names]
     box = max(*widths, width_of(note, 10 * scale), BAR_TITLE * scale) + 24 * scale
     margin = 12 * scale
-    width, height = BAR_WIDTH * scale, BAR_HEIGHT * scale
     foot = 16 * scale if note else 0.0
+    others = (76 + 16 * len(names)) * scale + foot
+    room = free.top - free.bottom - others - GIZMO * scale
+    width, height = BAR_WIDTH * scale, max(min(BAR_HEIGHT * scale, room), 3 * BAR_WIDTH * scale)
+    if box > free.right - free.left:
+        return
     left_edge = left_of_legend(box, free.left + margin, free.right - margin, [head.x for head in heads])
     left, bottom = left_edge + margin, free.bottom + 30 * scale + foot
     tall = height + (46 + 16 * len(names)) * scale + foot
@@ -124,16 +143,26 @@ def _draw_names(shown: Legend, heads: list[Vector], scale: float) -> None:
         text(point.x, point.y, name, 13 * scale, PALE, "CENTER")
 
 
-def _place_cards(
-    cards: list[HoverCard], free: FreeArea, scale: float
-) -> list[tuple[HoverCard, float, float]]:
+def fitting_scale(cards: Sequence[HoverCard], free: FreeArea, scale: float) -> float:
+    """The scale, at most this one, at which all cards find room: next to the legend if they stay readable."""
+    whole, height = free.right - free.left - MARGIN * scale, free.top - free.bottom
+    heights = [card.height(1.0) + MARGIN for card in cards] or [1.0]
+
+    def fitting(width: float) -> float:
+        stacked = min(width / (WIDTH + MARGIN), height / (sum(heights) + MARGIN))
+        abreast = min(width / (len(heights) * (WIDTH + MARGIN)), height / (max(heights) + MARGIN))
+        return min(scale, 0.99 * max(stacked, abreast))
+
+    beside = fitting(whole - (BAR_BOX + 2 * MARGIN) * scale)
+    return beside if beside > READABLE * scale else fitting(whole)
+
+
+def place_cards(cards: list[HoverCard], free: FreeArea, scale: float) -> list[tuple[HoverCard, float, float]]:
     """Lower left corners of cards at the left: stacked if there is room, else side by side."""
     x, y, margin = free.left + MARGIN * scale, free.bottom + MARGIN * scale, MARGIN * scale
     placed = []
     stacked = y + sum(card.height(scale) + margin for card in cards) < free.top
     for card in reversed(cards) if stacked else cards:
-        if x + WIDTH * scale > free.right:
-            break
         placed.append((card, x, y))
         if stacked:
             y += card.height(scale) + margin
