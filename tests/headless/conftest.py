@@ -26,6 +26,7 @@ from w2w.core.findings.summary import write_results
 from w2w.core.library.library import Clip, Library
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
+from w2w.core.ranking import stream
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
@@ -108,6 +109,14 @@ def made_once_here(tmp_path_factory) -> Iterator[None]:
         patch.setattr(still_picture, "BodyPictures", lru_cache(maxsize=4)(BodyPictures))
         patch.setattr(page, "Environment", partial(Environment, bytecode_cache=templates))
         patch.setattr(typer.testing, "_get_command", cache(get_command))
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_orders() -> Iterator[None]:
+    """A stream of clips in the fewest orders: tests of more of them are the core's."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stream, "MOST_ORDERS", stream.FEWEST_ORDERS)
         yield
 
 

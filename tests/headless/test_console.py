@@ -33,6 +33,7 @@ def test_a_terminal_gets_its_own_styles_and_no_command_of_a_text():
     assert not OBEYED.search(re.sub("\x1b\\[[0-9;]*m", "", written))
 
 
+@pytest.mark.usefixtures("one_worker")
 def test_nothing_of_a_library_reaches_the_terminal_as_a_command(motions, tmp_path):
     (motions / "slow").rename(motions / f"slow{TITLE}")
     clips = sorted(motions.rglob("*.npz"))
@@ -40,6 +41,7 @@ def test_nothing_of_a_library_reaches_the_terminal_as_a_command(motions, tmp_pat
     bone = f"HIERARCHY\nROOT {TITLE}\n{{\n OFFSET 0 0\n"
     (motions / "fast" / f"{TITLE}.bvh").write_text(bone)
     arguments = ["run", motions, "--out", tmp_path / "out", "--patches", "8", "--no-pictures", "--verbose"]
+    arguments += ["--workers", "1", "--max", "1"]
     ended = CliRunner().invoke(APP, [str(argument) for argument in arguments])
     assert ended.exit_code == 0, ended.output
     assert "slow%1b]0;pwned%07%1b[2j 4" in ended.output

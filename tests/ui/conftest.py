@@ -28,7 +28,7 @@ MOVES = {"waving": ("right_shoulder", 1.0), "kicking": ("left_hip", 1.0), "stepp
 @pytest.fixture
 def blender(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """An empty file with the extension registered and a cache of its own."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)  # which leaves add-ons alone
     folders = {name: tmp_path_factory.mktemp(name) for name in ("signals", "bone_maps")}
     monkeypatch.setattr(preferences, "own_folder", folders.__getitem__)
     signal_cache._recordings.clear()

@@ -112,7 +112,7 @@ def test_what_is_not_given_is_as_in_the_run_and_an_empty_word_takes_it_back(stud
     as_run, _ = chosen(out)
     summary = json.loads((out / "summary.json").read_text())
     assert as_run["worn_together"] == summary["worn_together"]
-    free, _ = chosen(out, "--forbid", "", "--max", 6)
+    free, _ = chosen(out, "--forbid", "", "--max", 3)
     assert free["best_single_patch"]["expected_f1"] >= as_run["best_single_patch"]["expected_f1"]
 
 
