@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Windows are dealt so that no clip, or no subject, is tested on what it was trained with."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -16,12 +18,28 @@ def test_no_clip_is_trained_on_and_tested():
     assert work.activities == ("jump", "run", "sit")
     assert set(ACTIVITY[work.used]) == set(work.activities)
     clips = CLIP[work.used]
-    for number in work.plan.whole.splits:
+    for number in (*work.plan.whole.splits, *work.plan.repeats[0].splits):
         split = work.plan.splits[number]
         trained = np.isin(work.plan.block, split.train)
         assert not np.isin(clips[split.tested], clips[trained]).any()
         assert work.is_test[split.tested].all()
     assert "4-fold" in work.protocol
+
+
+def test_all_clips_are_tested_again_in_other_folds():
+    protocol = CrossValidation(ACTIVITY, CLIP, None, IS_TEST, ["jump", "run", "sit", "wave"], folds=4)
+    work = protocol.plan()
+    (again,) = work.plan.repeats
+    assert sorted(again.windows) == sorted(work.plan.whole.windows)
+    assert again.testable.all()
+
+    def tested(trial):
+        return {frozenset(CLIP[work.used][work.plan.splits[number].tested]) for number in trial.splits}
+
+    assert tested(again) != tested(work.plan.whole)
+    assert not protocol.plan(halvings=0).plan.repeats
+    subject = np.array(["ann", "ben", "cem", "dora"])[CLIP // 4]
+    assert not replace(protocol, subject=subject).plan().plan.repeats
 
 
 def test_no_subject_is_trained_on_and_tested():

@@ -104,7 +104,7 @@ def test_weights_weigh_every_mean(plain):
     drawn = utility.mean_samples
     np.testing.assert_allclose(np.quantile(drawn, 0.025, axis=0), utility.mean_low, atol=1e-6)
     level = float((plain.f1.mean(axis=0) * shares).sum())
-    assert float(utility.expected_mean.mean()) == pytest.approx(level, abs=0.02)
+    assert float(utility.expected_mean.mean()) == pytest.approx(level, abs=0.05)
     text = mean_sentence(utility)
     assert "weighted (bow 3, run 1, walk 0.5)" in text
     assert text.endswith("not counted: jump")

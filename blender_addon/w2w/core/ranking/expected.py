@@ -60,9 +60,9 @@ def expect(
     (A,) say what each activity counts in the macro F1, 1 each by default. `level` is the confidence of the
     intervals.
     """
-    raw = f1[0]
+    raw = np.nanmean(f1[: 1 + len(plan.repeats)], axis=0)
     weights = np.ones(len(raw)) if weights is None else weights
-    repeat = _repeat(f1, plan, pooling, weights)
+    repeat = _repeat(raw, f1, plan, pooling, weights)
     pooled = centred(pooling.apply(raw, repeat.side_share))
     by_activity = raw.mean(axis=1, keepdims=True) + repeat.slope_by_activity * pooled
     contrast = np.average(repeat.slopes[:, None] * pooled, axis=0, weights=weights)
@@ -99,7 +99,7 @@ class _Repeat:
     reliability: float  # of the macro F1 of all clips; NaN without halves
 
 
-def _repeat(f1: np.ndarray, plan: Plan, pooling: Pooling, weights: np.ndarray) -> _Repeat:
+def _repeat(whole: np.ndarray, f1: np.ndarray, plan: Plan, pooling: Pooling, weights: np.ndarray) -> _Repeat:
     shown = [first.testable & second.testable for first, second in plan.pairs]
     both = np.logical_and.reduce(shown) if shown else np.zeros(len(weights), dtype=bool)
     if not (both & (weights > 0)).any():
@@ -115,9 +115,9 @@ def _repeat(f1: np.ndarray, plan: Plan, pooling: Pooling, weights: np.ndarray) -
     )
     slope = _slope(pooled_means, raw_means, plan.disjoint)
     rest = Unhalved.of(weights, both, plan.clips)
-    slope_of_rest, of_rest = rest.repeat(centred(pooling.apply(f1[0][rest.rows], side_share)), pooled, raw)
+    slope_of_rest, of_rest = rest.repeat(centred(pooling.apply(whole[rest.rows], side_share)), pooled, raw)
     slope_of_rest = min(slope_of_rest, slope.of_all)
-    noise_ratio = _noise_ratio(f1[0][both], raw, plan.clips[both], weights[both]) if plan.disjoint else 1.0
+    noise_ratio = _noise_ratio(whole[both], raw, plan.clips[both], weights[both]) if plan.disjoint else 1.0
     halved = _variance(raw_means, pooled_means, slope, noise_ratio, plan.shrink)
     variance = rest.halved**2 * (halved.of_level + halved.of_patch) + rest.noise(raw)
     voters = len(np.unique(plan.vote[plan.vote >= 0]))

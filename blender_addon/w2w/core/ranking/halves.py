@@ -11,11 +11,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .folds import ALWAYS_TRAIN, deal
+from .folds import ALWAYS_TRAIN, deal, grouped_folds
 from .weights import weights_of
 
 HALVINGS = 4
 """Ways in which the clips, or many subjects, are halved."""
+
+REPEATS = 2
+"""Cross-validations on all clips, each with folds of its own: the F1 expected is by their mean.
+
+With one, which of several equal products came first hung on the seed of the folds.
+"""
 
 SET_HALVINGS = 2
 """Halvings that sets are chosen by: each half chooses sets of its own, which takes most of the time."""
@@ -67,6 +73,7 @@ class Plan:
     block: np.ndarray  # (W,), int: windows of one block are always trained on or tested on together
     splits: tuple[Split, ...]
     whole: Trial  # the cross-validation on all clips
+    repeats: tuple[Trial, ...]  # others, with other folds
     pairs: tuple[tuple[Trial, Trial], ...]
     disjoint: bool  # no clip that one of a pair is trained or tested on is trained on by the other
     shrink: float
@@ -75,8 +82,8 @@ class Plan:
 
     @property
     def trials(self) -> tuple[Trial, ...]:
-        """All trials, each once, the whole first."""
-        return (self.whole, *dict.fromkeys(trial for pair in self.pairs for trial in pair))
+        """All trials, each once, the whole first and its repeats after it."""
+        return (self.whole, *self.repeats, *dict.fromkeys(trial for pair in self.pairs for trial in pair))
 
     def pairs_to_choose_by(self) -> tuple[tuple[Trial, Trial], ...]:
         """The pairs by which sets are chosen: the first halvings, or all pairs of single subjects."""
@@ -103,10 +110,12 @@ class Plan:
             testable = trial.testable & np.isin(np.arange(len(trial.testable)), labels[windows])
             return Trial(tested, windows, testable, _votes(labels, vote, windows))
 
-        few = replace(self, pairs=self.pairs_to_choose_by())
+        few = replace(self, pairs=self.pairs_to_choose_by(), repeats=())
         trials = {trial: smaller(trial) for trial in few.trials}
         pairs = tuple((trials[a], trials[b]) for a, b in few.pairs)
-        return replace(self, block=block, splits=splits, whole=trials[self.whole], pairs=pairs, vote=vote)
+        return replace(
+            self, block=block, splits=splits, whole=trials[self.whole], repeats=(), pairs=pairs, vote=vote
+        )
 
 
 def plan(
@@ -117,15 +126,16 @@ def plan(
     by_subject: bool = False,
     seed: int = 0,
     halvings: int = HALVINGS,
+    refolded: Sequence[np.ndarray] = (),
 ) -> Plan:
     """Plan the trainings and tests of a ranking.
 
     For each window, (W,): `labels` are its activity, 0 to A - 1; `clip` is never split between halves; `fold`
     is -1 if every fold trains on it; `is_test` marks test windows. If folds are subjects, these are halved,
-    not the clips. 0 halvings plan the whole alone.
+    not the clips. 0 halvings plan the whole alone. `refolded` are other folds, each (W,).
     """
     sides = _halve_subjects(fold, seed, halvings) if by_subject else deal_halves(labels, clip, seed, halvings)
-    cells = np.stack([fold, *sides], axis=1)
+    cells = np.stack([fold, *sides, *refolded], axis=1)
     kinds, block = np.unique(cells, axis=0, return_inverse=True)
     block = block.ravel()
     tested = [f for f in np.unique(fold[is_test]) if f != ALWAYS_TRAIN]
@@ -133,10 +143,10 @@ def plan(
     clips = np.bincount(np.unique(np.stack([labels, vote]), axis=1)[0], minlength=labels.max() + 1)
     splits: list[Split] = []
 
-    def trial(of_side: np.ndarray, among: np.ndarray) -> Trial:
-        first = len(splits)
+    def trial(of_side: np.ndarray, among: np.ndarray, column: int = 0) -> Trial:
+        first, fold = len(splits), cells[:, column]
         for f in tested:
-            test, train = among & (fold == f) & is_test, of_side & (kinds[:, 0] != f)
+            test, train = among & (fold == f) & is_test, of_side & (kinds[:, column] != f)
             if test.any() and train.any():
                 splits.append(Split(np.flatnonzero(train), np.flatnonzero(test)))
         windows = np.concatenate([np.empty(0, dtype=np.int64), *(split.tested for split in splits[first:])])
@@ -144,16 +154,19 @@ def plan(
         return Trial(tuple(range(first, len(splits))), windows, testable, _votes(labels, vote, windows))
 
     everything = np.ones(len(kinds), dtype=bool)
-    whole = trial(everything, np.ones(len(fold), dtype=bool))
+    whole, *repeats = (
+        trial(everything, np.ones(len(fold), dtype=bool), column)
+        for column in (0, *range(1 + len(sides), cells.shape[1]))
+    )
     if by_subject and halvings and not sides:
         single = _single_folds(labels, vote, whole, splits)
-        return Plan(block, tuple(splits), whole, single, False, 2.0 * len(tested), clips, vote)
+        return Plan(block, tuple(splits), whole, (), single, False, 2.0 * len(tested), clips, vote)
     pairs, always = [], kinds[:, 0] == ALWAYS_TRAIN
     for number, side in enumerate(sides, start=1):
         if (_in_two_folds(labels, fold, side) & _in_two_folds(labels, fold, ~side)).any():
             first, second = (trial(always | (kinds[:, number] == s), side == s) for s in (False, True))
             pairs.append((first, second))
-    return Plan(block, tuple(splits), whole, tuple(pairs), True, 4.0, clips, vote)
+    return Plan(block, tuple(splits), whole, tuple(repeats), tuple(pairs), True, 4.0, clips, vote)
 
 
 def _single_folds(
@@ -261,7 +274,15 @@ class CrossValidation:
         used = np.flatnonzero(np.isin(activity, activities))
         labels = np.array([index[name] for name in activity[used].tolist()])
         fold, is_test = fold[used], is_test[used]
-        trials = plan(labels, clip[used], fold, is_test, self.subject is not None, self.seed, halvings)
+        refolded = []
+        if halvings and self.subject is None:
+            refolded = [
+                grouped_folds(labels, clip[used], fold.max() + 1, self.seed + number)
+                for number in range(1, REPEATS)
+            ]
+        trials = plan(
+            labels, clip[used], fold, is_test, self.subject is not None, self.seed, halvings, refolded
+        )
         weights = weights_of(activities, self.counts)
         return TrialPlan(used, labels, fold, is_test, trials, activities, weights, left_out, protocol)
 
