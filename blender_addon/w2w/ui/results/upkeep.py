@@ -9,6 +9,7 @@ from ...scene.base.patches import PATCH
 from ...scene.body.character import MARK
 from ...scene.heatmap import BESIDE, remove_beside
 from ..jobs import jobs
+from ..study import state
 from . import results
 
 BUSY = 0.5
@@ -26,13 +27,36 @@ def undone(*_: object) -> None:
 
 
 @bpy.app.handlers.persistent
+def loaded(*_: object) -> None:
+    """A file was opened: scenes of the same name are others now."""
+    _counts.clear()
+
+
+@bpy.app.handlers.persistent
 def updated(scene: bpy.types.Scene, *_: object) -> None:
-    """After a change of the scene, paint what waited for it and remove the patches of deleted bodies."""
+    """After a change of the scene, paint what waited; follow bodies that were deleted or brought in."""
     results.paint_waiting()
-    count = len(scene.objects)
-    if count < _counts.get(scene.name, 0) and not bpy.app.timers.is_registered(take_along):
-        bpy.app.timers.register(take_along, first_interval=0.0)  # nothing may be removed in a handler
+    count, before = len(scene.objects), _counts.get(scene.name, 0)
+    for is_due, follow in ((count < before, take_along), (count > before, take_up)):
+        if is_due and not bpy.app.timers.is_registered(follow):
+            bpy.app.timers.register(follow, first_interval=0.0)  # nothing may be changed in a handler
     _counts[scene.name] = count
+
+
+def take_up() -> float | None:
+    """Let the panel work on a body that was appended or linked, if it works on none."""
+    if jobs.running is not None:
+        return BUSY
+    for scene in bpy.data.scenes:
+        brought = state.bodies(scene) if scene.library is None and scene.w2w.body is None else []
+        for body in brought[:1]:
+            scene.w2w.body = body
+            patches = body.w2w.patch_collection
+            if patches is not None and patches not in scene.collection.children_recursive:
+                body.users_collection[0].children.link(patches)
+            if body.w2w.utility_key:
+                results.show_colours()
+    return None
 
 
 def take_along() -> float | None:
@@ -80,6 +104,7 @@ def _lost_marks(kept: set[bpy.types.Object]) -> Iterator[bpy.types.Object]:
 HANDLERS = (
     (bpy.app.handlers.undo_post, undone),
     (bpy.app.handlers.redo_post, undone),
+    (bpy.app.handlers.load_post, loaded),
     (bpy.app.handlers.depsgraph_update_post, updated),
 )
 
@@ -92,8 +117,8 @@ def register() -> None:
 
 def unregister() -> None:
     """Follow no more."""
-    if bpy.app.timers.is_registered(take_along):
-        bpy.app.timers.unregister(take_along)
+    for follow in filter(bpy.app.timers.is_registered, (take_along, take_up)):
+        bpy.app.timers.unregister(follow)
     for handlers, follow in HANDLERS:
         handlers.remove(follow)
     _counts.clear()

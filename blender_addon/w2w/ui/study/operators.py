@@ -8,7 +8,7 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ..jobs import jobs
-from .state import current_body, is_ranked, patches_of
+from .state import LINKED, current_body, is_ranked, patches_of
 
 if TYPE_CHECKING:
     from bpy.types import Operator as Mixin
@@ -50,7 +50,7 @@ class OnBody(WorkOperator):
             cls.poll_message_set("Add a body first (step 1)")
         if body is None or not jobs.can_start(cls, context):
             return False
-        missing = cls.missing(context, body)
+        missing = LINKED if body.library is not None else cls.missing(context, body)
         cls.poll_message_set(missing)
         return not missing
 

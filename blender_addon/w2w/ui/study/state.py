@@ -60,6 +60,8 @@ def is_silent() -> bool:
 BAKED, STALE, IMPORTED, FAILED = "baked", "stale", "imported", "failed"
 """States of a clip."""
 
+LINKED = "This body is linked from another file: append it instead, or make it local (Object > Relations)"
+
 ONLY, FORBID, MUST, COST = "ONLY", "FORBID", "MUST", "COST"
 """Kinds of wishes."""
 
@@ -250,7 +252,7 @@ def is_up_to_date(study: Group) -> bool:
 def outdated(body: bpy.types.Object) -> str:
     """Why a body's ranking is not of its study as it is now, as a sentence, or ""."""
     study = body.w2w
-    if utility_of(study) is None:
+    if utility_of(study) is None or body.library is not None:
         return ""
     if missing := missing_for_patches(body):
         return missing
@@ -336,6 +338,8 @@ def missing_for_patches(body: bpy.types.Object | None) -> str:
     """What prevents placing patches, as a sentence, or ""."""
     if body is None:
         return "Add a body first (step 1)"
+    if body.library is not None:
+        return LINKED
     has_bones = any(part.type == "ARMATURE" and part.object for part in body.modifiers)
     return "" if has_bones else "The body has lost its armature: undo that (Ctrl Z), or add a body"
 
