@@ -3,12 +3,18 @@
 
 from pathlib import Path
 
+from mathutils import Matrix
+
+from ...core.keypoints.facts import PoseFacts
+from ...core.keypoints.pose_files import NO_FACTS
 from ...core.motion.source import motion_amount
+from ...core.motion.up import TO_Z
+from ...core.readers.bvh import BVH_SUFFIX, read_bvh
 from ..base.actions import FIRST_FRAME, KEYED_AT, key_rate, scene_rate
 from ..base.body import armature_of, matrix, same_selection
 from ..base.module import bpy
 from ..base.playback import same_timing
-from .takes import find_takes, import_file, read_take
+from .takes import find_takes, import_file, read_take, written_up
 
 SOURCE = "w2w source"
 """Custom property of a collection that holds a clip's own armature: the clip's name."""
@@ -30,16 +36,18 @@ def remove_source(name: str = "") -> None:
         bpy.data.batch_remove([*collection.objects, *data, *actions, collection])
 
 
-def show_source(mesh: bpy.types.Object, name: str, path: Path, scale: float, given: float = 0.0) -> None:
-    """Import a clip's FBX or BVH file next to the body; selection, frame rate and range stay.
+def show_source(
+    mesh: bpy.types.Object, name: str, path: Path, scale: float, pose: PoseFacts = NO_FACTS
+) -> None:
+    """Import a clip's FBX or BVH file next to the body, turned as its motion was; selection and timing stay.
 
-    `scale` is that of the body to the file, `given` a frame rate that goes before the file's,
-    or 0. A file that Blender cannot import raises an `UnusableMotion`.
+    `scale` is that of the body to the file; the rate and the axis that is up in `pose` go before the file's.
+    A file that Blender cannot import raises an `UnusableMotion`.
     """
     objects, actions = set(bpy.data.objects), set(bpy.data.actions)
     with same_selection(), same_timing():
-        import_file(path, keys_as_frames=given > 0)
-        rate = given or scene_rate()
+        import_file(path, keys_as_frames=pose.rate is not None)
+        rate = pose.rate or scene_rate()
     new = [item for item in bpy.data.objects if item not in objects]
     brought = set(bpy.data.actions) - actions
     for action in brought:
@@ -47,12 +55,18 @@ def show_source(mesh: bpy.types.Object, name: str, path: Path, scale: float, giv
     armature = next(item for item in new if item.type == "ARMATURE")
     armature.show_in_front = True
     take = max(find_takes(armature, brought), key=lambda take: motion_amount(read_take(take)))
-    _stand_beside(mesh, new, name, scale)
+    stand = _stand_beside(mesh, new, name, scale)
+    is_bvh = path.suffix.lower() == BVH_SUFFIX  # which does not say its axis: the reader finds it
+    if up := pose.up or (read_bvh(path, pose.rate).up if is_bvh else None):
+        shown = TO_Z[up] @ TO_Z["y" if is_bvh else written_up(path)].T
+        stand.rotation_euler = Matrix(shown.tolist()).to_euler()
     _play_at_own_speed(armature, take.action, take.frame_range[0])
 
 
-def _stand_beside(mesh: bpy.types.Object, new: list[bpy.types.Object], name: str, scale: float) -> None:
-    """Put objects into a collection of the clip, on an empty that scales them: they keep their own scale."""
+def _stand_beside(
+    mesh: bpy.types.Object, new: list[bpy.types.Object], name: str, scale: float
+) -> bpy.types.Object:
+    """Put objects into a collection of the clip, on the returned empty that scales them."""
     collection = bpy.data.collections.new(f"Source: {name}")
     collection[SOURCE] = name
     bpy.context.scene.collection.children.link(collection)
@@ -67,6 +81,7 @@ def _stand_beside(mesh: bpy.types.Object, new: list[bpy.types.Object], name: str
         collection.objects.link(item)
         if item.parent is None:
             item.parent = stand
+    return stand
 
 
 def keep_pace_beside(name: str) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import bpy
 from bpy.props import CollectionProperty, EnumProperty, IntProperty, StringProperty
 
+from ...core.keypoints.facts import PoseFacts
 from ...core.library.import_plan import ImportPlan, plan_files, plan_folder
 from ...core.library.labels import LibraryError
 from ...core.library.library import MOTION_SUFFIXES
@@ -162,7 +163,8 @@ class W2W_OT_show_source(operators.OnBody, bpy.types.Operator):
             return
         source_beside.remove_source()
         try:
-            source_beside.show_source(mesh, clip.name, Path(clip.file), clip.scale, clip.given_rate)
+            known = PoseFacts(clip.given_rate or None, up=clip.given_up or None)
+            source_beside.show_source(mesh, clip.name, Path(clip.file), clip.scale, known)
         except UnusableMotion as error:
             raise ValueError(f"{clip.name}: {error}") from error
         show_clip(context.scene, mesh)
