@@ -214,7 +214,7 @@ def write_motion(clip: MadeClip, rig: Rig, path: Path) -> None:
     """Write a clip through Blender's exporters, in a Blender with an empty file open."""
     import bpy
 
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     scene = bpy.context.scene
     scene.render.fps, scene.render.fps_base = round(clip.rate), 1.0
     scene.frame_start, scene.frame_end = 0, len(clip.heads) - 1

@@ -105,10 +105,10 @@ def test_a_rate_that_is_given_holds_whatever_the_file_says(
         (tmp_path / "a.mvnx").write_bytes(gzip.decompress(packed))
     elif kind == "glb":
         bpy = pytest.importorskip("bpy")
-        bpy.ops.wm.read_factory_settings(use_empty=True)
+        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
         bpy.ops.import_scene.fbx(filepath=str(fbx))
         bpy.ops.export_scene.gltf(filepath=str(tmp_path / "a.glb"))
-        bpy.ops.wm.read_factory_settings(use_empty=True)
+        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
         frames = {"n_frames": w2w.load(fbx)[0].n_frames}
     elif kind == "joints":
         motion = read_amass(shared_cases / "trans_in_cm.npz")

@@ -18,7 +18,7 @@ from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.headless.app import APP
 from w2w.headless.options import _folder_name
-from w2w.headless.runs import study
+from w2w.headless.runs import study, workers as runs_workers
 from w2w.headless.runs.folder import picture_names
 from w2w.studies.placements.score_table import ScoreRow, score_table
 from w2w.studies.placements.score_text import _cell, write_scores
@@ -39,6 +39,7 @@ also/gone.npz;walking;B
 nothing.npz;;A
 """
 KINDS = ("walk", "run", "bow")
+LOCAL_EXECUTOR = runs_workers.local_executor
 CAUTION = "from 2 clips only: too few for an interval"
 
 
@@ -61,7 +62,7 @@ def write_library(folder: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def places(made_once):
+def places(made_once, one_worker):  # noqa: ARG001
     """The same run twice: in another place, called another way, by other workers."""
     folder = made_once("places", _make)
     outs = (folder / "here" / "out", folder / "there" / "results of mine" / "out")
@@ -79,7 +80,12 @@ def _make(folder):
         write_library(one if place == here else other)
         os.chdir(place)
         options = ["--out", out, "--labels", f"{library}/labels.csv", "--patches", 8, "--no-pictures"]
-        done = w2w("run", library, *options, "--workers", workers, "--window", 60, "--title", "My <shirt>")
+        with pytest.MonkeyPatch.context() as patch:
+            if workers == 2:
+                patch.setattr(runs_workers, "local_executor", LOCAL_EXECUTOR)
+            done = w2w(
+                "run", library, *options, "--workers", workers, "--window", 60, "--title", "My <shirt>"
+            )
         os.chdir(before)
         assert done.exit_code == 0, done.output
         (place / out).parent.joinpath("said.txt").write_text(" ".join(done.output.split()), encoding="utf-8")
@@ -244,7 +250,7 @@ def test_a_source_for_each_activity_is_warned_of(places, tmp_path):
     write_library(tmp_path / "library")
     rows = [f"{kind}/{number}.npz,{kind},{kind} suit" for kind in KINDS for number in range(2)]
     (tmp_path / "library" / "labels.csv").write_text("\n".join(["file,activity,source", *rows]))
-    options = ["--labels", tmp_path / "library" / "labels.csv", "--patches", 8, "--workers", 1]
+    options = ["--labels", tmp_path / "library" / "labels.csv", "--patches", 8, "--workers", 1, "--max", 1]
     done = w2w("run", tmp_path / "library", "--out", tmp_path / "out", "--no-pictures", *options)
     assert done.exit_code == 0, done.output
     caution = (

@@ -14,6 +14,8 @@ from w2w.scene.base.body import BodyObjects, add_body
 from w2w.scene.base.playback import each_frame
 from w2w.scene.base.steps import without_pauses
 
+bpy.ops.preferences.addon_disable(module="cycles")  # it looks through every file that is opened
+
 
 @pytest.fixture
 def empty_file() -> bpy.types.Scene:

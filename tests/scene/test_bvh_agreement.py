@@ -27,7 +27,7 @@ GIMBAL = 0.01
 
 def through_blender(path):
     """What a file's first take is by Blender's importer, whether it moves or not."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     with quiet_output(), imported(path) as objects:
         (armature,) = objects
         (take,) = find_takes(armature, bpy.data.actions)
@@ -73,7 +73,7 @@ def test_what_blender_takes_for_damage_is_read_and_said_where_it_matters(tmp_pat
     joints = [MadeJoint(-1, (0, 0, 0), hips), MadeJoint(0, (0, -4, 0), ("Xrotation",))]
     (tmp_path / "a.bvh").write_text(bvh_text(joints, draw_values(np.random.default_rng(0), joints, 9)))
     assert read_bvh(tmp_path / "a.bvh").n_frames == 9
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     with pytest.raises(UnusableMotion, match="its armature cannot be shown: Blender's own importer"):
         read_clip(tmp_path / "a.bvh")
     assert not bpy.data.objects

@@ -11,7 +11,7 @@ from w2w.scene.motion.takes import find_takes, imported, read_clip, read_take
 
 @pytest.fixture(autouse=True)
 def empty_scene():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
 
 
 def evaluated(armature, frames):

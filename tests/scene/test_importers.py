@@ -28,7 +28,7 @@ needs_cpp_importer = pytest.mark.skipif(
 
 @pytest.fixture(autouse=True)
 def empty_scene():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
 
 
 def of_version(source, target, version):

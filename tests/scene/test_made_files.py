@@ -50,7 +50,7 @@ def clip(made_files, file):
 def carried(made_files, bundled_body, file):
     """Source, retargeting and joint positions of a file."""
     folder, _ = made_files
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     source = read_motion(folder / file)
     result = retarget(source, bundled_body, [BoneMap.load(folder / "werkstatt.json")])
     return source, result, joint_transforms(bundled_body, result.motion)
@@ -91,7 +91,7 @@ def test_the_right_take_is_read_whole_at_its_rate_with_every_joint(clip, carried
 def test_files_hold_what_they_are_named_for(made_files):
     """Takes, units, axes and rest poses are in the files, not only in the table of them."""
     folder, clips = made_files
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     for file, (rig, _) in FILES.items():
         with imported(folder / file) as objects:
             armature = next(item for item in objects if item.type == "ARMATURE")

@@ -31,7 +31,7 @@ def measured(shared_data, bundled_body):
     """What each usable FBX's retargeted motion does, beside what the import of it does."""
     if "fbx_import" not in dir(bpy.ops.wm):
         pytest.skip("this Blender has only the Python importer, which reads fewer of the files")
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     with (shared_data / "motions.csv").open(newline="", encoding="utf-8") as stream:
         rows = {row["file"]: row for row in csv.DictReader(stream)}
     clips, skipped = {}, {}

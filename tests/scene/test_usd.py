@@ -23,7 +23,7 @@ def written(shared_data, tmp_path_factory):
     """A run that Blender wrote in all forms, and the FBX it read."""
     fbx = shared_data / "mixamo/kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx"
     folder = tmp_path_factory.mktemp("usd")
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     bpy.ops.import_scene.fbx(filepath=str(fbx))
     end = max(action.frame_range[1] for action in bpy.data.actions)
     bpy.context.scene.frame_start, bpy.context.scene.frame_end = 0, int(end)
@@ -52,7 +52,7 @@ def test_a_motion_comes_back_as_the_fbx_it_was_made_of(written, bundled_body, fo
 def test_a_binary_file_under_the_common_name_keeps_its_own_rate(written, tmp_path):
     if not HAS_USD:
         pytest.skip("this Blender's USD is not open to Python")
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     bpy.context.scene.render.fps = 48
     shutil.copyfile(written[1] / "run.usdc", tmp_path / "run.usd")
     assert w2w.load(tmp_path / "run.usd")[0].rate == pytest.approx(w2w.load(written[0])[0].rate)

@@ -21,6 +21,7 @@ from w2w.ui.study import signal_cache
 from ..made_run import make_run
 from .made_study import N_PATCHES
 
+bpy.ops.preferences.addon_disable(module="cycles")  # it looks through every file that is opened
 MOVES = {"waving": ("right_shoulder", 1.0), "kicking": ("left_hip", 1.0), "stepping": ("right_knee", 0.8)}
 """Joint that each activity turns, and how far, radians."""
 

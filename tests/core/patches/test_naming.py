@@ -29,7 +29,7 @@ SITES = {site.name: site for site in SENSOR_SITES}
 def smpl_body(shared_data: Path) -> Body:
     """A real body in SMPL's topology, from its rigged FBX file."""
     bpy = pytest.importorskip("bpy")
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     bpy.ops.wm.fbx_import(filepath=str(shared_data / "smpl_body" / "fixture_smplbody_rigged.fbx"))
     mesh = next(item for item in bpy.data.objects if item.type == "MESH")
     bones = next(item for item in bpy.data.objects if item.type == "ARMATURE").data.bones

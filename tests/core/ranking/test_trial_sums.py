@@ -82,7 +82,7 @@ def test_a_map_is_the_same_however_many_windows_are_looked_at_at_once(monkeypatc
 
 def test_what_a_patch_takes_does_not_grow_with_the_windows(monkeypatch):
     monkeypatch.setattr(ridge, "WINDOWS_AT_ONCE", 256)
-    peaks = []
+    peaks, counts = [], []
     for clips in (100, 800):
         labels, clip, fold, is_test = windows(clips)
         inputs = features(labels, 2, 40)
@@ -91,9 +91,12 @@ def test_what_a_patch_takes_does_not_grow_with_the_windows(monkeypatch):
         trial = SimpleNamespace(labels=labels, is_test=is_test, plan=work)
         tracemalloc.start()
         try_patches(model, source, trial, 0.1, (0, 2))
-        peaks.append(tracemalloc.get_traced_memory()[1] - labels.nbytes)  # one index a window is kept
+        peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
-    assert peaks[1] < 1.3 * peaks[0]
+        counts.append(len(labels))
+    # some indices a window are kept, 20 bytes; its scores would be 16 bytes more, its features 320. The limit
+    # leaves 170 kB to what other threads allocate meanwhile, which is counted, too
+    assert peaks[1] - peaks[0] < 30 * (counts[1] - counts[0])
 
 
 def test_patches_tried_some_at_a_time_give_the_same_map():

@@ -159,10 +159,10 @@ def test_nodes_that_move_are_the_bones_of_a_file_without_a_skin(shared_cases, bu
 def test_a_motion_comes_back_as_the_fbx_it_was_made_of(shared_data, bundled_body, tmp_path):
     bpy = pytest.importorskip("bpy")
     fbx = shared_data / "mixamo/kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx"
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     bpy.ops.import_scene.fbx(filepath=str(fbx))
     bpy.ops.export_scene.gltf(filepath=str(tmp_path / "run.glb"))
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     expected, found = w2w.load(fbx)[0], w2w.load(tmp_path / "run.glb")[0]
     assert found.rate == 60
     assert found.duration == pytest.approx(expected.duration, abs=1 / 30)

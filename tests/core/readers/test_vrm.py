@@ -98,10 +98,10 @@ def test_text_is_no_vrm(tmp_path):
 def test_a_motion_comes_back_as_the_fbx_it_was_made_of(shared_data, bundled_body, tmp_path, suffix):
     bpy = pytest.importorskip("bpy")
     fbx = shared_data / "mixamo/kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx"
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     bpy.ops.import_scene.fbx(filepath=str(fbx))
     bpy.ops.export_scene.gltf(filepath=str(tmp_path / "run.glb"))
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     content, binary = parts((tmp_path / "run.glb").read_bytes())
     (tmp_path / f"run.{suffix}").write_bytes(glb(_as_vrm(content, suffix), binary))
     expected, found = w2w.load(fbx)[0], w2w.load(tmp_path / f"run.{suffix}")[0]

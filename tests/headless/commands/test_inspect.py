@@ -93,13 +93,13 @@ def test_frames_that_are_left_out_are_named(shared_cases, file, left_out):
 
 
 def test_takes_that_are_not_used_are_named(shared_data, tmp_path):
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     bpy.ops.import_scene.fbx(filepath=str(shared_data / WALKING))
     action = next(iter(bpy.data.actions))
     for name in ("one", "two"):
         action.copy().name = name
     bpy.ops.export_scene.gltf(filepath=str(tmp_path / "a.glb"), export_animation_mode="ACTIONS")
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     code, output = inspect(tmp_path / "a.glb")
     assert code == 0, output
     assert re.search(
