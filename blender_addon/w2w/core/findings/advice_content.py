@@ -101,15 +101,13 @@ def worn_content(worn: WornSet, advice: Advice, utility: UtilityMap, patches: Pa
         "every_activity": worn.every_activity,
         "reached": worn.reached,
         "cost": worn.cost,
-        **expected_content(promise, len(worn.order)),
-        **expected_content(worn.cut_out, len(worn.order), "_cut_out"),
+        **_set_content(worn, len(worn.order)),
         "f1": dict(zip(worn.activities, map(rounded, promise.f1[-1]), strict=True)),
         "places": [
             {
                 **patch_content(patch, utility, patches),
                 "product": advice.products.get(patch, ""),
-                **expected_content(promise, number, "_so_far"),
-                **expected_content(worn.cut_out, number, "_cut_out_so_far"),
+                **_set_content(worn, number, "_so_far"),
                 "mean_f1_so_far": rounded(worn.raw_mean[number - 1]),
             }
             for number, patch in enumerate(worn.order, start=1)
@@ -138,10 +136,15 @@ def next_worn(worn: WornSet, advice: Advice, patches: PatchSet) -> dict[str, Any
     }
 
 
+def _set_content(worn: WornSet, sensors: int, suffix: str = "") -> dict[str, Any]:
+    """Expected F1 of the first `sensors` of a set on other clips, and in a stream of them if it is known."""
+    return expected_content(worn.cut_out, sensors, suffix) | expected_content(worn.promise, sensors, suffix)
+
+
 def expected_content(promise: Promise, sensors: int, suffix: str = "") -> dict[str, Any]:
-    """Expected F1 of the first `sensors` of a set on other clips."""
-    last = sensors - 1
-    return interval_content(f"expected_f1{suffix}", promise.mean[last], promise.low[last], promise.high[last])
+    """Expected F1 of the first `sensors` of a set, under a name that says if it is in a stream."""
+    name, last = f"expected_f1{'_in_stream' if promise.in_stream else ''}{suffix}", sensors - 1
+    return interval_content(name, promise.mean[last], promise.low[last], promise.high[last])
 
 
 def interval_content(name: str, value: float, low: float, high: float) -> dict[str, Any]:

@@ -34,7 +34,7 @@ class Promise:
     low: np.ndarray  # (K,): its interval
     high: np.ndarray
     raw: np.ndarray  # (K, A): F1 on the clips that chose the set
-    where: str = "on other clips"
+    in_stream: bool = False  # in a stream of other clips, not on clips cut out
     known: bool = True  # whether parts of the clips could be compared; else the interval is 0 to 1
 
     def first(self, count: int) -> Promise:
@@ -51,7 +51,8 @@ class Promise:
 
     def text(self) -> str:
         """The whole set's expected F1 in words."""
-        text = f"an expected F1 of {short(self.mean[-1])} {self.where}"
+        where = "in a stream of other clips" if self.in_stream else "on other clips"
+        text = f"an expected F1 of {short(self.mean[-1])} {where}"
         if not self.known:
             return f"{text}, a guess: parts of these clips cannot be compared"
         return f"{text} (95 % interval {short(self.low[-1])} to {short(self.high[-1])})"
@@ -180,4 +181,4 @@ def promise_in_stream(stream: Stream, order: Sequence[int], promise: Promise) ->
     more = rising(mean) - mean
     low, high = np.clip([low + more, high + more], 0, 1)
     f1 = np.clip(promise.f1 - losses + more[:, None], 0, 1)
-    return replace(promise, f1=f1, mean=mean + more, low=low, high=high, where="in a stream of other clips")
+    return replace(promise, f1=f1, mean=mean + more, low=low, high=high, in_stream=True)

@@ -172,7 +172,9 @@ def marked_set(study: StudyResults) -> MarkedSet:
             answer["sentence"],
         )
     order = [sensor["patch"] for sensor in worn["places"]]
-    scores = [sensor["expected_f1_so_far"] for sensor in worn["places"]]
+    scores = [
+        sensor.get("expected_f1_in_stream_so_far", sensor["expected_f1_so_far"]) for sensor in worn["places"]
+    ]
     return MarkedSet(order, scores, worn["target"], capital(worn["sentence"]))
 
 
