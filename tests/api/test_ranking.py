@@ -107,7 +107,7 @@ def test_the_answer_goes_by_its_f1_in_a_stream(ranking):
 
 
 def test_windows_long_for_the_clips_are_warned_of(signals):
-    with pytest.warns(UserWarning, match="Windows of 20 s are .* times as long as the median clip"):
+    with pytest.warns(UserWarning, match="windows of 20 s are .* times as long as the median clip"):
         w2w.rank(signals, window=20.0, folds=3)
 
 

@@ -145,7 +145,7 @@ def test_windows_long_for_the_clips_are_warned_of(places):
     windows = json.loads((out / "summary.json").read_text())["windows"]
     median = windows.pop("median_clip_s")
     assert windows == {"length_s": 60.0, "stride_s": 30.0, "clips_shorter": 7}
-    warning = f"Windows of 60 s are {60 / median:.1f} times as long as the median clip ({median:.1f} s)"
+    warning = f"windows of 60 s are {60 / median:.1f} times as long as the median clip ({median:.1f} s)"
     assert warning in output
     assert warning in (out / "report.html").read_text(encoding="utf-8")
 
@@ -244,9 +244,8 @@ def test_pictures_and_bodies_have_names_that_every_system_takes():
 
 @pytest.mark.usefixtures("one_worker")
 def test_a_source_for_each_activity_is_warned_of(places, tmp_path):
-    out, output = places[0]
-    assert json.loads((out / "summary.json").read_text())["source_caution"] == ""  # one system shows them all
-    assert "tell the sources of the clips apart" not in output
+    output = places[0][1]
+    assert "tell the sources of the clips apart" not in output  # one system shows them all
     write_library(tmp_path / "library")
     rows = [f"{kind}/{number}.npz,{kind},{kind} suit" for kind in KINDS for number in range(2)]
     (tmp_path / "library" / "labels.csv").write_text("\n".join(["file,activity,source", *rows]))
@@ -254,12 +253,15 @@ def test_a_source_for_each_activity_is_warned_of(places, tmp_path):
     done = w2w("run", tmp_path / "library", "--out", tmp_path / "out", "--no-pictures", *options)
     assert done.exit_code == 0, done.output
     caution = (
-        "he ranking may tell the sources of the clips apart, not the activities: bow comes from bow suit "
+        "the ranking may tell the sources of the clips apart, not the activities: bow comes from bow suit "
         "alone, run from run suit alone, walk from walk suit alone; take all activities from the same sources"
     )
-    assert f"Caution: t{caution}" in done.output
-    assert f"t{caution}" in json.loads((tmp_path / "out" / "summary.json").read_text())["source_caution"]
-    assert f'<p class="warning">T{caution}' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert f"Stops the answer: {caution}" in " ".join(done.output.split())
+    first = json.loads((tmp_path / "out" / "summary.json").read_text())["cautions"][0]
+    assert first["weight"] == "stops the answer"
+    assert first["text"].startswith(caution)
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert f"<b>Stops the answer:</b> {caution}" in page
 
 
 TOO_ALIKE = [("rank_clips", "rank patches"), ("advised", "choose sensors")]

@@ -21,7 +21,7 @@ from w2w.core.ranking.costs import costs_at, does_as_well
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.advice import advise
 from w2w.core.selection.answer import best_single
-from w2w.core.selection.headline import doubt, more_clips
+from w2w.core.selection.headline import more_clips
 from w2w.core.study.results import StudyResults
 from w2w.core.wording import capital
 from w2w.headless.app import APP
@@ -161,7 +161,7 @@ def test_what_is_counted_is_what_was_ranked(sparse_results):
     }
     _, text = read(sparse_results)
     assert "how well one sensor tells 3 activities apart on other recordings of them" in text
-    assert "Not ranked: bow, kneel: each has only one clip; testing on a clip other than" in text
+    assert "2 of 5 activities are not ranked: bow, kneel: each has only one clip;" in text
     assert (
         "14 of 17 clips ranked, in 3 activities; 2 clips could be used but belong to 2 activities that could "
         "not be ranked; 1 skipped." in text
@@ -196,7 +196,7 @@ def test_intervals_of_too_few_clips_carry_a_caution(sparse_results, drawn_result
     caution = "from 2 clips only: too few for an interval"
     assert summary["activities"]["jump"]["interval_caution"] == caution
     assert summary["activities"]["sitting"]["interval_caution"] == ""
-    assert summary["interval_caution"].startswith("1 of 3 ranked activities has fewer than 5 clips")
+    assert "1 of 3 ranked activities has fewer than 5 clips" in str(summary["cautions"])
     page, text = read(sparse_results)
     assert re.search(rf"Jump [01]\.\d\d .*? [01]\.\d\d [01]\.\d\d {caution} 2 2 8 ", text)
     assert re.search(r"Sitting [01]\.\d\d .*? [01]\.\d\d [01]\.\d\d [01]\.\d\d–[01]\.\d\d 6 6 24 ", text)
@@ -222,14 +222,12 @@ def test_the_headline_is_that_of_the_summary(page, drawn_results):
     assert summary["more_clips_per_activity"] == more_clips(utility)
 
 
-@pytest.mark.parametrize(("chance", "doubted"), [(0.95, False), (0.7, True), (0.5, True)])
-def test_clips_that_hardly_tell_places_apart_say_so_at_the_colours(drawn_results, tmp_path, chance, doubted):
+@pytest.mark.parametrize("chance", [0.95, 0.7, 0.5])
+def test_clips_that_hardly_tell_places_apart_say_so(drawn_results, tmp_path, chance):
     out = tmp_path / "out"
     shutil.copytree(drawn_results, out)
     utility = replace(UtilityMap.load(out / "utility.npz"), beats_average=chance)
     utility.save(out / "utility.npz")
-    _, text = read(out)
-    assert (f"{doubt(utility)}: the colours are mostly chance" in text) is doubted
     study, console = StudyResults.load(out), Console(record=True, width=200, file=io.StringIO())
     advice = advise(utility, study.patches, study.body(), None)
     show_answer(advice, utility, console)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import base64
 import io
 import zlib
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -24,8 +24,9 @@ from w2w.scene.base.patches import patch_empties
 from w2w.ui.jobs import jobs
 from w2w.ui.panels import menus, properties
 from w2w.ui.results import results
+from w2w.ui.steps.baking import as_labelled, ranked_clips
 from w2w.ui.study import scores
-from w2w.ui.study.lists import answer_of
+from w2w.ui.study.lists import answer_of, cautions_of
 from w2w.ui.study.state import (
     STALE,
     bake_settings,
@@ -113,14 +114,17 @@ def test_heatmaps_show_the_expected_f1_or_that_of_these_clips(library: Path) -> 
 def test_the_panel_warns_where_sources_and_activities_coincide(library: Path) -> None:
     body = make_study(library)
     study, utility = body.w2w, utility_of(body.w2w)
-    assert study.source_caution == ""
     for clip in study.clips:
         clip.rate = 120.0 if clip.activity == "waving" else 30.0
-    results.store(body, utility, study.ranked_as)
-    assert "kicking and stepping come from SMPL skeletons at 30 frames/s alone" in study.source_caution
-    assert "waving from SMPL skeletons at 120 frames/s alone" in study.source_caution
+    used = [replace(as_labelled(clip), motion_key=clip.name) for clip in ranked_clips(study)]
+    assert not [caution for caution in cautions_of(study) if "sources" in caution.text]
+    results.store(body, utility, study.ranked_as, used)
+    first = cautions_of(study)[0]
+    assert first.weight == "stops the answer"
+    assert "kicking and stepping come from SMPL skeletons at 30 frames/s alone" in first.text
+    assert "waving from SMPL skeletons at 120 frames/s alone" in first.text
     results.clear(body)
-    assert study.source_caution == ""
+    assert cautions_of(study) == []
 
 
 def test_the_panel_says_what_the_console_and_the_report_say(

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Self, overload
+from typing import Any, Self, overload
 
 import numpy as np
 
@@ -33,6 +33,8 @@ class Motions(Sequence[Motion]):
     """Files that could not be used, each with the reason."""
     motion_keys: tuple[str, ...] = ()
     """Keys as in a labels file: equal ones mark one recorded motion; "" if unknown."""
+    facts: tuple[dict[str, Any], ...] = ()
+    """What was found in each file: skeleton, scale, frames cut at the ends."""
 
     def __repr__(self) -> str:
         activities = {motion.activity for motion in self.motions}
@@ -44,7 +46,8 @@ class Motions(Sequence[Motion]):
     def __getitem__(self, index: slice) -> Self: ...
     def __getitem__(self, index: int | slice) -> Motion | Self:
         if isinstance(index, slice):
-            return replace(self, motions=self.motions[index], motion_keys=self.motion_keys[index])
+            some = {name: getattr(self, name)[index] for name in ("motions", "motion_keys", "facts")}
+            return replace(self, **some)
         return self.motions[index]
 
     def __len__(self) -> int:
@@ -140,30 +143,31 @@ def load(
     if path.is_file() and labels is not None:
         raise ValueError("labels are for the files in a folder: give the folder")
     if path.is_file():
-        motion = _read(path, body, bone_maps, pose, BY_ITSELF)
+        motion, about = _read(path, body, bone_maps, pose, BY_ITSELF)
         _refuse_head_down([motion], pose)
         if not motion.activity:
             motion = motion.labelled(activity_of(path.name), motion.subject, motion.clip or path.stem)
-        return Motions((motion,), body, (), ("",))
+        return Motions((motion,), body, (), ("",), (about,))
     from ..scene.motion.load import look_up
 
     library = read_library(path, labels)
     warn_of_spellings(library.check)
     ups = look_up(((clip.file, clip.path) for clip in library.clips), pose).ups
-    motions, keys, skipped = [], [], list(library.skipped)
+    motions, keys, facts, skipped = [], [], [], list(library.skipped)
     for clip in tracked(library.clips, "Reading motions"):
         try:
-            motion = _read(clip.path, body, bone_maps, pose, ups)
+            motion, about = _read(clip.path, body, bone_maps, pose, ups)
         except ValueError as error:
             skipped.append((clip.file, str(error)))
             continue
         motions.append(motion.labelled(clip.activity, clip.subject, clip.name))
         keys.append(clip.motion_key)
+        facts.append(about | {"file": clip.file, "source": clip.source})
     if not motions:
         file, reason = skipped[0]
         raise ValueError(f"no motion in {path} can be used; {file}: {reason}")
     _refuse_head_down(motions, pose)
-    return Motions(tuple(motions), body, tuple(skipped), tuple(keys))
+    return Motions(tuple(motions), body, tuple(skipped), tuple(keys), tuple(facts))
 
 
 def _refuse_head_down(motions: Sequence[Motion], pose: PoseFacts) -> None:
@@ -180,17 +184,21 @@ def warn_of_spellings(check: LabelCheck) -> None:
         warnings.warn("; ".join(sentences), stacklevel=3)
 
 
-def _read(path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups) -> Motion:
-    """Read a file onto the body; ValueError if it cannot be used or needs a module that is missing."""
+def _read(
+    path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups
+) -> tuple[Motion, dict[str, Any]]:
+    """Read a file onto the body, with facts; ValueError if it cannot be used or lacks a module."""
     from ..scene.base.output import quiet_output
     from ..scene.motion.load import read_motion, to_body
 
     try:
         if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
-            return to_body(Motion.load(path, pose.rate, pose.up, ups), body).motion  # keeps W2W's labels
-        with _needs_blender(path.name), quiet_output():
-            source = read_motion(path, pose, ups)
-        return to_body(source, body, bone_maps).motion
+            found = to_body(Motion.load(path, pose.rate, pose.up, ups), body)  # keeps W2W's labels
+        else:
+            with _needs_blender(path.name), quiet_output():
+                source = read_motion(path, pose, ups)
+            found = to_body(source, body, bone_maps)
+        return found.motion, found.facts()
     except UnusableMotion as error:
         raise ValueError(str(error)) from error
 

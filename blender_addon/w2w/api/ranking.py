@@ -6,7 +6,7 @@ from __future__ import annotations
 import io
 from base64 import b64encode
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from numbers import Integral
@@ -19,8 +19,8 @@ import numpy as np
 from ..core.body.body import Body
 from ..core.csv_tables import apart, csv_text
 from ..core.files import write_text
+from ..core.findings.cautions import Caution, cautions
 from ..core.findings.new_folder import write_findings
-from ..core.findings.notes import interval_caution
 from ..core.library.library import Clip, Library
 from ..core.patches.naming import resolve
 from ..core.patches.patches import PatchSet
@@ -66,12 +66,10 @@ class Ranking:
     classifier : str or object
     skipped : tuple of (str, str)
         Clips that took no part, each with the reason.
-    left_out : dict of str to str
-        Activities of the clips that are not ranked, each with the reason.
     clips : tuple of LabelledClip
         The ranked clips, each with the first that shows the same motion.
-    details : tuple of dict
-        Duration and windows of each of them, for the report.
+    details : sequence of dict
+        Duration, windows and the like of each of them, for cautions and report.
     stream : Stream, optional
         The clips in a stream, by which sets are judged; None for other classifiers than the ridge.
     folder : Path, optional
@@ -94,9 +92,8 @@ class Ranking:
     config: StudyConfig
     classifier: Any = "ridge"
     skipped: tuple[tuple[str, str], ...] = ()
-    left_out: dict[str, str] = field(default_factory=dict)
     clips: tuple[LabelledClip, ...] = ()
-    details: tuple[dict[str, Any], ...] = ()
+    details: Sequence[dict[str, Any]] = ()
     stream: Stream | None = None
     folder: Path | None = None
 
@@ -115,10 +112,11 @@ class Ranking:
             for score in self.answer.products
             for f1 in [score.in_stream or score.cut_out]
         ]
-        cautions = self.answer.measured(), self.answer.lead(), interval_caution(self.utility)
+        about = self.answer.measured(), self.answer.lead()
+        said = [*(f"{text}." for text in about if text), *(each.sentence() for each in self.cautions)]
         parts = [
             f"<p><b>{escape(self.answer.sentence())}</b></p>",
-            *(f"<p>{escape(text)}.</p>" for text in cautions if text),
+            *(f"<p>{escape(text)}</p>" for text in said),
             f"<table><tr><th>One sensor on<th>F1<th>95 % interval<th>Costs<th>95 % interval<th>"
             f"{''.join(rows)}"
             "</table>",
@@ -131,6 +129,16 @@ class Ranking:
     def activities(self) -> tuple[str, ...]:
         """The activities tested, in the order of the columns of `f1`."""
         return self.utility.activities
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """Activities of the clips that are not ranked, each with the reason."""
+        return self.utility.left_out
+
+    @cached_property
+    def cautions(self) -> list[Caution]:
+        """What speaks against the answer, as report, panel and console say it, the heaviest first."""
+        return cautions(self.utility, self.clips, self.details, self.config)
 
     @property
     def f1(self) -> np.ndarray:
@@ -351,7 +359,10 @@ class Ranking:
         """The ranking and a choice of sensors, written into an empty folder as a run writes them."""
         (out / WORK).mkdir()
         results = StudyResults(out, self.utility, self.patches, self.clips, self.config.as_dict())
-        used = tuple(Clip(Path(), clip.name, clip.name, clip.activity, clip.subject) for clip in self.clips)
+        used = tuple(
+            Clip(Path(), about.get("file", clip.name), clip.name, clip.activity, clip.subject)
+            for clip, about in zip(self.clips, self.details, strict=True)
+        )
         library = Library(Path(), used, "Python", self.skipped)
         clips = tuple(
             ClipResult(clip, "", record, "") for clip, record in zip(used, self.details, strict=True)

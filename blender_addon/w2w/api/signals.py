@@ -12,13 +12,7 @@ from typing import Any, overload
 import numpy as np
 
 from ..core.body.body import Body
-from ..core.findings.notes import (
-    copies_sentence,
-    full_scale_sentence,
-    left_out_sentences,
-    subjects_sentence,
-    window_warning,
-)
+from ..core.findings.cautions import KNOW, full_scale_sentence
 from ..core.imu.presets import DEFAULT_SENSOR
 from ..core.imu.recording import ImuRecording
 from ..core.imu.sensor import SensorModel
@@ -35,8 +29,9 @@ from ..core.ranking.utility import UtilityMap, inputs_of
 from ..core.ranking.weights import check_counting
 from ..core.study.choosing import stream_in
 from ..core.study.clip_files import ClipWindows
+from ..core.study.clip_list import is_used
 from ..core.study.config import StudyConfig
-from ..core.study.ranking import LabelledClip, WindowLabels, copies_among, rank_clips, same_motions, stream_of
+from ..core.study.ranking import LabelledClip, WindowLabels, rank_clips, same_motions, stream_of
 from ..core.study.results import StudyResults
 from ..core.windows.features import window_features
 from ..core.windows.windows import TooShortError, WindowSpec, cut_windows
@@ -156,7 +151,8 @@ def rank(
 ) -> Ranking:
     """Train and test a classifier on every patch alone, never on the same clip.
 
-    Activities that cannot be tested are left out: a warning and the ranking's `left_out` say which and why.
+    Activities that cannot be tested are left out; the ranking's `left_out` says why. What stops or weakens
+    the answer (the ranking's `cautions`) is warned of.
 
     Parameters
     ----------
@@ -217,8 +213,9 @@ def rank(
     )
     as_features = inputs_of(classifier) == "features"
     used, clip_windows, details, inputs, skipped, cut_from = [], [], [], [], [], []
-    clips = zip(signals, signals.motions, signals.motions.motion_keys, strict=True)
-    for number, (recording, motion, key) in enumerate(clips):
+    facts = (*signals.motions.facts, *[{}] * len(signals))[: len(signals)]  # of some nothing may be known
+    clips = zip(signals, signals.motions, signals.motions.motion_keys, facts, strict=True)
+    for number, (recording, motion, key, of_file) in enumerate(clips):
         name = recording.clip or f"clip {number}"
         try:
             windows = cut_windows(recording, spec)
@@ -230,7 +227,7 @@ def rank(
         cut_from.append(recording)
         used.append(LabelledClip(name, **labels[number], motion_key=key))
         clip_windows.append(ClipWindows(windows.is_test, motion_signature(motion)))
-        about = {"duration_s": round(motion.duration, 4), "frame_rate": motion.rate}
+        about = of_file | {"duration_s": round(motion.duration, 4), "frame_rate": motion.rate}
         about |= signals.sensor.full_scale_content(recording)
         details.append(about | {"windows": len(windows.is_test)})
     if not used:
@@ -239,35 +236,29 @@ def rank(
     pooling = Pooling.on(signals.motions.body, signals.patches)
     progress = progress or progress_bar("Ranking patches")
     ranked = same_motions(used, clip_windows)
-    if by_subject and (shared := subjects_sentence(ranked)):
-        warnings.warn(shared, stacklevel=2)
     utility = rank_clips(
         ranked, clip_windows, whole, config, pooling, classifier=classifier, progress=progress
     )
-    left_out = _left_out(activities, utility, copies_among(used, ranked))
-    if caution := window_warning(window, float(np.median([about["duration_s"] for about in details]))):
-        warnings.warn(caution, stacklevel=2)
+    utility = _with_left_out(utility, activities)
     stream = None
     if classifier == Ridge.name:
         worn = signals.motions.body, signals.patches
         stream = stream_of(ranked, clip_windows, lambda clip, some: cut_from[clip].at(some), config, worn)
-    return Ranking(
+    ranking = Ranking(
         utility=utility, patches=signals.patches, body=signals.motions.body, inputs=whole,
         labels=WindowLabels.of(ranked, clip_windows), config=config, classifier=classifier,
-        skipped=tuple(skipped), left_out=left_out, clips=ranked, details=tuple(details), stream=stream,
+        skipped=tuple(skipped), clips=ranked, details=details, stream=stream,
     )  # fmt: skip
+    if serious := [caution.sentence() for caution in ranking.cautions if caution.weight != KNOW]:
+        warnings.warn(" ".join(serious), stacklevel=2)
+    return ranking
 
 
-def _left_out(activities: Set[str], utility: UtilityMap, copies: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """The clips' activities that are not ranked, each with the reason; a warning says so."""
-    left_out = dict(utility.left_out)
-    for name in sorted(activities - {*utility.activities, *left_out}):
-        left_out[name] = f"{name} has only clips that are too short for a window"
-    if left_out:
-        text = f"{len(left_out)} of {len(activities)} activities are not ranked (see left_out): "
-        sentences = [*left_out_sentences(left_out), copies_sentence(copies)]
-        warnings.warn(text + "; ".join(filter(None, sentences)), stacklevel=3)
-    return left_out
+def _with_left_out(utility: UtilityMap, activities: Set[str]) -> UtilityMap:
+    """The map, with the reason for each of the clips' activities that is not ranked."""
+    short = sorted(activities - {*utility.activities, *utility.left_out})
+    reasons = {name: f"{name} has only clips that are too short for a window" for name in short}
+    return replace(utility, left_out=utility.left_out | reasons)
 
 
 def open_results(folder: str | Path) -> Ranking:
@@ -297,8 +288,8 @@ def open_results(folder: str | Path) -> Ranking:
     return Ranking(
         utility=study.utility, patches=study.patches, body=study.body(),
         inputs=study.inputs(config.classifier), labels=study.labels(), config=config,
-        classifier=config.classifier, left_out=study.utility.left_out, folder=study.out,
-        stream=stream_in(study, config),
+        classifier=config.classifier, folder=study.out, clips=study.clips,
+        details=[entry for entry in study.listed if is_used(entry)], stream=stream_in(study, config),
     )  # fmt: skip
 
 

@@ -3,7 +3,6 @@
 
 import base64
 import json
-from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -16,8 +15,6 @@ from ..core.body.body import Body
 from ..core.colours import colour_table
 from ..core.findings import notes
 from ..core.findings.summary import MOST_REGIONS, best_regions
-from ..core.garments.cover import garment_sentence
-from ..core.garments.on_cloth import caught_sentences
 from ..core.imu.wearing import wearing_sentences
 from ..core.patches.body_parts import PRODUCT_NAMED, PRODUCTS
 from ..core.patches.naming import names_on, resolve
@@ -26,7 +23,7 @@ from ..core.ranking.costs import costs_at, does_as_well
 from ..core.ranking.utility import UtilityMap
 from ..core.selection import headline
 from ..core.selection.answer import product_places
-from ..core.study.clip_list import Entry, is_used, read_clip_list
+from ..core.study.clip_list import is_used, read_clip_list
 from ..core.study.results import StudyResults
 from ..core.wording import capital
 
@@ -39,9 +36,6 @@ NUMBERED = 3
 
 MAX_CONFUSED = 12
 """Activities up to which a table of mistakes can be read."""
-
-NOTABLE = {"skipped", "same_motion_as", "cloth_caught", "cut", "at_full_scale"}
-"""Facts of a clip that the page reports."""
 
 
 def report_page(study: StudyResults, project: str | None = None) -> str:
@@ -62,7 +56,7 @@ def report_page(study: StudyResults, project: str | None = None) -> str:
     allowed = study.config().constraints.terms(study.patches).allowed
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
-    notable = [entry for entry in read_clip_list(study.out) if NOTABLE & entry.keys()]
+    skipped = (entry for entry in read_clip_list(study.out) if not is_used(entry))
     return environment.get_template("page.html").render(
         project=study.parameters.get("title", "") if project is None else project.strip(),
         summary=summary,
@@ -70,12 +64,9 @@ def report_page(study: StudyResults, project: str | None = None) -> str:
         counts=notes.counts_sentence(summary["clips"], utility),
         in_blend=len(study.clips_in_blend),
         mean_caution=headline.mean_caution(utility),
-        doubt=headline.doubt(utility),
         answer=answer,
         first_products=[*answer["products"][:NUMBERED], *less],
         still=still_picture(study, body, shown, together),
-        notes=_notes(summary, notable, len(study.patches)),
-        left_out=notes.left_out_sentences(utility.left_out),
         worn=worn,
         body=body,
         wearing=wearing_sentences(study.config().sensor_model()),
@@ -85,7 +76,7 @@ def report_page(study: StudyResults, project: str | None = None) -> str:
         regions=best_regions(utility, study.patches, base, allowed),
         activities=_activities(study, summary, patch),
         mistakes=_mistakes(utility, patch),
-        skipped=sorted((entry["file"], entry["skipped"]) for entry in notable if not is_used(entry)),
+        skipped=sorted((entry["file"], entry["skipped"]) for entry in skipped),
         style=Markup((PAGE / "style.css").read_text(encoding="utf-8")),
         scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in ("viewer.js", "page.js")],
         data=Markup(as_script_json(view_data(body, study.patches, utility, shown, base))),
@@ -112,19 +103,6 @@ def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list
         }
         for number, (name, own) in enumerate(zip(utility.activities, spots, strict=True))
     ]
-
-
-def _notes(summary: dict[str, Any], clips: Sequence[Entry], n_patches: int) -> list[str]:
-    """Notes on labels, copies, windows and garments."""
-    labels = [f"Labels: {note}" for note in summary["labels"]["notes"]]
-    windows = notes.window_warning(summary["windows"]["length_s"], summary["windows"]["median_clip_s"])
-    worn = garment_sentence(summary.get("garments", {}), n_patches)
-    about = [(entry["clip"], entry) for entry in clips if is_used(entry)]
-    of_clips = (notes.cut_sentence(about), notes.full_scale_sentence(about), *caught_sentences(about))
-    copies = [(entry["file"], entry["same_motion_as"]) for entry in clips if "same_motion_as" in entry]
-    cautions = (summary.get(name) for name in ("band_caution", "subject_caution"))
-    sentences = (notes.copies_sentence(copies), windows, *cautions, worn, *of_clips)
-    return labels + [f"{sentence}." for sentence in sentences if sentence]
 
 
 def _mistakes(utility: UtilityMap, patch: int) -> list[dict[str, Any]]:

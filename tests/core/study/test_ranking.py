@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from w2w.core.findings.notes import subjects_sentence
+from w2w.core.findings.cautions import subjects_sentence
 from w2w.core.library.library import Clip
 from w2w.core.motion.signature import WIDTH
 from w2w.core.ranking.pooling import Pooling

@@ -16,7 +16,6 @@ from ..selection.answer import Answer, PlaceScore
 from ..selection.headline import mean_sentence, more_clips, repeat_sentence
 from ..selection.joint import WornSet
 from ..selection.promise import Promise
-from .notes import interval_caution
 
 
 def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
@@ -39,7 +38,6 @@ def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> di
         "map_reliability": None if np.isnan(utility.reliability) else rounded(utility.reliability),
         "more_clips_per_activity": more_clips(utility),
         "map_sentence": repeat_sentence(utility),
-        "interval_caution": interval_caution(utility),
         "worn_together": None if advice.worn is None else worn_content(advice.worn, advice, utility, patches),
     }
 

@@ -6,12 +6,12 @@ shows is recognised by the system.
 """
 
 from collections import Counter
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..study.results import Study
+from ..study.ranking import LabelledClip
 from ..wording import NAMED, listed
 
 ALONE = 0.8
@@ -36,16 +36,11 @@ def system_of(skeleton: str, rate: float) -> str:
     return f"{skeleton or 'unnamed'} skeletons at {round(rate)} frames/s"
 
 
-def origins_of(study: Study) -> list[Origin]:
-    """Where the ranked clips of a study are from."""
-    ranked = study.results.utility.activities
-    origins = []
-    for clip, details in ((result.clip, result.details) for result in study.used):
-        if clip.activity in ranked:
-            system = system_of(details.get("skeleton", ""), details.get("frame_rate", 0.0))
-            folder = clip.file.rpartition("/")[0].partition("/")[0]
-            origins.append(Origin(clip.activity, clip.source, system, folder, clip.subject))
-    return origins
+def origin_of(clip: LabelledClip, facts: Mapping[str, Any]) -> Origin:
+    """Where a clip is from, by its labels and its record."""
+    folder = facts.get("file", "").rpartition("/")[0].partition("/")[0]
+    system = system_of(facts.get("skeleton", ""), facts.get("frame_rate", 0.0))
+    return Origin(clip.activity, facts.get("source", ""), system, folder, clip.subject)
 
 
 def source_caution(clips: Sequence[Origin]) -> str:

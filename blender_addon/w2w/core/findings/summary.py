@@ -16,7 +16,7 @@ import numpy as np
 from ..body.body import PACKAGE
 from ..csv_tables import apart, csv_text
 from ..files import DIGITS, file_sha256, write_json, write_text
-from ..garments.cover import garment_content
+from ..garments.cover import garment_content, garment_sentence
 from ..library.library import Library
 from ..patches.patches import PatchSet
 from ..ranking.costs import cost, costs_at, does_as_well
@@ -27,8 +27,8 @@ from ..study.results import UTILITY, ClipResult, Study, StudyResults
 from ..windows.windows import WindowSpec
 from ..wording import plain_words
 from .advice_content import advice_content, cost_content, interval_content, patch_content, rounded
-from .notes import few_clips, full_scale_sentence, label_content, subjects_sentence
-from .sources import origins_of, source_caution
+from .cautions import cautions
+from .notes import few_clips, label_content
 
 PLACEMENTS = "placements.csv"
 """Where the recommended sensors go."""
@@ -115,12 +115,13 @@ def summary(study: Study) -> dict[str, Any]:
     """All findings of the study, for people and programs."""
     utility, patches = study.results.utility, study.results.patches
     garments = garment_content(study.results.out, study.config.garments, patches)
-    shared = subjects_sentence(study.results.clips) if study.config.by_subject else ""
+    worn = garment_sentence(garments, len(patches))
+    found = cautions(utility, study.results.clips, map(_entry, study.used), study.config, worn)
     return {
         "clips": study_counts(study),
         "labelled_by": study.library.labelled_by,
         "labels": label_content(study.library.check),
-        "source_caution": source_caution(origins_of(study)),
+        "cautions": [caution._asdict() for caution in found],
         "windows": window_content(study.clips, study.config.windows),
         "ranked_activities": list(utility.activities),
         "activities": _activities(study),
@@ -128,10 +129,6 @@ def summary(study: Study) -> dict[str, Any]:
         "protocol": utility.protocol,
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
-        "band_caution": study.config.synthesis.caution,
-        "full_scale_clips": sum("at_full_scale" in result.details for result in study.used),
-        "full_scale_caution": full_scale_sentence([(clip.clip.name, clip.details) for clip in study.used]),
-        **({"subject_caution": shared} if shared else {}),
         **({"garments": garments} if garments else {}),
         **advice_content(study.advice, utility, patches),
         **map_content(study.results, study.config.placements, study.advice.answer.base.under),

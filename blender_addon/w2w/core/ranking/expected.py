@@ -21,6 +21,9 @@ FLATTEST, STEEPEST = 0.02, 1.0
 WANTED = 0.85
 """Reliability at which a map may be read patch by patch."""
 
+HALF = 0.5
+"""Reliability below which less than half of a map's contrast repeats on other clips."""
+
 SURE, LIKELY = 0.9, 0.65
 """Chances of beating the average patch from which on clips rank placements, and hardly rank them."""
 

@@ -17,7 +17,7 @@ from ..files import load_arrays, write_npz
 from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks
 from .classifiers.estimator import own
 from .classifiers.ridge import Ridge
-from .expected import SURE, expect
+from .expected import HALF, SURE, expect
 from .f1 import TASK_PATCHES, Spread, TrialScores, confusion_of, score_patches, try_patches
 from .folds import SUBJECT_OUT
 from .halves import HALVINGS, CrossValidation, TrialPlan, maps_of
@@ -190,8 +190,8 @@ class UtilityMap:
 
     @property
     def colour_span(self) -> float:
-        """Least span of F1 of a map's colours: a patch's own interval where patches cannot be ranked."""
-        if self.can_rank:
+        """Least span of F1 of a map's colours: a patch's own interval if the map hardly ranks or repeats."""
+        if self.can_rank and not self.reliability < HALF:
             return LEAST_SPAN
         return max(LEAST_SPAN, float(np.median(self.expected_high - self.expected_low)))
 

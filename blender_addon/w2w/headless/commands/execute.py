@@ -14,6 +14,7 @@ import typer
 from w2w.core.body.body import Body
 from w2w.core.files import json_number, write_json
 from w2w.core.findings.advice_content import patch_content
+from w2w.core.findings.cautions import window_caution
 from w2w.core.findings.summary import study_counts, write_failure, write_results
 from w2w.core.inside import ForeignFileError, inside
 from w2w.core.ranking.agreement import rank_agreement
@@ -157,7 +158,9 @@ def _execute(
         if isinstance(error, StudyError):
             mark_whole(out)
             console_tables.show_skipped(clips, plan.library, monitor.console, plan.verbose)
-            console_tables.show_window_warning(clips, plan.config.windows, monitor.console)
+            durations = [result.details["duration_s"] for result in clips if result.used]
+            found = window_caution(plan.config.windows.length_s, durations)
+            console_tables.show_cautions([found] if found.text else [], monitor.console)
         raise
     if not failed:
         note_current(plan, baked, out, inputs)

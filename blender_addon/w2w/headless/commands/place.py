@@ -14,11 +14,14 @@ from rich.console import Console
 
 from w2w.core.files import UNFINISHED, folder_beside, write_json
 from w2w.core.findings.advice_content import advice_content, place_content
+from w2w.core.findings.cautions import Caution, cautions
 from w2w.core.findings.summary import PLACEMENTS, map_content, write_map, write_placements
+from w2w.core.garments.cover import garment_sentence
 from w2w.core.ranking.weights import check_counting, read_weights
 from w2w.core.selection.advice import Advice
 from w2w.core.study.choosing import advised, compared, ranked_again
 from w2w.core.study.clip_files import WORK, mark_changing, mark_whole
+from w2w.core.study.clip_list import is_used
 from w2w.core.study.config import WISHES, StudyConfig
 from w2w.core.study.results import UTILITY, StudyResults
 from w2w.report.page import REPORT
@@ -27,7 +30,7 @@ from .. import options
 from ..console import BUSY, USAGE, Terminal, ending
 from ..options import argument, option
 from ..reports import draw
-from ..reports.console_tables import show_answer, show_places, show_worn
+from ..reports.console_tables import show_answer, show_cautions, show_places, show_worn
 from ..runs.folder import HEATMAPS, FolderBusyError, only_run, picture_files
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import check, listed, new_file
@@ -125,6 +128,7 @@ def place(
         with console.status("Choosing sensors"):
             advice = advised(study, config)
     show_answer(advice, study.utility, console)
+    show_cautions(_cautions(study, config), console)
     show_worn(advice, study.patches, console)
     if redrawn:
         _redraw(results, study, config, advice, console)
@@ -135,6 +139,14 @@ def place(
         write_json(out, advice_content(advice, study.utility, study.patches))
     if out is not None:
         console.print(f"\nWritten to {out}")
+
+
+def _cautions(study: StudyResults, config: StudyConfig) -> list[Caution]:
+    """The cautions on a folder's clips, ranked again."""
+    worn = garment_sentence(study.summary.get("garments", {}), len(study.patches))
+    return cautions(
+        study.utility, study.clips, (entry for entry in study.listed if is_used(entry)), config, worn
+    )
 
 
 @contextmanager
@@ -170,6 +182,7 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
             tables = ["config.json", "summary.json", PLACEMENTS, UTILITY, "utility.csv"]
             content = advice_content(advice, utility, ranked.patches)
             content |= map_content(ranked, study.config().placements, advice.answer.base.under)
+            content["cautions"] = [caution._asdict() for caution in _cautions(ranked, config)]
             mark_changing(out, by=REDRAW)
             with listed(out, tables):
                 write_map(out, utility, patches, advice.clusters)

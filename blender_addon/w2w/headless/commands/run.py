@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-from w2w.core.findings.notes import subjects_sentence
+from w2w.core.findings.cautions import subjects_sentence
 from w2w.core.library.labels import same_label
 from w2w.core.library.library import Library, read_library
 from w2w.core.motion.up import UPSIDE_DOWN

@@ -9,10 +9,8 @@ from rich.table import Table
 
 from w2w.core.findings import notes
 from w2w.core.findings.advice_content import called, next_worn
-from w2w.core.findings.sources import origins_of, source_caution
-from w2w.core.findings.summary import best_regions, own_scores, study_counts, window_content
-from w2w.core.garments.cover import garment_content, garment_sentence
-from w2w.core.garments.on_cloth import caught_sentences
+from w2w.core.findings.cautions import KNOW, STOPS, WEAKENS, Caution
+from w2w.core.findings.summary import best_regions, own_scores, study_counts
 from w2w.core.library.library import Library
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
@@ -20,14 +18,15 @@ from w2w.core.selection import headline
 from w2w.core.selection.advice import Advice
 from w2w.core.selection.answer import PlaceScore
 from w2w.core.study.results import ClipResult, Study, StudyResults
-from w2w.core.windows.windows import WindowSpec
 from w2w.core.wording import capital, listed
 from w2w.report.page import REPORT
 
-from ..console import show_left_out
 from ..runs.folder import HEATMAPS
 from ..runs.study import RunPlan
 from . import draw
+
+STYLES = {STOPS: "bold yellow", WEAKENS: "yellow", KNOW: ""}
+"""Styles of cautions by their weight."""
 
 LISTED = 8
 """Most products, activities and reasons listed."""
@@ -61,24 +60,14 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
     """Print the answer, what it rests on, the files that hold it, and what could not be drawn."""
     out, utility, patches = study.results.out, study.results.utility, study.results.patches
     show_answer(study.advice, utility, console)
+    show_cautions([Caution(**each) for each in study.results.summary["cautions"]], console)
     placements, base = [name for name, _ in study.config.placements], study.advice.answer.base.under
-    show_window_warning(study.clips, study.config.windows, console)
     show_own_placements(own_scores(placements, utility, patches, base), console)
     show_worn(study.advice, patches, console)
     if plan.verbose:
         _show_regions(study.results, study.advice, console)
     console.print()
     show_skipped(study.clips, study.library, console, plan.verbose)
-    show_left_out(utility.left_out, console)
-    _say(notes.copies_sentence(study.copies), console)
-    _say(study.config.synthesis.caution, console)
-    if caution := source_caution(origins_of(study)):
-        console.print(f"Caution: {caution}.", style="bold yellow")
-    _say(garment_sentence(garment_content(out, study.config.garments, patches), len(patches)), console)
-    about = [(result.clip.name, result.details) for result in study.used]
-    _say(notes.cut_sentence(about), console)
-    for sentence in (notes.full_scale_sentence(about), *caught_sentences(about)):
-        _say(sentence, console, "bold yellow")
     console.print(f"{notes.counts_sentence(study_counts(study), utility)}.")
     console.print(f"\nTable:    {out / 'utility.csv'}\nSummary:  {out / 'summary.json'}")
     for title, name in (("Heatmaps:", HEATMAPS), ("Blender: ", draw.BLEND)):
@@ -92,10 +81,10 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
         console.print("Everything else is there; the same command goes on from here.")
 
 
-def show_window_warning(results: Sequence[ClipResult], spec: WindowSpec, console: Console) -> None:
-    """Print a caution if windows are long for the clips."""
-    median = window_content(results, spec)["median_clip_s"]
-    _say(notes.window_warning(spec.length_s, median), console, "bold yellow")
+def show_cautions(cautions: Sequence[Caution], console: Console) -> None:
+    """Print what speaks against the answer."""
+    for caution in cautions:
+        console.print(caution.sentence(), style=STYLES[caution.weight], markup=False)
 
 
 def _show_regions(results: StudyResults, advice: Advice, console: Console) -> None:
@@ -148,8 +137,6 @@ def show_answer(advice: Advice, utility: UtilityMap, console: Console) -> None:
     show_places(advice.answer.products[:LISTED], console)
     _say(headline.mean_sentence(utility), console, "")
     _say(headline.repeat_sentence(utility), console, "")
-    if warning := notes.interval_caution(utility):
-        console.print(f"Caution: {warning}.", style="yellow")
 
 
 def _with_interval(value: float, low: float, high: float) -> str:

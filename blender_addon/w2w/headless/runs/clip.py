@@ -225,16 +225,7 @@ def load_clip(
         source = read_motion(clip.path, pose, ups)
     retargeted = to_body(source, body, bone_maps)
     motion = retargeted.motion.labelled(clip.activity, clip.subject, clip.name)
-    details = {
-        "take": retargeted.take,
-        "skeleton": retargeted.skeleton,
-        "frames": motion.n_frames,
-        "frame_rate": motion.rate,
-        "duration_s": round(motion.duration, 4),
-        "scale": retargeted.scale,
-    }
-    if retargeted.cut:
-        details["cut"] = retargeted.cut
+    details = retargeted.facts()
     if isinstance(source, SourceMotion) and source.people > 1:
         details["people"] = source.people
     if motion.head_down and pose.up is None:

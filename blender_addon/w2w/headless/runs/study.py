@@ -14,7 +14,7 @@ import numpy as np
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import bundled_targets
 from w2w.core.files import write_json
-from w2w.core.findings.notes import copies_sentence, subjects_sentence
+from w2w.core.findings.cautions import copies_sentence
 from w2w.core.findings.summary import config_content
 from w2w.core.garments.cover import FITTED
 from w2w.core.library.library import Clip, Library
@@ -138,8 +138,6 @@ def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor)
             ranked = same_motions(used, files.windows, signatures)
         except ValueError as error:
             raise StudyError(str(error), baked.clips) from error
-    if config.by_subject and (caution := subjects_sentence(ranked)):
-        monitor.console.print(f"{caution}.", style="bold yellow", markup=False)
     n_windows = sum(len(found.is_test) for found in files.windows)
     spread = spread_over(plan.engine.scheduler) or spread_here(plan.engine.workers, n_windows)
     rank = partial(rank_clips, ranked, files.windows, files.inputs, config, pooling)

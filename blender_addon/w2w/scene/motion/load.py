@@ -8,7 +8,7 @@ from dataclasses import replace
 from heapq import nsmallest
 from operator import itemgetter
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from zlib import crc32
 
 from ...core.body.body import Body
@@ -33,7 +33,8 @@ class RetargetedMotion(NamedTuple):
     """A motion without labels on the body, and where it came from.
 
     `take` is empty for SMPL files; `skeleton` says whose bone names matched, or the joint set; `scale` is
-    body metres in one unit of the file; `cut` says which frames at the ends were left out, if any.
+    body metres in one unit of the file; `cut` says which frames at the ends were left out, if any, and
+    `up_guessed` which axis of the file is taken as up, if by how people stand.
     """
 
     motion: Motion
@@ -41,6 +42,21 @@ class RetargetedMotion(NamedTuple):
     skeleton: str
     scale: float
     cut: str
+    up_guessed: str = ""
+
+    def facts(self) -> dict[str, Any]:
+        """What a clip's record says of it; `cut` and `up_guessed` only if they say something."""
+        motion = self.motion
+        about = {
+            "take": self.take,
+            "skeleton": self.skeleton,
+            "frames": motion.n_frames,
+            "frame_rate": motion.rate,
+            "duration_s": round(motion.duration, 4),
+            "scale": self.scale,
+        }
+        some = {"cut": self.cut, "up_guessed": self.up_guessed}
+        return about | {name: value for name, value in some.items() if value}
 
 
 Source = SourceMotion | Motion | JointPositions
@@ -113,7 +129,8 @@ def to_body(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> Retarge
         part, cut = unbroken(body, source.fit(body, UNSMOOTHED_HZ).motion)
         fit = replace(source, positions=source.positions[part]).fit(body)
         kept = believed(body, fit.motion, None, part.start, cut, path_apart=False)
-        return RetargetedMotion(kept.motion, "", source.joint_set.name, fit.scale, kept.cut)
+        guess = source.up if source.up_is_guessed else ""
+        return RetargetedMotion(kept.motion, "", source.joint_set.name, fit.scale, kept.cut, guess)
     if isinstance(source, Motion):
         kept = believed(body, on_the_ground(body, source))
         return RetargetedMotion(kept.motion, "", "SMPL", 1.0, kept.cut)

@@ -16,7 +16,7 @@ from ...scene.base.actions import read_action
 from ...scene.base.body import armature_of
 from ..jobs.jobs import Step, Steps, in_thread, on_body, part
 from ..steps.choosing import advised_steps, counted_clips
-from ..study import counting, garments, operators, state
+from ..study import counting, garments, lists, operators, state
 
 
 class W2W_OT_save_results(
@@ -82,9 +82,6 @@ def _saved(clip: bpy.types.PropertyGroup, name: str) -> ClipResult:
     return ClipResult(
         Clip(Path(file), file, name, clip.activity, clip.subject, clip.motion_key),
         "",
-        {
-            "take": "", "skeleton": clip.skeleton, "frames": clip.n_frames, "frame_rate": clip.rate,
-            "duration_s": round(clip.n_frames / clip.rate, 4), "scale": clip.scale,
-        },
+        {"take": "", "frames": clip.n_frames} | lists.facts_of(clip) | {"file": file},
         clip.source_sha256,
     )  # fmt: skip

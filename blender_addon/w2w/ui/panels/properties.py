@@ -163,9 +163,7 @@ class W2W_PG_study(sensors.SensorProperties, KeptTexts, bpy.types.PropertyGroup)
     folds: IntProperty(**declared("folds"))
     classifier: EnumProperty(**declared("classifier"), items=CLASSIFIER_ITEMS)
     by_subject: BoolProperty(**declared("by_subject"))
-    source_caution: StringProperty(
-        name="Sources", description="Whether the ranking may tell the clips' sources apart, not activities"
-    )
+    cautions_text: StringProperty(name="Cautions", description="What speaks against the answer")
     activities: CollectionProperty(type=rows.W2W_PG_activity)
     activity_index: IntProperty(
         name="Active Activity",

@@ -6,6 +6,7 @@ from typing import Any
 
 import bpy
 
+from ...core.findings.cautions import KNOW, STOPS, WEAKENS
 from ...core.ranking.costs import DOES_AS_WELL
 from ...core.selection.headline import short
 from ...core.wording import capital
@@ -45,7 +46,11 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
         answer, layout = lists.answer_of(body.w2w), self.column(context)
         draw_text(layout, context, answer.get("sentence", ""))
         draw_products(layout, answer.get("products", ())[:PRODUCTS])
-        draw_warning(self.layout, context, body.w2w.source_caution)
+        for caution in lists.cautions_of(body.w2w):
+            if caution.weight == STOPS:
+                draw_warning(self.layout, context, caution.sentence())
+            elif caution.weight == WEAKENS:
+                draw_text(layout, context, caution.sentence())
 
 
 def draw_products(layout: Layout, products: Sequence[dict[str, Any]]) -> None:
@@ -71,7 +76,8 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
         layout = self.column(context)
-        for sentence in findings(body.w2w, state.ranking_of(body)):
+        known = [each.sentence() for each in lists.cautions_of(body.w2w) if each.weight == KNOW]
+        for sentence in (*findings(body.w2w, state.ranking_of(body)), *known):
             draw_text(layout, context, sentence)
 
 

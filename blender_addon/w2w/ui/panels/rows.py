@@ -199,6 +199,7 @@ class W2W_PG_clip(Group):
     )
     motion_key: StringProperty(name="Motion", description="Clips with the same key show the same motion")
     source_sha256: StringProperty(options={"HIDDEN"})
+    facts: StringProperty(options={"HIDDEN"})  # what only some clips' records say, such as frames cut off
     stored_as: StringProperty(name="Stored As", description="Name of its files in the results folder")
 
 

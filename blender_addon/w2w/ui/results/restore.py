@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 
 from ...core.body.body import Body
+from ...core.findings.cautions import ODD
 from ...core.study.clip_files import STORED
 from ...core.study.clip_list import CLIP_LIST, Entry, is_used
 from ...core.study.config import StudyConfig
@@ -23,6 +24,9 @@ from ...scene.files.packing import pack
 from ...scene.files.study_file import read_record, remove_record
 from ..study import declared, lists, sensors, signal_cache, state
 from . import own_placements, results
+
+KEPT = {*ODD, "source", "cloth_frames"}
+"""Facts of a clip that it keeps without a property of its own."""
 
 SUMMARY = "summary.json"
 """File that a results folder is known by."""
@@ -92,6 +96,7 @@ def clips_of(
                 "stored_as": clip.name,
                 "problem": held.get(clip.name, UNHELD),
                 "source_sha256": str(entry.get("sha256", "")),
+                "facts": json.dumps({name: entry[name] for name in KEPT & entry.keys()}),
             }
             for entry, clip in zip(filter(is_used, run.listed), run.clips, strict=True)
         ]
@@ -129,7 +134,7 @@ def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]])
             for name, value in values.items():
                 setattr(clip, name, value)
             clip.baked_as = settings if clip.signals else ""
-    results.store(mesh, run.utility, state.rank_settings(study))
+    results.store(mesh, run.utility, state.rank_settings(study), run.clips)
     content = {name: run.summary.get(name) for name in ("worn_together", "cards")}
     found = run.summary.get("answer")
     _advise(mesh, content | ({"answer": found} if _is_same(found, lists.answer_of(study)) else {}))

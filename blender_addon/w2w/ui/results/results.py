@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A ranking on the body: heatmaps, the chosen sensors and the table of regions."""
 
+import json
+from collections.abc import Sequence
+
 import bpy
 import numpy as np
 
 from ...core.colours import score_range
 from ...core.findings.advice_content import answer_content
-from ...core.findings.sources import Origin, source_caution, system_of
+from ...core.findings.cautions import cautions
 from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
 from ...core.selection.answer import ScoredMap, answer
+from ...core.study.ranking import LabelledClip
 from ...core.wording import capital
 from ...scene import heatmap
 from ...scene.base.patches import empties_by_patch
@@ -25,8 +29,8 @@ _waiting: set[str] = set()
 """Bodies to paint when they leave Edit Mode."""
 
 
-def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
-    """Keep a ranking in the file and show it on the body."""
+def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str, clips: Sequence[LabelledClip]) -> None:
+    """Keep a ranking of clips, each with the first of its motion, in the file and show it on the body."""
     study = body.w2w
     first = not study.utility_key
     if first:
@@ -34,11 +38,8 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
     same = not first and [activity.name for activity in study.activities] == list(utility.activities)
     study.utility_text, study.utility_key = pack(utility)
     study.ranked_as = ranked_as
-    ranked = [clip for clip in state.usable(study) if clip.activity in utility.activities]
-    caution = source_caution(
-        [Origin(clip.activity, "", system_of(clip.skeleton, clip.rate), "", clip.subject) for clip in ranked]
-    )
-    study.source_caution = f"{capital(caution)}." if caution else ""
+    facts = (lists.facts_of(study.clips[clip.name]) for clip in clips)
+    study.cautions_text = json.dumps(cautions(utility, clips, facts, state.config_of(study)))
     with state.without_updates():
         counting.list_activities(study, utility.activities, state.run_of(study))
         if not same:
@@ -52,7 +53,7 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str) -> None:
 def clear(body: bpy.types.Object) -> None:
     """Remove a ranking, which was of other patches."""
     study = body.w2w
-    study.utility_text = study.utility_key = study.ranked_as = study.answer_text = study.source_caution = ""
+    study.utility_text = study.utility_key = study.ranked_as = study.answer_text = study.cautions_text = ""
     lists.list_labels(study)
     study.chosen.clear()
     study.regions.clear()

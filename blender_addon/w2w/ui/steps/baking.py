@@ -2,6 +2,7 @@
 """Jobs that bake the signals of a study's clips and rank patches by them."""
 
 import hashlib
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from operator import attrgetter
@@ -11,8 +12,7 @@ import numpy as np
 from bpy.props import EnumProperty
 
 from ...core.body.regions import regions_of
-from ...core.findings.notes import copies_sentence, subjects_sentence
-from ...core.garments.on_cloth import HAS_CAUGHT
+from ...core.garments.on_cloth import HAS_CAUGHT, caught_content
 from ...core.imu.recording import ImuRecording
 from ...core.imu.virtual import at_patches
 from ...core.motion.signature import motion_signature
@@ -20,7 +20,7 @@ from ...core.motion.source import reason_of
 from ...core.ranking.pooling import Pooling
 from ...core.ranking.utility import UtilityMap
 from ...core.study.clip_files import ClipWindows, ranking_inputs
-from ...core.study.ranking import LabelledClip, copies_among, rank_clips, same_motions
+from ...core.study.ranking import LabelledClip, rank_clips, same_motions
 from ...core.study.signals import describe, record_baked
 from ...core.wording import capital, count, listed
 from ...scene.bake import PatchBaker
@@ -30,6 +30,9 @@ from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body, par
 from ..jobs.preferences import cache_folder
 from ..results import results
 from ..study import garments, operators, signal_cache, state
+
+OF_SIGNALS = {"at_full_scale", "cloth_caught", "cloth_frames"}
+"""Facts of a clip that a bake finds."""
 
 UNBAKED = "cannot be baked"
 """Prefix of `bake_path` for clips that failed to bake."""
@@ -96,9 +99,15 @@ def _bake_clip(mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, first: 
         # an action that is not a plain Motion has no signature, so it never counts as a copy
         signature = np.empty(0) if bake.motion is None else motion_signature(bake.motion)
         signal_cache.save(key, recording, windows, signature, folder)
+        facts.update(config.sensor_model().full_scale_content(recording))
         return key
 
+    facts = {name: value for name, value in json.loads(clip.facts or "{}").items() if name not in OF_SIGNALS}
+    if bake.on_cloth is not None:
+        caught = dict(zip(config.garments, bake.on_cloth.caught, strict=True))
+        facts |= caught_content(caught, len(bake.on_cloth.matrices))
     key = yield from in_thread(work, name, 0.8, 1.0)
+    mesh.w2w.clips[index].facts = json.dumps(facts)
     _set_signals(mesh.w2w.clips[index], key, settings, f"{bake.path} path: {bake.reason}")
     return name
 
@@ -139,15 +148,9 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     low = 0.4 if lost else 0.0
     utility, ranked = yield from in_thread(rank, "training at every patch", low, 0.95)
     yield Step(0.95, "painting heatmaps")
-    results.store(mesh, utility, ranked_as)
+    results.store(mesh, utility, ranked_as, ranked)
     results.show_colours()
-    parts = [f"Ranked {len(utility.mean)} patches, {utility.protocol}"]
-    if utility.left_out:
-        parts.append(f"Left out: {listed([*utility.left_out.values()], 2)}")
-    parts.append(copies_sentence(copies_among(used, ranked)))
-    if config.by_subject:
-        parts.append(subjects_sentence(ranked))
-    return ". ".join(filter(None, parts))
+    return f"Ranked {len(utility.mean)} patches, {utility.protocol}"
 
 
 def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:

@@ -71,7 +71,7 @@ def choose_steps(mesh: bpy.types.Object) -> Steps:
     reweighed = counting.is_reweighed(study, state.ranking_of(mesh))
     found, advice = yield from advised_steps(mesh, state.config_of(study))
     if reweighed and not left_out:
-        results.store(mesh, found.utility, study.ranked_as)
+        results.store(mesh, found.utility, study.ranked_as, found.clips)
     content = advice_content(advice, found.utility, found.patches)
     lists.keep_advice(study, content)
     results.mark_chosen(mesh)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Motions into a study's list: files or takes of the scene, retargeted to the body as actions."""
 
+import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -8,7 +9,7 @@ from typing import NamedTuple
 import bpy
 
 from ...core.files import file_sha256
-from ...core.findings.notes import cut_sentence
+from ...core.findings.cautions import ODD, cut_sentence
 from ...core.keypoints.facts import PoseFacts
 from ...core.library.import_plan import ImportPlan, same_files
 from ...core.library.labels import same_label
@@ -185,6 +186,8 @@ def set_motion(clip: bpy.types.PropertyGroup, retargeted: RetargetedMotion) -> N
         clip.action = write_action(armature, motion, clip.name)
     clip.n_frames, clip.rate = motion.n_frames, motion.rate
     clip.skeleton, clip.scale = retargeted.skeleton, retargeted.scale
+    facts = retargeted.facts()
+    clip.facts = json.dumps({name: facts[name] for name in ODD & facts.keys()})
     clip.problem = clip.signals = clip.baked_as = clip.bake_path = ""
     if before is not None:
         bpy.data.actions.remove(before)

@@ -11,6 +11,7 @@ from typing import Any
 
 import bpy
 
+from ...core.findings.cautions import Caution
 from ...core.library.labels import same_label
 from ...core.patches.body_parts import MIDDLE, PARTS, PLACEMENTS, PRODUCT_NAMED, SIDES, find_patches
 from ...core.patches.patches import PatchSet
@@ -105,6 +106,20 @@ def answer_of(study: bpy.types.PropertyGroup) -> dict[str, Any]:
     return _read_advice(study.answer_text) if study.answer_text else {}
 
 
+def cautions_of(study: bpy.types.PropertyGroup) -> list[Caution]:
+    """What speaks against the answer."""
+    return [Caution(*each) for each in _read_advice(study.cautions_text or "[]")]
+
+
+def facts_of(clip: bpy.types.PropertyGroup) -> dict[str, Any]:
+    """What the record of a clip says, as far as cautions ask."""
+    about = {
+        "file": clip.file, "skeleton": clip.skeleton, "frame_rate": clip.rate,
+        "duration_s": round(clip.n_frames / clip.rate, 4), "scale": clip.scale,
+    }  # fmt: skip
+    return about | json.loads(clip.facts or "{}")
+
+
 def forget_advice(study: bpy.types.PropertyGroup) -> None:
     """Forget the choice: its ranking is gone."""
     study.advice_text = study.advised_as = ""
@@ -124,5 +139,5 @@ def leading(study: bpy.types.PropertyGroup) -> bpy.types.bpy_prop_collection:
 
 
 @lru_cache(maxsize=4)
-def _read_advice(text: str) -> dict[str, Any]:
+def _read_advice(text: str) -> Any:
     return json.loads(text)

@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What speaks against the answer of a run: which cautions, how heavy, and in the same words at every door."""
+
+import io
+from dataclasses import replace
+from html import unescape
+
+from rich.console import Console
+
+import w2w
+from w2w.core.findings.cautions import KNOW, STOPS, WEAKENS, Caution, cautions
+from w2w.core.study.clip_list import is_used
+from w2w.core.study.results import StudyResults
+from w2w.headless.reports.console_tables import show_cautions
+from w2w.report.page import report_page
+
+
+def test_every_door_says_the_same_words(sparse_results):
+    study = StudyResults.load(sparse_results)
+    said = [Caution(**each).sentence() for each in study.summary["cautions"]]
+    assert len(said) >= 2
+    details = [entry for entry in study.listed if is_used(entry)]
+    ranking = w2w.Ranking(
+        study.utility,
+        study.patches,
+        study.body(),
+        None,
+        None,
+        study.config(),
+        clips=study.clips,
+        details=details,
+    )
+    assert [caution.sentence() for caution in ranking.cautions] == said
+    console = Console(record=True, width=1000, file=io.StringIO())
+    show_cautions(ranking.cautions, console)
+    assert console.export_text().splitlines() == said
+    page, shown = (
+        unescape(text).replace(":</b>", ":") for text in (report_page(study), ranking._repr_html_())
+    )
+    for sentence in said:
+        assert page.count(sentence) == shown.count(sentence) == 1, sentence
+
+
+def test_a_map_that_repeats_below_a_half_is_cautioned_of_and_painted_with_less_contrast(drawn_results):
+    study = StudyResults.load(drawn_results)
+    clips, facts = study.clips, [entry for entry in study.listed if is_used(entry)]
+    of_map = {}
+    for reliability in (0.5, 0.49):
+        utility = replace(study.utility, reliability=reliability, beats_average=0.95)
+        of_map[reliability] = utility.colour_span
+        found = cautions(utility, clips, facts, study.config())
+        said = [caution.sentence() for caution in found if "repeats on other clips" in caution.text]
+        assert len(said) == (reliability < 0.5)
+    assert said[0].startswith("Weakens the answer: map reliability is .49")
+    assert of_map[0.5] == 0.1 < of_map[0.49]
+
+
+def test_the_heaviest_caution_comes_first_and_what_a_few_clips_had_is_named(drawn_results):
+    study = StudyResults.load(drawn_results)
+    clips, facts = study.clips, [dict(entry) for entry in study.listed if is_used(entry)]
+    facts[0] |= {"cut": "frame 0 cut off: a rest pose", "at_full_scale": 0.2, "up_guessed": "y"}
+    long = replace(study.config(), windows=replace(study.config().windows, length_s=60.0))
+    found = cautions(study.utility, clips, facts, long, "Of 9 patches 3 on a shirt")
+    weights = [caution.weight for caution in found]
+    assert weights == sorted(weights, key=[STOPS, WEAKENS, KNOW].index)
+    assert weights[0] == STOPS
+    assert "60 s" in found[0].text
+    name = clips[0].name
+    for text in (
+        f"{name} (frame 0 cut off",
+        f"the most: {name}, 20 %",
+        "y is taken as up in 1 clip",
+        "shirt",
+    ):
+        assert sum(text in caution.text for caution in found) == 1, text
