@@ -119,7 +119,8 @@ class RegionSimulator:
         recordings, unusable = [], {}
         for moving in chosen:
             try:
-                recordings.append(self.record(moving, analysis.cutoff_hz))
+                made = self.record(moving, analysis.cutoff_hz)
+                recordings.append(replace(made, activity=analysis.label(made.activity)))
             except ValueError as error:
                 unusable[moving.motion.clip] = f"clip '{moving.motion.clip}': {error}"
         if not recordings:
@@ -243,7 +244,7 @@ def real_side(protocol: Protocol, recordings: Sequence[ImuRecording], analysis: 
     sites = tuple(protocol.sites) if protocol.worn_site_of is None else recordings[0].sites
     kept = [number for number, site in enumerate(sites) if site in (analysis.sites or sites)]
     chosen = [
-        replace(r, activity=activity, sites=sites).at(kept)
+        replace(r, activity=analysis.label(activity), sites=sites).at(kept)
         for r in recordings
         if (activity := protocol.activity_of(r.activity)) in analysis.activities
     ]
@@ -293,8 +294,9 @@ def unpaired_sides(
             ),
             *([f"People of whom no clip can be used: {', '.join(lost)}."] if lost else []),
         ]
+        activities = tuple(dict.fromkeys(map(analysis.label, analysis.activities)))
         return Sides(
-            real, made, tuple(sites), analysis.activities, notes, simulator.simulated_at,
+            real, made, tuple(sites), activities, notes, simulator.simulated_at,
             simulator.site_of, protocol.worn_site_of,
         )  # fmt: skip
 

@@ -68,6 +68,12 @@ class Analysis(NamedTuple):
     """Band of the motion files' trajectories."""
     sites: tuple[str, ...] = ()
     """Sites of paired trials."""
+    merged: tuple[str, ...] = ()
+    """Activities that count as one, on both sides."""
+
+    def label(self, activity: str) -> str:
+        """The activity that this one counts as."""
+        return " or ".join(self.merged) if activity in self.merged else activity
 
 
 class Bar(NamedTuple):
