@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 
 import bpy
+import numpy as np
 from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...core.files import write_text
@@ -17,9 +18,12 @@ from ...core.library.library import unique_names
 from ...core.selection.advice import redundancy_clusters
 from ...core.selection.headline import doubted, mean_title
 from ...core.study.results import StudyResults, stored_recording
-from ..jobs.jobs import Steps, in_thread, on_body, part, show_error, start
+from ...scene.base.playback import EvaluatedVertices
+from ...scene.presentation import facing, stage
+from ..jobs.jobs import Step, Steps, in_thread, on_body, part, show_error, start
 from ..steps.baking import ranked_clips
-from ..study import counting, operators, scores, signal_cache, state
+from ..study import counting, lists, operators, scores, signal_cache, state
+from ..viewport.framing import MARGIN, extent, with_garments
 from ..viewport.legend import legend
 from ..viewport.overlay import picks
 from .save_results import save_steps
@@ -27,20 +31,27 @@ from .save_results import save_steps
 SUFFIXES = {"npz": ".npz", "csv": ".csv", "xsens": ".txt", "x-io": ""}
 
 
+def heading(mesh: bpy.types.Object) -> tuple[str, str]:
+    """Title and subtitle of the heatmap that is shown."""
+    study, utility, patches = mesh.w2w, state.ranking_of(mesh), state.placed_patches(mesh)
+    values = scores.shown_scores(study, utility)
+    index, best = scores.view_index(study), int(values.argmax())
+    if scores.minus_index(study) >= 0:
+        name = legend(study, utility).name
+        return name, f"Farthest above: {patches.names[best]} ({values[best]:+.2f})"
+    title = mean_title(utility) if counting.is_as_ranked(study, utility) else "Activities that count (mean)"
+    if index:
+        title = utility.activities[index - 1].replace("_", " ").capitalize()
+    return title, doubted(utility, f"Best patch: {patches.names[best]} ({values[best]:.2f})")
+
+
 @on_body
 def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Draw the heatmap that is shown, in a thread."""
     study, utility, patches = mesh.w2w, state.ranking_of(mesh), state.placed_patches(mesh)
     values, shown, body = scores.shown_scores(study, utility), legend(study, utility), state.body_as_run(mesh)
-    index, best = scores.view_index(study), int(values.argmax())
-    title = mean_title(utility) if counting.is_as_ranked(study, utility) else "Activities that count (mean)"
-    if index:
-        title = utility.activities[index - 1].replace("_", " ").capitalize()
-    subtitle = doubted(utility, f"Best patch: {patches.names[best]} ({values[best]:.2f})")
-    is_difference = scores.minus_index(study) >= 0
-    if is_difference:
-        title, subtitle = shown.name, f"Farthest above: {patches.names[best]} ({values[best]:+.2f})"
-    one_scale = is_difference or study.fix_range or scores.beside_of(study) is not None
+    title, subtitle = heading(mesh)
+    one_scale = scores.minus_index(study) >= 0 or study.fix_range or scores.beside_of(study) is not None
 
     def draw(_: object) -> None:
         from ...drawing import draw_heatmap  # matplotlib is slow to import
@@ -53,6 +64,41 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
 
     yield from in_thread(draw, f"drawing {path.name}", 0.0, 1.0)
     return f"Saved the map: {path}"
+
+
+@on_body
+def presentation_steps(mesh: bpy.types.Object, path: Path) -> Steps:
+    """Render the posed body from the front and from behind, then lay legend and badges around it."""
+    from ...drawing.body import ViewFrame
+    from ...drawing.heatmap import VIEW_PIXELS, Scale, subset_figure  # matplotlib is slow to import
+
+    study, patches = mesh.w2w, state.placed_patches(mesh)
+    rows = list(lists.leading(study))
+    corners = EvaluatedVertices(mesh, patches.triangles[[row.patch for row in rows]]).positions()
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    low, high = extent([mesh])
+    size = round(VIEW_PIXELS * MARGIN * float((high - low).max() / (high[2] - low[2])))
+    turns = (facing(mesh), facing(mesh) + np.pi)
+    frames = [ViewFrame(turn, (low + high) / 2, MARGIN * float((high - low).max()), size) for turn in turns]
+    views = []
+    with stage([*with_garments(mesh)], size) as picture:
+        for number, frame in enumerate(frames):
+            yield Step(0.3 * number, "rendering")
+            views.append(picture(frame.towards_camera, frame.centre, frame.width))
+    best = (normals @ np.stack([frame.towards_camera for frame in frames], axis=1)).argmax(axis=1)
+    places = [frames[view].to_pixels(spot) for view, spot in zip(best, corners.mean(axis=1), strict=True)]
+    markers = [(int(view), float(x), float(y)) for view, (x, y) in zip(best, places, strict=True)]
+    shown, advice = legend(study, state.ranking_of(mesh)), lists.advice_of(study) or {}
+    words = {card["patch"]: card["in_words"] for card in advice.get("cards") or ()}
+    named = [row.label for row in rows], [row.f1 for row in rows], [words.get(row.patch, "") for row in rows]
+    scale = Scale(shown.low, shown.high, shown.title, shown.note, shown.colour_map)
+    title, subtitle = heading(mesh)
+
+    def draw(_: object) -> None:
+        subset_figure(path, views, title, scale, markers, *named, subtitle=subtitle)
+
+    yield from in_thread(draw, f"drawing {path.name}", 0.6, 1.0)
+    return f"Saved the picture: {path}"
 
 
 @on_body
@@ -143,6 +189,15 @@ class W2W_OT_export_map(Export, bpy.types.Operator):
     write = staticmethod(map_steps)
 
 
+class W2W_OT_export_presentation(Export, bpy.types.Operator):
+    """Render the body as it is posed, front and back, with the legend and the sensors' numbers"""
+
+    bl_label = "Presentation Render"
+
+    usual = "presentation.png"
+    write = staticmethod(presentation_steps)
+
+
 class W2W_OT_export_table(Export, bpy.types.Operator):
     """Save the F1 of every patch and activity as utility.csv"""
 
@@ -200,6 +255,7 @@ class W2W_MT_export(bpy.types.Menu):
         layout = self.layout
         layout.operator_context = "INVOKE_DEFAULT"
         layout.operator("w2w.export_map", text="Map (png)", translate=False, icon="IMAGE_DATA")
+        layout.operator("w2w.export_presentation", icon="RENDER_STILL")
         layout.operator("w2w.export_table", text="Table (utility.csv)", translate=False, icon="SPREADSHEET")
         for which, text in (("PICKED", "Signals of Picked Patch"), ("ALL", "Signals of All Patches")):
             layout.operator("w2w.export_signals", text=text, translate=False, icon="GRAPH").which = which

@@ -13,7 +13,7 @@ from ...core.wording import capital
 from ...scene.heatmap import add_beside
 from ...scene.motion.source_beside import remove_source
 from ..jobs import jobs
-from ..jobs.text import draw_text, styled
+from ..jobs.text import draw_outcome, draw_text, styled
 from ..results import results
 from ..results.results import findings
 from ..study import counting, lists, operators, scores, state
@@ -130,6 +130,7 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
 
     bl_label = "Heatmap"
     bl_order = 2
+    titles = ("Presentation Render",)
 
     def draw(self, context: bpy.types.Context) -> None:
         study = state.polled_body(context).w2w
@@ -147,6 +148,8 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
         else:
             layout.prop(study, "minus")
         layout.prop(study, "scores")
+        layout.operator("w2w.export_presentation", icon="RENDER_STILL")
+        draw_outcome(self.layout, context, self.titles)
         if scores.minus_index(study) >= 0:  # a difference has colours of its own
             return
         layout.prop(study, "colour_map")

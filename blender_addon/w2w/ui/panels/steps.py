@@ -264,7 +264,9 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
     """Step 5."""
 
     bl_label = "5  Utility"
-    titles = ("Rank Patches", "Export Map", "Export Table", "Export Report", "Export Signals", "Save Results")
+    titles = (
+        "Rank Patches", "Export Map", "Export Table", "Export Report", "Export Signals", "Save Results",
+    )  # fmt: skip
 
     def missing(self, body: Body) -> str:
         return "" if body is not None and state.is_ranked(body) else state.missing_for_any_rank(body)

@@ -218,8 +218,10 @@ def hide_patches(study: bpy.types.PropertyGroup) -> None:
 
 
 def show_colours() -> None:
-    """Show colour attributes in the solid 3D views of all workspaces, or nobody would see the heatmap."""
+    """Show colour attributes in the solid 3D views of all workspaces and in renders of solids."""
     spaces = (area.spaces.active for screen in bpy.data.screens for area in screen.areas)
     for space in spaces:
         if space.type == "VIEW_3D" and space.shading.type == "SOLID":
             space.shading.color_type = "VERTEX"
+    for scene in filter(state.bodies, bpy.data.scenes):
+        scene.display.shading.color_type = "VERTEX"  # of renders in Workbench
