@@ -13,7 +13,7 @@ from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study.config import StudyConfig
-from w2w.drawing import draw_heatmap, heatmap, signal_figure
+from w2w.drawing import heatmap, signal_figure
 from w2w.studies.comparisons import figures
 from w2w.studies.placements import placement_figure
 from w2w.studies.placements.score_table import ScoreRow
@@ -78,7 +78,7 @@ def _score_maps(path, name):
 
 def _drawing(path, name):
     patches = sample_patches(Body.bundled(), 6)
-    draw_heatmap(path, Body.bundled(), patches, SIX, name, name, name)
+    heatmap.draw_heatmap(path, Body.bundled(), patches, SIX, name, name, name)
 
 
 KINDS = [_heatmap, _subset, _panel, _placement, _signal, _sweep, _confusions, _score_maps, _drawing]

@@ -313,7 +313,7 @@ class Ranking:
         ValueError
             If the activity was not ranked.
         """
-        from ..drawing import draw_heatmap
+        from ..drawing.heatmap import draw_heatmap
 
         by_activity, mean = (self.utility.expected_f1, self.expected) if expected else (self.f1, self.mean)
         if activity is None:
@@ -349,7 +349,7 @@ class Ranking:
         >>> Path("report.html").read_text(encoding="utf-8").strip()[:15]
         '<!doctype html>'
         """
-        from ..report.page import report_page  # jinja2 and matplotlib are slow to import
+        from ..report.page import report_page  # jinja2 is slow to import
 
         with TemporaryDirectory(prefix="w2w_report_") as temporary:
             study = StudyResults.load(self.folder) if self.folder else self._written(Path(temporary))

@@ -214,3 +214,10 @@ class BodyPictures:
 def size_for(body: Body, pixels: float) -> int:
     """Size of pictures in which a body is `pixels` high."""
     return round(pixels * ViewFrame.of(body, "front", 1).width / body.height)
+
+
+def common_crop(views: Sequence[np.ndarray]) -> tuple[int, int, int, int]:
+    """Rows and columns (top, bottom, left, right) that hold the body in every view."""
+    covered = np.any([view[..., 3] > 0 for view in views], axis=0)
+    rows, columns = np.flatnonzero(covered.any(axis=1)), np.flatnonzero(covered.any(axis=0))
+    return int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1

@@ -10,8 +10,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
-from ..core.colours import COLOUR_MAP, colour_table
+from ..core.body.body import Body
+from ..core.colours import COLOUR_MAP, LEAST_SPAN, colour_table, patch_colours, score_range, span_note
+from ..core.patches.patches import PatchSet
 from . import page
+from .body import BodyPictures, common_crop, size_for
 
 VIEW_SIZE = 4.3
 """Height that a square view is drawn with, inches."""
@@ -46,6 +49,52 @@ class Scale:
 
 
 @page.OWN_STYLE
+def draw_heatmap(
+    path: str | Path | None,
+    body: Body,
+    patches: PatchSet,
+    scores: np.ndarray,
+    title: str,
+    subtitle: str = "",
+    label: str = "F1",
+    low: float | None = None,
+    high: float | None = None,
+    colour_map: str = COLOUR_MAP,
+    span: float = LEAST_SPAN,
+) -> Figure:
+    """Draw scores of patches on the front and the back of a body.
+
+    Parameters
+    ----------
+    path : str or Path or None
+        The suffix decides the kind of file, as Matplotlib knows it; None writes none.
+    body : Body, V vertices
+    patches : PatchSet, N patches
+        Of the same body.
+    scores : ndarray, shape (N,)
+        NaN where a patch has none.
+    title, subtitle : str
+    label : str
+        What the colours stand for.
+    low, high : float, optional
+        Scores at the two ends of the colours; the scores' own range by default.
+    colour_map : str
+        A name in `colours.COLOUR_MAPS`.
+    span : float
+        F1 that the scores' own range spans at least; where it does, the legend says where they lie.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    own_low, own_high = score_range(scores, span)
+    note = span_note(scores, own_low, own_high) if low is None and high is None else ""
+    low, high = own_low if low is None else low, own_high if high is None else high
+    colours = patch_colours(patches, scores, low, high, colour_map)
+    views = BodyPictures(body, size_for(body, VIEW_PIXELS)).coloured(colours)
+    return heatmap_figure(path, views, title, Scale(low, high, label, note, colour_map), subtitle)
+
+
 def heatmap_figure(
     path: str | Path | None, views: Sequence[np.ndarray], title: str, scale: Scale, subtitle: str = ""
 ) -> Figure:
@@ -94,7 +143,7 @@ def subset_figure(
 
 def _crop(views: Sequence[np.ndarray]) -> Crop:
     """Rows and columns to show: those that hold the body, or a few more if that avoids scaling."""
-    top, bottom, first, last = page.common_crop(views)
+    top, bottom, first, last = common_crop(views)
     spare = VIEW_PIXELS - (bottom - top)
     if 0 < spare <= SPARE and len(views[0]) >= VIEW_PIXELS:
         top = min(max(top - spare // 2, 0), len(views[0]) - VIEW_PIXELS)

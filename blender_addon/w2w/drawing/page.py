@@ -39,13 +39,6 @@ MARGIN = 0.45
 """White edge around everything, inches."""
 
 
-def common_crop(views: Sequence[np.ndarray]) -> tuple[int, int, int, int]:
-    """Rows and columns (top, bottom, left, right) that hold the body in every view."""
-    covered = np.any([view[..., 3] > 0 for view in views], axis=0)
-    rows, columns = np.flatnonzero(covered.any(axis=1)), np.flatnonzero(covered.any(axis=0))
-    return int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1
-
-
 def axes_at(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
     """Axes without frame or ticks, placed in inches."""
     page = figure.get_size_inches()

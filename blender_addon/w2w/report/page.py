@@ -40,7 +40,7 @@ MAX_CONFUSED = 12
 
 def report_page(study: StudyResults, project: str | None = None) -> str:
     """The page of a finished study, as HTML, under the run's title or another."""
-    from .still_picture import still_picture  # matplotlib is slow to import
+    from .still_picture import still_picture  # Pillow is slow to import
 
     body, utility, summary = study.body(), study.utility, study.summary
     config = json.loads((study.out / "config.json").read_text(encoding="utf-8"))

@@ -11,8 +11,7 @@ from PIL import Image
 from ..core.body.body import Body
 from ..core.colours import patch_colours, score_range
 from ..core.study.results import StudyResults
-from ..drawing.body import BodyPictures, size_for
-from ..drawing.page import common_crop
+from ..drawing.body import BodyPictures, common_crop, size_for
 
 PIXELS = 560
 """Height of the body."""

@@ -30,7 +30,7 @@ from ..system_libraries import missing_library
 if TYPE_CHECKING:
     import numpy as np
 
-    from w2w.drawing.body import BodyPictures  # Pillow and matplotlib are slow to import
+    from w2w.drawing.body import BodyPictures  # Pillow is slow to import
     from w2w.drawing.heatmap import Scale
 
 BLEND = "study.blend"

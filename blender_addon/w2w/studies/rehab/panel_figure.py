@@ -13,6 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from w2w.core.colours import colour_table
 from w2w.drawing import page
+from w2w.drawing.body import common_crop
 
 WIDTH = 13.2
 """Width of the page, inches."""
@@ -66,7 +67,7 @@ def panel_figure(
     `scale`: F1 at the two ends of the colour bar.
     """
     every = [*activities, mean, subset]
-    crop = page.common_crop([view for shown in every for view in shown.views])
+    crop = common_crop([view for shown in every for view in shown.views])
     ratio = (crop[3] - crop[2]) / (crop[1] - crop[0])
     cell = (WIDTH - 2 * page.MARGIN - (IN_A_ROW - 1) * GAP) / IN_A_ROW
     small = (cell - BETWEEN) / 2 / ratio

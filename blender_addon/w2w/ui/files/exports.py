@@ -54,7 +54,7 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     one_scale = scores.minus_index(study) >= 0 or study.fix_range or scores.beside_of(study) is not None
 
     def draw(_: object) -> None:
-        from ...drawing import draw_heatmap  # matplotlib is slow to import
+        from ...drawing.heatmap import draw_heatmap  # matplotlib is slow to import
 
         draw_heatmap(
             path, body, patches, values, title, subtitle, label=shown.title, colour_map=shown.colour_map,
@@ -153,7 +153,7 @@ def report_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Save the study for a while, and write its report in a thread."""
 
     def write(progress: Callable[[float], None]) -> None:
-        from ...report.page import report_page  # jinja2 and matplotlib are slow to import
+        from ...report.page import report_page  # jinja2 is slow to import
 
         page = report_page(StudyResults.load(folder))
         progress(1.0)  # ends it here if the job was cancelled
