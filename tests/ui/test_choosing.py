@@ -18,7 +18,7 @@ from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs
 from w2w.ui.steps.choosing import choose_steps
 from w2w.ui.study import signal_cache
-from w2w.ui.study.lists import advice_of, answer_of, is_understood, leading, suggestions
+from w2w.ui.study.lists import advice_of, answer_of, comparison_of, is_understood, leading, suggestions
 from w2w.ui.study.state import FORBID, config_of, constraints_of, patches_of
 
 from .made_study import make_study
@@ -242,3 +242,17 @@ def test_signals_that_are_gone_are_said(finished_run: Path, monkeypatch: pytest.
     monkeypatch.setattr(signal_cache, "has", lambda _key: False)
     with pytest.raises(RuntimeError, match="The signals of 9 clips are gone"):
         bpy.ops.w2w.choose_sensors()
+
+
+def test_places_are_compared_as_on_the_command_line(finished_run: Path, tmp_path: Path) -> None:
+    assert bpy.ops.w2w.open_results(filepath=str(finished_run)) == {"FINISHED"}
+    study = bpy.context.scene.w2w.body.w2w
+    names = patches_of(study.id_data).names
+    study.compare = f"{names[3]}, {names[17]}"
+    assert comparison_of(study) == place(finished_run, tmp_path, "--compare", study.compare)[0]
+    assert {row["patch"] for row in comparison_of(study)} == {3, 17}
+    study.compare = "tail"
+    assert place(finished_run, tmp_path, "--compare", "tail")[0] is None
+    assert "tail" in comparison_of(study)
+    study.compare = ""
+    assert comparison_of(study) == []

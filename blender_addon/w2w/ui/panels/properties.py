@@ -105,7 +105,8 @@ class KeptTexts:
         name: StringProperty(options={"HIDDEN"})
         for name in (
             "results_near", "parameters", "utility_text", "utility_key", "ranked_as", "own_placed",
-            "answer_text", "advice_text", "advised_as", "patches_text", "patches_key", "placed_as",
+            "answer_text", "compared_text", "advice_text", "advised_as", "patches_text", "patches_key",
+            "placed_as",  # number and seed that patches were placed by
             "patches_before",  # key and number of patches that only got more
         )
     }  # fmt: skip
@@ -209,6 +210,11 @@ class W2W_PG_study(sensors.SensorProperties, KeptTexts, bpy.types.PropertyGroup)
         name="High", description="F1 at the high end of the colours", default=1.0, **ENDS
     )
 
+    compare: StringProperty(
+        name="Compare",
+        description="Products or places whose F1 is shown, separated by commas: ring, necklace, left wrist",
+        update=rows.compare_places,
+    )
     target: FloatProperty(**declared("target"), precision=2, subtype="FACTOR", update=rows.choose_patches)
     every_activity: FloatProperty(
         **declared("every_activity"), precision=2, subtype="FACTOR", update=rows.choose_patches

@@ -20,7 +20,7 @@ from ..study import counting, lists, operators, scores, state
 from ..study.counting import Group
 from ..viewport import legend
 from ..viewport.framing import frame
-from .base import Layout, PartPanel, ResultPanel, draw_outdated, draw_warning
+from .base import Layout, PartPanel, ResultPanel, draw_note, draw_outdated, draw_warning
 
 WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
 """Column widths of weight and score, in row heights."""
@@ -46,6 +46,13 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
         answer, layout = lists.answer_of(body.w2w), self.column(context)
         draw_text(layout, context, answer.get("sentence", ""))
         draw_products(layout, answer.get("products", ())[:PRODUCTS])
+        layout.prop(body.w2w, "compare", text="", placeholder="Compare: ring, necklace", icon="VIEWZOOM")
+        found = lists.comparison_of(body.w2w)
+        if isinstance(found, str):
+            draw_warning(layout, context, found)
+        elif found:
+            draw_products(layout, found)
+            draw_note(layout, context, "F1 expected on other clips, cut out")
         for caution in lists.cautions_of(body.w2w):
             if caution.weight == STOPS:
                 draw_warning(self.layout, context, caution.sentence())

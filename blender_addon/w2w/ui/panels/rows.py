@@ -92,6 +92,7 @@ def show_patches(study: Group, _context: bpy.types.Context) -> None:
 
 
 choose_patches = _then_redraw(results.choose)
+compare_places = _then_redraw(results.compare_places)
 repaint = _then_redraw(results.paint)
 
 

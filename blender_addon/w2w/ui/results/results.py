@@ -8,11 +8,11 @@ import bpy
 import numpy as np
 
 from ...core.colours import score_range
-from ...core.findings.advice_content import answer_content
+from ...core.findings.advice_content import answer_content, place_content
 from ...core.findings.cautions import cautions
 from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
-from ...core.selection.answer import ScoredMap, answer
+from ...core.selection.answer import ScoredMap, answer, compare
 from ...core.study.ranking import LabelledClip
 from ...core.wording import capital
 from ...scene import heatmap
@@ -54,6 +54,7 @@ def clear(body: bpy.types.Object) -> None:
     """Remove a ranking, which was of other patches."""
     study = body.w2w
     study.utility_text = study.utility_key = study.ranked_as = study.answer_text = study.cautions_text = ""
+    study.compared_text = ""
     lists.list_labels(study)
     study.chosen.clear()
     study.regions.clear()
@@ -179,7 +180,22 @@ def choose(body: bpy.types.Object) -> None:
         lists.keep_answer(study, {"sentence": f"{capital(patches.names[patch])}: {f1}."})
     row = study.chosen.add()
     row.patch, row.label, row.f1 = patch, patches.names[patch], mean[patch]
+    compare_places(body)
     mark_chosen(body)
+
+
+def compare_places(body: bpy.types.Object) -> None:
+    """Score the products and places that are to be compared, as `w2w place --compare` does."""
+    study = body.w2w
+    words = [word.strip() for word in study.compare.split(",") if word.strip()]
+    try:
+        utility, patches, config = state.ranking_of(body), state.placed_patches(body), state.config_of(study)
+        allowed = config.constraints.terms(patches, config.max_places).allowed
+        found = compare(ScoredMap(utility, patches, state.body_as_run(body), allowed), words) if words else ()
+    except ValueError as error:
+        study.compared_text = json.dumps(f"{capital(error)}.")
+    else:
+        study.compared_text = json.dumps([place_content(score, patches) for score in found])
 
 
 def mark_chosen(body: bpy.types.Object) -> None:

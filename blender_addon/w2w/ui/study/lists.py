@@ -120,6 +120,11 @@ def facts_of(clip: bpy.types.PropertyGroup) -> dict[str, Any]:
     return about | json.loads(clip.facts or "{}")
 
 
+def comparison_of(study: bpy.types.PropertyGroup) -> Any:
+    """The products and places that were compared, as `place_content` says them, or why they cannot be."""
+    return json.loads(study.compared_text or "[]")
+
+
 def forget_advice(study: bpy.types.PropertyGroup) -> None:
     """Forget the choice: its ranking is gone."""
     study.advice_text = study.advised_as = ""
