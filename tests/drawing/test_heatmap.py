@@ -10,6 +10,8 @@ from w2w.core.colours import colour_table
 from w2w.drawing.heatmap import SPARE, VIEW_PIXELS, VIEW_SIZE, Scale, heatmap_figure, subset_figure
 from w2w.drawing.page import BADGE, DPI, MARGIN, apart
 
+from ..rings import by_day
+
 pytestmark = pytest.mark.later
 
 SIZE = 300
@@ -100,7 +102,7 @@ def test_a_marker_is_on_its_place(views, tmp_path, view, column, row):
     np.testing.assert_allclose(np.median(outer, axis=0), 128 / 255, atol=0.02)
 
 
-@pytest.mark.parametrize("count", [1, 12])
+@pytest.mark.parametrize("count", by_day([12], [1, 12]))
 def test_nothing_is_cut_however_long_the_names(views, tmp_path, count):
     places = [(number % 2, 100 + 8 * number, 60) for number in range(count)]
     names = [f"{number} left lower leg lateral, quite near to the ankle" for number in range(count)]

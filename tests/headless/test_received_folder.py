@@ -17,6 +17,7 @@ import pytest
 from w2w.core.files import file_sha256, write_npz
 
 from ..command_line import cli
+from ..rings import by_day
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -307,9 +308,7 @@ def worded(place: Path, name: str, rng: np.random.Generator) -> None:
     (place / "out" / file).write_text(text, "utf-8")
 
 
-@pytest.mark.parametrize(
-    "seed", [*range(12), *(pytest.param(n, marks=pytest.mark.slow) for n in range(12, 150))]
-)
+@pytest.mark.parametrize("seed", by_day((0, *range(2, 8)), range(150)))
 def test_whatever_a_received_folder_says_nothing_elsewhere_is_touched(place, seed):
     rng = np.random.default_rng(seed)
     ways = [listed, recorded, clip_recorded, clip_listed, own_placements]

@@ -64,8 +64,8 @@ def test_fast_general_and_the_empties_agree(body_in_scene, patches, waving, scen
 @pytest.mark.parametrize(
     "file",
     [
-        "M3-org__CharacterStudio/AirSquat.fbx",
-        "GDDMN__Test_DigitalOxygen/Roundhouse Kick.fbx",
+        pytest.param("M3-org__CharacterStudio/AirSquat.fbx", marks=pytest.mark.slow),
+        pytest.param("GDDMN__Test_DigitalOxygen/Roundhouse Kick.fbx", marks=pytest.mark.slow),
         "eminkarakaya__Idle-Restaurant/Sit To Stand.fbx",
     ],
 )

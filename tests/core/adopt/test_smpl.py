@@ -49,7 +49,9 @@ def test_what_is_stored_of_smpl_s_faces_is_what_they_give(smpl_faces, a_pose):
             np.testing.assert_array_equal(stored[name], array)
 
 
-@pytest.mark.parametrize(("seed", "quads", "clockwise"), [(0, False, False), (2, True, True)])
+@pytest.mark.parametrize(
+    ("seed", "quads", "clockwise"), [pytest.param(0, False, False, marks=pytest.mark.slow), (2, True, True)]
+)
 def test_faces_are_recognised_in_any_order_and_sides_paired(smpl_faces, a_pose, seed, quads, clockwise):
     generator = np.random.default_rng(seed)
     polygons = a_pose[1] if quads else smpl_faces
@@ -89,6 +91,7 @@ def test_a_mirrored_mesh_is_numbered_as_the_person_it_shows(smpl_faces, a_pose):
     assert np.linalg.norm(mirrored - a_pose[0], axis=1).max() < 0.02
 
 
+@pytest.mark.slow
 def test_the_triangle_order_that_smpl_body_kept_agrees(shared_data, smpl_faces):
     """human_man.obj lists SMPL's triangles in SMPL's order over its own vertices: an independent truth."""
     vertices, polygons = read_mesh(shared_data / "smpl_body" / "human_man.obj")

@@ -13,6 +13,8 @@ from w2w.core.body.body import Body
 from w2w.core.body.shapes import MORPHOLOGIES, RANGES, ShapeTargets, bundled_targets, mass, shaped
 from w2w.core.body.skeleton import JOINT_INDEX, MIRRORED_JOINTS
 
+from ...rings import by_day
+
 pytestmark = pytest.mark.later
 
 BODY = Body.bundled()
@@ -139,7 +141,7 @@ def test_muscle_adds_mass_to_the_arms_and_age_takes_height():
     assert shaped(BODY, age=90).height < BODY.height
 
 
-@pytest.mark.parametrize("name", list(MORPHOLOGIES))
+@pytest.mark.parametrize("name", by_day(list(MORPHOLOGIES)[::4], MORPHOLOGIES))
 def test_named_bodies_are_sound(name):
     body = shaped(BODY, **MORPHOLOGIES[name])
     assert len(quality.self_intersections(body.vertices, body.faces)) == 0

@@ -19,6 +19,7 @@ def test_people_are_left_out_where_they_are_known():
     assert after > 0.9 > 0.5 > before
 
 
+@pytest.mark.slow
 def test_recordings_are_left_out_otherwise():
     what, found = held_out([pair(seed=seed) for seed in range(2)])
     assert (what, len(found)) == ("recording", 2)

@@ -5,7 +5,7 @@ import re
 import unicodedata
 
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 
 from w2w.core.library.library import (
     COLUMN,
@@ -106,6 +106,7 @@ def test_missing_and_empty_folders_are_refused(tmp_path):
         read_library(tmp_path)
 
 
+@settings(max_examples=40)
 @given(st.sets(st.text(min_size=1, max_size=8).filter(lambda text: text not in (".", "..")), max_size=8))
 def test_names_are_safe_and_distinct_even_without_case(stems):
     files = [f"{stem.replace('/', '_')}.fbx" for stem in stems]

@@ -24,6 +24,8 @@ from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motions
 from w2w.core.study.signals import describe, place_patches, record
 from w2w.studies.sweep.augmentation import at_tempo, mirrored, scaled
 
+from ...rings import by_day
+
 
 def poses_of(motion):
     return motion_signature(motion).reshape(-1, WIDTH)
@@ -82,7 +84,7 @@ def demo():
     return list(demo_motions().values())
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", by_day(("halved", "in a row", "60 frames a second", "several"), KINDS))
 def test_copies_are_found_and_originals_stay_apart(demo, kind):
     some = demo[::2] if kind.endswith("a second") else demo  # splines through every joint take long
     copies = [KINDS[kind](motion, some[n - 7]) for n, motion in enumerate(some)]

@@ -74,7 +74,7 @@ EVERY = [(stature, build) for stature in STATURES for build in BUILDS]
 @pytest.mark.later
 @pytest.mark.parametrize(
     ("stature", "build"),
-    [*EVERY[::5], *(pytest.param(*one, marks=pytest.mark.slow) for k, one in enumerate(EVERY) if k % 5)],
+    [*EVERY[::9], *(pytest.param(*one, marks=pytest.mark.slow) for k, one in enumerate(EVERY) if k % 9)],
 )
 def test_every_patch_comes_back_on_bodies_of_any_stature_and_build(bundled_body, stature, build):
     body = body_of(bundled_body, stature, build)

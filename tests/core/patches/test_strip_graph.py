@@ -49,6 +49,7 @@ def test_strip_graph_is_never_below_the_exact_distance_and_close_to_it(bundled_b
     assert np.percentile(error, 99) < 0.025
 
 
+@pytest.mark.slow
 def test_more_crossings_bring_the_graph_closer_to_the_exact_distance(bundled_body) -> None:
     body = bundled_body
     exact = exact_distances(body, 100)

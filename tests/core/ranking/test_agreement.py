@@ -34,6 +34,7 @@ def test_noise_has_no_agreement_and_its_p_values_are_even():
     assert np.mean(np.array(p_values) <= 0.05) <= 0.11
 
 
+@pytest.mark.slow
 def test_interval_over_places_covers_the_truth():
     rng = np.random.default_rng(5)
     truth = 6 / np.pi * np.arcsin(0.8 / 2)

@@ -124,7 +124,7 @@ def test_intervals_narrow_where_all_clips_bring_f1_nearer_to_one_than_halves_do(
     assert still == pytest.approx(alike, rel=0.02)
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_intervals_hold_the_truth_where_few_halvings_tell_of_the_level():
     held = []
     for seed in range(80):

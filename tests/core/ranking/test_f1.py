@@ -2,6 +2,7 @@
 """F1 from counts equals scikit-learn's, and bootstrap intervals cover what they should."""
 
 import numpy as np
+import pytest
 from sklearn.metrics import confusion_matrix, f1_score
 
 from w2w.core.ranking import f1
@@ -58,6 +59,7 @@ def test_resamples_keep_the_number_of_clips_of_each_activity():
     np.testing.assert_allclose(weights.mean(axis=0), 1.0, atol=0.06)
 
 
+@pytest.mark.slow
 def test_interval_covers_the_true_macro_f1():
     """95 % intervals over 30 clips an activity must cover at least 85 % of the time, and not always."""
     rng = np.random.default_rng(3)

@@ -85,7 +85,7 @@ def classified(shuffled, seed, equal=False):
     return utility_map(features, protocol, resamples=20)
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_shuffled_labels_give_a_reliability_near_nought_and_cannot_rank():
     found = [classified(True, seed) for seed in range(5)]
     assert np.mean([one.reliability for one in found]) == pytest.approx(0, abs=0.2)

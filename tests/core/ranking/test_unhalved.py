@@ -73,7 +73,7 @@ def test_of_their_contrast_what_is_beyond_noise_repeats(signal):
     assert np.mean(variances) == pytest.approx(2 * rest.noise(pooled), rel=0.07)
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_the_chance_of_beating_an_average_place_is_right_where_most_activities_are_rare():
     """Two activities of 40 clips and eight of three that share no signal worth speaking of."""
     noise = 0.04 * np.sqrt(40 / np.array([40] * 2 + [3] * 8))[:, None]

@@ -56,7 +56,7 @@ def world(noise, seed, disjoint=True):
     return made.mean[1:], reached(truth, order)[1:]
 
 
-@pytest.mark.parametrize(("noise", "seeds"), [(0.02, 80), (0.1, 200)])
+@pytest.mark.parametrize(("noise", "seeds"), [(0.02, 80), pytest.param(0.1, 200, marks=pytest.mark.slow)])
 def test_all_clips_choose_better_than_the_halves_that_tell_of_it(noise, seeds):
     promised, given = np.mean([world(noise, seed) for seed in range(seeds)], axis=0)
     np.testing.assert_allclose(promised, given, atol=0.006)

@@ -52,6 +52,7 @@ def test_a_clip_that_begins_sunk_keeps_its_run_up(bundled_body):
     assert clear_reach(bundled_body, turning(bundled_body, 0.0, "left_shoulder", start=1.6)) == 1
 
 
+@pytest.mark.slow
 def test_the_body_goes_by_it_with_a_garment_on(body_in_scene, bundled_body, patches, monkeypatch):
     item = dress(body_in_scene.mesh, "trousers")
     asked = []
