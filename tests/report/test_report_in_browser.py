@@ -21,6 +21,7 @@ from w2w.core.ranking.utility import UtilityMap
 from w2w.core.study.choosing import compared
 from w2w.core.study.results import StudyResults
 from w2w.headless.commands.report import write_report
+from w2w.report.page import report_page
 from w2w.report.still_picture import still_picture
 
 from .browser import find, settle, text
@@ -341,6 +342,22 @@ def test_on_a_phone_nothing_is_wider_than_the_screen(page):
         assert picture(page).shape[1] >= 600  # drawn at the screen's own resolution
     finally:
         page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_on_a_phone_the_products_come_before_the_cautions(browser, sparse_results, tmp_path):
+    path = tmp_path / "report.html"
+    path.write_text(report_page(StudyResults.load(sparse_results)), encoding="utf-8")
+    size = {"width": 390, "height": 800, "deviceScaleFactor": 1, "mobile": True}
+    try:
+        browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        browser.get(path.as_uri())
+        settle(browser)
+        tops = "return ['.choices', '#cautions'].map((css) => document.querySelector(css).offsetTop)"
+        products, cautions = browser.execute_script(tops)
+        assert products < cautions
+        assert text(browser, ".warning, .note a").startswith("What ")  # the way to them stands at the top
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
 def test_every_control_has_a_name_and_text_stands_out(page):
