@@ -48,7 +48,11 @@ def python_version() -> str:
 
 
 def run_in_window(
-    script: str, out: Path, variables: Mapping[str, str] | None = None, shared: Path | None = None
+    script: str,
+    out: Path,
+    variables: Mapping[str, str] | None = None,
+    shared: Path | None = None,
+    window: tuple[str, str] = WINDOW,
 ) -> dict[str, Any]:
     """Run a script of this folder in Blender's window under Xvfb.
 
@@ -62,6 +66,8 @@ def run_in_window(
         Further environment of the script.
     shared : Path, optional
         A folder that the script sees as /shared.
+    window : tuple of str
+        Width and height, pixels.
 
     Returns
     -------
@@ -77,7 +83,7 @@ def run_in_window(
     given["BLENDER_USER_RESOURCES"] = inside(resources)
     blender = [
         "blender", "--factory-startup", "--enable-event-simulate",
-        "--window-geometry", "0", "0", *WINDOW, "--python", f"/project/tests/gui/{script}",
+        "--window-geometry", "0", "0", *window, "--python", f"/project/tests/gui/{script}",
     ]  # fmt: skip
     folders = {"W2W_BLENDER_SANDBOX": str(SANDBOX)}
     if shared is not None:
@@ -85,7 +91,7 @@ def run_in_window(
     done = subprocess.run(
         [
             PROJECT / "tools" / "real_blender.sh", "run", *(f"{k}={v}" for k, v in given.items()),
-            "xvfb-run", "-a", "-s", f"-screen 0 {'x'.join(WINDOW)}x24", *blender,
+            "xvfb-run", "-a", "-s", f"-screen 0 {'x'.join(window)}x24", *blender,
         ],
         env={**os.environ, **folders},
         capture_output=True,

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From Blender's first scene, as it is, to a map in sight, a clip that plays and a picture to show.
+
+Needs what `test_window.py` needs; skips where one is missing.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from .sandbox import RESULTS, inside, run_in_window
+from .test_run_all_window import copy_clips
+
+SIZES = {("1280", "800"): "WORKBENCH CYCLES EEVEE", ("1920", "1080"): ""}
+"""Sizes of windows, and the engines that render there: Eevee takes a minute without a graphics card."""
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module", params=SIZES, ids="x".join)
+def report(request: pytest.FixtureRequest, shared_data: Path) -> dict[str, Any]:
+    """What a window of this size showed."""
+    out = RESULTS / f"first_minutes_{request.param[0]}"
+    variables = {"W2W_CLIPS": inside(copy_clips(shared_data, out)), "W2W_RENDER": SIZES[request.param]}
+    return run_in_window("first_minutes.py", out, variables, window=request.param)
+
+
+def test_the_default_cube_camera_and_light_are_there(report: dict[str, Any]) -> None:
+    assert report["things"] == ["Camera", "Cube", "Light"]
+
+
+def test_the_whole_body_shows_the_map(report: dict[str, Any]) -> None:
+    parts = {part.split()[-1] for part in report["shown"]}
+    assert len(parts) > 15
+    assert min(report["shown"].values()) > 0.3, report["shown"]
+
+
+def test_the_sentence_is_read_without_scrolling(report: dict[str, Any]) -> None:
+    sentence = report["sentence"]
+    assert sentence["answer"] in sentence["text"]
+    assert abs(sentence["scrolled"]) <= 2  # pixels
+    assert sentence["widest"] <= 1
+    assert sentence["height"] < 0.6
+
+
+def test_preview_plays_and_stops(report: dict[str, Any]) -> None:
+    assert report["frames_played"] > 5
+    assert report["playing"] == [True, False, True, False]
+
+
+def test_products_are_compared(report: dict[str, Any]) -> None:
+    assert sorted(report["compared"]) == ["necklace", "ring"]
+
+
+def test_the_picture_to_show_has_body_legend_and_badges(report: dict[str, Any]) -> None:
+    picture = report["presentation"]
+    assert picture["scenes"] == 1
+    assert picture["colours"] > 50_000
+    assert picture["colours_of_legend"] > 100
+    assert picture["ink"] > 1000
+
+
+def test_renders_show_the_map_in_every_engine(report: dict[str, Any]) -> None:
+    if "rendered" not in report:
+        pytest.skip("nothing is rendered at this size")
+    assert sorted(report["rendered"]) == ["CYCLES", "EEVEE", "WORKBENCH"]
+    assert min(report["rendered"].values()) > 300, report["rendered"]
