@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from tools.check_zip import ACCEPTED
+
 ROOT = Path(__file__).resolve().parents[1]
 
 PICTURES = {"icon": (256, 256), "featured": (1920, 1080)} | {f"preview_{n}": (1920, 1080) for n in (1, 2, 3)}
@@ -27,4 +29,5 @@ def test_the_listing_says_what_the_manifest_says() -> None:
     assert len(manifest["tagline"]) <= 64
     assert not manifest["tagline"].endswith(".")
     assert manifest["license"][0] == "SPDX:GPL-3.0-or-later"
+    assert {name.removeprefix("SPDX:") for name in manifest["license"]} <= ACCEPTED
     assert all(year_and_name[:4].isdigit() for year_and_name in manifest["copyright"])

@@ -31,6 +31,9 @@ DOOR = ("__init__.py", "LICENSE")
 SERIES = {"3.11": ("4.3.0", "5.1.0"), "3.13": ("5.1.0", "")}
 """The first Blender that has a Python, and the first that has a later one."""
 
+LEFT_TO_PIP = ("smpl_numbering.npz",)
+"""Templates under licences that the Extensions Platform does not take: CC BY 4.0."""
+
 EPOCH = 1_767_225_600
 """Time of all files in what is built, 2026-01-01: the same tree gives the same bytes."""
 
@@ -86,7 +89,7 @@ def build(
 def own_wheel(folder: Path) -> Path:
     """W2W itself as a wheel, without its studies."""
     tree = folder / "tree"
-    ignore = shutil.ignore_patterns("__pycache__", "build", "studies", ".*")
+    ignore = shutil.ignore_patterns("__pycache__", "build", "studies", ".*", *LEFT_TO_PIP)
     for part in ("assets", "blender_addon"):
         shutil.copytree(PROJECT / part, tree / part, ignore=ignore)
     for part in ("README.md", "LICENSE", "setup.py"):

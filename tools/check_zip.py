@@ -30,6 +30,12 @@ RELEASED = {"3.11", "3.13"}
 TAGLINE = 64
 """Characters of a tagline on the platform."""
 
+ACCEPTED = {
+    "GPL-2.0-or-later", "GPL-3.0-or-later", "LGPL-2.1-or-later", "LGPL-3.0-or-later", "BSD-1-Clause",
+    "BSD-2-Clause", "BSD-3-Clause", "BSL-1.0", "CC0-1.0", "MIT", "MIT-0", "MPL-2.0", "Pixar", "Zlib",
+}  # fmt: skip
+"""Licences that the platform takes (docs.blender.org/manual/en/latest/advanced/extensions/licenses.html)."""
+
 DOOR = {"blender_manifest.toml", "__init__.py", "LICENSE"}
 DOOR_LINES = 40
 """Lines, blank ones aside, of the zip's `__init__.py`, which hands over to the package in the wheels."""
@@ -84,6 +90,9 @@ def _of_the_manifest(manifest: dict, platform: str, wheels: set[str]) -> Iterato
         yield f"its tagline has more than {TAGLINE} characters or ends in punctuation"
     if manifest["license"][0] != "SPDX:GPL-3.0-or-later":
         yield "its manifest names another licence first"
+    for licence in manifest["license"]:
+        if licence.removeprefix("SPDX:") not in ACCEPTED:
+            yield f"its manifest names {licence}, which the platform does not take"
 
 
 def _of_the_door(files: dict[str, bytes]) -> Iterator[str]:
@@ -118,6 +127,8 @@ def _of_our_wheel(wheels: dict[str, bytes]) -> Iterator[str]:
             yield f"{name} belongs to the studies"
         if in_window and PROCESS_WIDE.search(code.decode()):
             yield f"{name} changes the environment of all of Blender"
+    if "w2w/templates/smpl_numbering.npz" in content:
+        yield "W2W's wheel holds a table under CC BY 4.0"
     for name in ("w2w/report/templates/page.html", "w2w/templates/demo.npz"):
         if name not in content:
             yield f"W2W's wheel lacks {name}"

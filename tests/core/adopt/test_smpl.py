@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from tools.make_smpl_numbering import describe_topology
+from w2w.core.adopt import smpl, topology
 from w2w.core.adopt.registration import register
 from w2w.core.adopt.rest_pose import in_t_pose, metres_per_unit, to_axes, with_smpl_shoulders
 from w2w.core.adopt.smpl import load_body, read_mesh
@@ -33,6 +34,28 @@ def smpl_faces(shared_data):
 def a_pose(shared_data):
     """Vertices in SMPL's order and mostly quads."""
     return read_mesh(shared_data / "smpl_body" / "m_smpl_average_A40.obj")
+
+
+@pytest.fixture
+def without_table(monkeypatch, tmp_path):
+    """As in the Blender extension."""
+    for module in (smpl, topology):
+        monkeypatch.setattr(module, "NUMBERING", tmp_path / "none.npz")
+
+
+@pytest.mark.usefixtures("without_table")
+def test_without_the_table_a_mesh_is_refused_and_says_what_to_give(shared_data):
+    with pytest.raises(ValueError, match=r"give the official SMPL model \(\.npz or \.pkl\)"):
+        load_body(shared_data / "smpl_body" / "m_smpl_average_A40.obj")
+
+
+@pytest.mark.usefixtures("without_table")
+def test_without_the_table_a_rigged_body_keeps_its_own_order(bundled_body):
+    polygons = np.column_stack([bundled_body.faces, np.full(len(bundled_body.faces), -1)])
+    body = smpl.body_from_rig(
+        bundled_body.vertices, polygons, bundled_body.joints, bundled_body.weights, "own"
+    )
+    np.testing.assert_array_equal(body.faces, bundled_body.faces)
 
 
 def as_set(faces):

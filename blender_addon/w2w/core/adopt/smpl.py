@@ -15,7 +15,7 @@ from ..files import array_names
 from ..pickles import read_arrays, read_npz_member
 from .registration import register
 from .rest_pose import in_t_pose, metres_per_unit, on_the_ground, to_axes, with_smpl_shoulders
-from .topology import N_TRIANGLES, N_VERTICES, SmplMesh, recognise
+from .topology import N_TRIANGLES, N_VERTICES, NUMBERING, SmplMesh, recognise
 
 MODEL_ARRAYS = ("v_template", "f", "J_regressor", "weights", "kintree_table")
 
@@ -191,6 +191,12 @@ def smpl_mesh(vertices: np.ndarray, polygons: np.ndarray) -> SmplMesh:
     if not np.isfinite(vertices).all():
         raise BodyError("it holds positions that are not finite")
     mesh = recognise(polygons, vertices)
+    if mesh is None and not NUMBERING.is_file():
+        raise BodyError(
+            "SMPL's mesh without a rig is recognised by a table that the Blender extension may not hold: "
+            "give the official SMPL model (.npz or .pkl), or a body saved by w2w.load_body(path).save(path) "
+            "in Python"
+        )
     if mesh is None:
         n_triangles = int((polygons >= 0).sum() - 2 * len(polygons))
         same_size = (len(vertices), n_triangles) == (N_VERTICES, N_TRIANGLES)

@@ -23,7 +23,7 @@ N_QUADS, N_LONE_TRIANGLES = 6876, 24
 NUMBERING = TEMPLATES / "smpl_numbering.npz"
 """SMPL's number of every vertex in walking order, and which way each quad is cut; made by
 `tools/make_smpl_numbering.py` from the meshes of SMPL-Body (Max Planck Institute for Intelligent Systems,
-CC BY 4.0)."""
+CC BY 4.0). The Blender extension lacks it: its platform takes no material under that licence."""
 
 TRIANGLES_SHA256 = "c8c3c29bde967a6c8d3624257581620b59737dfcd7ff6f77fbbf35a6035c491a"
 QUADS_SHA256 = "252fced9b788233ae088f05e5bec2e7307040b237d9409a2c114762c47f3feb1"
@@ -44,7 +44,7 @@ class SmplMesh:
 
 
 def recognise(polygons: np.ndarray, vertices: np.ndarray) -> SmplMesh | None:
-    """The SMPL mesh that polygons form; None if they are joined in another way.
+    """The SMPL mesh that polygons form; None if they are joined in another way, or `NUMBERING` is not there.
 
     SMPL's mesh is joined symmetrically, so only its outside distinguishes left from right: faces listed
     clockwise are turned over first.
@@ -54,9 +54,14 @@ def recognise(polygons: np.ndarray, vertices: np.ndarray) -> SmplMesh | None:
     """
     faces = [tuple(face[face >= 0].tolist()) for face in np.asarray(polygons)]
     sizes = Counter(map(len, faces))
-    if len(vertices) != N_VERTICES or sizes not in (
-        Counter({3: N_TRIANGLES}),
-        Counter({4: N_QUADS, 3: N_LONE_TRIANGLES}),
+    if (
+        not NUMBERING.is_file()
+        or len(vertices) != N_VERTICES
+        or sizes
+        not in (
+            Counter({3: N_TRIANGLES}),
+            Counter({4: N_QUADS, 3: N_LONE_TRIANGLES}),
+        )
     ):
         return None
     # of a mesh listed clockwise, the first three corners of every face enclose a negative volume
