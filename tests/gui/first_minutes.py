@@ -18,7 +18,8 @@ sys.path.insert(0, str(Path(__file__).parent))
 from driver import MIDDLE, Driver, Script
 from panel import OUT, idle, install, module, open_tab, play, report, study
 
-ENGINES = {"WORKBENCH": "BLENDER_WORKBENCH", "CYCLES": "CYCLES", "EEVEE": "BLENDER_EEVEE_NEXT"}
+EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
+ENGINES = {"WORKBENCH": "BLENDER_WORKBENCH", "CYCLES": "CYCLES", "EEVEE": EEVEE}
 COLOURED = 40
 """Difference of the channels of a pixel from which on it has a colour: Blender's own greys have less."""
 
@@ -142,10 +143,8 @@ def render(_driver: Driver) -> Script:
     scene.frame_set(1)
     scene.render.resolution_x, scene.render.resolution_y = 480, 270
     scene.cycles.samples, scene.cycles.use_denoising, scene.eevee.taa_render_samples = 4, False, 1
-    known = scene.render.bl_rna.properties["engine"].enum_items.keys()
     for name in os.environ["W2W_RENDER"].split():
-        engine = ENGINES[name] if ENGINES[name] in known else f"BLENDER_{name}"
-        scene.render.engine, path = engine, OUT / "pictures" / f"6_{name.lower()}.png"
+        scene.render.engine, path = ENGINES[name], OUT / "pictures" / f"6_{name.lower()}.png"
         scene.render.filepath = str(path)
         bpy.ops.render.render(write_still=True)
         report.setdefault("rendered", {})[name] = int(coloured(pixels(path)).sum())

@@ -11,9 +11,11 @@ import bpy
 import pytest
 
 from w2w.ui.jobs import preferences
+from w2w.ui.panels.placement import W2W_PT_placement
 from w2w.ui.panels.results import W2W_PT_findings
 from w2w.ui.panels.steps import W2W_PT_main, W2W_PT_signals
 from w2w.ui.study import signal_cache, state
+from w2w.ui.study.lists import advice_of
 from w2w.ui.viewport.legend import legend
 
 from .made_study import make_study
@@ -91,3 +93,15 @@ def test_signals_that_are_gone_from_the_cache_lose_their_tick(
     assert not W2W_PT_signals.is_done(None, body)
     said = words(draw(W2W_PT_signals, view_of_panels()))
     assert "8 of 9 clips are up to date; the signals of 1 are gone from the cache" in said
+
+
+def test_a_sensor_of_the_set_is_a_row_that_opens_into_its_card(library: Path) -> None:
+    body = make_study(library)
+    body.w2w.max_places = 1
+    assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
+    (card,) = [card for card in advice_of(body.w2w)["cards"] if card["patch"] == body.w2w.worn[0].patch]
+    closed = words(draw(W2W_PT_placement, view_of_panels()))
+    assert f"{card['slip_cm']:.0f} cm" in closed
+    assert card["in_words"] not in closed
+    body.w2w.worn[0].is_open = True
+    assert card["in_words"] in words(draw(W2W_PT_placement, view_of_panels()))

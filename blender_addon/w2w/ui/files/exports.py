@@ -93,6 +93,8 @@ def presentation_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     named = [row.label for row in rows], [row.f1 for row in rows], [words.get(row.patch, "") for row in rows]
     scale = Scale(shown.low, shown.high, shown.title, shown.note, shown.colour_map)
     title, subtitle = heading(mesh)
+    if scores.view_index(study) == 0 and scores.minus_index(study) < 0:  # the badges are of this answer
+        subtitle = lists.answer_of(study).get("sentence", subtitle)
 
     def draw(_: object) -> None:
         subset_figure(path, views, title, scale, markers, *named, subtitle=subtitle)

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sensor Placement: wishes, the best spot that they allow, and the set to wear together."""
 
+from typing import Any
+
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
+from ...core.selection.headline import short
 from ...core.wording import capital
 from ..jobs import jobs
 from ..jobs.text import draw_outcome, draw_text, styled
@@ -11,9 +14,10 @@ from ..results import results
 from ..results.own_placements import spot_name
 from ..steps.choosing import missing_for_choice
 from ..study import counting, lists, operators, state
+from ..study.counting import Group
 from ..viewport.overlay import NO_PICK, picks
 from .base import ResultPanel, draw_info, form
-from .results import can_change_now, draw_rows
+from .results import can_change_now, draw_headings
 from .rows import KINDS
 
 
@@ -120,19 +124,47 @@ def draw_worn(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.
     if worn is None:
         draw_info(layout, context, "Sets to wear together are chosen by the classifier Ridge only")
         return
-    draw_rows(layout, study, study.worn, numbered=True)
+    draw_sensors(layout, context, study, content)
     draw_text(layout, context, _sentence(worn["sentence"]))
     following = worn["next_sensor"]
     if following:
         draw_text(layout, context, _sentence(following["sentence"]))
-    for number, (sensor, names) in enumerate(zip(worn["places"], worn["alternatives"], strict=True), start=1):
-        if names:
-            text = f"instead of {number} ({sensor['name']}): {' or '.join(names)}"
-            draw_text(layout, context, _sentence(text))
-    for card in content.get("cards") or ():
-        draw_text(layout, context, f"{capital(card['sensor'])}: {card['in_words']}")
     if counting.left_out(study):
         draw_info(layout, context, "Chosen from a ranking without the activities that are left out.")
+
+
+def draw_sensors(
+    layout: bpy.types.UILayout, context: bpy.types.Context, study: Group, content: dict[str, Any]
+) -> None:
+    """Draw a row a sensor of the set: its number, where it goes, how far it may slip and turn; it opens."""
+    cards = {card["patch"]: card for card in content.get("cards") or ()}
+    column = layout.column(align=True)
+    draw_headings(column, "Sensor", "May Slip, Turn")
+    for number, (entry, names) in enumerate(
+        zip(study.worn, content["worn_together"]["alternatives"], strict=True), start=1
+    ):
+        card, row = cards.get(entry.patch, {}), styled(column.row(align=True), use_property_split=False)
+        icon = "DOWNARROW_HLT" if entry.is_open else "RIGHTARROW"
+        row.prop(entry, "is_open", text="", icon=icon, emboss=False)
+        split = row.split(factor=0.65, align=True)
+        name, is_picked = (
+            capital(card.get("sensor", entry.label)),
+            entry.patch in (study.picked, study.compared),
+        )
+        looking = split.operator(
+            "w2w.select_patch", text=f"{number}  {name}", translate=False, depress=is_picked
+        )
+        looking.patch = entry.patch
+        far = {" cm": card.get("slip_cm"), "°": card.get("turn_deg")}
+        limits = ", ".join(f"{limit:.0f}{unit}" for unit, limit in far.items() if limit is not None)
+        styled(split.row(), alignment="RIGHT").label(text=limits, translate=False)
+        if entry.is_open:
+            interval = (
+                f"F1 with the sensors so far: {short(entry.f1)} ({short(entry.low)} to {short(entry.high)})."
+            )
+            draw_text(column, context, f"{entry.label}. {interval} {card.get('in_words', '')}")
+            if names:
+                draw_text(column, context, f"Or instead: {' or '.join(names)}.")
 
 
 def _sentence(text: str) -> str:

@@ -106,11 +106,16 @@ class W2W_UL_activities(bpy.types.UIList):
             best.label(text=f"{scores.activity_scores(data, utility)[:, index].max():.2f}", translate=False)
 
 
+def draw_headings(layout: Layout, left: str, right: str) -> None:
+    """Draw the headings of a table of two columns."""
+    row = styled(layout.row(), active=False)
+    row.label(text=left, translate=False)
+    styled(row.row(), alignment="RIGHT").label(text=right, translate=False)
+
+
 def draw_activities(layout: Layout, study: bpy.types.PropertyGroup, right: str) -> None:
     """Draw the list of activities under a line with its headings; `right` is the right one."""
-    row = styled(layout.row(), active=False)
-    row.label(text="Activity", translate=False)
-    styled(row.row(), alignment="RIGHT").label(text=right, translate=False)
+    draw_headings(layout, "Activity", right)
     layout.template_list(
         "W2W_UL_activities", "", study, "activities", study, "activity_index", rows=4, maxrows=10
     )
@@ -199,20 +204,19 @@ class W2W_PT_regions(ResultPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         study = state.polled_body(context).w2w
         layout = styled(self.column(context), enabled=can_change_now(context))
-        draw_rows(layout, study, study.regions, numbered=False)
+        draw_rows(layout, study, study.regions)
 
 
-def draw_rows(
-    layout: Layout, study: bpy.types.PropertyGroup, rows: bpy.types.bpy_prop_collection, numbered: bool
-) -> None:
+def draw_rows(layout: Layout, study: bpy.types.PropertyGroup, rows: bpy.types.bpy_prop_collection) -> None:
     """Draw a table of patches; a click on one looks at it."""
     column = layout.column(align=True)
-    for number, entry in enumerate(rows, start=1):
+    for entry in rows:
         row = column.row(align=True)
         split = row.split(factor=0.6 if entry.high > 0 else 0.7, align=True)
-        text = f"{number}  {entry.label}" if numbered else entry.label
         is_picked = entry.patch in (study.picked, study.compared)
-        split.operator("w2w.select_patch", text=text, translate=False, depress=is_picked).patch = entry.patch
+        split.operator(
+            "w2w.select_patch", text=entry.label, translate=False, depress=is_picked
+        ).patch = entry.patch
         value = styled(split.row(align=True), alignment="RIGHT")
         interval = f"{short(entry.f1)} ({short(entry.low)}–{short(entry.high)})"
         value.label(text=interval if entry.high > 0 else f"{entry.f1:.3f}", translate=False)

@@ -231,6 +231,7 @@ class W2W_PG_place(Group):
     f1: FloatProperty(name="F1")
     low: FloatProperty(name="Lower Limit")
     high: FloatProperty(name="Upper Limit")
+    is_open: BoolProperty(name="Card", description="Show where this sensor goes, in words")
 
 
 class W2W_PG_wish(Group):

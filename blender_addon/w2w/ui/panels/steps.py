@@ -176,7 +176,8 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
             return
         layout.prop(clip, "subject")
         skeleton = clip.skeleton or "own"
-        draw_note(layout, context, f"{clip.n_frames} frames at {clip.rate:g} fps, {skeleton} skeleton")
+        about = f"{clip.n_frames} frames at {clip.rate:g} fps, {skeleton} skeleton"
+        draw_note(layout, context, f"{Path(clip.file).stem or clip.name}: {about}")
         row = layout.row(align=True)
         text, icon = ("Stop", "PAUSE") if is_playing(context, study.id_data) else ("Preview", "PLAY")
         row.operator("w2w.preview_clip", text=text, translate=False, icon=icon).index = study.clip_index
