@@ -83,8 +83,13 @@ def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...
 
 def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> Advice:
     """Choose in a ranked study, as `choose_to_wear`: the step of a run, of `w2w place` and of the panel."""
-    tests = prepared_tests(study, config, pooling)
-    stream = stream_in(study, config)
+    return advised_by(study, config, prepared_tests(study, config, pooling), stream_in(study, config))
+
+
+def advised_by(
+    study: StudyResults, config: StudyConfig, tests: SetTests | None, stream: Stream | None
+) -> Advice:
+    """Like `advised`, with tests and a stream that know what was asked of them before."""
     advice = choose_to_wear(study.utility, study.patches, study.body(), config, tests, stream)
     if stream is None:
         return advice

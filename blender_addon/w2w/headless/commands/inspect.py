@@ -3,7 +3,7 @@
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
@@ -69,10 +69,15 @@ def inspect(
     for row in (*_about_source(source, details, body), *stands, *_about_motion(motion, details, body)):
         table.add_row(*row)
     console.print(table)
-    shortest = WindowSpec().least_s
-    if details["duration_s"] < shortest:
-        raise _skipped(file, f"it is shorter than the {shortest:g} s a window needs", console)
+    if reason := too_short(details):
+        raise _skipped(file, reason, console)
     console.print(Text(f"{shown(file.name)} would be used.", style="green"), label)
+
+
+def too_short(details: dict[str, Any]) -> str:
+    """Why a run would skip a clip that can be read, from the facts of `load_clip`; "" if it would not."""
+    shortest = WindowSpec().least_s
+    return f"it is shorter than the {shortest:g} s a window needs" if details["duration_s"] < shortest else ""
 
 
 def _skipped(file: Path, reason: str, console: Console) -> typer.Exit:

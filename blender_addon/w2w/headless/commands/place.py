@@ -3,7 +3,7 @@
 
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +19,7 @@ from w2w.core.findings.summary import PLACEMENTS, map_content, write_map, write_
 from w2w.core.garments.cover import garment_sentence
 from w2w.core.ranking.weights import check_counting, read_weights
 from w2w.core.selection.advice import Advice
+from w2w.core.selection.constraints import Constraints
 from w2w.core.study.choosing import advised, compared, ranked_again
 from w2w.core.study.clip_files import WORK, mark_changing, mark_whole
 from w2w.core.study.clip_list import is_used
@@ -105,8 +106,7 @@ def place(
             if out is not None:
                 write_json(out, [place_content(score, study.patches) for score in scores])
             return
-        config = study.config()
-        constraints = options.wishes_over(config.constraints, only, forbid, must, costs)
+        constraints = options.wishes_over(study.config().constraints, only, forbid, must, costs)
         wished: dict[str, Any] = {
             "target": target,
             "every_activity": every_activity,
@@ -114,15 +114,13 @@ def place(
             "background": None if background is None else options.words(background),
             "weights": None if weights is None else read_weights(weights),
         }
-        given = {name: value for name, value in wished.items() if value is not None}
-        config = replace(config, **given, constraints=constraints)
+        config = wished_config(study, constraints, wished)
         if folder is not None and folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise ValueError(f"--out {folder} is not empty: give a new folder, or a json file")
         if folder is None:
             new_file(out)
         if redrawn or folder is not None:
             check_redraw(study)
-        check_counting({clip.activity for clip in study.clips}, config.background, config.weights)
         with console.status("Ranking"):
             study = ranked_again(study, config)
         with console.status("Choosing sensors"):
@@ -147,6 +145,14 @@ def _cautions(study: StudyResults, config: StudyConfig) -> list[Caution]:
     return cautions(
         study.utility, study.clips, (entry for entry in study.listed if is_used(entry)), config, worn
     )
+
+
+def wished_config(study: StudyResults, constraints: Constraints, wished: Mapping[str, Any]) -> StudyConfig:
+    """A study's parameters under other wishes, None for the run's own; a ValueError says which is wrong."""
+    given = {name: value for name, value in wished.items() if value is not None}
+    config = replace(study.config(), **given, constraints=constraints)
+    check_counting({clip.activity for clip in study.clips}, config.background, config.weights)
+    return config
 
 
 @contextmanager

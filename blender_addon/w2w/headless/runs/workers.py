@@ -215,7 +215,7 @@ def load_alone(
 
     Without the `ups` of a library the clip is by itself, and refused if it is upside down.
     """
-    found = run_alone(_load, clip, body, tuple(bone_maps), pose, ups or BY_ITSELF)
+    found = run_alone(load_guarded, clip, body, tuple(bone_maps), pose, ups or BY_ITSELF)
     if found is None:
         raise UnusableMotion(
             f"Blender crashed on it, or it took longer than {LIMIT_S:g} s or more than "
@@ -228,10 +228,10 @@ def load_alone(
     return found
 
 
-def _load(
+def load_guarded(
     clip: Clip, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups
 ) -> LoadedClip | str:
-    """The clip, or a sentence."""
+    """Like `load_clip`, within limits; a sentence instead of an error."""
     with guarded():
         try:
             return load_clip(clip, body, bone_maps, pose, ups)

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w serve`: the web app."""
+
+import secrets
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from w2w.core.files import write_text
+from w2w.headless.console import BUSY, NOTHING_TO_DO, USAGE, Terminal
+from w2w.headless.options import option
+
+MEGABYTE = 10**6
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Add `w2w serve` to the command line."""
+    app.command()(serve)
+
+
+def serve(
+    data: Annotated[Path, option("Folder for all studies; made if missing.")] = Path("w2w_studies"),
+    port: Annotated[int, option("Port to listen on.", min=1, max=65535)] = 8000,
+    host: Annotated[
+        str, option("Address to listen on; 0.0.0.0 lets other machines in, with a token.")
+    ] = "127.0.0.1",
+    name: Annotated[
+        list[str] | None, option("A further name by which browsers reach it, as behind a proxy; repeatable.")
+    ] = None,
+    token: Annotated[
+        list[str] | None,
+        option(
+            "Token to come in with; each of several sees its own studies only.  [default: one is drawn and "
+            "kept in the data folder, unless only this machine can come in]",
+            show_default=False,
+        ),
+    ] = None,
+    workers: Annotated[int, option("Studies worked on at the same time.", min=1)] = 1,
+    scheduler: Annotated[str, option("Dask scheduler for the runs, as for 'w2w run'.")] = "",
+    most_mb: Annotated[int, option("Most MB of a study's files; ten times that in all.", min=1)] = 2000,
+    keep_days: Annotated[float, option("Days after which an unused study is deleted.", min=0.01)] = 30.0,
+) -> None:
+    """Serve W2W as a web app: drop clips in a browser, get the answer.
+
+    Needs the extra 'web'. Studies lie in the data folder: a server that is started again goes on there.
+
+    Exit codes: 0 stopped, 1 libraries are missing, 2 wrong use, 4 another server uses the data folder.
+    """
+    console = Terminal()
+    try:
+        import uvicorn
+        from filelock import FileLock, Timeout
+
+        from .app import web_app
+        from .guard import Doors, is_local
+        from .work import Work
+    except ImportError as error:
+        console.print(f"{error}. In W2W's source folder: pip install '.[web]'", style="red")
+        raise typer.Exit(NOTHING_TO_DO) from error
+    tokens = list(token or ())
+    if any(len(one) < 8 or not one.isascii() or " " in one for one in tokens):
+        console.print("--token needs at least 8 letters, digits or signs, without spaces", style="red")
+        raise typer.Exit(USAGE)
+    try:
+        data.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(data / "lock")
+        lock.acquire(timeout=0)
+    except (OSError, Timeout) as error:
+        busy = isinstance(error, Timeout)
+        console.print(f"Another server uses {data}" if busy else str(error), style="red")
+        raise typer.Exit(BUSY if busy else USAGE) from error
+    if not tokens and not (is_local(host) and not name):
+        tokens = [_kept_token(data / "token")]
+    asked = f"?token={tokens[0]}" if tokens else ""
+    console.print(f"W2W is at http://{f'[{host}]' if ':' in host else host}:{port}/{asked}", soft_wrap=True)
+    doors = Doors(host, [each.lower() for each in name or ()], tokens, most_mb * MEGABYTE)
+    app = web_app(Work(data.absolute(), workers, scheduler, keep_days), doors)
+    uvicorn.run(
+        app, host=host, port=port, log_level="warning", access_log=False, server_header=False,
+        timeout_graceful_shutdown=2,
+    )  # fmt: skip
+
+
+def _kept_token(path: Path) -> str:
+    """The token of a data folder, drawn once, which only its owner can read."""
+    if not path.exists():
+        write_text(path, secrets.token_urlsafe(24))
+        path.chmod(0o600)
+    return path.read_text(encoding="utf-8").strip()

@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Studies from files to the answer, by the interface that the page uses, too."""
+
+import asyncio
+import io
+import json
+import os
+import shutil
+import time
+import zipfile
+
+import pytest
+
+from w2w.core.library.library import read_library
+from w2w.web.study import INPUT, RESULTS, Study
+from w2w.web.work import Reader, Work
+
+from ..command_line import cli
+from ..headless.conftest import write_motions
+from ..patience import HANG_S
+from .conftest import made, sent
+
+PACES = {"slow": 0.5, "fast": 2.0}
+FEW = {"patches": 24, "seed": 3}
+
+
+@pytest.fixture(scope="module")
+def motions(made_once):
+    """Eight npz motions of two activities, by their paths in the library."""
+    folder = made_once("web motions", lambda folder: write_motions(folder, PACES, 4))
+    return folder, {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*.npz")}
+
+
+def ended(client, study):
+    until = time.monotonic() + HANG_S
+    while (now := client.get(study).json())["state"] in ("queued", "running"):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    return now
+
+
+def folder_of(study, tmp_path):
+    return tmp_path / "data" / "local" / study.rpartition("/")[2]
+
+
+def test_files_are_labelled_by_their_folders_and_judged(client, motions):
+    study, reply = sent(client, motions[1])
+    assert reply.status_code == 201
+    until = time.monotonic() + HANG_S
+    now = client.get(study).json()
+    while any(row["judged"] is None for row in now["table"]):
+        assert time.monotonic() < until
+        now = client.get(study).json()
+    assert now["state"] == "draft"
+    assert {(row["name"].split("/")[0], row["activity"]) for row in now["table"]} == {(a, a) for a in PACES}
+    assert {row["judged"]["duration_s"] for row in now["table"]} == {4.9667}
+
+
+def test_labels_of_the_table_are_those_of_the_run(client, motions, tmp_path):
+    study, _ = sent(client, motions[1])
+    rows = [
+        {"file": row["file"], "activity": "" if "_3" in row["file"] else "walk, slow", "subject": "Anna"}
+        for row in client.get(study).json()["table"]
+    ]
+    assert client.put(f"{study}/labels", json=rows).status_code == 200
+    folder = folder_of(study, tmp_path)
+    library = read_library(folder / INPUT, folder / "labels.csv")
+    assert {(clip.activity, clip.subject) for clip in library.clips} == {("walk, slow", "Anna")}
+    assert len(library.clips) == 6
+    assert [row.get("activity") for row in client.get(study).json()["table"]].count("walk, slow") == 6
+
+
+@pytest.mark.parametrize(
+    "rows", [{}, [1], [{"file": "x.bvh"}], [{"file": "a.npz", "activity": 3}], "x", [{"file": "../a"}]]
+)
+def test_labels_that_are_none_are_refused(client, motions, rows):
+    study, _ = sent(client, {"a.npz": motions[1]["slow/slow_0.npz"]})
+    assert client.put(f"{study}/labels", json=rows).status_code == 400
+
+
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        ({"patches": 10**9}, "patches must be"),
+        ({"patches": "24"}, "patches cannot be"),
+        ({"target": True}, "target cannot be"),
+        ({"sensor": "/etc/passwd"}, "sensor is one of"),
+        ({"costs": "/etc/passwd"}, "no parameter 'costs'"),
+        ({"out": "/tmp"}, "no parameter 'out'"),
+        ({"title": "a\nb"}, "title cannot be"),
+        ([], "an object"),
+    ],
+)
+def test_a_wrong_parameter_is_refused(client, motions, asked, sentence):
+    study, _ = sent(client, motions[1])
+    reply = client.post(f"{study}/run", json=asked)
+    assert reply.status_code == 400
+    assert sentence in reply.json()["problem"]
+    assert client.get(study).json()["state"] == "draft"
+
+
+def test_words_that_look_like_options_stay_words(tmp_path, client):
+    study = Study.of(tmp_path / "data" / "local", made(client).rpartition("/")[2])
+    study.change(parameters={"title": "--out=/tmp/x", "by_subject": True, "max_places": 2})
+    words = study.command(1, "")
+    assert "--title=--out=/tmp/x" in words
+    assert "--by-subject" in words
+    assert "--max=2" in words
+
+
+def test_without_results_there_is_nothing_to_choose_or_to_fetch(client):
+    study = made(client)
+    assert client.post(f"{study}/place", json={}).status_code == 409
+    assert client.get(f"{study}/results.zip").status_code == 409
+    assert client.post(f"{study}/run", json={}).status_code == 400
+    assert client.get(f"{study}/files/report.html").status_code == 404
+
+
+def test_the_demo_is_a_study_like_others(client, tmp_path):
+    made_here = client.post("/api/studies", json={"demo": True}).json()
+    rows = client.get(f"/api/studies/{made_here['id']}").json()["table"]
+    assert len(rows) == made_here["clips"] == 24
+    assert len({row["activity"] for row in rows}) == 4
+    client.delete(f"/api/studies/{made_here['id']}")
+    assert client.get("/api/studies").json() == []
+    assert not any((tmp_path / "data" / "local").iterdir())
+
+
+def test_openapi_describes_every_address(client):
+    described = client.get("/api").json()["paths"]
+    served = {
+        (route.path.replace(":path", ""), method.lower())
+        for route in client.app.routes
+        for method in route.methods - {"HEAD"}
+        if route.path.startswith("/api/")
+    }
+    assert {(path, method) for path, ways in described.items() for method in ways} == served
+
+
+def test_old_studies_are_deleted_and_waiting_ones_go_on(tmp_path):
+    work = Work(tmp_path, 1, "", keep_days=1e-9)
+    old, waiting = Study.make(tmp_path / "local"), Study.make(tmp_path / "local")
+    waiting.change(asked=1.0)
+    begun = []
+    work._run = lambda study: begun.append(study.id) or asyncio.sleep(0)
+
+    async def a_while():
+        work.start()
+        await asyncio.sleep(0.05)
+        await work.stop()
+
+    asyncio.run(a_while())
+    assert begun == [waiting.id]
+    assert not old.folder.exists()
+    assert waiting.folder.exists()
+
+
+@pytest.mark.later
+@pytest.mark.usefixtures("own_reader")
+def test_a_reader_that_dies_is_followed_by_another():
+    async def twice():
+        reader = Reader()
+        try:
+            return await reader.ask(os._exit, 3), await reader.ask(os.getpid)
+        finally:
+            reader.close()
+
+    died, lives = asyncio.run(twice())
+    assert died is None
+    assert lives != os.getpid()
+
+
+@pytest.mark.slow
+def test_a_run_is_that_of_the_command_line_and_can_be_chosen_from_again(client, motions, tmp_path):
+    library, files = motions
+    study, _ = sent(client, files)
+    assert client.post(f"{study}/run", json=FEW).json()["state"] in ("queued", "running")
+    assert client.post(f"{study}/run", json=FEW).status_code == 409
+    now = ended(client, study)
+    assert now["state"] == "finished", now["sentence"]
+    told = [line for line in client.get(f"{study}/events").text.splitlines() if line]
+    assert json.loads(told[-1].removeprefix("data: "))["answer"] == now["answer"]
+
+    shutil.copytree(library, tmp_path / "library")
+    options = [f"--{name}={value}" for name, value in FEW.items()]
+    assert cli("run", tmp_path / "library", "--out", tmp_path / "out", "--no-pictures", *options)[0] == 0
+    ours = client.get(f"{study}/files/utility.csv")
+    assert ours.content == (tmp_path / "out/utility.csv").read_bytes()
+    summary = json.loads((tmp_path / "out/summary.json").read_text())
+    assert now["answer"] == summary["answer"]["sentence"]
+
+    with zipfile.ZipFile(io.BytesIO(client.get(f"{study}/results.zip").content)) as archive:
+        assert archive.testzip() is None
+        assert {"report.html", "summary.json", "study.blend", "utility.csv"} <= set(archive.namelist())
+    report = client.get(f"{study}/files/report.html")
+    assert "sha256-" in report.headers["content-security-policy"]
+    assert client.get(f"{study}/files/.w2w/state.json").status_code == 404
+    assert client.get(f"{study}/files/..%2frequest.json").status_code == 404
+
+    assert cli("place", tmp_path / "out", "--forbid", "leg", "--out", tmp_path / "placed.json")[0] == 0
+    placed = client.post(f"{study}/place", json={"forbid": "leg"}).json()
+    assert placed == json.loads((tmp_path / "placed.json").read_text())
+    compared = client.post(f"{study}/place", json={"compare": "ring, shoe"}).json()["compared"]
+    assert {place["name"] for place in compared} == {"ring", "shoe"}
+    assert client.post(f"{study}/place", json={"only": "nowhere"}).status_code == 400
+    assert client.post(f"{study}/place", json={"costs": "/etc/passwd"}).status_code == 400
+
+
+@pytest.mark.slow
+def test_a_run_that_is_cancelled_or_whose_server_ends_goes_on(opened, motions, tmp_path):
+    client = opened()
+    study, _ = sent(client, motions[1])
+    state = folder_of(study, tmp_path) / RESULTS / ".w2w" / "state.json"
+    for end in (lambda: client.post(f"{study}/cancel"), lambda: client.__exit__(None, None, None)):
+        state.unlink(missing_ok=True)
+        client.post(f"{study}/run", json=FEW)
+        until = time.monotonic() + HANG_S
+        while not state.exists():
+            assert time.monotonic() < until
+            time.sleep(0.02)
+        end()
+        assert not (folder_of(study, tmp_path) / RESULTS / "summary.json").exists()
+    assert Study(folder_of(study, tmp_path)).waits
+    client = opened()  # the next server takes it up by itself
+    assert ended(client, study)["state"] == "finished"
+
+
+@pytest.mark.later
+def test_a_run_that_cannot_be_says_why(client, motions):
+    study, _ = sent(client, {"slow/a.npz": motions[1]["slow/slow_0.npz"]})
+    client.post(f"{study}/run", json=FEW)
+    now = ended(client, study)
+    assert now["state"] == "failed"
+    assert "activit" in now["sentence"]
