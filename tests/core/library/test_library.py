@@ -198,3 +198,17 @@ OLD_COLUMN = re.compile(r"(?P<joint>.*\S)[\s_.:\-]+(?P<axis>[xyz])", re.IGNORECA
 def test_a_column_of_a_joint_is_named_by_its_end(name):
     found, expected = COLUMN.fullmatch(name), OLD_COLUMN.fullmatch(name)
     assert (found and found.groups()) == (expected and expected.groups())
+
+
+def test_files_of_kinds_that_are_not_read_are_counted_with_the_way_out(tmp_path):
+    for name in ("a.mot", "b.mot", "film.mp4", "README", ".hidden.mot", "walk.bvh", "notes.csv"):
+        (tmp_path / name).touch()
+    found = read_library(tmp_path)
+    assert dict(found.unread) == {".mot": 2, ".mp4": 1}
+    assert found.unread_sentence() == (
+        "3 files of kinds that are not read: 2 .mot and 1 .mp4; videos need a pose estimator, whose results "
+        "are read"
+    )
+    (tmp_path / "walk.bvh").unlink()
+    with pytest.raises(LibraryError, match=r"holds no motion files .*; 3 files of kinds that are not read"):
+        read_library(tmp_path)

@@ -120,6 +120,7 @@ def summary(study: Study) -> dict[str, Any]:
     return {
         "clips": study_counts(study),
         "labelled_by": study.library.labelled_by,
+        "files_of_kinds_not_read": dict(study.library.unread),
         "labels": label_content(study.library.check),
         "cautions": [caution._asdict() for caution in found],
         "windows": window_content(study.clips, study.config.windows),

@@ -17,7 +17,7 @@ from ..motion.smpl_layouts import RESULT_SUFFIXES
 from ..readers.asf_amc import AMC_SUFFIX
 from ..readers.import_checks import PLAIN_GLTF, USD_SUFFIXES, VRM_SUFFIXES
 from ..readers.mvnx import MVNX_SUFFIX
-from ..wording import composed, name_bytes, shown
+from ..wording import composed, count as count_of, listed, name_bytes, shown
 from .labels import NO_LABELS, LabelCheck, LibraryError, label_rows, spelled_once
 
 POSITION_KEYS = (
@@ -57,6 +57,15 @@ MOTION_SUFFIXES = (
 )  # fmt: skip
 """Kinds of motion files, in lower case with the dot; text may hold motion too (`may_hold_joints`)."""
 
+WAYS = {
+    ".zip": "unpack zip",
+    ".blend": "export the armature of a blend as FBX or BVH",
+    **dict.fromkeys(
+        (".mp4", ".mov", ".avi", ".webm"), "videos need a pose estimator, whose results are read"
+    ),
+}
+"""How motions get out of files of kinds that are not read."""
+
 LABELS = "labels.csv"
 """The file in a library that labels it, if there is one."""
 
@@ -92,11 +101,23 @@ class Library:
     labelled_by: str  # where the labels come from, in words
     skipped: tuple[tuple[str, str], ...] = ()  # files left out, each with the reason
     check: LabelCheck = NO_LABELS  # what stood out in the labels
+    unread: tuple[
+        tuple[str, int], ...
+    ] = ()  # kinds of files that are not read, by their suffix, and how many
 
     @property
     def activities(self) -> dict[str, int]:
         """Number of clips by activity, in alphabetical order."""
         return dict(sorted(Counter(clip.activity for clip in self.clips).items()))
+
+    def unread_sentence(self) -> str:
+        """How many files are of kinds that are not read, and what to do; "" if none is."""
+        if not self.unread:
+            return ""
+        kinds = listed([f"{number} {suffix}" for suffix, number in self.unread])
+        ways = dict.fromkeys(WAYS[suffix] for suffix, _ in self.unread if suffix in WAYS)
+        files = count_of("file", sum(number for _, number in self.unread))
+        return "; ".join([f"{files} of kinds that are not read: {kinds}", *ways])
 
 
 def read_library(
@@ -120,12 +141,14 @@ def read_library(
     folder = Path(folder)
     if not folder.is_dir():
         raise LibraryError(f"{folder} is not a folder: give the folder that holds your motion files")
-    inside = sorted(_motion_files(folder), key=name_bytes)
+    found, others = _motion_files(folder)
+    inside, unread = sorted(found, key=name_bytes), tuple(others.most_common())
     if not inside:
         kinds = ", ".join(MOTION_SUFFIXES)
+        there = Library(folder, (), "", unread=unread).unread_sentence()
         raise LibraryError(
             f"{folder} holds no motion files ({kinds}, or csv or json of joint positions), nor do the "
-            "folders in it"
+            f"folders in it{there and f'; {there}'}"
         )
     root = folder.absolute()  # not resolved: a link keeps its name, which says its kind
     folders = {file.rpartition("/")[0] for file in inside}
@@ -157,7 +180,7 @@ def read_library(
         if file in rows
     ]
     skipped = [(file, reasons[file]) for file in inside if file not in rows]
-    return Library(folder, tuple(clips), labelled_by, tuple(skipped), check)
+    return Library(folder, tuple(clips), labelled_by, tuple(skipped), check, unread)
 
 
 def activity_of(file: str) -> str:
@@ -227,11 +250,14 @@ def _hashed(stem: str, file: str, taken: set[str]) -> str:
     return next(name for end in ends if (name := f"{stem}_{end}".strip("_")).lower() not in taken)
 
 
-def _motion_files(folder: Path) -> Iterable[str]:
+def _motion_files(folder: Path) -> tuple[list[str], Counter[str]]:
     """Paths in a folder of all that it and its subfolders name as motion files, except results.
 
-    Pipes and links that lead nowhere are included: reading one gives the reason to skip it.
+    Pipes and links that lead nowhere are included: reading one gives the reason to skip it. The others are
+    counted by suffix, unless they are hidden, have none, or are text, which may say anything.
     """
+    motions: list[str] = []
+    others: Counter[str] = Counter()
     for place, folders, files in os.walk(folder):
         if WORK_FOLDER in folders:
             folders[:] = [name for name in folders if name not in RESULTS]
@@ -239,8 +265,12 @@ def _motion_files(folder: Path) -> Iterable[str]:
         inside = Path(place).relative_to(folder).as_posix()
         inside = "" if inside == "." else f"{inside}/"
         for name in files:  # most are recognised by their suffix, without a path for each
-            if posixpath.splitext(name)[1].lower() in MOTION_SUFFIXES or is_motion(Path(place, name)):
-                yield f"{inside}{name}"
+            suffix = posixpath.splitext(name)[1].lower()
+            if suffix in MOTION_SUFFIXES or is_motion(Path(place, name)):
+                motions.append(f"{inside}{name}")
+            elif suffix and suffix not in TEXT_SUFFIXES and not name.startswith("."):
+                others[shown(suffix)] += 1
+    return motions, others
 
 
 def is_motion(path: Path) -> bool:

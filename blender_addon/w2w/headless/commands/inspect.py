@@ -56,6 +56,8 @@ def inspect(
         files = [(shown(file.name), file)]
         if library is not None:
             files = [(clip.file, clip.path) for clip in read_library(library, labels).clips]
+        if file.is_dir():
+            raise ValueError(f"{shown(file)} is a folder: give one of its files, and the folder as --library")
         seen = look_up(files, pose)
     try:
         clip = Clip(file, shown(file.name), "clip", "")

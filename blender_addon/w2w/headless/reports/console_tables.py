@@ -52,6 +52,7 @@ def show_labels(library: Library, console: Console, verbose: bool = False) -> No
     activities = [f"{activity} {count}" for activity, count in counts]
     title = f"{len(library.clips)} clips of {len(counts)} activities, labelled by {library.labelled_by}"
     console.print(f"{title}: {listed(activities, len(counts) if verbose else LISTED)}.")
+    _say(library.unread_sentence(), console)
     for note in notes.label_notes(library.check):
         console.print(f"Labels: {note}", style="yellow")
 
