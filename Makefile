@@ -27,7 +27,7 @@ check: setup lint
 		--ignore=tests/core/adopt
 
 test: setup lint
-	.venv/bin/python -m pytest -n 3 --dist worksteal -m "not slow" $(if $(TESTS),$(TESTS),--ignore=$(IN_BROWSER) --ignore=tests/studies)
+	.venv/bin/python -m pytest -n 2 --dist worksteal -m "not slow" $(if $(TESTS),$(TESTS),--ignore=$(IN_BROWSER) --ignore=tests/studies)
 
 # Data sets, protocols and the paper's studies have a suite of their own.
 test-studies: setup
@@ -64,7 +64,7 @@ release: setup
 # `make test-blender-5 MARK="slow or later"` runs those that take a second or more.
 test-blender-5:
 	@tools/set_up.sh .venv-blender-5 5.0.1
-	.venv-blender-5/bin/python -m pytest -n 3 --dist worksteal -m "$(or $(MARK),not slow and not later)" tests/scene tests/ui \
+	.venv-blender-5/bin/python -m pytest -n 2 --dist worksteal -m "$(or $(MARK),not slow and not later)" tests/scene tests/ui \
 		tests/headless/test_bad_input.py $(addprefix tests/headless/commands/test_,run.py inspect.py)
 
 # Files read by the programs they are for (OpenSim, gaitmap, the BIDS validator), in environments of their own.

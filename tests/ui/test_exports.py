@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 
 import bpy
@@ -14,6 +15,7 @@ from w2w.core.imu.formats import write_recording
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.study.clip_files import signals_file
 from w2w.core.study.results import StudyResults
+from w2w.drawing import heatmap
 from w2w.headless.app import APP
 from w2w.ui.files.exports import report_steps
 from w2w.ui.jobs import jobs
@@ -53,7 +55,10 @@ def test_the_map_is_that_of_python(
     assert (tmp_path / "map.png").read_bytes() == (tmp_path / "python.png").read_bytes()
 
 
-def test_the_map_follows_the_panel(opened: bpy.types.Object, tmp_path: Path) -> None:
+def test_the_map_follows_the_panel(
+    opened: bpy.types.Object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(heatmap, "BodyPictures", lru_cache(heatmap.BodyPictures))  # whose shading is dear
     pictures = set()
     for name, value in (("view", "A1"), ("colour_map", "magma"), ("fix_range", True), ("minus", "A2")):
         setattr(opened.w2w, name, value)
