@@ -112,12 +112,21 @@ def made_once_here(tmp_path_factory) -> Iterator[None]:
         yield
 
 
+MOST_ORDERS = stream.MOST_ORDERS
+
+
 @pytest.fixture(scope="module", autouse=True)
 def few_orders() -> Iterator[None]:
     """A stream of clips in the fewest orders: tests of more of them are the core's."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stream, "MOST_ORDERS", stream.FEWEST_ORDERS)
         yield
+
+
+@pytest.fixture
+def all_orders(monkeypatch) -> None:
+    """As many orders of a stream as a program of its own draws, whose results are compared."""
+    monkeypatch.setattr(stream, "MOST_ORDERS", MOST_ORDERS)
 
 
 HOSTILE = '<script>alert(1)</script> & "walk"</script><!--'

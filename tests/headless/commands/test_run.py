@@ -48,6 +48,11 @@ def study(library, out, *options):
     return run("run", library, "--out", out, "--labels", library / "labels.csv", "--patches", 16, *options)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def few_orders():
+    """As many orders of a stream as a program of its own draws: what both make is compared."""
+
+
 @pytest.fixture(scope="module")
 def library(shared_data, made_once):
     return made_once("clips of a run", partial(_library, shared_data))

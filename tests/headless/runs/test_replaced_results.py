@@ -267,6 +267,7 @@ def test_a_choice_that_was_half_written_is_finished_by_the_same_command_or_by_th
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("all_orders")
 def test_killed_at_drawn_moments_every_reader_has_one_study_or_says_so(first, tmp_path):
     library, out = first / "library", tmp_path / "out"
     answers = []
