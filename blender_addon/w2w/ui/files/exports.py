@@ -261,5 +261,8 @@ class W2W_MT_export(bpy.types.Menu):
         layout.operator("w2w.export_table", text="Table (utility.csv)", translate=False, icon="SPREADSHEET")
         for which, text in (("PICKED", "Signals of Picked Patch"), ("ALL", "Signals of All Patches")):
             layout.operator("w2w.export_signals", text=text, translate=False, icon="GRAPH").which = which
+        layout.operator(
+            "w2w.export_patches", text="Moving Patches (usd)", translate=False, icon="EMPTY_ARROWS"
+        )
         layout.operator("w2w.export_report", text="Report (html)", translate=False, icon="WORLD")
         layout.operator("w2w.save_results", text="Results Folder", translate=False, icon="FILE_FOLDER")

@@ -29,7 +29,7 @@ STEPS = (
     ),
     ("relabel_clips", "remove_clips"),
     ("preview_clip", "show_source"),
-    ("place_patches", "remove_patches"),
+    ("place_patches", "remove_patches", "bake_patches", "export_patches"),
     ("add_placement", "load_placements", "remove_placement"),
     ("add_garment", "wear_garment", "take_off"),
     ("start_sensor", "load_sensor", "save_sensor"),

@@ -199,7 +199,7 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
     """Step 3."""
 
     bl_label = "3  Patches"
-    titles = ("Place Patches",)
+    titles = ("Place Patches", "Bake to Keyframes")
 
     def is_done(self, body: bpy.types.Object) -> bool:
         return state.patches_of(body) is not None
@@ -215,6 +215,7 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
             row.operator("w2w.remove_patches", text="", icon="TRASH")
             layout.prop(study, "patch_size")
             layout.prop(study, "show_patches")
+            layout.operator_menu_enum("w2w.bake_patches", "which", icon="KEYFRAME")
 
 
 class W2W_PT_signals(StepPanel, bpy.types.Panel):
@@ -266,7 +267,8 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
 
     bl_label = "5  Utility"
     titles = (
-        "Rank Patches", "Export Map", "Export Table", "Export Report", "Export Signals", "Save Results",
+        "Rank Patches", "Export Map", "Export Table", "Export Patches", "Export Report", "Export Signals",
+        "Save Results",
     )  # fmt: skip
 
     def missing(self, body: Body) -> str:
