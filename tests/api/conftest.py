@@ -5,6 +5,10 @@ import pytest
 
 import w2w
 
+from ..headless.conftest import few_orders, made_once_here
+
+__all__ = ["few_orders", "made_once_here"]
+
 
 @pytest.fixture(scope="package")
 def library(door):

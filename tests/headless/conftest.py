@@ -36,6 +36,7 @@ from w2w.core.study import signals
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import LabelledClip
 from w2w.core.study.results import ClipResult, Study, StudyResults
+from w2w.drawing import heatmap
 from w2w.drawing.body import BodyPictures
 from w2w.headless.runs import workers
 from w2w.headless.runs.folder import make_folders
@@ -106,7 +107,9 @@ def made_once_here(tmp_path_factory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(signals, "sample_patches", place)
         patch.setattr(Body, "load", staticmethod(kept))
-        patch.setattr(still_picture, "BodyPictures", lru_cache(maxsize=4)(BodyPictures))
+        shaded = lru_cache(maxsize=4)(BodyPictures)
+        patch.setattr(still_picture, "BodyPictures", shaded)
+        patch.setattr(heatmap, "BodyPictures", shaded)
         patch.setattr(page, "Environment", partial(Environment, bytecode_cache=templates))
         patch.setattr(typer.testing, "_get_command", cache(get_command))
         yield
