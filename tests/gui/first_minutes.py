@@ -61,7 +61,7 @@ def reach_the_map(driver: Driver) -> Script:
 
 
 def look_at_the_map(driver: Driver) -> Script:
-    """By part of the body, the share of its patches in sight whose pixels have a colour of the map."""
+    """By part of the body, how many of its patches in sight show the map, and how many there are."""
     body = bpy.context.scene.w2w.body
     patches, framing = module("study.state").patches_of(body), module("viewport.framing")
     region = driver.region("WINDOW")
@@ -76,7 +76,7 @@ def look_at_the_map(driver: Driver) -> Script:
         is_free = free.left < spot.x < free.right and free.bottom < spot.y < free.top
         has_colour = is_free and coloured(picture[row - 1 : row + 2, column - 1 : column + 2]).any()
         shown.setdefault(patches.regions[patch], []).append(bool(has_colour))
-    report["shown"] = {part: sum(seen) / len(seen) for part, seen in shown.items()}
+    report["shown"] = {part: [sum(seen), len(seen)] for part, seen in shown.items()}
     yield
 
 

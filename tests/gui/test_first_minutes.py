@@ -33,9 +33,11 @@ def test_the_default_cube_camera_and_light_are_there(report: dict[str, Any]) -> 
 
 
 def test_the_whole_body_shows_the_map(report: dict[str, Any]) -> None:
-    parts = {part.split()[-1] for part in report["shown"]}
-    assert len(parts) > 15
-    assert min(report["shown"].values()) > 0.3, report["shown"]
+    counts = report["shown"].values()
+    assert len(counts) > 60
+    assert sum(shown for shown, _ in counts) > 0.95 * sum(total for _, total in counts)
+    # a part with a single patch or two in sight lies on the outline
+    assert all(shown > total / 2 for shown, total in counts if total > 2), report["shown"]
 
 
 def test_the_sentence_is_read_without_scrolling(report: dict[str, Any]) -> None:
