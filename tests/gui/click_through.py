@@ -94,6 +94,7 @@ def step_motions(driver: Driver) -> Script:
     yield from driver.press("w2w.preview_clip")
     playing = bpy.context.scene.w2w.body.parent.animation_data.action
     report["previewed"] = playing.name
+    yield from driver.key("ESC")
     bpy.context.scene.frame_set(12)
     yield from driver.press("w2w.show_source", FIELD)
     yield from driver.turns(10)

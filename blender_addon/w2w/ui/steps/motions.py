@@ -112,16 +112,21 @@ class W2W_OT_preview_clip(operators.WorkOperator, bpy.types.Operator):
         body = state.current_body(context)
         return body is not None and len(body.w2w.clips) > 0
 
-    def work(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
-        clips = mesh.w2w.clips
-        if self.index >= 0:
-            mesh.w2w.clip_index = min(self.index, len(clips) - 1)
-        if is_playing(context, mesh):
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Play or stop it; a script's call only shows it."""
+        body = state.polled_body(context)
+        if self.index in (-1, body.w2w.clip_index) and is_playing(context, body):
             bpy.ops.screen.animation_cancel(restore_frame=False)
-            return
-        show_clip(context.scene, mesh)
-        if not bpy.app.background and not context.screen.is_animation_playing:
+            return {"FINISHED"}
+        shown = self.execute(context)
+        if shown == {"FINISHED"} and not context.screen.is_animation_playing:
             bpy.ops.screen.animation_play()
+        return shown
+
+    def work(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
+        if self.index >= 0:
+            mesh.w2w.clip_index = min(self.index, len(mesh.w2w.clips) - 1)
+        show_clip(context.scene, mesh)
 
 
 def is_playing(context: bpy.types.Context, mesh: bpy.types.Object) -> bool:
