@@ -16,7 +16,7 @@ import w2w as extension
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.ui.jobs import preferences
-from w2w.ui.study import signal_cache
+from w2w.ui.study import signal_cache, state
 
 from ..made_run import make_run
 from .made_study import N_PATCHES
@@ -33,6 +33,7 @@ def blender(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Monkey
     folders = {name: tmp_path_factory.mktemp(name) for name in ("signals", "bone_maps")}
     monkeypatch.setattr(preferences, "own_folder", folders.__getitem__)
     signal_cache._recordings.clear()
+    monkeypatch.setattr(state, "GLANCE", -1.0)  # what changes is looked at again at once
     extension.register()
     yield
     extension.unregister()

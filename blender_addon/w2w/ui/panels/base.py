@@ -7,7 +7,7 @@ import bpy
 
 from ..jobs import jobs
 from ..jobs.text import draw_outcome, draw_text, styled
-from ..study.state import current_body, is_ranked, missing_for_patches, outdated, polled_body
+from ..study.state import current_body, is_ranked, missing_for_patches, outdated_at_a_glance, polled_body
 
 if TYPE_CHECKING:
     from bpy.types import Panel as Mixin
@@ -45,7 +45,7 @@ class ResultPanel(W2WPanel):
 
     def column(self, context: bpy.types.Context) -> Layout:
         """A column that is grey where the ranking is not of the study as it is now."""
-        return styled(self.layout.column(), active=not outdated(polled_body(context)))
+        return styled(self.layout.column(), active=not outdated_at_a_glance(polled_body(context)))
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -103,7 +103,7 @@ def draw_warning(layout: bpy.types.UILayout, context: bpy.types.Context, text: s
 
 def draw_outdated(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.types.Object) -> None:
     """Draw why a body's ranking is out of date, and the button that mends it."""
-    if why := outdated(body):
+    if why := outdated_at_a_glance(body):
         draw_warning(layout, context, f"Out of date. {why}.")
         if why != missing_for_patches(body):
             layout.operator("w2w.run_all", text="Run All Again", translate=False, icon="FILE_REFRESH")

@@ -46,7 +46,7 @@ class W2W_PT_main(W2WPanel, bpy.types.Panel):
         if len(state.bodies(context.scene)) > 1:
             layout.prop(context.scene.w2w, "body", text="")
         body = state.current_body(context)
-        outdated = "" if body is None else state.outdated(body)
+        outdated = "" if body is None else state.outdated_at_a_glance(body)
         elsewhere = beside_their_buttons() | ({RUN_ALL} if outdated else set())
         if body is not None and state.usable(body.w2w):
             styled(layout.column(), scale_y=1.4).operator("w2w.run_all", icon="PLAY")
@@ -275,7 +275,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         return "" if body is not None and state.is_ranked(body) else state.missing_for_any_rank(body)
 
     def is_done(self, body: bpy.types.Object) -> bool:
-        return not state.outdated(body) and state.is_up_to_date(body.w2w)
+        return not state.outdated_at_a_glance(body) and state.is_up_to_date(body.w2w)
 
     def draw_step(self, context: bpy.types.Context, layout: Layout, body: Body) -> None:
         study = body.w2w
@@ -298,7 +298,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         missing = state.missing_for_rank(body) or state.unreadable_ranking(study)
         if missing:
             draw_info(layout, context, missing)
-        elif outdated := state.outdated(body):
+        elif outdated := state.outdated_at_a_glance(body):
             draw_info(layout, context, f"{outdated}: rank again")
         elif ranked and not state.is_up_to_date(study):
             draw_info(layout, context, "Activity weights have changed: rank again")

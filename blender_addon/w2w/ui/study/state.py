@@ -3,6 +3,7 @@
 
 import hashlib
 import json
+import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -36,6 +37,9 @@ AS_SHOWN = 1e-5
 """Largest error of single precision in a position, metres, or a weight."""
 
 _depth = 0
+
+GLANCE = 0.05
+_glances: dict[tuple[str, str], tuple[float, str]] = {}
 
 _unreadable: set[str] = set()
 """Keys of rankings that could not be read: panels ask again at every drawing."""
@@ -247,6 +251,15 @@ def is_up_to_date(study: Group) -> bool:
     if utility is None or study.ranked_as != rank_settings(study):
         return False
     return not is_reweighed(study, utility)
+
+
+def outdated_at_a_glance(body: bpy.types.Object) -> str:
+    """What `outdated` said at most `GLANCE` seconds ago: one drawing asks a dozen times."""
+    key, now = (body.name_full, body.w2w.ranked_as), time.monotonic()
+    if key not in _glances or now - _glances[key][0] > GLANCE:
+        _glances.clear()
+        _glances[key] = now, outdated(body)
+    return _glances[key][1]
 
 
 def outdated(body: bpy.types.Object) -> str:

@@ -39,7 +39,7 @@ class Legend(NamedTuple):
 def legend(study: bpy.types.PropertyGroup, utility: UtilityMap) -> Legend:
     """The legend of the heatmap that is shown."""
     name = map_name(study, scores.view_index(study))
-    outdated = "out of date" if state.outdated(study.id_data) else ""
+    outdated = "out of date" if state.outdated_at_a_glance(study.id_data) else ""
     if scores.minus_index(study) >= 0:
         name = f"{name} minus {map_name(study, scores.minus_index(study))}"
         low, high = difference_range(scores.shown_scores(study, utility))

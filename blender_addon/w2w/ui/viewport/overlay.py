@@ -70,7 +70,7 @@ def draw() -> None:
     free = free_area(context.area, context.region)
     fitting = fitting_scale(cards, free, scale)
     placed = place_cards(on_one_scale(cards), free, fitting)
-    utility, outdated = state.utility_of(body.w2w), state.outdated(body)
+    utility, outdated = state.utility_of(body.w2w), state.outdated_at_a_glance(body)
     if utility is not None and is_coloured(space.shading):
         shown = legend(body.w2w, utility)
         heads = _heads(context, (body, body.w2w.beside) if shown.beside else ())
