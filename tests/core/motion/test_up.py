@@ -121,6 +121,7 @@ def test_joints_of_people_who_stand_are_read_whatever_is_up(tmp_path, clips, bun
         assert (found.up, found.up_is_guessed) == (up, True)
 
 
+@pytest.mark.later
 @pytest.mark.parametrize("up", by_day("y", "yz"))
 def test_one_axis_is_up_in_a_library_s_files_of_a_kind(tmp_path, clips, bundled_body, up):
     """Most people stand: those who lie, with any heading, are not stood up."""

@@ -81,6 +81,7 @@ def test_every_patch_comes_back_on_bodies_of_any_stature_and_build(bundled_body,
     assert np.max([aside(body, vertex) for vertex in CENTRES]) < 1
 
 
+@pytest.mark.later
 def test_a_spot_is_the_same_place_on_another_body(bundled_body):
     other = shaped(bundled_body, gender=1, height=2.0)
     limbs = [v for v in CENTRES if "arm" in locate(bundled_body, v).segment]

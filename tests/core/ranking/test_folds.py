@@ -20,6 +20,7 @@ def libraries(draw):
     return np.array(activity), np.array(clip)
 
 
+@pytest.mark.later
 @settings(max_examples=200, deadline=None)
 @given(library=libraries(), folds=st.integers(2, 6), seed=st.integers(0, 5))
 def test_no_clip_is_split_and_no_activity_is_tested_untrained(library, folds, seed):

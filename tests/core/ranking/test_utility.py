@@ -29,6 +29,7 @@ def library(seed=0, clips_per_activity=10, windows_per_clip=5, n_features=20, si
     return features.astype(np.float32), activity, clip, np.arange(len(clip)) % 2 == 0
 
 
+@pytest.mark.later
 def test_labels_shuffled_by_clip_give_chance():
     features, activity, clip, is_test = library(clips_per_activity=20, signal=(3.0, 3.0, 3.0))
     label_of = activity[np.searchsorted(clip, np.arange(clip.max() + 1))]

@@ -20,6 +20,7 @@ def read(path, text):
     return as_it_stands(read_bvh_text(path), path.stem)
 
 
+@pytest.mark.later
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 12))
 def test_any_tree_any_channels_in_any_order(tmp_path_factory, seed, count):
     rng = np.random.default_rng(seed)

@@ -54,6 +54,7 @@ def side(patches, place):
     return patches.regions[place].split()[0]
 
 
+@pytest.mark.later
 def test_a_left_and_a_right_place_do_it_together(utility, patches, bundled_body, tests):
     advice = advise(utility, patches, bundled_body, tests, 0.97)
     order = advice.worn.order
@@ -64,6 +65,7 @@ def test_a_left_and_a_right_place_do_it_together(utility, patches, bundled_body,
     assert any(len(others) for others in advice.alternatives)
 
 
+@pytest.mark.later
 def test_constraints_bind_the_best_the_set_and_the_next(utility, patches, bundled_body, tests):
     advice = advise(utility, patches, bundled_body, tests, 0.97, constraints=Constraints(only=("left",)))
     taken = [advice.best, *advice.worn.order, *advice.worn.further, *np.concatenate(advice.alternatives)]
