@@ -70,6 +70,26 @@ def test_labels_of_the_table_are_those_of_the_run(client, motions, tmp_path):
     assert [row.get("activity") for row in client.get(study).json()["table"]].count("walk, slow") == 6
 
 
+def test_clips_that_come_later_have_their_own_labels_beside_edited_ones(client, motions):
+    files = dict(motions[1])
+    late = files.pop("slow/slow_0.npz")
+    study, _ = sent(client, files)
+    rows = client.get(study).json()["table"]
+    client.put(f"{study}/labels", json=[row | {"activity": row["activity"].upper()} for row in rows])
+    sent(client, {"slow/slow_0.npz": late, "new/new_1.npz": late}, study)
+    found = {row["file"]: row["activity"] for row in client.get(study).json()["table"]}
+    assert found.pop("new/new_1.npz") == "new"
+    assert {label.lower() for label in found.values()} == set(PACES)
+    assert len(set(found.values())) == 2
+
+
+def test_what_is_wrong_with_all_is_said_without_the_server_s_paths(client, tmp_path):
+    study, _ = sent(client, {"labels.csv": b"file,activity"})
+    reply = client.post(f"{study}/run", json={}).json()
+    assert reply["problem"].startswith("the study holds no motion files")
+    assert str(tmp_path) not in client.get(study).text
+
+
 @pytest.mark.parametrize(
     "rows", [{}, [1], [{"file": "x.bvh"}], [{"file": "a.npz", "activity": 3}], "x", [{"file": "../a"}]]
 )

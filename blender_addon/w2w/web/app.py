@@ -64,7 +64,7 @@ class App:
     def __init__(self, work: Work, most: int) -> None:
         self.work, self.most = work, most
         self._choosing = asyncio.Lock()
-        self._uploads = asyncio.Semaphore(MOST_UPLOADS)
+        self._uploads, self._keeping = asyncio.Semaphore(MOST_UPLOADS), asyncio.Lock()
 
     def routes(self) -> list[Route]:
         """All addresses."""
@@ -141,6 +141,7 @@ class App:
     async def add(self, request: Request) -> Response:
         study = self._idle(request)
         found = await self._receive(request, study)
+        study.added(found["files"])
         self.work.judge(study)
         return JSONResponse(found, 201 if found["files"] else 400)
 
@@ -229,8 +230,10 @@ class App:
         files: dict[str, str] = {}
         refused: dict[str, str] = {}
         found: dict[str, Any] = {"files": files, "refused": refused}
-        async with self._uploads, request.form(max_files=MOST_AT_ONCE, max_fields=8) as form:
-            room = min(self.most - _size(study.folder), IN_ALL * self.most - _size(self.work.data))
+        form_read = request.form(max_files=MOST_AT_ONCE, max_fields=8)
+        async with self._uploads, form_read as form, self._keeping:
+            here, all_ = [await asyncio.to_thread(_size, path) for path in (study.folder, self.work.data)]
+            room = min(self.most - here, IN_ALL * self.most - all_)
             for field, value in form.multi_items():
                 if not isinstance(value, UploadFile):
                     if field == "parameters":

@@ -8,6 +8,7 @@ import json
 import re
 import secrets
 import time
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self, TypeGuard
@@ -88,10 +89,17 @@ class Study:
     def change(self, **changes: Any) -> None:
         write_json(self.folder / REQUEST, self.request() | changes)
 
-    def library(self) -> Library:
-        """The clips under the labels of the table, else their own; a LibraryError if there are none."""
-        edited = self.folder / LABELS
-        return read_library(self.folder / INPUT, edited if edited.exists() else None)
+    def library(self, edited: bool = True) -> Library:
+        """The clips under the labels of the table, else their own; a RefusedError if there are none."""
+        labels = self.folder / LABELS
+        try:
+            return read_library(self.folder / INPUT, labels if edited and labels.exists() else None)
+        except LibraryError as error:
+            raise RefusedError(400, self.shown(str(error))) from error
+
+    def shown(self, text: str) -> str:
+        """A sentence without the server's own paths."""
+        return text.replace(str(self.folder / INPUT), "the study").replace(f"{self.folder}/", "")
 
     def table(self) -> tuple[list[dict[str, Any]], str]:
         """A row for each clip, with its labels and what is known of it, and what is wrong with all labels."""
@@ -99,7 +107,7 @@ class Study:
         clips = {}
         try:
             clips = {clip.file: clip for clip in self.library().clips}
-        except LibraryError as error:
+        except RefusedError as error:
             problem = str(error)
         rows = []
         for file, name in sorted(request["files"].items()):
@@ -113,7 +121,7 @@ class Study:
     def label(self, rows: Any) -> None:
         """Take labels of the table: rows of file, activity ("" leaves the clip out) and subject."""
         files = self.request()["files"]
-        own = {clip.file: clip for clip in read_library(self.folder / INPUT).clips}
+        own = {clip.file: clip for clip in self.library(edited=False).clips}
         lines: list[tuple[str, ...]] = [COLUMNS]
         for row in rows if isinstance(rows, list) else [None]:
             cells = [row.get(name, "") for name in COLUMNS[:3]] if isinstance(row, dict) else []
@@ -124,13 +132,18 @@ class Study:
             lines.append((*texts, clip.source if clip else "", clip.motion_key if clip else ""))
         write_text(self.folder / LABELS, csv_text(lines))
 
+    def added(self, files: Collection[str]) -> None:
+        """Give new files their own labels in a table that was edited before."""
+        if (self.folder / LABELS).exists() and files:
+            rows = [row for row in self.table()[0] if row["file"] not in files]
+            own = [clip for clip in self.library(edited=False).clips if clip.file in files]
+            new = [{"file": clip.file, "activity": clip.activity, "subject": clip.subject} for clip in own]
+            self.label([*rows, *new])
+
     def ask(self, parameters: Any) -> None:
         """Ask for a run with parameters; a RefusedError says what is wrong with them."""
         self.change(parameters=checked_parameters(parameters))
-        try:
-            self.library()
-        except LibraryError as error:
-            raise RefusedError(400, str(error)) from error
+        self.library()
         (self.folder / EVENTS).unlink(missing_ok=True)
         self.change(asked=time.time())
 
@@ -169,7 +182,7 @@ class Study:
             return {"state": "draft", "sentence": "", "answer": answer}
         if end is not None:
             word = "failed" if end["exit_code"] else "finished"
-            return {"state": word, "sentence": end.get("problem", ""), "answer": answer}
+            return {"state": word, "sentence": self.shown(end.get("problem", "")), "answer": answer}
         if not running:
             return {"state": "queued", "sentence": "Waiting for other studies to end.", "answer": ""}
         progress = {"state": "running", "sentence": "Starting.", "answer": "", "share": 0.0}

@@ -67,7 +67,6 @@
       }
     }));
     find("refused").replaceChildren(...refused.map(([name, why]) => make("li", `${name}: ${why}`)));
-    page.edited = false;
     await refresh();
   }
 
@@ -97,7 +96,9 @@
     activities();
   }
 
+  // Draws the table anew; whoever types stays where they are.
   function clips() {
+    const inputs = () => [...find("label").querySelectorAll("input")], at = inputs().indexOf(document.activeElement);
     find("clips").replaceChildren(...page.study.table.map((row) => {
       const line = make("tr"), [text, kind] = held(row), use = make("input", "", { type: "checkbox", "aria-label": `Use ${row.name}` });
       row.use = row.use ?? Boolean(row.activity);
@@ -112,6 +113,7 @@
       return line;
     }));
     activities();
+    if (at >= 0 && inputs()[at]) inputs()[at].focus();
   }
 
   // The activities with their numbers of clips, each to be renamed, and what is wrong with them.
@@ -127,7 +129,7 @@
         const to = input.value.trim();
         for (const row of page.study.table) if (row.activity === name && to) row.activity = to;
         page.edited = true;
-        clips();
+        setTimeout(clips); // when the next field has the focus
       });
       label.append(input);
       return label;
@@ -206,6 +208,7 @@
     const busy = ["queued", "running"].includes(page.study.state), any = page.study.table.length > 0;
     find("label").hidden = busy || !any;
     find("go").hidden = !any;
+    find("demo").hidden = any;
     answer();
     if (!find("clips").contains(document.activeElement) && !find("activities").contains(document.activeElement)) clips();
     if (busy && (!page.listening || page.listening.readyState === EventSource.CLOSED)) listen();
