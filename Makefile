@@ -27,7 +27,7 @@ check: setup lint
 		--ignore=tests/core/adopt
 
 test: setup lint
-	.venv/bin/python -m pytest -n 2 --dist worksteal -m "not slow" $(if $(TESTS),$(TESTS),--ignore=$(IN_BROWSER) --ignore=tests/studies)
+	.venv/bin/python -m pytest -n 2 --dist worksteal -m "not slow" $(if $(TESTS),$(TESTS),$(addprefix --ignore=,$(IN_BROWSER)) --ignore=tests/studies)
 
 # Data sets, protocols and the paper's studies have a suite of their own.
 test-studies: setup
@@ -97,8 +97,8 @@ test-window:
 test-window-5.2:
 	W2W_DEBIAN=sid W2W_BLENDER_SANDBOX=$(CURDIR)/.sandbox/blender-5.2 $(MAKE) test-window
 
-# The report in headless Chromium; fails where it cannot run.
-IN_BROWSER = tests/report/test_report_in_browser.py
+# The report and the web app in headless Chromium; fails where it cannot run.
+IN_BROWSER = tests/report/test_report_in_browser.py tests/web/test_page_in_browser.py
 test-report: setup
 	tools/chromium.sh
 	W2W_NEED_CHROMIUM=1 .venv/bin/python -m pytest $(IN_BROWSER)

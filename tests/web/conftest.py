@@ -1,15 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The web app over a data folder of its own, asked as by a browser on this machine."""
 
+from importlib.util import find_spec
+
 import pytest
 
-pytest.importorskip("starlette")
-
-from starlette.testclient import TestClient
-
-from w2w.web.app import web_app
-from w2w.web.guard import Doors
-from w2w.web.work import Reader, Work
+collect_ignore_glob = [] if find_spec("starlette") else ["test_*.py"]
+"""Without the extra `web` there is nothing to test."""
 
 MOST = 3_000_000
 
@@ -17,6 +14,12 @@ MOST = 3_000_000
 @pytest.fixture
 def opened(tmp_path):
     """Opens an app, with other doors if they are given."""
+    from starlette.testclient import TestClient
+
+    from w2w.web.app import web_app
+    from w2w.web.guard import Doors
+    from w2w.web.work import Work
+
     clients = []
 
     def client(tokens=(), host="127.0.0.1", names=(), most=MOST):
@@ -34,6 +37,8 @@ def opened(tmp_path):
 @pytest.fixture(autouse=True)
 def read_here(monkeypatch, request):
     """Files are opened in the tests' own process: a worker takes a second to start."""
+    from w2w.web.work import Reader
+
     if "own_reader" not in request.fixturenames:
         monkeypatch.setattr(Reader, "_ask", lambda _, work, *args: work(*args))
 

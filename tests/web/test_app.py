@@ -136,6 +136,7 @@ def test_without_results_there_is_nothing_to_choose_or_to_fetch(client):
     assert client.get(f"{study}/files/report.html").status_code == 404
 
 
+@pytest.mark.later
 def test_the_demo_is_a_study_like_others(client, tmp_path):
     made_here = client.post("/api/studies", json={"demo": True}).json()
     rows = client.get(f"/api/studies/{made_here['id']}").json()["table"]

@@ -271,7 +271,7 @@
     document.querySelectorAll("input[list=places]").forEach((input) => input.addEventListener("input", complete));
     find("ask").addEventListener("submit", safely(run));
     find("again").addEventListener("submit", safely(again));
-    find("again-part").addEventListener("toggle", () => send(here("/place"), {}).catch(() => {})); // what takes seconds once is begun
+    find("again-part").addEventListener("toggle", (event) => event.target.open && send(here("/place"), {}).catch(() => {})); // what takes seconds once is begun
     find("cancel").addEventListener("click", safely(async () => { await send(here("/cancel"), {}); await refresh(); }));
     find("remove").addEventListener("click", safely(async () => { if (confirm("Delete this study with all its files?")) { await ask(here(), { method: "DELETE" }); location.href = "/"; } }));
     find("report").addEventListener("load", () => { fit(); new ResizeObserver(fit).observe(find("report").contentDocument.body); });
