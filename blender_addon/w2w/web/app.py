@@ -63,7 +63,6 @@ class App:
 
     def __init__(self, work: Work, most: int) -> None:
         self.work, self.most = work, most
-        self._choosing = asyncio.Lock()
         self._uploads, self._keeping = asyncio.Semaphore(MOST_UPLOADS), asyncio.Lock()
 
     def routes(self) -> list[Route]:
@@ -180,8 +179,17 @@ class App:
         study, wishes = self._study(request), await _object(request)
         if not study.answer() or study.waits:
             raise RefusedError(409, "The study has no results yet: run it first")
-        async with self._choosing:
-            return JSONResponse(await asyncio.to_thread(choose_again, study.results, wishes))
+        if unknown := wishes.keys() - {*WISHES, *WORDS, "background", "compare"}:
+            raise RefusedError(400, f"there is no wish {min(unknown)[:80]!r}")
+        given = {**dict.fromkeys(wishes, ""), **checked_parameters({**wishes, "compare": ""})}
+        given["compare"] = str(wishes.get("compare", ""))
+        try:
+            chosen = await self.work.chooser.ask(choose_again, study.results, given)
+        except (ValueError, OSError) as error:
+            raise RefusedError(400, study.shown(str(error))) from error
+        if chosen is None:
+            raise RefusedError(503, "There is too little memory to choose again")
+        return JSONResponse(chosen)
 
     async def file(self, request: Request) -> Response:
         study, name = self._study(request), request.path_params["name"]
@@ -325,28 +333,21 @@ def _opened(out: Path, written: int) -> tuple[StudyResults, SetTests | None, Str
 
 
 def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
-    """What `w2w place` would choose, or compare, in a results folder; a RefusedError says why it cannot."""
-    if unknown := wishes.keys() - {*WISHES, *WORDS, "background", "compare"}:
-        raise RefusedError(400, f"there is no wish {min(unknown)[:80]!r}")
-    compare = wishes.pop("compare", "")
-    given = checked_parameters(wishes)
-    try:
-        study, tests, stream = _opened(out, (out / "summary.json").stat().st_mtime_ns)
-        if compare:
-            scores = compared(study, words(str(compare)))
-            return {"compared": [place_content(score, study.patches) for score in scores]}
-        only, forbid, must = (given.get(name, "") if name in wishes else None for name in WORDS)
-        constraints = wishes_over(study.config().constraints, only, forbid, must, None)
-        wished = {name: given.get(name) for name in WISHES}
-        if "background" in wishes:
-            wished["background"] = words(given.get("background", ""))
-        config = wished_config(study, constraints, wished)
-        again = ranked_again(study, config)
-        same = again.utility is study.utility
-        advice = advised_by(study, config, tests, stream) if same else advised(again, config)
-        return advice_content(advice, again.utility, again.patches)
-    except (ValueError, OSError) as error:
-        raise RefusedError(400, str(error)) from error
+    """What `w2w place` would choose, or compare, in a results folder; "" takes back a wish of the run."""
+    study, tests, stream = _opened(out, (out / "summary.json").stat().st_mtime_ns)
+    if wishes["compare"]:
+        scores = compared(study, words(wishes["compare"]))
+        return {"compared": [place_content(score, study.patches) for score in scores]}
+    only, forbid, must = (wishes.get(name) for name in WORDS)
+    constraints = wishes_over(study.config().constraints, only, forbid, must, None)
+    wished = {name: wishes.get(name) or None for name in WISHES}
+    if "background" in wishes:
+        wished["background"] = words(wishes["background"])
+    config = wished_config(study, constraints, wished)
+    again = ranked_again(study, config)
+    same = again.utility is study.utility
+    advice = advised_by(study, config, tests, stream) if same else advised(again, config)
+    return advice_content(advice, again.utility, again.patches)
 
 
 class _Pieces(bytearray):

@@ -31,14 +31,17 @@ COMMAND = (
 PATIENCE_S = 10.0
 """Seconds that a run gets to stop by itself."""
 
+REMEMBERED_S = 900
+"""Seconds without a question after which a study that is chosen from is forgotten."""
+
 DAY_S = 86400
 
 
 class Reader:
-    """A worker process that opens files; a new one where it died."""
+    """A worker process that opens files, or chooses; a new one where it died."""
 
-    def __init__(self) -> None:
-        self._stack, self._one = ExitStack(), asyncio.Lock()
+    def __init__(self, idle_s: int = 60) -> None:
+        self._stack, self._one, self._idle_s = ExitStack(), asyncio.Lock(), idle_s
         self._executor: Workers | None = None
 
     async def ask(self, work: Callable[..., Result], *args: object) -> Result | None:
@@ -48,7 +51,7 @@ class Reader:
 
     def _ask(self, work: Callable[..., Result], *args: object) -> Result | None:
         if self._executor is None:
-            self._executor = self._stack.enter_context(local_executor(1))
+            self._executor = self._stack.enter_context(local_executor(1, self._idle_s))
         try:
             with deaf_children():
                 future = self._executor.submit(work, *args)
@@ -68,7 +71,7 @@ class Work:
 
     def __init__(self, data: Path, at_once: int, scheduler: str, keep_days: float) -> None:
         self.data, self.scheduler, self.keep_s = data, scheduler, keep_days * DAY_S
-        self.reader, self.running = Reader(), set[str]()
+        self.reader, self.chooser, self.running = Reader(), Reader(REMEMBERED_S), set[str]()
         self._workers = max(1, (os.cpu_count() or 1) // at_once)
         self._places = asyncio.Semaphore(at_once)
         self._runs: dict[str, asyncio.Task[None]] = {}
@@ -89,6 +92,7 @@ class Work:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
         self.reader.close()
+        self.chooser.close()
 
     def studies(self) -> Iterator[Study]:
         """All studies of all owners."""

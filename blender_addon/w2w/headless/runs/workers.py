@@ -168,8 +168,8 @@ def _collect(
 
 
 @contextmanager
-def local_executor(workers: int) -> Iterator[Workers]:
-    """Worker processes on this machine, which end with the block or when this process is stopped."""
+def local_executor(workers: int, idle_s: int = 60) -> Iterator[Workers]:
+    """Worker processes here, which end with the block, when this process is stopped, or without work."""
     if inside_blender():
         executor: Workers = BlenderExecutor(workers)
         kill = executor.kill
@@ -178,7 +178,7 @@ def local_executor(workers: int) -> Iterator[Workers]:
             executor = ProcessPoolExecutor(
                 workers,
                 context=ctx_loky,  # by name it may be another copy's, with trackers of its own
-                timeout=60,
+                timeout=idle_s,
                 initializer=end_with,
                 initargs=(os.getpid(),),
             )
