@@ -8,6 +8,7 @@ import secrets
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager
 from functools import lru_cache
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
@@ -105,8 +106,9 @@ class App:
         )
 
     async def all(self, request: Request) -> Response:
-        found = sorted(self._owned(request), key=lambda study: study.request()["made"], reverse=True)
-        return JSONResponse([self._short(study) for study in found])
+        folder = self._folder(request)
+        found = [self._short(study) for study in self.work.studies() if study.folder.parent == folder]
+        return JSONResponse(sorted(found, key=itemgetter("made"), reverse=True))
 
     async def make(self, request: Request) -> Response:
         """Make a study: empty, the demo, or with files, and run it if parameters are given."""
@@ -213,10 +215,6 @@ class App:
 
     def _folder(self, request: Request) -> Path:
         return self.work.data / request.state.owner
-
-    def _owned(self, request: Request) -> Iterator[Study]:
-        folder = self._folder(request)
-        return (study for study in self.work.studies() if study.folder.parent == folder)
 
     def _study(self, request: Request) -> Study:
         return Study.of(self._folder(request), request.path_params["id"])

@@ -59,11 +59,8 @@ class Study:
             write_library(study.folder / INPUT, 6)
             files = {clip.file: clip.file for clip in study.library().clips}
         asked = {"target": TARGET} if demo else {}
-        now = time.time()
-        write_json(
-            study.folder / REQUEST,
-            {"made": now, "asked": None, "parameters": asked, "files": files, "judged": {}},
-        )
+        request = {"made": time.time(), "asked": None, "parameters": asked, "files": files, "judged": {}}
+        write_json(study.folder / REQUEST, request)
         return study
 
     @classmethod
