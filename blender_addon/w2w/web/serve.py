@@ -63,7 +63,7 @@ def serve(
         console.print("--token needs at least 8 letters, digits or signs, without spaces", style="red")
         raise typer.Exit(USAGE)
     try:
-        data.mkdir(parents=True, exist_ok=True)
+        data.mkdir(0o700, parents=True, exist_ok=True)
         lock = FileLock(data / "lock")
         lock.acquire(timeout=0)
     except (OSError, Timeout) as error:
