@@ -66,7 +66,7 @@ def test_a_choice_by_weights_is_that_of_the_command_line(
     choice, said = place(finished_run, tmp_path, *asked)
     assert advice_of(study) == choice, said
     assert not is_reweighed(study, utility_of(study))
-    assert results.findings(study, utility_of(study))[1][-2] == (f"{mean_sentence(utility_of(study))}.")
+    assert f"{mean_sentence(utility_of(study))}." in results.findings(study, utility_of(study))
 
 
 @pytest.mark.slow
