@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from tools.check_zip import ACCEPTED
+from tools.check_zip import ACCEPTED, LEFT_TO_PIP
+from w2w.headless.runs.folder import code_of_signals
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -31,3 +32,9 @@ def test_the_listing_says_what_the_manifest_says() -> None:
     assert manifest["license"][0] == "SPDX:GPL-3.0-or-later"
     assert {name.removeprefix("SPDX:") for name in manifest["license"]} <= ACCEPTED
     assert all(year_and_name[:4].isdigit() for year_and_name in manifest["copyright"])
+
+
+def test_what_the_zip_leaves_to_pip_is_no_part_of_a_runs_code() -> None:
+    names = {Path(name).name for name, _ in code_of_signals()}
+    assert not names & set(LEFT_TO_PIP)
+    assert "shapes.npz" in names

@@ -23,16 +23,13 @@ import tempfile
 from pathlib import Path
 
 from blender_wheels import PLATFORMS, PROJECT, ask_blender, fetch_wheels
-from check_zip import problems
+from check_zip import LEFT_TO_PIP, problems
 
 MANIFEST = "blender_manifest.toml"
 DOOR = ("__init__.py", "LICENSE")
 
 SERIES = {"3.11": ("4.3.0", "5.1.0"), "3.13": ("5.1.0", "")}
 """The first Blender that has a Python, and the first that has a later one."""
-
-LEFT_TO_PIP = ("smpl_numbering.npz",)
-"""Templates under licences that the Extensions Platform does not take: CC BY 4.0."""
 
 EPOCH = 1_767_225_600
 """Time of all files in what is built, 2026-01-01: the same tree gives the same bytes."""

@@ -30,6 +30,9 @@ RELEASED = {"3.11", "3.13"}
 TAGLINE = 64
 """Characters of a tagline on the platform."""
 
+LEFT_TO_PIP = ("smpl_numbering.npz",)
+"""Templates that the extension does not hold: the platform does not take their licence, CC BY 4.0."""
+
 ACCEPTED = {
     "GPL-2.0-or-later", "GPL-3.0-or-later", "LGPL-2.1-or-later", "LGPL-3.0-or-later", "BSD-1-Clause",
     "BSD-2-Clause", "BSD-3-Clause", "BSL-1.0", "CC0-1.0", "MIT", "MIT-0", "MPL-2.0", "Pixar", "Zlib",
@@ -129,8 +132,9 @@ def _of_our_wheel(wheels: dict[str, bytes]) -> Iterator[str]:
             yield f"{name} belongs to the studies or the web app"
         if in_window and PROCESS_WIDE.search(code.decode()):
             yield f"{name} changes the environment of all of Blender"
-    if "w2w/templates/smpl_numbering.npz" in content:
-        yield "W2W's wheel holds a table under CC BY 4.0"
+    for name in LEFT_TO_PIP:
+        if f"w2w/templates/{name}" in content:
+            yield f"W2W's wheel holds {name}, whose licence the platform does not take"
     for name in ("w2w/report/templates/page.html", "w2w/templates/demo.npz"):
         if name not in content:
             yield f"W2W's wheel lacks {name}"

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
+from w2w.core.adopt.topology import NUMBERING
 from w2w.core.body.body import PACKAGE, TEMPLATES
 from w2w.core.files import UNFINISHED, file_sha256
 from w2w.core.findings.summary import PLACEMENTS
@@ -203,7 +204,8 @@ def _code() -> list[tuple[str, Path]]:
     files = [(name, root, path) for name, root in rooms.items() for path in root.rglob("*.py")]
     files += [("report", PACKAGE / "report", path) for path in (PACKAGE / "report").rglob("*.html")]
     templates = (*TEMPLATES.glob("*.np[yz]"), *TEMPLATES.rglob("*.json"))
-    files += [("templates", TEMPLATES, path) for path in templates]
+    # the Blender extension lacks that table; a body that was recognised by it is an input of its own
+    files += [("templates", TEMPLATES, path) for path in templates if path != NUMBERING]
     return [(f"{name}/{path.relative_to(root).as_posix()}", path) for name, root, path in sorted(files)]
 
 
