@@ -26,6 +26,7 @@ from w2w.scene.files.study_file import RECORD, read_record
 from w2w.scene.heatmap import MEAN, heatmap_names
 from w2w.ui.jobs import jobs, preferences
 from w2w.ui.panels.steps import W2W_PT_utility
+from w2w.ui.results import restore
 from w2w.ui.results.restore import clips_of
 from w2w.ui.steps.patches import spot_at
 from w2w.ui.study import signal_cache
@@ -228,3 +229,13 @@ def test_a_clip_whose_motion_the_file_does_not_hold_says_where_it_is(finished_ru
     assert (first["problem"], third["problem"]) == ("", "")
     assert "no longer where the run left it" in second["problem"]
     assert all("Open Results" in clip["problem"] for clip in others[: len(run.clips) - 3])
+
+
+@pytest.mark.parametrize(
+    "found", [None, {}, {"patch": 3}, {"patch": 3, "products": 1}, {"patch": 3, "products": []}]
+)
+def test_an_answer_that_is_not_the_runs_own_is_not_believed(found: object) -> None:
+    known = {"patch": 3, "sentence": "A watch: F1 .90.", "products": [{"name": "watch", "costs": 0.0}]}
+    assert not restore._is_same(found, known)
+    with_stream = {"name": "watch", "costs": 0.0, "expected_f1_in_stream": 0.8}
+    assert restore._is_same({"patch": 3, "products": [with_stream]}, known)

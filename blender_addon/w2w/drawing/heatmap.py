@@ -48,7 +48,6 @@ class Scale:
     colour_map: str = COLOUR_MAP
 
 
-@page.OWN_STYLE
 def draw_heatmap(
     path: str | Path | None,
     body: Body,
@@ -95,6 +94,7 @@ def draw_heatmap(
     return heatmap_figure(path, views, title, Scale(low, high, label, note, colour_map), subtitle)
 
 
+@page.OWN_STYLE
 def heatmap_figure(
     path: str | Path | None, views: Sequence[np.ndarray], title: str, scale: Scale, subtitle: str = ""
 ) -> Figure:

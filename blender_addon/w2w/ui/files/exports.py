@@ -30,6 +30,9 @@ from .save_results import save_steps
 
 SUFFIXES = {"npz": ".npz", "csv": ".csv", "xsens": ".txt", "x-io": ""}
 
+PICKED = ("PICKED", "Picked Patch", "The patch that you look at; of two that are compared, both")
+"""The item of a choice of patches."""
+
 
 def heading(mesh: bpy.types.Object) -> tuple[str, str]:
     """Title and subtitle of the heatmap that is shown."""
@@ -223,7 +226,7 @@ class W2W_OT_export_signals(operators.AsksForFolder, operators.OnBody, bpy.types
         name="Patches",
         description="Whose signals are saved",
         items=(
-            ("PICKED", "Picked Patch", "The patch that you look at; of two that are compared, both"),
+            PICKED,
             ("ALL", "All Patches", "All patches, in W2W's own npz files"),
         ),
     )

@@ -9,12 +9,13 @@ from bpy.props import EnumProperty
 
 from ...core.imu.virtual import at_patches
 from ...scene.bake import PatchBaker
+from ...scene.base.body import same_selection
 from ...scene.keyed_patches import keyed_empties
 from ..jobs.jobs import Step, Steps, as_steps, on_body, part
 from ..study import lists, operators, scores, state
 from ..viewport.framing import fold_soon
 from ..viewport.overlay import picks
-from .exports import Export
+from .exports import PICKED, Export
 
 KEYED = "Keyframes"
 F1 = "expected_f1"
@@ -61,22 +62,20 @@ def usd_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Write all patches, moving, with their F1 as an attribute."""
     chosen = range(len(state.placed_patches(mesh)))
     collection = yield from part(key_steps(mesh, chosen), 0.0, 0.9)
-    selected = [item for item in bpy.context.view_layer.objects if item.select_get()]
     try:
-        for item in selected:
-            item.select_set(False)
-        for item in collection.objects:
-            item.select_set(True)
-        bpy.ops.wm.usd_export(
-            filepath=str(path),
-            selected_objects_only=True,
-            export_animation=True,
-            export_custom_properties=True,
-        )
+        with same_selection():
+            for item in bpy.context.selected_objects:
+                item.select_set(False)
+            for item in collection.objects:
+                item.select_set(True)
+            bpy.ops.wm.usd_export(
+                filepath=str(path),
+                selected_objects_only=True,
+                export_animation=True,
+                export_custom_properties=True,
+            )
     finally:
         remove(collection)
-        for item in selected:
-            item.select_set(True)
     return f"Saved {len(chosen)} moving patches: {path}"
 
 
@@ -91,7 +90,7 @@ class W2W_OT_bake_patches(operators.StartsJob, operators.OnPatches, bpy.types.Op
         description="The patches that are copied",
         items=(
             ("SET", "Chosen Sensors", "The sensors that are marked on the body"),
-            ("PICKED", "Picked Patch", "The patch that you look at; of two that are compared, both"),
+            PICKED,
             ("ALL", "All Patches", "All patches"),
         ),
     )
