@@ -58,6 +58,17 @@ def resample(values: np.ndarray, rate: float, new_rate: float) -> np.ndarray:
     return new[..., : count_resampled(values.shape[-1], rate, new_rate)].astype(values.dtype, copy=False)
 
 
+def sampled(values: np.ndarray, rate: float, new_rate: float) -> np.ndarray:
+    """Values along the last axis at a new rate, unfiltered: what lies above half of it folds back."""
+    if rate == new_rate:
+        return values
+    at = np.arange(count_resampled(values.shape[-1], rate, new_rate)) * (rate / new_rate)
+    before = np.minimum((at + 1e-6).astype(int), values.shape[-1] - 1)
+    share = np.maximum(at - before, 0).astype(values.dtype)
+    after = values[..., np.minimum(before + 1, values.shape[-1] - 1)]
+    return values[..., before] + share * (after - values[..., before])
+
+
 def count_resampled(n_samples: int, rate: float, new_rate: float) -> int:
     """Samples at the new rate from the first to the last at the old, both included if they meet."""
     return int(np.floor((n_samples - 1) * new_rate / rate + 1e-6)) + 1

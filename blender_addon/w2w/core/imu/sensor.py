@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
-from ..filtering import butterworth, count_resampled, resample
+from ..filtering import butterworth, count_resampled, resample, sampled
 from ..threads import chunks, for_each
 from . import errors
 from .errors import ALL_CLIPS, SensorStreams
@@ -103,7 +103,8 @@ class SensorModel:
     zero_phase : bool
         Run the low-pass filters forwards and backwards; causal, as in hardware, otherwise.
     rate_hz : float or None
-        Output rate; None keeps the recording's.
+        Output rate; None keeps the recording's. A triad with a low-pass is sampled through that alone, so
+        that the rest folds back (aliasing), as in a part; one without gets a filter that leaves nothing.
     jitter_s : float
         Standard deviation of the sampling instants, s, at most half a period.
     drop_fraction : float
@@ -264,7 +265,7 @@ class SensorModel:
             values = _sense(values, triad, kind, rate, bandwidth, streams)
             if bandwidth is not None and bandwidth < rate / 2:
                 values = butterworth(values, rate, bandwidth, triad.lowpass_order, self.zero_phase)
-            read.append(resample(values, rate, rate_out))
+            read.append((resample if bandwidth is None else sampled)(values, rate, rate_out))
         if self.jitter_s:
             offsets = streams.normal("jitter", read[0].shape[-1]) * np.float32(self.jitter_s * rate_out)
             read = [errors.jitter(values, offsets) for values in read]

@@ -60,7 +60,17 @@ def cost(utility: UtilityMap, base: Sequence[int], place: Sequence[int]) -> Cost
     reach = 0.0 if base == place else 1.0
     if utility.halved:
         of_pair = utility.errors[:, base].mean(axis=1) - utility.errors[:, place].mean(axis=1)
-        variance = np.sqrt(np.square(of_pair).mean() * 2 * np.square(utility.errors).mean())
-        reach = float(scipy.special.ndtri((1 + utility.level) / 2) * np.sqrt(variance))
-    may = not does_as_well(expected) and utility.same(base, place)
+        reach = reach_of(of_pair, 2 * np.square(utility.errors).mean(), utility.level)
+    return judged(expected, reach, utility.same(base, place))
+
+
+def reach_of(of_pair: np.ndarray, of_any: float, level: float) -> float:
+    """Half of the interval of a difference, from its errors in halves (E,) and the variance of any two's."""
+    variance = np.sqrt(np.square(of_pair).mean() * of_any)
+    return float(scipy.special.ndtri((1 + level) / 2) * np.sqrt(variance))
+
+
+def judged(expected: float, reach: float, same: bool) -> Cost:
+    """The cost with its interval; `same` is whether the same clips resampled may show no difference."""
+    may = not does_as_well(expected) and same
     return Cost(expected, max(expected - reach, -1.0), min(expected + reach, 1.0), may)

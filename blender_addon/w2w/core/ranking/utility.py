@@ -177,11 +177,8 @@ class UtilityMap:
 
         A place is the patches that a sensor moves over. Both see the same resampled clips.
         """
-        tail = (1 - self.level) / 2
         of_place = (self.mean_samples[:, place].mean(axis=1) for place in (first, second))
-        difference = np.subtract(*of_place)
-        low, high = np.quantile(difference, [tail, 1 - tail])
-        return bool(low <= 0 <= high)
+        return holds_zero(np.subtract(*of_place), self.level)
 
     @property
     def by_subject(self) -> bool:
@@ -219,6 +216,12 @@ class UtilityMap:
         content["activities"] = tuple(content["activities"].tolist())
         content["left_out"] = json.loads(content["left_out"])
         return cls(**content)
+
+
+def holds_zero(differences: np.ndarray, level: float = LEVEL) -> bool:
+    """Whether the interval of differences between two, both by the same resampled clips (B,), holds zero."""
+    low, high = np.quantile(differences, [(1 - level) / 2, (1 + level) / 2])
+    return bool(low <= 0 <= high)
 
 
 def utility_map(

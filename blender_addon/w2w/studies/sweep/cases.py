@@ -3,13 +3,12 @@
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
-from math import radians
+from functools import partial
 
 from w2w.core.body.skeleton import JOINT_NAMES
-from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.synthesis import STANDARD_GRAVITY
 from w2w.core.motion.motion import Motion
 from w2w.core.study.config import StudyConfig
+from w2w.core.study.variants import FORCE_RANGE, KNOBS, TURN_RANGE, variants, with_model
 
 from .augmentation import at_tempo, scaled
 
@@ -25,9 +24,6 @@ BODIES: dict[str, dict[str, float]] = {
     "heavy": {"weight": 90.0},
 }
 SENSORS = ("ideal", "bmi270", "mpu-6050", "phone")
-WINDOWS_S = (1.0, 2.0, 4.0)
-RATES_HZ = (25.0, 50.0, 100.0, 200.0)
-
 RANGES = ((2, 250), (4, 500), (8, 1000), (16, 2000))
 """Full scale of the accelerometer, g, and of the gyroscope, degrees a second, as parts pair them."""
 
@@ -104,29 +100,19 @@ def _sensors(config: StudyConfig) -> list[Case]:
     return [Case("sensor", name, replace(config, sensor=name)) for name in SENSORS if name != config.sensor]
 
 
-def _with_sensor(config: StudyConfig, factor: str, name: str, model: SensorModel) -> Case:
-    """A case of the study's sensor altered."""
-    model = replace(model, name=f"{config.sensor}, {factor} {name}")
-    return Case(factor, name, replace(config, sensor=model.name, own_sensor=model))
-
-
-def _rates(config: StudyConfig) -> list[Case]:
-    usual = config.synthesis
-    return [
-        Case("rate", f"{rate:g} Hz", replace(config, synthesis=replace(usual, rate_hz=rate)))
-        for rate in RATES_HZ
-        if rate != usual.rate_hz
-    ]
+def _of_knob(knob: str, config: StudyConfig) -> list[Case]:
+    return [Case(knob, variant.name, variant.config) for variant in variants(config, knob)]
 
 
 def _ranges(config: StudyConfig) -> list[Case]:
-    usual, found = config.sensor_model(), []
+    found = []
     for g, degrees in RANGES:
-        acc = replace(usual.accelerometer, full_scale=g * STANDARD_GRAVITY)
-        gyr = replace(usual.gyroscope, full_scale=radians(degrees))
-        model = replace(usual, accelerometer=acc, gyroscope=gyr)
-        if model != usual:
-            found.append(_with_sensor(config, "range", f"{g} g, {degrees} deg/s", model))
+        both = KNOBS[TURN_RANGE].altered(KNOBS[FORCE_RANGE].altered(config, g), degrees)
+        if (
+            max(abs(KNOBS[knob].own(both) - KNOBS[knob].own(config)) for knob in (FORCE_RANGE, TURN_RANGE))
+            > 1e-3
+        ):
+            found.append(Case("range", f"{g} g, {degrees} deg/s", both))
     return found
 
 
@@ -135,7 +121,7 @@ def _mountings(config: StudyConfig) -> list[Case]:
     for turn, shift in MOUNTINGS:
         model = replace(usual, mounting_turn_deg=float(turn), mounting_shift_m=shift / 1000)
         if model != usual:
-            found.append(_with_sensor(config, "mounting", f"{turn} deg, {shift} mm", model))
+            found.append(Case("mounting", f"{turn} deg, {shift} mm", with_model(config, model)))
     return found
 
 
@@ -144,22 +130,8 @@ def _tissues(config: StudyConfig) -> list[Case]:
     for frequency in TISSUES_HZ:
         model = replace(usual, soft_tissue_hz=frequency, soft_tissue_gain=TISSUE_GAIN)
         if model != usual:
-            found.append(_with_sensor(config, "soft tissue", f"{frequency:g} Hz", model))
+            found.append(Case("soft tissue", f"{frequency:g} Hz", with_model(config, model)))
     return found
-
-
-def _windows(config: StudyConfig) -> list[Case]:
-    usual = config.windows
-    share = usual.stride_s / usual.length_s
-    return [
-        Case(
-            "window",
-            f"{length:g} s",
-            replace(config, windows=replace(usual, length_s=length, stride_s=share * length)),
-        )
-        for length in WINDOWS_S
-        if length != usual.length_s
-    ]
 
 
 FACTORS: dict[str, Callable[[StudyConfig], list[Case]]] = {
@@ -167,10 +139,9 @@ FACTORS: dict[str, Callable[[StudyConfig], list[Case]]] = {
     "asymmetry": _asymmetries,
     "body": _bodies,
     "sensor": _sensors,
-    "rate": _rates,
     "range": _ranges,
     "mounting": _mountings,
     "soft tissue": _tissues,
-    "window": _windows,
+    **{knob: partial(_of_knob, knob) for knob in KNOBS},
 }
 """What can be swept."""

@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How cheap a sensor may be at a place: the F1 lost to a lower rate, a short range, coarser steps, noise."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, reduce
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from ..imu.presets import PRESETS
+from ..imu.recording import ImuRecording
+from ..imu.virtual import at_patches, record_motion
+from ..ranking.classifiers.ridge import Ridge
+from ..ranking.costs import Cost, as_shown, judged, reach_of
+from ..ranking.f1 import score_patches, try_patches
+from ..ranking.halves import Plan, maps_of
+from ..ranking.utility import LEVEL, holds_zero
+from ..ranking.weights import known_mean, mean_over
+from ..threads import unthreaded_products
+from ..windows.features import window_features
+from ..windows.inputs import SomeWindows, as_blocks
+from ..windows.windows import cut_windows
+from .clip_files import NO_SIGNATURE, ClipWindows
+from .config import StudyConfig
+from .ranking import LabelledClip, WindowLabels
+from .results import StudyResults
+from .signals import measured
+from .variants import ALONE, FORCE_RANGE, KNOBS, RATE, TURN_RANGE, Variant, at_rate, own_rate, variants
+
+RESAMPLES = 500
+"""Bootstrap resamples of the clips."""
+
+PARTS = 3
+"""Real parts that are named."""
+
+NO_PARTS = ("ideal", "phone", "watch", "paper")
+"""Presets that are no part that one buys."""
+
+
+ON_CARD = (RATE, FORCE_RANGE, TURN_RANGE)
+"""What the card says."""
+
+
+class Loss(NamedTuple):
+    """F1 with one thing of the part at another value, trained and tested with it."""
+
+    knob: str
+    value: float
+    name: str  # the value with its unit
+    f1: float
+    cost: Cost  # against the study's own part
+
+
+@dataclass(frozen=True)
+class Need:
+    """What a sensor at one place needs, for the activities of a study."""
+
+    place: str
+    patch: int
+    own: dict[str, float]  # the study's own value of each knob
+    f1: float  # with the study's own part
+    losses: tuple[Loss, ...] = ()  # knob by knob, from dear to cheap; none if the clips tell nothing
+    together: Loss | None = None  # the cheapest values of `ON_CARD` at once
+    parts: tuple[Loss, ...] = ()  # parts that do, each at its cheapest rate
+
+    def of(self, knob: str) -> list[Loss]:
+        """The losses of a knob, from dear to cheap."""
+        return [loss for loss in self.losses if loss.knob == knob]
+
+    def cheapest(self, knob: str) -> Loss | None:
+        """The cheapest value up to which none costs more than .02; None if it is the study's own."""
+        return _last_good(self.of(knob))
+
+    def sentence(self) -> str:
+        """The card's line; "" where the clips tell nothing."""
+        if not self.losses:
+            return ""
+        down_to = [
+            found.name if (found := self.cheapest(knob)) else KNOBS[knob].text(self.own[knob])
+            for knob in ON_CARD
+            if self.cheapest(knob) or np.isfinite(self.own.get(knob, inf))
+        ]
+        text = f"Works down to {', '.join(down_to)}"
+        if self.together and not self.together.cost.as_good:
+            text += f" (one at a time: together they cost {_short(self.together.cost.expected)})"
+        alone = [f"{loss.name} costs {_short(loss.cost.expected)}" for loss in self.of(ALONE)]
+        return "; ".join([text, *([", ".join(alone)] if alone else [])])
+
+
+def _short(cost: float) -> str:
+    return f"{as_shown(cost):.2f}".lstrip("0") if as_shown(cost) > 0 else "nothing"
+
+
+def _last_good(losses: Sequence[Loss]) -> Loss | None:
+    good = None
+    for loss in losses:
+        if not loss.cost.as_good:
+            break
+        good = loss
+    return good
+
+
+def needs(
+    study: StudyResults, patches: Sequence[int], places: Sequence[str], numbers: Sequence[int]
+) -> list[Need]:
+    """What sensors on some patches, under their names, need by the clips of some numbers.
+
+    A ridge is trained and tested again with each value, in the study's folds and halves. Each motion is
+    read once. ValueError if signals cannot be made again from motions.
+    """
+    config = study.config()
+    if config.garments or config.further.features or config.classifier != Ridge.name:
+        raise ValueError(
+            "what a sensor needs is found by the ridge, from accelerometer and gyroscope on the skin: "
+            "not with garments, further sensors or another classifier"
+        )
+    usual = at_rate(config, own_rate(config))
+    body, clips = study.body(), [study.clips[number] for number in numbers]
+    chosen = at_patches(study.patches, list(patches))
+    with unthreaded_products():
+        seen = [
+            record_motion(body, chosen, measured(study.motion(clip.name), config), usual.synthesis).labelled(
+                chosen.names, clip.activity, clip.subject, clip.name
+            )
+            for clip in clips
+        ]
+        return [
+            at.completed(at.need(place))
+            for column, (patch, place) in enumerate(zip(patches, places, strict=True))
+            for at in [Place(clips, [one.at([column]) for one in seen], int(patch), usual)]
+        ]
+
+
+class _Tried(NamedTuple):
+    """Macro F1 of one sensor in the trials of a plan."""
+
+    trials: np.ndarray  # (trials,)
+    plan: Plan
+    samples: np.ndarray  # (B,): of resampled clips
+    chance: float  # of guesses as frequent as the predictions
+
+    @property
+    def f1(self) -> float:
+        """The mean over whole cross-validations."""
+        return float(self.trials[: 1 + len(self.plan.repeats)].mean())
+
+    @property
+    def informed(self) -> bool:
+        """Whether the whole, each half of the clips and every resample of them beat guessing."""
+        return bool(min(np.nanmin(self.trials), self.samples.min()) > self.chance)
+
+    def errors(self, other: _Tried) -> np.ndarray:
+        """Errors of the difference against as many other clips, as halves show them, shape (pairs,)."""
+        pairs = maps_of(self.trials - other.trials, self.plan)
+        return np.array([first - second for first, second in pairs]) * np.sqrt(2 / self.plan.shrink)
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """One patch: the true signals of all clips there, and the study with its own part."""
+
+    clips: Sequence[LabelledClip]
+    seen: Sequence[ImuRecording]
+    patch: int
+    usual: StudyConfig
+
+    @cached_property
+    def _usual(self) -> _Tried:
+        return self._tried(self.usual)
+
+    def need(self, place: str, knobs: Collection[str] = tuple(KNOBS)) -> Need:
+        """Try all that is cheaper than the study's own part, unless the clips look like guessing."""
+        own = {name: KNOBS[name].own(self.usual) for name in knobs}
+        need = Need(place, self.patch, own, self._usual.f1)
+        if not self._usual.informed:
+            return need
+        cheaper = [
+            variant
+            for name in knobs
+            for variant in variants(self.usual, name)
+            if name == ALONE or KNOBS[name].dearer(own[name], variant.value)
+        ]
+        return replace(need, losses=self._losses(cheaper))
+
+    def completed(self, need: Need) -> Need:
+        """The need with what its cheapest values cost together, and the parts that do at the lowest rates."""
+        if not need.losses:
+            return need
+        found = [loss for name in ON_CARD if (loss := need.cheapest(name))]
+        least = reduce(lambda config, loss: KNOBS[loss.knob].altered(config, loss.value), found, self.usual)
+        together = self._losses([Variant(RATE, own_rate(least), least)])[0]
+        lowest = need.cheapest(RATE)
+        rates = [loss.value for loss in need.of(RATE) if lowest and loss.value >= lowest.value]
+        parts: list[Loss] = []
+        for rate in reversed([need.own[RATE], *rates]):
+            left = sorted({*PRESETS} - {*NO_PARTS} - {part.name for part in parts})
+            configs = [at_rate(replace(self.usual, sensor=name), rate) for name in left]
+            tried = self._losses([Variant(RATE, rate, config) for config in configs])
+            named = [loss._replace(name=name) for name, loss in zip(left, tried, strict=True)]
+            parts += sorted(
+                (loss for loss in named if loss.cost.as_good), key=lambda loss: loss.cost.expected
+            )
+            if len(parts) >= PARTS:
+                break
+        return replace(need, together=together, parts=tuple(parts[:PARTS]))
+
+    def _losses(self, others: Sequence[Variant]) -> tuple[Loss, ...]:
+        usual = self._usual
+        tried = [self._tried(variant.config) for variant in others]
+        errors = np.array([usual.errors(one) for one in tried])
+        losses = []
+        for variant, one, of_pair in zip(others, tried, errors, strict=True):
+            reach = reach_of(of_pair, np.square(errors).mean(), LEVEL) if errors.size else 1.0
+            cost = judged(usual.f1 - one.f1, reach, holds_zero(usual.samples - one.samples))
+            losses.append(Loss(variant.knob, variant.value, variant.name, one.f1, cost))
+        return tuple(losses)
+
+    def _tried(self, config: StudyConfig) -> _Tried:
+        """Train and test with a config's part and windows."""
+        part = config.sensor_model()
+        cut = [cut_windows(part.apply(one, config.seed, self.patch), config.windows) for one in self.seen]
+        signals = np.concatenate([windows.signals[:, 0] for windows in cut])
+        features = window_features(signals[None], own_rate(config))[0]  # as sensors of one window: faster
+        labels = WindowLabels.of(self.clips, [ClipWindows(one.is_test, NO_SIGNATURE) for one in cut])
+        trial, ridge = labels.protocol(config).plan(), Ridge()
+        source = SomeWindows(as_blocks(features[:, None]), trial.used)
+        alpha = ridge.choose_alpha(source, trial.labels, trial.fold, trial.is_test)
+        tried = try_patches(ridge, source, trial, alpha, (0, 1))
+        truth, predicted = trial.labels[trial.is_test], tried.predictions
+        n, weights = len(trial.activities), trial.weights
+        clip = labels.motion[trial.used[trial.is_test]]
+        boot = score_patches(truth, predicted, clip, n, RESAMPLES, LEVEL, config.seed, weights)[1]
+        shares = [np.bincount(of, minlength=n) / len(truth) for of in (truth, predicted[:, 0])]
+        chance = float(mean_over(2 * shares[0] * shares[1] / (shares[0] + shares[1]), weights))
+        by_trial = known_mean(tried.f1[:, :, 0], weights)
+        return _Tried(by_trial, trial.plan, boot.mean_samples[:, 0], chance)
