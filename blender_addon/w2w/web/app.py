@@ -202,6 +202,7 @@ class App:
         if name.startswith(".") or not path.is_file():
             raise RefusedError(404, "There is no such file")
         if name == REPORT:
+            self.work.prepare(study.results, choose_again)
             return FileResponse(path, headers={"content-security-policy": report_policy()})
         kind = mimetypes.guess_type(name)[0] if path.suffix in (".png", ".csv", ".json") else None
         return FileResponse(path, media_type=kind or "application/octet-stream", filename=path.name)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from w2w.core.library.library import is_motion
 from w2w.headless.runs.workers import Workers, local_executor
@@ -77,6 +77,7 @@ class Work:
         self._runs: dict[str, asyncio.Task[None]] = {}
         self._judging: dict[str, asyncio.Task[None]] = {}
         self._keeper: asyncio.Task[None] | None = None
+        self._preparing: asyncio.Task[None] | None = None
 
     def start(self) -> None:
         """Go on where an earlier server was."""
@@ -87,7 +88,8 @@ class Work:
 
     async def stop(self) -> None:
         """End all work; runs go on with the next server."""
-        tasks = [*self._runs.values(), *self._judging.values(), *([self._keeper] if self._keeper else [])]
+        others = [task for task in (self._keeper, self._preparing) if task]
+        tasks = [*self._runs.values(), *self._judging.values(), *others]
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
@@ -149,6 +151,16 @@ class Work:
             ended = {"event": "finished", "exit_code": 1, "problem": problem}
             with (study.folder / EVENTS).open("a", encoding="utf-8") as stream:
                 stream.write(json.dumps(ended) + "\n")
+
+    def prepare(self, out: Path, choose: Callable[[Path, dict[str, Any]], object]) -> None:
+        """Choose once as the run did while nobody waits for it: what it finds, other wishes need, too."""
+
+        async def chosen() -> None:
+            with suppress(ValueError, OSError):
+                await self.chooser.ask(choose, out, {"compare": ""})
+
+        if self._preparing is None or self._preparing.done():
+            self._preparing = asyncio.create_task(chosen())
 
     def judge(self, study: Study) -> None:
         """Judge all files of a study that are not judged yet."""

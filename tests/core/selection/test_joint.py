@@ -146,6 +146,23 @@ def test_wishes_are_kept(tests):
     assert grown(tests.whole, terms(1, cost=dear)).up_to(1)[0] >= 4
 
 
+def test_a_further_wish_finds_what_it_would_find_first_and_searches_without_wishes_once(tests, monkeypatch):
+    fresh = prepare(*library())
+    one, other = (replace(terms(2, allowed=np.arange(N) != left), unwished=terms(2)) for left in (0, 5))
+    choose_together(fresh, alone(tests), one, target=1.0)
+    begun = []
+    search = joint._Search.__init__
+    monkeypatch.setattr(
+        joint._Search, "__init__", lambda self, *how: (begun.append(how), search(self, *how))[1]
+    )
+    found = choose_together(fresh, alone(tests), other, target=1.0)
+    assert len(begun) == 1
+    first = choose_together(prepare(*library()), alone(tests), other, target=1.0)
+    assert found.order == first.order
+    assert found.sentence() == first.sentence()
+    np.testing.assert_array_equal(found.promise.mean, first.promise.mean)
+
+
 @pytest.mark.slow
 @settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(

@@ -11,7 +11,7 @@ from ..body.body import Body
 from ..patches.body_parts import PRODUCT_NAMED, PRODUCTS, Product, great_part, side_of
 from ..patches.naming import FAR_M, nearest_patch, place, resolve
 from ..patches.patches import PatchSet
-from ..ranking.costs import Cost, cost, does_as_well
+from ..ranking.costs import Cost, as_shown, cost, does_as_well
 from ..ranking.expected import LIKELY, SURE
 from ..ranking.stream import ExpectedF1, Stream
 from ..ranking.utility import UtilityMap
@@ -165,21 +165,20 @@ class ScoredMap:
     @cached_property
     def base(self) -> PlaceScore:
         """The recommended place, which all costs are against: the best product or a better region."""
-        best = _best_first(self._on_products)[:1]
-        if best and does_as_well(float(self.utility.expected_mean[self.best]) - best[0].expected):
-            return best[0]
+        best = _recommended(self._on_products)
+        if best and does_as_well(float(self.utility.expected_mean[self.best]) - best.expected):
+            return best
         region, patch = _region(self)
         return self._at(region, region, "", patch, (patch,))
 
     @cached_property
     def products(self) -> tuple[PlaceScore, ...]:
-        """Every product that has an allowed patch, best first."""
-        return _best_first(
-            replace(
-                self._with_cost(score),
-                in_stream=self.in_stream([score.patch], score.cut_out),
-            )
-            for score in self._on_products
+        """Every product that has an allowed patch, best first; the recommended one before its equals."""
+        listed_first = _recommended(self._on_products)
+        others = (score for score in self._on_products if score is not listed_first)
+        return tuple(
+            replace(self._with_cost(score), in_stream=self.in_stream([score.patch], score.cut_out))
+            for score in filter(None, (listed_first, *_best_first(others)))
         )
 
     def in_stream(self, worn: Sequence[int], cut_out: ExpectedF1) -> ExpectedF1 | None:
@@ -192,7 +191,7 @@ class ScoredMap:
 
     @cached_property
     def _on_products(self) -> list[PlaceScore]:
-        """The same as they are listed, before their costs are known."""
+        """The same, the commonest first, before their costs are known."""
         scores = (self._product(product, product.sides) for product in PRODUCTS.values())
         return [score for score in scores if score]
 
@@ -278,6 +277,15 @@ def compare(scored: ScoredMap, words: Sequence[str]) -> tuple[PlaceScore, ...]:
 
 def _best_first(scores: Iterable[PlaceScore]) -> tuple[PlaceScore, ...]:
     return tuple(sorted(scores, key=lambda score: -score.expected))
+
+
+def _recommended(commonest_first: Sequence[PlaceScore]) -> PlaceScore | None:
+    """The best product; of several that are equal in the two digits of a cost, the commonest.
+
+    Otherwise the seed of the folds would decide between equals.
+    """
+    most = max((score.expected for score in commonest_first), default=0.0)
+    return next((score for score in commonest_first if as_shown(most - score.expected) == 0), None)
 
 
 @lru_cache(maxsize=4)

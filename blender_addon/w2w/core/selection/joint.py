@@ -142,10 +142,16 @@ class _Search:
     ) -> None:
         self._grown, self._expected = GrownSet(tests.whole, terms, expected[0], worst), expected
         self._promises, self._choose, self._stream = Promises(tests, terms), ByHalves(worst), stream
-        self._free = terms.unwished and _Search(tests, expected, terms.unwished, worst, stream)
+        self._free = terms.unwished and _search(tests, expected, terms.unwished, worst, stream)
+        self._found: dict[int, tuple[tuple[int, ...], tuple[Promise, Promise]]] = {}
 
     def up_to(self, size: int) -> tuple[tuple[int, ...], tuple[Promise, Promise]]:
         """The patches in order of choice, up to a size, and what they promise: cut out, and in a stream."""
+        if size not in self._found:
+            self._found[size] = self._up_to(size)
+        return self._found[size]
+
+    def _up_to(self, size: int) -> tuple[tuple[int, ...], tuple[Promise, Promise]]:
         order = self._grown.up_to(size)
         alone, low, high = (float(values[order[0]]) for values in self._expected)
         cut_out = self._promises.of(order, self._choose, (alone, low, high))
@@ -154,6 +160,19 @@ class _Search:
             most = self._free.up_to(len(order))[1]
             return order, (cut_out.at_most(most[0]), promise.at_most(most[1]))
         return order, (cut_out, promise)
+
+
+def _search(
+    tests: SetTests, expected: Sequence[np.ndarray], terms: Terms, worst: bool, stream: Stream | None
+) -> _Search:
+    """A search; one without wishes is kept with its tests, as the next wishes are held against it, too."""
+    if terms.unwished:
+        return _Search(tests, expected, terms, worst, stream)
+    arrays = expected[0], terms.allowed, terms.cost, *terms.required
+    key = *(array.tobytes() for array in arrays), terms.max_size, worst, stream
+    if key not in tests.searches:
+        tests.searches[key] = _Search(tests, expected, terms, worst, stream)
+    return tests.searches[key]
 
 
 def choose_together(
@@ -169,7 +188,7 @@ def choose_together(
     The first patch is chosen by `expected`, the macro F1 (N,) of each patch alone and the bounds of its
     interval. In a `stream`, its F1 must reach the target; else that on clips cut out.
     """
-    search = _Search(tests, expected, terms, every_activity > 0, stream)
+    search = _search(tests, expected, terms, every_activity > 0, stream)
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
         order, (cut_out, promise) = search.up_to(size)
         lowest = promise.f1[:, tests.weights > 0].min(axis=1)

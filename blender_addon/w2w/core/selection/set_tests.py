@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
@@ -83,6 +84,7 @@ class SetTests:
     activities: tuple[str, ...]
     seed: int
     weights: np.ndarray  # (A,): what each activity counts
+    searches: dict[Any, Any] = field(default_factory=dict)  # those without wishes (`joint.choose_together`)
 
     @classmethod
     def of(
