@@ -22,18 +22,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # so that editors and type checkers see signatures
     from .api.loading import load as load, load_body as load_body
+    from .api.rank import rank as rank
     from .api.ranking import Ranking as Ranking
-    from .api.signals import (
-        open_results as open_results,
-        rank as rank,
-        stream as stream,
-        synthesize as synthesize,
-    )
+    from .api.signals import open_results as open_results, stream as stream, synthesize as synthesize
     from .core.body.body import Body as Body
     from .core.body.shapes import shaped as shaped
     from .core.imu.formats import read_recording as read_recording, write_recording as write_recording
     from .core.imu.presets import preset as preset, read_sensor as read_sensor
     from .core.imu.recording import ImuRecording as ImuRecording
+    from .core.imu.recordings import Recordings as Recordings
     from .core.imu.sensor import SensorModel as SensorModel
     from .core.imu.synthesis import Synthesis as Synthesis
     from .core.keypoints.facts import PoseFacts as PoseFacts
@@ -50,12 +47,14 @@ __version__ = "0.1.0"
 """The one place where it is written for pip; a test holds the other files to it."""
 
 _NAMES = {
-    "api.signals": ("open_results", "rank", "stream", "synthesize"),
+    "api.rank": ("rank",),
+    "api.signals": ("open_results", "stream", "synthesize"),
     "core.body.body": ("Body",),
     "core.body.shapes": ("shaped",),
     "core.imu.formats": ("read_recording", "write_recording"),
     "core.imu.presets": ("preset", "read_sensor"),
     "core.imu.recording": ("ImuRecording",),
+    "core.imu.recordings": ("Recordings",),
     "core.imu.sensor": ("SensorModel",),
     "core.imu.synthesis": ("Synthesis",),
     "core.keypoints.facts": ("PoseFacts",),

@@ -209,7 +209,7 @@ WRONG = {
     "a class": (lambda s, _: w2w.rank(s, classifier=w2w.EstimatorClassifier), "made first"),
     "a list": (lambda s, _: w2w.rank(list(s)), "synthesize"),
     "motions": (lambda s, _: w2w.rank(s.motions), "synthesize"),
-    "no signals": (lambda s, _: w2w.rank(s[:0]), "one motion at least"),
+    "no signals": (lambda s, _: w2w.rank(s[:0]), "one clip at least"),
     "half a fold": (lambda s, _: w2w.rank(s, folds=2.5), "whole number"),
     "one background": (lambda s, _: w2w.rank(s, background="waving"), "a list of activities"),
     "weights by list": (lambda s, _: w2w.rank(s, weights=["waving"]), "give each a number"),
@@ -331,7 +331,7 @@ def test_what_a_notebook_shows_is_short_or_a_page(signals, ranking):
 
 def test_windows_of_ten_minutes_refuse_the_same_clips_as_on_the_command_line(signals, library, tmp_path):
     words = "s, shorter than the 12 s a window needs"
-    with pytest.raises(ValueError, match=f"every clip is too short for windows of 600 s: clip '.*{words}"):
+    with pytest.raises(ValueError, match=f"no clip gives a window of 600 s: clip '.*{words}"):
         w2w.rank(signals, window=600)
     options = "--window 600 --patches 4 --workers 1 --no-pictures --no-report".split()
     labels = str(library.parent / "labels.csv")

@@ -19,14 +19,19 @@ import numpy as np
 from ..core.body.body import Body
 from ..core.csv_tables import apart, csv_text
 from ..core.files import write_text
-from ..core.findings.cautions import Caution, cautions
+from ..core.findings.cautions import Caution, cautions, heaviest_first, worn_cautions
 from ..core.findings.new_folder import write_findings
+from ..core.imu.recordings import Recordings
 from ..core.library.library import Clip, Library
+from ..core.patches.card import DROP
 from ..core.patches.naming import resolve
+from ..core.patches.own_placements import shown_on
 from ..core.patches.patches import PatchSet
 from ..core.ranking.pooling import Pooling
 from ..core.ranking.stream import Stream
+from ..core.ranking.turned import may_turn
 from ..core.ranking.utility import UtilityMap
+from ..core.selection.advice import Advice
 from ..core.selection.answer import Answer, PlaceScore, ScoredMap, answer, compare
 from ..core.selection.constraints import Constraints
 from ..core.selection.headline import doubted, mean_title, short
@@ -38,6 +43,7 @@ from ..core.study.config import StudyConfig
 from ..core.study.ranking import LabelledClip, WindowLabels, set_tests
 from ..core.study.results import ClipResult, Study, StudyResults
 from ..core.windows.inputs import PatchBlocks
+from ..core.windows.of_recordings import cut_recordings
 from .notebook import Rows
 
 if TYPE_CHECKING:
@@ -47,7 +53,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Ranking:
-    """How well each patch alone recognises each activity, and what follows from it.
+    """How well each patch, or each place of worn sensors, alone recognises each activity, and what follows.
 
     Made by `w2w.rank` or, from what `w2w run` left in a folder, by `w2w.open_results`.
 
@@ -56,7 +62,8 @@ class Ranking:
     utility : UtilityMap
         F1 by patch and activity, with intervals, confusions and predictions.
     patches : PatchSet
-    body : Body
+    body : Body or None
+        None for worn sensors, whose places are known by their names alone.
     inputs : ndarray or PatchBlocks, shape (W, N, ...)
         What the classifier trained on.
     labels : WindowLabels
@@ -74,6 +81,8 @@ class Ranking:
         The clips in a stream, by which sets are judged; None for other classifiers than the ridge.
     folder : Path, optional
         The results folder that it was read from, which holds all that a report says.
+    recordings : Recordings, optional
+        The recordings of worn sensors that it ranks, one after another as in `inputs`.
 
     Examples
     --------
@@ -86,7 +95,7 @@ class Ranking:
 
     utility: UtilityMap
     patches: PatchSet
-    body: Body
+    body: Body | None
     inputs: np.ndarray | PatchBlocks
     labels: WindowLabels
     config: StudyConfig
@@ -96,15 +105,15 @@ class Ranking:
     details: Sequence[dict[str, Any]] = ()
     stream: Stream | None = None
     folder: Path | None = None
+    recordings: Recordings | None = None
 
     def __repr__(self) -> str:
         best = f"{self.names[self.best]}, F1 {self.expected[self.best]:.2f}"
-        return f"<Ranking: {len(self.patches)} patches, {len(self.activities)} activities; best: {best}>"
+        what = "patches" if self.recordings is None else "places"
+        return f"<Ranking: {len(self.patches)} {what}, {len(self.activities)} activities; best: {best}>"
 
     def _repr_html_(self) -> str:
         """The display in a notebook: the answer and its cautions, the products, the body."""
-        picture = io.BytesIO()
-        self.heatmap().savefig(picture, format="png")
         rows = [
             f"<tr><td>{escape(f'{score.side} {score.name}'.strip())}<td>{short(f1.mean)}"
             f"<td>{short(f1.low)} to {short(f1.high)}<td>{short(max(score.cost.expected, 0.0))}"
@@ -120,10 +129,21 @@ class Ranking:
             f"<table><tr><th>One sensor on<th>F1<th>95 % interval<th>Costs<th>95 % interval<th>"
             f"{''.join(rows)}"
             "</table>",
-            f'<img alt="{escape(self.answer.sentence())}" style="max-width: 100%" '
-            f'src="data:image/png;base64,{b64encode(picture.getvalue()).decode()}">',
         ]
+        if self.picture is not None:
+            alt, source = escape(self.answer.sentence()), b64encode(self.picture).decode()
+            parts.append(f'<img alt="{alt}" style="max-width: 100%" src="data:image/png;base64,{source}">')
         return "".join(parts)
+
+    @cached_property
+    def picture(self) -> bytes | None:
+        """The heatmap of the mean as a PNG; None for places that W2W does not know."""
+        stream = io.BytesIO()
+        try:
+            self.heatmap().savefig(stream, format="png")
+        except ValueError:
+            return None
+        return stream.getvalue()
 
     @property
     def activities(self) -> tuple[str, ...]:
@@ -138,7 +158,10 @@ class Ranking:
     @cached_property
     def cautions(self) -> list[Caution]:
         """What speaks against the answer, as report, panel and console say it, the heaviest first."""
-        return cautions(self.utility, self.clips, self.details, self.config)
+        found = cautions(self.utility, self.clips, self.details, self.config)
+        if self.recordings is not None:
+            found += worn_cautions(self.clips, self.skipped, self.config.by_subject)
+        return heaviest_first(found)
 
     @property
     def f1(self) -> np.ndarray:
@@ -248,6 +271,29 @@ class Ranking:
         pooling = Pooling.on(self.body, self.patches)
         return set_tests(self.inputs, self.labels, self.config, pooling, self.classifier, self.utility)
 
+    @cached_property
+    def advice(self) -> Advice:
+        """The sensors recommended under no constraint, alone and together; `cards` says where each goes."""
+        found = choose_to_wear(
+            self.utility, self.patches, self.body, self.config, self._set_tests, self.stream
+        )
+        if self.recordings is None:
+            return found
+        protocol, rate = self.labels.protocol(self.config), self.recordings.rate
+        cards = [
+            replace(card, turn_deg=may_turn(self._worn_at(card.patch), rate, protocol, DROP))
+            for card in found.cards
+        ]
+        return replace(found, cards=tuple(cards))
+
+    def _worn_at(self, place: int) -> np.ndarray:
+        """Windows of the sensor at a place, shape (W, samples, 6)."""
+        assert self.recordings is not None
+        cut = cut_recordings(
+            self.recordings, self.config.windows, "windows", lambda windows: windows[:, place]
+        )
+        return np.concatenate(cut.inputs)
+
     def table(self, patches: Sequence[int] | None = None) -> Rows | DataFrame:
         """A row for each patch: number, name, region, expected F1 with its interval, F1 on these clips.
 
@@ -311,7 +357,7 @@ class Ranking:
         Raises
         ------
         ValueError
-            If the activity was not ranked.
+            If the activity was not ranked, or W2W knows a worn sensor's place by no name.
         """
         from ..drawing.heatmap import draw_heatmap
 
@@ -326,8 +372,11 @@ class Ranking:
         best = self.best if expected and activity is None else int(np.argmax(scores))
         subtitle = doubted(self.utility, f"Best patch: {self.names[best]} ({scores[best]:.2f})")
         label = "Expected F1" if expected else "F1 on these clips"
+        body, patches, scores = (
+            (self.body, self.patches, scores) if self.body else shown_on(self.names, scores)
+        )
         return draw_heatmap(
-            path, self.body, self.patches, scores, title, subtitle, label, span=self.utility.colour_span
+            path, body, patches, scores, title, subtitle, label, span=self.utility.colour_span
         )
 
     def report(self, path: str | Path) -> None:
@@ -349,14 +398,21 @@ class Ranking:
         >>> Path("report.html").read_text(encoding="utf-8").strip()[:15]
         '<!doctype html>'
         """
-        from ..report.page import report_page  # jinja2 is slow to import
+        from ..report.page import report_page, worn_page  # jinja2 is slow to import
 
+        if self.recordings is not None:
+            cautions = [caution.sentence() for caution in self.cautions]
+            said = {"cautions": cautions, "skipped": self.skipped, "names": self.names}
+            page = worn_page(self.utility, self.advice, self.config, said, self.picture)
+            write_text(Path(path), page)
+            return
         with TemporaryDirectory(prefix="w2w_report_") as temporary:
             study = StudyResults.load(self.folder) if self.folder else self._written(Path(temporary))
             write_text(Path(path), report_page(study))
 
     def _written(self, out: Path) -> StudyResults:
         """The ranking and a choice of sensors, written into an empty folder as a run writes them."""
+        assert self.body is not None
         (out / WORK).mkdir()
         results = StudyResults(out, self.utility, self.patches, self.clips, self.config.as_dict())
         used = tuple(
@@ -367,8 +423,5 @@ class Ranking:
         clips = tuple(
             ClipResult(clip, "", record, "") for clip, record in zip(used, self.details, strict=True)
         )
-        advice = choose_to_wear(
-            self.utility, self.patches, self.body, self.config, self._set_tests, self.stream
-        )
-        write_findings(Study(library, self.config, self.body, clips, results, advice))
+        write_findings(Study(library, self.config, self.body, clips, results, self.advice))
         return results

@@ -1,42 +1,30 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""W2W from Python: motions become signals, and signals a ranking of patches."""
+"""W2W from Python: motions become signals; a run's signals and ranking are read."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, overload
-
-import numpy as np
+from typing import overload
 
 from ..core.body.body import Body
-from ..core.findings.cautions import KNOW, full_scale_sentence
+from ..core.findings.cautions import full_scale_sentence
 from ..core.imu.presets import DEFAULT_SENSOR
 from ..core.imu.recording import ImuRecording
 from ..core.imu.sensor import SensorModel
 from ..core.imu.synthesis import Synthesis
 from ..core.imu.virtual import record_motion
-from ..core.library.labels import spelled_once
 from ..core.motion.motion import Motion
-from ..core.motion.signature import motion_signature
 from ..core.patches.naming import resolve
 from ..core.patches.patches import PatchSet
-from ..core.ranking.classifiers.ridge import Ridge
-from ..core.ranking.pooling import Pooling
-from ..core.ranking.utility import UtilityMap, inputs_of
-from ..core.ranking.weights import check_counting
 from ..core.study.choosing import stream_in
-from ..core.study.clip_files import ClipWindows
 from ..core.study.clip_list import is_used
 from ..core.study.config import StudyConfig
-from ..core.study.ranking import LabelledClip, WindowLabels, rank_clips, same_motions, stream_of
 from ..core.study.results import StudyResults
-from ..core.windows.features import window_features
-from ..core.windows.windows import TooShortError, WindowSpec, cut_windows
-from .loading import Motions, warn_of_spellings
-from .notebook import progress_bar, tracked
+from .loading import Motions
+from .notebook import tracked
 from .ranking import Ranking
 
 
@@ -135,130 +123,6 @@ def synthesize(
     if caution := full_scale_sentence(about):
         warnings.warn(caution, stacklevel=2)
     return Signals(recordings, patches, motions, model, settings)
-
-
-def rank(
-    signals: Signals,
-    classifier: Any = "ridge",
-    window: float = 2.0,
-    stride: float | None = None,
-    folds: int = 5,
-    by_subject: bool = False,
-    seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-    background: Sequence[str] = (),
-    weights: Mapping[str, float] | None = None,
-) -> Ranking:
-    """Train and test a classifier on every patch alone, never on the same clip.
-
-    Activities that cannot be tested are left out; the ranking's `left_out` says why. What stops or weakens
-    the answer (the ranking's `cautions`) is warned of.
-
-    Parameters
-    ----------
-    signals : Signals
-        From `synthesize`; their labels are the activities to recognise.
-    classifier : str or object
-        "ridge", "trees", "multi3net", or one of your own: a scikit-learn estimator, one in an
-        `EstimatorClassifier`, or an object with `inputs` and `predict_folds` as `Ridge` has them.
-    window, stride : float
-        Length of a window and step from one to the next, seconds; half a window by default.
-    folds : int
-        Folds of the cross-validation by clip.
-    by_subject : bool
-        Leave one subject out at a time instead.
-    seed : int
-        Seed of the folds, the bootstrap and the classifier.
-    progress : callable, optional
-        Given the fraction done; in a notebook it is a bar by default.
-    background : sequence of str
-        Activities that are trained against and count in no mean.
-    weights : mapping of str to float, optional
-        Weights of activities in the mean, 1 by default.
-
-    Raises
-    ------
-    ValueError
-        If fewer than two activities can be tested, no clip shows a given activity, or the classifier, the
-        windows or the folds are not valid; the message says why.
-
-    Examples
-    --------
-    >>> signals = w2w.synthesize(w2w.load("MY_CLIPS"), w2w.sample_patches(w2w.Body.bundled(), 24))
-    >>> w2w.rank(signals, folds=3).f1.shape
-    (24, 3)
-    """
-    if not isinstance(signals, Signals) or not len(signals):
-        raise ValueError("signals must come from synthesize, of one motion at least")
-    if isinstance(background, str) or not isinstance(weights or {}, Mapping):
-        raise ValueError("background is a list of activities; weights give each a number: {'falling': 3.0}")
-    uncounted, weighted = tuple(background), tuple((weights or {}).items())
-    labels = {n: {"activity": one.activity, "subject": one.subject} for n, one in enumerate(signals)}
-    labels, check = spelled_once(labels)
-    warn_of_spellings(check)
-    activities = {one["activity"] for one in labels.values()}
-    check_counting(activities, uncounted, weighted)
-    spec = WindowSpec(window, window / 2 if stride is None else stride)
-    config = StudyConfig(
-        synthesis=signals.settings,
-        sensor=signals.sensor.name,
-        own_sensor=signals.sensor,
-        windows=spec,
-        folds=folds,
-        by_subject=by_subject,
-        seed=seed,
-        background=uncounted,
-        weights=weighted,
-        classifier=classifier if isinstance(classifier, str) else StudyConfig.classifier,
-    )
-    as_features = inputs_of(classifier) == "features"
-    used, clip_windows, details, inputs, skipped, cut_from = [], [], [], [], [], []
-    facts = (*signals.motions.facts, *[{}] * len(signals))[: len(signals)]  # of some nothing may be known
-    clips = zip(signals, signals.motions, signals.motions.motion_keys, facts, strict=True)
-    for number, (recording, motion, key, of_file) in enumerate(clips):
-        name = recording.clip or f"clip {number}"
-        try:
-            windows = cut_windows(recording, spec)
-        except TooShortError as error:
-            skipped.append((name, str(error)))
-            continue
-        cut = windows.signals
-        inputs.append(window_features(cut, recording.rate) if as_features else np.array(cut))
-        cut_from.append(recording)
-        used.append(LabelledClip(name, **labels[number], motion_key=key))
-        clip_windows.append(ClipWindows(windows.is_test, motion_signature(motion)))
-        about = of_file | {"duration_s": round(motion.duration, 4), "frame_rate": motion.rate}
-        about |= signals.sensor.full_scale_content(recording)
-        details.append(about | {"windows": len(windows.is_test)})
-    if not used:
-        raise ValueError(f"every clip is too short for windows of {window:g} s: {skipped[0][1]}")
-    whole = np.concatenate(inputs)
-    pooling = Pooling.on(signals.motions.body, signals.patches)
-    progress = progress or progress_bar("Ranking patches")
-    ranked = same_motions(used, clip_windows)
-    utility = rank_clips(
-        ranked, clip_windows, whole, config, pooling, classifier=classifier, progress=progress
-    )
-    utility = _with_left_out(utility, activities)
-    stream = None
-    if classifier == Ridge.name:
-        worn = signals.motions.body, signals.patches
-        stream = stream_of(ranked, clip_windows, lambda clip, some: cut_from[clip].at(some), config, worn)
-    ranking = Ranking(
-        utility=utility, patches=signals.patches, body=signals.motions.body, inputs=whole,
-        labels=WindowLabels.of(ranked, clip_windows), config=config, classifier=classifier,
-        skipped=tuple(skipped), clips=ranked, details=details, stream=stream,
-    )  # fmt: skip
-    if serious := [caution.sentence() for caution in ranking.cautions if caution.weight != KNOW]:
-        warnings.warn(" ".join(serious), stacklevel=2)
-    return ranking
-
-
-def _with_left_out(utility: UtilityMap, activities: Set[str]) -> UtilityMap:
-    """The map, with the reason for each of the clips' activities that is not ranked."""
-    short = sorted(activities - {*utility.activities, *utility.left_out})
-    reasons = {name: f"{name} has only clips that are too short for a window" for name in short}
-    return replace(utility, left_out=utility.left_out | reasons)
 
 
 def open_results(folder: str | Path) -> Ranking:

@@ -23,6 +23,7 @@ from .commands.demo import demo
 from .commands.export import export
 from .commands.inspect import inspect
 from .commands.place import place
+from .commands.rank_recordings import rank_recordings
 from .commands.report import report
 from .commands.run import run
 from .commands.sensors import sensors
@@ -111,6 +112,7 @@ def _options(
 
 for command in (run, demo, place, inspect, report, export, synth, sensors):
     APP.command()(command)
+APP.command("rank-recordings")(rank_recordings)
 APP.command("calibrate")(calibrate_sensor)
 APP.command()(status)
 add_further_commands(APP)

@@ -3,6 +3,7 @@
 
 import base64
 import json
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -22,8 +23,10 @@ from ..core.patches.patches import PatchSet
 from ..core.ranking.costs import costs_at, does_as_well
 from ..core.ranking.utility import UtilityMap
 from ..core.selection import headline
+from ..core.selection.advice import Advice
 from ..core.selection.answer import product_places
 from ..core.study.clip_list import is_used, read_clip_list
+from ..core.study.config import StudyConfig
 from ..core.study.results import StudyResults
 from ..core.wording import capital
 
@@ -54,49 +57,96 @@ def report_page(study: StudyResults, project: str | None = None) -> str:
     shown = [product["patch"] for product in answer["products"][:NUMBERED]] or [patch]
     less = [each for each in answer["products"][NUMBERED:] if each["name"] in answer["compared_with"]]
     allowed = study.config().constraints.terms(study.patches).allowed
+    skipped = (entry for entry in read_clip_list(study.out) if not is_used(entry))
+    return (
+        _environment()
+        .get_template("page.html")
+        .render(
+            project=study.parameters.get("title", "") if project is None else project.strip(),
+            summary=summary,
+            config=config,
+            counts=notes.counts_sentence(summary["clips"], utility),
+            in_blend=len(study.clips_in_blend),
+            mean_caution=headline.mean_caution(utility),
+            answer=answer,
+            first_products=[*answer["products"][:NUMBERED], *less],
+            still=still_picture(study, body, shown, together),
+            worn=worn,
+            body=body,
+            wearing=wearing_sentences(study.config().sensor_model()),
+            utility=utility,
+            n_patches=len(study.patches),
+            mean_title=headline.mean_title(utility),
+            regions=best_regions(utility, study.patches, base, allowed),
+            activities=_activities(study, summary, patch),
+            mistakes=_mistakes(utility, patch),
+            skipped=sorted((entry["file"], entry["skipped"]) for entry in skipped),
+            style=_style(),
+            scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in ("viewer.js", "page.js")],
+            data=Markup(as_script_json(view_data(body, study.patches, utility, shown, base))),
+        )
+    )
+
+
+def worn_page(
+    utility: UtilityMap, advice: Advice, config: StudyConfig, said: Mapping[str, Any], picture: bytes | None
+) -> str:
+    """The page of ranked recordings of worn sensors, as HTML.
+
+    `said` are the `cautions` as sentences, the clips `skipped`, each with the reason, and the `names` of the
+    places; `picture` is a PNG of the body with the places, if there is one.
+    """
+    names, worn = said["names"], advice.worn
+    recommended = advice.answer.patch
+    return (
+        _environment()
+        .get_template("worn.html")
+        .render(
+            **said,
+            answer=advice.answer,
+            utility=utility,
+            config=config,
+            activities=_activity_rows(utility, names, recommended),
+            together=worn
+            and list(zip(worn.order, worn.promise.mean, worn.promise.low, worn.promise.high, strict=True)),
+            worn=worn,
+            cards=advice.cards,
+            mistakes=_mistakes(utility, recommended),
+            mean_caution=headline.mean_caution(utility),
+            picture=None if picture is None else base64.b64encode(picture).decode("ascii"),
+            style=_style(),
+        )
+    )
+
+
+def _environment() -> Environment:
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
-    skipped = (entry for entry in read_clip_list(study.out) if not is_used(entry))
-    return environment.get_template("page.html").render(
-        project=study.parameters.get("title", "") if project is None else project.strip(),
-        summary=summary,
-        config=config,
-        counts=notes.counts_sentence(summary["clips"], utility),
-        in_blend=len(study.clips_in_blend),
-        mean_caution=headline.mean_caution(utility),
-        answer=answer,
-        first_products=[*answer["products"][:NUMBERED], *less],
-        still=still_picture(study, body, shown, together),
-        worn=worn,
-        body=body,
-        wearing=wearing_sentences(study.config().sensor_model()),
-        utility=utility,
-        n_patches=len(study.patches),
-        mean_title=headline.mean_title(utility),
-        regions=best_regions(utility, study.patches, base, allowed),
-        activities=_activities(study, summary, patch),
-        mistakes=_mistakes(utility, patch),
-        skipped=sorted((entry["file"], entry["skipped"]) for entry in skipped),
-        style=Markup((PAGE / "style.css").read_text(encoding="utf-8")),
-        scripts=[Markup((PAGE / name).read_text(encoding="utf-8")) for name in ("viewer.js", "page.js")],
-        data=Markup(as_script_json(view_data(body, study.patches, utility, shown, base))),
-    )
+    return environment
+
+
+def _style() -> Markup:
+    return Markup((PAGE / "style.css").read_text(encoding="utf-8"))
 
 
 def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list[dict[str, Any]]:
     """Each tested activity: its clips, its own best spot, and how the recommended patch `best` does."""
-    utility, tested = study.utility, study.utility.tested_clips()
-    spots = utility.expected_f1.argmax(axis=0).tolist()
+    rows = _activity_rows(study.utility, study.patches.names, best)
+    return [{**row, **summary["activities"][row["name"]]} for row in rows]
+
+
+def _activity_rows(utility: UtilityMap, names: Sequence[str], best: int) -> list[dict[str, Any]]:
+    tested, spots = utility.tested_clips(), utility.expected_f1.argmax(axis=0).tolist()
     return [
         {
             "name": name,
-            **summary["activities"][name],
-            "where": study.patches.names[own],
+            "where": names[own],
             "patch": own,
             "expected": float(utility.expected_f1[own, number]),
             "f1": float(utility.f1[own, number]),
             "low": float(utility.f1_low[own, number]),
             "high": float(utility.f1_high[own, number]),
+            "tested": tested[number],
             "caution": notes.few_clips(tested[number]),
             "at_best": float(utility.expected_f1[best, number]),
             "counts": bool(utility.counts[number]),

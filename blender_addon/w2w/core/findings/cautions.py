@@ -75,6 +75,11 @@ def cautions(
         Caution(WEAKENS if utility.left_out else KNOW, copies_sentence(copies_among(clips, clips))),
         *(Caution(KNOW, text) for text in (_up(odd), cut_sentence(odd), garments)),
     ]
+    return heaviest_first(found)
+
+
+def heaviest_first(found: Iterable[Caution]) -> list[Caution]:
+    """The cautions that have a text, by weight."""
     order = (STOPS, WEAKENS, KNOW)
     return sorted((each for each in found if each.text), key=lambda each: order.index(each.weight))
 
@@ -139,6 +144,27 @@ def subjects_sentence(clips: Sequence[LabelledClip]) -> str:
         f"{len(shared)} clips of {subjects_in_words} show the same motion as another subject's clip: "
         "each motion is tested with the first of its subjects, and never trained on then"
     )
+
+
+LACKS = "no sensor was worn at"
+"""Beginning of the reason to skip a clip of worn sensors that lacks one."""
+
+
+def worn_cautions(
+    clips: Sequence[LabelledClip], skipped: Sequence[tuple[str, str]], by_subject: bool
+) -> list[Caution]:
+    """The cautions on clips of worn sensors and on those skipped, each with the reason."""
+    lacking = [f"{clip} ({why})" for clip, why in skipped if why.startswith(LACKS)]
+    verb = "lacks" if len(lacking) == 1 else "lack"
+    left = (
+        f"{count('clip', len(lacking))} {verb} a sensor and take no part, as all places are compared on the "
+    )
+    people = {same_label(clip.subject) for clip in clips}
+    same = "people who are tested are trained on, too: leave one subject out for F1 on other people"
+    return [
+        *([Caution(WEAKENS, f"{left}same clips: {listed(lacking)}")] if lacking else []),
+        *([Caution(KNOW, same)] if not by_subject and len(people) > 1 and "" not in people else []),
+    ]
 
 
 def full_scale_sentence(clips: Iterable[tuple[str, Facts]]) -> str:

@@ -22,27 +22,31 @@ class Card:
     spot: str  # the notation that `Spot.parse` reads
     words: str
     arrow: str  # where the sensor's x axis points
-    slip_cm: float  # how far it may slip before expected F1 falls by more than .02
+    slip_cm: float | None  # how far it may slip before expected F1 falls by more than .02; None if not known
     turn_deg: int | None = None  # how far it may be turned about its normal till then; None if not known
 
     def in_words(self) -> str:
         """The whole card in sentences."""
-        given = {"slip": f"{self.slip_cm:.0f} cm" if self.slip_cm else ""}
+        given = {}
+        if self.slip_cm is not None:
+            given["slip"] = f"{self.slip_cm:.0f} cm" if self.slip_cm else ""
         if self.turn_deg is not None:
             given["turn"] = f"{self.turn_deg}°" if self.turn_deg else ""
         may = " or ".join(f"{way} {far}" for way, far in given.items() if far)
         must_not = " or ".join(way for way, far in given.items() if not far)
         sentences = [
             capital(self.words),
-            f"Arrow {self.arrow}",
+            f"Arrow {self.arrow}" if self.arrow else "",
             f"May {may} before F1 falls by {DROP:.2f}".replace("0.", ".") if may else "",
             f"Must not {must_not}" if must_not else "",
         ]
         return " ".join(f"{sentence}." for sentence in sentences if sentence)
 
 
-def card(body: Body, patches: PatchSet, expected: np.ndarray, patch: int) -> Card:
-    """The card of a patch, with the expected F1 (N,) of all."""
+def card(body: Body | None, patches: PatchSet, expected: np.ndarray, patch: int) -> Card:
+    """The card of a patch, with the expected F1 (N,) of all; its name alone without a body."""
+    if body is None:
+        return Card(patch, "", patches.names[patch], "", None)
     spot = locate(body, int(patches.vertices[patch]))
     arrow = arrow_in_words(body, patches, patch)
     return Card(patch, str(spot), spot.in_words(), arrow, slip_cm(body, patches, expected, patch))

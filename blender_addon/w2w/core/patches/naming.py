@@ -65,12 +65,12 @@ def place(name: str, body: Body) -> int:
 
 def resolve(
     name: str,
-    body: Body,
+    body: Body | None,
     patches: PatchSet,
     say: Callable[[str], object] = warnings.warn,
     silent_m: float = NEAR_M,
 ) -> int:
-    """The patch of a map that a name means: a patch's own name, or a place as `place` takes it.
+    """The patch of a map that a name means: a patch's own name, or on a body a place as `place` takes it.
 
     For a place it is the nearest patch over the skin; `say` is given a sentence with its distance if that
     is beyond `silent_m`.
@@ -80,6 +80,8 @@ def resolve(
     words, own = _words_of(name), [patch.lower() for patch in patches.names]
     if words in own:
         return own.index(words)
+    if body is None:
+        raise ValueError(f"no sensor was worn at {name!r}; there are {', '.join(patches.names)}")
     return nearest(name, name, body, patches, say, silent_m).patch
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from ..body.body import Body
 from ..csv_tables import read_table
-from .patches import PatchSet, patch_set
+from .naming import place
+from .patches import PatchSet, patch_set, sample_patches
 from .spots import Spot, vertex_at
 
 FARTHEST_M = 0.05
@@ -175,3 +176,16 @@ def _vertex(body: Body, name: str, where: int | str | Sequence[float]) -> int:
             "are allowed: positions are in metres on the body at rest, z up, the soles at z = 0"
         )
     return int(skin[away.argmin()])
+
+
+def shown_on(names: Sequence[str], scores: np.ndarray) -> tuple[Body, PatchSet, np.ndarray]:
+    """W2W's body with patches at places by name and others, and the scores (N,) of the places, else NaN.
+
+    Raises ValueError if nothing on a body is called one of them.
+    """
+    body = Body.bundled()
+    at = [place(name, body) for name in names]
+    check_apart(names, at)
+    rest = np.setdiff1d(sample_patches(body).vertices, at)
+    patches = patch_set(body, np.concatenate([at, rest]), (), seed=0)
+    return body, patches, np.concatenate([scores, np.full(len(rest), np.nan)])

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral
@@ -200,6 +201,13 @@ def sample_patches(body: Body, n: int = DEFAULT_PATCHES, seed: int = 0) -> Patch
         start = np.random.default_rng(seed).integers(len(body.vertices))
         picks = farthest_points(graph, n, int(start))
     return patch_set(body, picks, (), seed)
+
+
+def unplaced(names: Sequence[str]) -> PatchSet:
+    """Places by their names alone, on no body: they have neither vertices nor regions."""
+    count = len(names)
+    nowhere, spread = np.full((count, 3), -1, np.int32), csr_matrix((0, count), dtype=np.float32)
+    return PatchSet(nowhere[:, 0], nowhere, np.empty(0, np.int32), tuple(names), 0, spread, tuple(names))
 
 
 def patch_set(body: Body, centres: np.ndarray, own_names: tuple[str, ...], seed: int) -> PatchSet:

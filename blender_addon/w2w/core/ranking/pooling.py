@@ -34,8 +34,10 @@ class Pooling:
     mirror: np.ndarray  # (N, N): reads a map at each patch's mirror image
 
     @classmethod
-    def on(cls, body: Body, patches: PatchSet) -> Pooling:
-        """Pooling over the skin of a body at rest."""
+    def on(cls, body: Body | None, patches: PatchSet) -> Pooling:
+        """Pooling over the skin of a body at rest; none without a body."""
+        if body is None:
+            return cls.none(len(patches))
         return cls.over(SkinDistances.of(body, patches.vertices))
 
     @classmethod

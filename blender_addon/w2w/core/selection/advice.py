@@ -87,7 +87,7 @@ class Advice:
 def advise(
     utility: UtilityMap,
     patches: PatchSet,
-    body: Body,
+    body: Body | None,
     tests: SetTests | None,
     target: float = 0.9,
     every_activity: float = 0.0,

@@ -24,6 +24,9 @@ OTHERS = 3
 SHOWN = 0.005
 """Smallest F1 difference that two digits show."""
 
+PLURALS = {each.phrase for each in PRODUCTS.values() if not each.phrase.startswith(("a ", "an ", "the "))}
+"""Products that are spoken of in the plural."""
+
 HABIT = "belt clip"
 """The product that stands for what people wear anyway."""
 
@@ -72,7 +75,7 @@ def compared(scores: Sequence[PlaceScore]) -> str:
 
 def _many(phrases: Sequence[str]) -> bool:
     """Whether a verb after these phrases is in the plural, as after "glasses"."""
-    return len(phrases) > 1 or not phrases[0].startswith(("a ", "an ", "the "))
+    return len(phrases) > 1 or phrases[0] in PLURALS
 
 
 @dataclass(frozen=True)
@@ -148,7 +151,7 @@ class ScoredMap:
 
     utility: UtilityMap
     patches: PatchSet
-    body: Body
+    body: Body | None  # None for places by their names alone: each is a product of its own
     limits: np.ndarray | None = None  # (N,), bool: patches that the wishes leave; all by default
     stream: Stream | None = None  # the clips, if F1 in a stream of them can be found
 
@@ -168,7 +171,8 @@ class ScoredMap:
         best = _recommended(self._on_products)
         if best and does_as_well(float(self.utility.expected_mean[self.best]) - best.expected):
             return best
-        region, patch = _region(self)
+        assert self.body is not None  # the best of places by name is one of them
+        region, patch = _region(self, self.body)
         return self._at(region, region, "", patch, (patch,))
 
     @cached_property
@@ -191,7 +195,10 @@ class ScoredMap:
 
     @cached_property
     def _on_products(self) -> list[PlaceScore]:
-        """The same, the commonest first, before their costs are known."""
+        """The same, the commonest first (of places by name the best), before their costs are known."""
+        if self.body is None:
+            places = enumerate(self.patches.names)
+            return [*_best_first(self._at(name, name, "", n, (n,)) for n, name in places if self.allowed[n])]
         scores = (self._product(product, product.sides) for product in PRODUCTS.values())
         return [score for score in scores if score]
 
@@ -214,7 +221,7 @@ class ScoredMap:
     def named(self, word: str) -> PlaceScore:
         """The score of a product or place by name; ValueError for an unknown name."""
         side, rest = side_of(plain_words(word))
-        product = PRODUCT_NAMED.get(rest)
+        product = PRODUCT_NAMED.get(rest) if self.body is not None else None
         sides = () if product is None else (side,) if side in product.sides else product.sides
         if product and (score := self._product(product, sides, anywhere=True)):
             return self._with_cost(score)
@@ -241,7 +248,8 @@ def answer(scored: ScoredMap) -> Answer:
     chance = utility.chance(base.expected)
     differs = (chance if allowed.all() else utility.beats_average) >= LIKELY
     if not differs:
-        where = "anywhere on the body" if allowed.all() else "anywhere that is allowed"
+        everywhere = "anywhere on the body" if scored.body is not None else "any of these places"
+        where = everywhere if allowed.all() else "anywhere that is allowed"
         expected, low, high = (float(values[allowed].mean()) for values in utility.expected)
     elif not is_product:
         where = f"{base.phrase}, no usual product there"
@@ -263,6 +271,8 @@ def _others(scored: ScoredMap) -> tuple[PlaceScore, ...]:
     def part(score: PlaceScore) -> str:
         return side_of(great_part(scored.patches.regions[score.patch]))[1] or "torso"
 
+    if scored.body is None:
+        return tuple(score for score in scored.products if score.under != scored.base.under)[:OTHERS]
     by_rarity, of_part = list(PRODUCTS), {part(scored.base): scored.base}
     for score in sorted(scored.products, key=lambda score: by_rarity.index(score.name)):
         of_part.setdefault(part(score), score)
@@ -289,9 +299,11 @@ def _recommended(commonest_first: Sequence[PlaceScore]) -> PlaceScore | None:
 
 
 @lru_cache(maxsize=4)
-def product_places(patches: PatchSet, body: Body) -> dict[tuple[str, str], int]:
+def product_places(patches: PatchSet, body: Body | None) -> dict[tuple[str, str], int]:
     """The patch nearest to each product, by name and side; left out are those with none within 10 cm."""
-    patch_at = {}
+    patch_at: dict[tuple[str, str], int] = {}
+    if body is None:
+        return patch_at
     for product in PRODUCTS.values():
         for side in product.sides:
             patch, away_m = nearest_patch(place(product.on(side), body), body, patches)
@@ -300,7 +312,7 @@ def product_places(patches: PatchSet, body: Body) -> dict[tuple[str, str], int]:
     return patch_at
 
 
-def product_patches(patches: PatchSet, body: Body) -> dict[int, str]:
+def product_patches(patches: PatchSet, body: Body | None) -> dict[int, str]:
     """The patches at which usual products sit, each with the commonest product's side and name."""
     names: dict[int, str] = {}
     for (name, side), patch in product_places(patches, body).items():
@@ -308,7 +320,7 @@ def product_patches(patches: PatchSet, body: Body) -> dict[int, str]:
     return names
 
 
-def _region(scored: ScoredMap) -> tuple[str, int]:
+def _region(scored: ScoredMap, body: Body) -> tuple[str, int]:
     """Where most of the best patches are, in words, and the middle one; all of a region or a spot on it."""
     patches, expected = scored.patches, scored.utility.expected_mean
     group = np.flatnonzero(scored.allowed & does_as_well(expected[scored.best] - expected))
@@ -318,9 +330,9 @@ def _region(scored: ScoredMap) -> tuple[str, int]:
     held = {name: (above[regions == name].sum(), (regions == name).sum()) for name in sorted(set(regions))}
     region = max(held, key=lambda name: held[name])
     members = group[regions == region]
-    centres = scored.body.vertices[patches.vertices[members]]
+    centres = body.vertices[patches.vertices[members]]
     middle = int(members[np.linalg.norm(centres[:, None] - centres, axis=2).sum(axis=1).argmin()])
-    skin = scored.body.vertices[np.isin(patches.labels, members)]
+    skin = body.vertices[np.isin(patches.labels, members)]
     axes = np.linalg.svd(skin - skin.mean(axis=0), full_matrices=False)[2]
     long, wide = 100 * np.ptp(skin @ axes[:2].T, axis=0)
     size, whole = f"{long:.0f} by {wide:.0f} cm", len(members) == (regions_of == region).sum()

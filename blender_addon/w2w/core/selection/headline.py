@@ -51,8 +51,10 @@ def doubted(utility: UtilityMap, text: str) -> str:
     return ". ".join(filter(None, [doubt(utility), text]))
 
 
-def repeat_sentence(utility: UtilityMap) -> str:
-    """How far the map repeats, what would make it reliable, and how worn sensors compared."""
+def repeat_sentence(utility: UtilityMap, simulated: bool = True) -> str:
+    """How far the map repeats, what would make it reliable, and how worn sensors compared, if simulated."""
+    if not simulated:
+        return _reliability(utility).removesuffix(". ")
     worn = f"On people's sensors, four data sets, measured F1 was {WORN[utility.by_subject]} than expected"
     return f"{_reliability(utility)}{worn} (docs/truth.md)"
 

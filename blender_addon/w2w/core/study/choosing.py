@@ -58,7 +58,7 @@ def prepared_tests(
 def choose_to_wear(
     utility: UtilityMap,
     patches: PatchSet,
-    body: Body,
+    body: Body | None,
     config: StudyConfig,
     tests: SetTests | None,
     stream: Stream | None = None,

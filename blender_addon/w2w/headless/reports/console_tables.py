@@ -130,14 +130,14 @@ def show_comparison(comparison: dict[str, Any], console: Console) -> None:
     console.print(table)
 
 
-def show_answer(advice: Advice, utility: UtilityMap, console: Console) -> None:
+def show_answer(advice: Advice, utility: UtilityMap, console: Console, simulated: bool = True) -> None:
     """Print where to wear one sensor, on which products, and how sure that is."""
     console.print(f"\n{advice.answer.sentence()}", style="bold")
     _say(advice.answer.lead(), console, "")
     _say(advice.answer.measured(), console, "")
     show_places(advice.answer.products[:LISTED], console)
     _say(headline.mean_sentence(utility), console, "")
-    _say(headline.repeat_sentence(utility), console, "")
+    _say(headline.repeat_sentence(utility, simulated), console, "")
 
 
 def _with_interval(value: float, low: float, high: float) -> str:

@@ -13,10 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
+from w2w.core.imu.clock import at_times, shared_times
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.text_tables import ACC_UNITS, GYR_UNITS
-
-from .clock import at_times, shared_times
 
 UPFALL_FILE = "CompleteDataSet.csv"
 TRIAL_FILES = "Subject*Activity*Trial*.csv"

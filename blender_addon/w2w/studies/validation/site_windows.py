@@ -10,8 +10,8 @@ import numpy as np
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.windows.features import window_features
-from w2w.core.windows.windows import TooShortError, WindowSpec, cut_windows
+from w2w.core.windows.of_recordings import cut_recordings
+from w2w.core.windows.windows import WindowSpec
 
 from .some_windows import some_windows
 
@@ -62,20 +62,13 @@ def site_windows(
     """
     if len({(recording.sites, recording.rate) for recording in recordings}) != 1:
         raise ValueError("recordings to be compared must share their sites and their rate")
-    features, labels, is_test, skipped = [], [], [], {}
-    for recording in recordings:
-        unused = {"both": (), "acc": ("gyr",), "gyr": ("acc",)}[use]
-        taken = replace(recording, **{name: np.zeros_like(recording.acc) for name in unused})
-        try:
-            windows = cut_windows(taken, spec)
-        except TooShortError as error:
-            skipped[recording.clip] = str(error)
-            continue
-        of_clip = windows.signals if view is None else view(windows.signals)
-        features.append(window_features(of_clip, recording.rate) if inputs == "features" else of_clip)
-        is_test.append(windows.is_test)
-        labels += [(recording.activity, recording.clip, recording.subject)] * len(windows.is_test)
-    if not features:
+    unused = {"both": (), "acc": ("gyr",), "gyr": ("acc",)}[use]
+    taken = [replace(one, **{name: np.zeros_like(one.acc) for name in unused}) for one in recordings]
+    found = cut_recordings(taken, spec, inputs, view)
+    skipped = {recordings[number].clip: why for number, why in found.skipped.items()}
+    if not found.inputs:
         raise ValueError(f"no clip gives a window: {next(iter(skipped.values()))}")
-    activity, clip, subject = np.array(labels).T
-    return SiteWindows(np.concatenate(features), activity, clip, subject, np.concatenate(is_test), skipped)
+    labels = [(one.activity, one.clip, one.subject) for one in (recordings[n] for n in found.used)]
+    activity, clip, subject = np.repeat(np.array(labels).T, [len(mask) for mask in found.is_test], axis=1)
+    features, is_test = np.concatenate(found.inputs), np.concatenate(found.is_test)
+    return SiteWindows(features, activity, clip, subject, is_test, skipped)

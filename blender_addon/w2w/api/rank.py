@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""W2W from Python: signals, simulated or of worn sensors, become a ranking of places."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence, Set
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..core.findings.cautions import KNOW, LACKS
+from ..core.imu.recording import ImuRecording
+from ..core.imu.recordings import Recordings
+from ..core.imu.synthesis import Synthesis
+from ..core.library.labels import spelled_once
+from ..core.motion.signature import motion_signature
+from ..core.patches.patches import unplaced
+from ..core.ranking.classifiers.ridge import Ridge
+from ..core.ranking.pooling import Pooling
+from ..core.ranking.utility import UtilityMap, inputs_of
+from ..core.ranking.weights import check_counting
+from ..core.study.clip_files import NO_SIGNATURE, ClipWindows
+from ..core.study.config import StudyConfig
+from ..core.study.ranking import LabelledClip, WindowLabels, rank_clips, same_motions, stream_of
+from ..core.windows.of_recordings import cut_recordings
+from ..core.windows.windows import WindowSpec
+from ..core.wording import listed
+from .loading import warn_of_spellings
+from .notebook import progress_bar
+from .ranking import Ranking
+from .signals import Signals
+
+
+class _Clips(NamedTuple):
+    """Clips to rank, one after another in `inputs`."""
+
+    ranked: tuple[LabelledClip, ...]
+    windows: list[ClipWindows]
+    inputs: list[np.ndarray]
+    details: list[dict[str, Any]]
+    recordings: list[ImuRecording]  # those with windows, in the order of `inputs`
+    skipped: list[tuple[str, str]]
+
+
+Labels = Mapping[int, Mapping[str, str]]
+
+
+def rank(
+    signals: Signals | Recordings,
+    classifier: Any = "ridge",
+    window: float = 2.0,
+    stride: float | None = None,
+    folds: int = 5,
+    by_subject: bool = False,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    background: Sequence[str] = (),
+    weights: Mapping[str, float] | None = None,
+) -> Ranking:
+    """Train and test a classifier on every patch alone, never on the same clip.
+
+    Activities that cannot be tested are left out; the ranking's `left_out` says why. What stops or weakens
+    the answer (the ranking's `cautions`) is warned of.
+
+    Parameters
+    ----------
+    signals : Signals or Recordings
+        From `synthesize`, or of worn sensors; their labels are the activities to recognise. Places of worn
+        sensors are compared on the same clips: those that lack a sensor are skipped.
+    classifier : str or object
+        "ridge", "trees", "multi3net", or one of your own: a scikit-learn estimator, one in an
+        `EstimatorClassifier`, or an object with `inputs` and `predict_folds` as `Ridge` has them.
+    window, stride : float
+        Length of a window and step from one to the next, seconds; half a window by default.
+    folds : int
+        Folds of the cross-validation by clip.
+    by_subject : bool
+        Leave one subject out at a time instead: F1 is then on other people.
+    seed : int
+        Seed of the folds, the bootstrap and the classifier.
+    progress : callable, optional
+        Given the fraction done; in a notebook it is a bar by default.
+    background : sequence of str
+        Activities that are trained against and count in no mean.
+    weights : mapping of str to float, optional
+        Weights of activities in the mean, 1 by default.
+
+    Raises
+    ------
+    ValueError
+        If fewer than two activities can be tested, no clip shows a given activity, or the classifier, the
+        windows or the folds are not valid; the message says why.
+
+    Examples
+    --------
+    >>> signals = w2w.synthesize(w2w.load("MY_CLIPS"), w2w.sample_patches(w2w.Body.bundled(), 24))
+    >>> w2w.rank(signals, folds=3).f1.shape
+    (24, 3)
+    """
+    if not isinstance(signals, Signals | Recordings) or not len(signals):
+        raise ValueError("rank takes what synthesize makes, or Recordings of worn sensors: one clip at least")
+    if isinstance(background, str) or not isinstance(weights or {}, Mapping):
+        raise ValueError("background is a list of activities; weights give each a number: {'falling': 3.0}")
+    uncounted, weighted = tuple(background), tuple((weights or {}).items())
+    labels = {n: {"activity": one.activity, "subject": one.subject} for n, one in enumerate(signals)}
+    labels, check = spelled_once(labels)
+    warn_of_spellings(check)
+    activities = {one["activity"] for one in labels.values()}
+    check_counting(activities, uncounted, weighted)
+    spec = WindowSpec(window, window / 2 if stride is None else stride)
+    config = StudyConfig(
+        windows=spec,
+        folds=folds,
+        by_subject=by_subject,
+        seed=seed,
+        background=uncounted,
+        weights=weighted,
+        classifier=classifier if isinstance(classifier, str) else StudyConfig.classifier,
+    )
+    kind, body = inputs_of(classifier), None
+    if isinstance(signals, Signals):
+        clips, patches, body = _simulated(signals, labels, spec, kind), signals.patches, signals.motions.body
+        model = signals.sensor
+        config = replace(config, synthesis=signals.settings, sensor=model.name, own_sensor=model)
+    else:
+        clips, patches = _worn(signals, labels, spec, kind), unplaced(signals.places)
+        config = replace(config, synthesis=Synthesis(rate_hz=signals.rate), sensor="ideal")
+    if not clips.inputs:
+        raise ValueError(f"no clip gives a window of {window:g} s: {clips.skipped[0][1]}")
+    whole, what = np.concatenate(clips.inputs), "Ranking patches" if body else "Ranking places"
+    utility = rank_clips(
+        clips.ranked, clips.windows, whole, config, Pooling.on(body, patches),
+        classifier=classifier, progress=progress or progress_bar(what),
+    )  # fmt: skip
+    stream, recordings = None, clips.recordings
+    if classifier == Ridge.name and body is not None:
+        worn = body, patches
+        stream = stream_of(clips.ranked, clips.windows, lambda n, some: recordings[n].at(some), config, worn)
+    ranking = Ranking(
+        utility=_with_left_out(utility, activities), patches=patches, body=body, inputs=whole,
+        labels=WindowLabels.of(clips.ranked, clips.windows), config=config, classifier=classifier,
+        skipped=tuple(clips.skipped), clips=clips.ranked, details=clips.details, stream=stream,
+        recordings=Recordings(recordings) if isinstance(signals, Recordings) else None,
+    )  # fmt: skip
+    if serious := [caution.sentence() for caution in ranking.cautions if caution.weight != KNOW]:
+        warnings.warn(" ".join(serious), stacklevel=2)
+    return ranking
+
+
+def _simulated(signals: Signals, labels: Labels, spec: WindowSpec, inputs: str) -> _Clips:
+    cut = cut_recordings(signals, spec, inputs)
+    names = [one.clip or f"clip {number}" for number, one in enumerate(signals)]
+    facts = (*signals.motions.facts, *[{}] * len(signals))  # of some nothing may be known
+    used, windows, details = [], [], []
+    for number, is_test in zip(cut.used, cut.is_test, strict=True):
+        motion, recording = signals.motions[number], signals[number]
+        used.append(
+            LabelledClip(names[number], **labels[number], motion_key=signals.motions.motion_keys[number])
+        )
+        windows.append(ClipWindows(is_test, motion_signature(motion)))
+        about = facts[number] | {"duration_s": round(motion.duration, 4), "frame_rate": motion.rate}
+        about |= signals.sensor.full_scale_content(recording)
+        details.append(about | {"windows": len(is_test)})
+    skipped = [(names[number], why) for number, why in cut.skipped.items()]
+    return _Clips(
+        same_motions(used, windows), windows, cut.inputs, details, [signals[n] for n in cut.used], skipped
+    )
+
+
+def _worn(recordings: Recordings, labels: Labels, spec: WindowSpec, inputs: str) -> _Clips:
+    lacking = recordings.lacking()
+    whole = [number for number, one in enumerate(recordings) if one.clip not in lacking]
+    cut = cut_recordings([recordings[number] for number in whole], spec, inputs)
+    stretches: dict[str, list[int]] = {}
+    for position, number in enumerate(cut.used):
+        stretches.setdefault(recordings[whole[number]].clip, []).append(position)
+    order = [position for some in stretches.values() for position in some]
+    used, windows, details = [], [], []
+    for clip, some in stretches.items():
+        numbers = [whole[cut.used[position]] for position in some]
+        is_test = np.concatenate([cut.is_test[position] for position in some])
+        used.append(LabelledClip(clip, **labels[numbers[0]], motion_key=clip))
+        windows.append(ClipWindows(is_test, NO_SIGNATURE))
+        seconds = [recordings[number].n_samples / recordings.rate for number in numbers]
+        details.append(
+            {"duration_s": round(float(np.median(seconds)), 4), "frame_rate": recordings.rate}
+            | {"windows": len(is_test)}
+        )
+    skipped = [(recordings[whole[number]].clip, why) for number, why in cut.skipped.items()]
+    skipped += [(clip, f"{LACKS} {listed(places)}") for clip, places in lacking.items()]
+    return _Clips(
+        tuple(used), windows, [cut.inputs[position] for position in order], details,
+        [recordings[whole[cut.used[position]]] for position in order], [*recordings.skipped, *skipped],
+    )  # fmt: skip
+
+
+def _with_left_out(utility: UtilityMap, activities: Set[str]) -> UtilityMap:
+    """The map, with the reason for each of the clips' activities that is not ranked."""
+    short = sorted(activities - {*utility.activities, *utility.left_out})
+    reasons = {name: f"{name} has only clips that are too short for a window" for name in short}
+    return replace(utility, left_out=utility.left_out | reasons)

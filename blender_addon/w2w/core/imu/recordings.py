@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Recordings of worn sensors by clip and place: from arrays, from files, from a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, overload
+
+import numpy as np
+
+from ..wording import listed, plain_words, shown
+from .clock import at_times, shared_times
+from .formats import read_recording
+from .recording import LABELS, READINGS, ImuRecording
+from .recording_folder import LABEL_FILE, SUFFIXES, label_rows, labelled_by, recording_files
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+SAME_RATE = 0.01
+"""Share by which the rates of sensors may differ and count as one."""
+
+LONGEST_STEP_S = 0.1
+"""Samples of a table that are further apart have lost what was between them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Recordings(Sequence[ImuRecording]):
+    """Recordings of worn sensors, to be ranked as they are: no body and no motion is needed.
+
+    Recordings of one clip at different places become one recording of all of them, cut to the shortest:
+    sensors start together. If a place comes again, a new stretch of the clip begins. A sensor that a clip
+    lacks is NaN.
+
+    Parameters
+    ----------
+    recordings : sequence of ImuRecording
+        Each of one sensor or several, with `sites`, `activity` and `clip`, and `subject` if it is known.
+    skipped : tuple of (str, str)
+        Files that could not be used, each with the reason.
+
+    Raises
+    ------
+    ValueError
+        If a recording lacks its place or activity, or rates differ; the message says which.
+
+    Examples
+    --------
+    >>> at_rest = np.tile([0.0, 0.0, 9.81, 0.0, 0.0, 0.0], (100, 1))
+    >>> shaken = at_rest + np.random.default_rng(0).normal(size=(100, 6))
+    >>> worn = {"wrist": [at_rest, shaken], "my pocket": [at_rest, None]}
+    >>> w2w.Recordings.from_arrays(worn, rate=50, activities=["still", "waving"])
+    <Recordings: 2 of 2 activities at wrist, my pocket>
+    """
+
+    recordings: Sequence[ImuRecording]
+    skipped: tuple[tuple[str, str], ...] = ()
+
+    def __post_init__(self) -> None:
+        given = list(self.recordings)
+        if not given or not all(isinstance(one, ImuRecording) for one in given):
+            raise ValueError("there is no recording: give a list of ImuRecording, one at least")
+        object.__setattr__(self, "recordings", tuple(_together(given)))
+
+    @classmethod
+    def from_arrays(
+        cls,
+        places: Mapping[str, Sequence[np.ndarray | None]],
+        rate: float,
+        activities: Sequence[str],
+        subjects: Sequence[str] = (),
+        clips: Sequence[str] = (),
+    ) -> Self:
+        """Make them from arrays.
+
+        Parameters
+        ----------
+        places : mapping of str to sequence of ndarray, shape (T, 6)
+            For each place an array per recording: specific force (m/s2), then angular velocity (rad/s); None
+            where it was not worn.
+        rate : float
+            Samples per second.
+        activities, subjects, clips : sequence of str
+            One per recording. Recordings with one name in `clips` are stretches of one clip, and are never
+            split between training and testing.
+
+        Raises
+        ------
+        ValueError
+            If numbers or shapes disagree; the message says which.
+        """
+        if not isinstance(places, Mapping) or not places:
+            raise ValueError(
+                f"places are given as {{'left wrist': [array, ...]}}, not as {type(places).__name__}"
+            )
+        count = len(activities)
+        given: dict[str, int] = {name: len(arrays) for name, arrays in places.items()}
+        given |= {name: len(some) for name, some in (("subjects", subjects), ("clips", clips)) if len(some)}
+        for name, entries in given.items():
+            if entries != count:
+                raise ValueError(f"{name} has {entries} entries for {count} activities")
+        recordings = []
+        for number, activity in enumerate(activities):
+            labels = (str(activity), str(subjects[number]) if len(subjects) else "")
+            clip = str(clips[number]) if len(clips) else f"recording {number + 1}"
+            for place, arrays in places.items():
+                if (worn := arrays[number]) is None:
+                    continue
+                values = np.asarray(worn, dtype=np.float64)
+                if values.ndim != 2 or values.shape[1] != 6:
+                    raise ValueError(f"{clip} at {place} must have shape (T, 6), not {values.shape}")
+                acc, gyr = values[:, None, :3], values[:, None, 3:]
+                recordings.append(ImuRecording(acc, gyr, rate, (place,), *labels, clip))
+        return cls(recordings)
+
+    @classmethod
+    def from_frame(cls, frame: DataFrame, rate: float | None = None) -> Self:
+        """Make them from a pandas table with a row per sample of a sensor.
+
+        Parameters
+        ----------
+        frame : pandas.DataFrame
+            Columns ``place``, ``clip``, ``t`` (seconds, one clock for all places of a clip), ``activity``;
+            ``acc_x``, ``acc_y``, ``acc_z`` in m/s2 or ``acc`` with triples; likewise ``gyr`` in rad/s, and
+            ``subject``, if they are known.
+        rate : float, optional
+            Samples per second to bring all to; that of most sensors by default.
+
+        Raises
+        ------
+        ValueError
+            If a column is missing, or sensors share no time; the message says which.
+        """
+        names = [str(name) for name in getattr(frame, "columns", ())]
+        if missing := [name for name in ("place", "clip", "t", "activity") if name not in names]:
+            raise ValueError(f"the table lacks the columns {', '.join(missing)}")
+        values = np.concatenate([_triples(frame, names, "acc"), _triples(frame, names, "gyr")], axis=1)
+        seconds = _seconds(np.asarray(frame["t"]))
+        activity, subject, clip = (
+            list(map(str, frame[name] if name in names else [""] * len(frame))) for name in LABELS
+        )
+        labels = list(zip(activity, subject, clip, strict=True))
+        rows: dict[tuple[str, str, str], dict[str, list[int]]] = {}
+        for number, (label, place) in enumerate(zip(labels, frame["place"], strict=True)):
+            rows.setdefault(label, {}).setdefault(str(place), []).append(number)
+        if rate is None:
+            steps = [np.median(np.diff(seconds[some])) for of in rows.values() for some in of.values()]
+            rate = float(np.round(1 / np.median(steps), 2))
+        return cls([_resampled(of, seconds, values, rate, label) for label, of in rows.items()])
+
+    @classmethod
+    def read(cls, folder: str | Path, labels: str | Path | None = None) -> Self:
+        """Read the recordings in a folder and its subfolders, in every format of `read_recording`.
+
+        A label comes from the csv, else from the file itself, else from the folders:
+        ``ACTIVITY/CLIP/PLACE.csv``.
+
+        Parameters
+        ----------
+        folder : str or Path
+        labels : str or Path, optional
+            A csv with the columns ``file,activity[,subject][,clip][,place]``; ``labels.csv`` in the folder by
+            default. `file` is a recording or a folder of them, as a path inside `folder`.
+
+        Raises
+        ------
+        ValueError
+            If no recording can be used; the message says why.
+        """
+        folder = Path(folder)
+        if not folder.is_dir():
+            raise ValueError(f"{shown(folder)} is no folder of recordings")
+        table = Path(labels) if labels is not None else folder / LABEL_FILE
+        rows = label_rows(table) if labels is not None or table.is_file() else {}
+        recordings, skipped = [], []
+        for path in recording_files(folder, table):
+            file = path.relative_to(folder).as_posix()
+            try:
+                recordings.append(labelled_by(read_recording(path), path.relative_to(folder), rows))
+            except (ValueError, OSError, KeyError) as error:
+                skipped.append((file, str(error)))
+        if not recordings:
+            why = f"; {skipped[0][0]}: {skipped[0][1]}" if skipped else f": it holds no {', '.join(SUFFIXES)}"
+            raise ValueError(f"no recording in {shown(folder)} can be used{why}")
+        return cls(recordings, tuple(skipped))
+
+    def __repr__(self) -> str:
+        activities = {one.activity for one in self}
+        return f"<Recordings: {len(self)} of {len(activities)} activities at {', '.join(self.places)}>"
+
+    @overload
+    def __getitem__(self, index: int) -> ImuRecording: ...
+    @overload
+    def __getitem__(self, index: slice) -> Self: ...
+    def __getitem__(self, index: int | slice) -> ImuRecording | Self:
+        if isinstance(index, slice):
+            return replace(self, recordings=self.recordings[index])
+        return self.recordings[index]
+
+    def __len__(self) -> int:
+        return len(self.recordings)
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Where sensors were worn."""
+        return self.recordings[0].sites
+
+    @property
+    def rate(self) -> float:
+        """Samples per second."""
+        return self.recordings[0].rate
+
+    def at(self, *places: str) -> Self:
+        """The recordings at some places, without clips that have none of them.
+
+        Raises
+        ------
+        ValueError
+            If no sensor was worn at one of them.
+        """
+        known = [plain_words(place) for place in self.places]
+        for place in places:
+            if plain_words(place) not in known:
+                raise ValueError(f"no sensor was worn at {place!r}; there are {', '.join(self.places)}")
+        chosen = [known.index(plain_words(place)) for place in places]
+        some = [one.at(chosen) for one in self]
+        return replace(self, recordings=[one for one in some if not np.isnan(one.acc).all()])
+
+    def lacking(self) -> dict[str, tuple[str, ...]]:
+        """The places that clips lack, by the clip."""
+        found: dict[str, dict[str, None]] = {}
+        for one in self:
+            for place in np.flatnonzero(np.isnan(one.acc).all(axis=(0, 2))).tolist():
+                found.setdefault(one.clip, {})[self.places[place]] = None
+        return {clip: tuple(places) for clip, places in found.items()}
+
+
+def _together(given: Sequence[ImuRecording]) -> Iterator[ImuRecording]:
+    """Recordings of all places, one for each stretch of a clip, in the order of the clips."""
+    stretches: dict[str, list[dict[str, tuple[ImuRecording, int]]]] = {}
+    rate, place_of = given[0].rate, dict[str, str]()
+    for number, one in enumerate(given, start=1):
+        clip = one.clip or f"recording {number}"
+        if not one.activity:
+            raise ValueError(f"{clip} has no activity: label it")
+        if not one.sites:
+            raise ValueError(f"{clip} does not say where its sensors were worn: give it sites")
+        if abs(one.rate - rate) > SAME_RATE * rate:
+            raise ValueError(
+                f"{clip} has {one.rate:g} samples per second and {given[0].clip or 'the first'} {rate:g}: "
+                "bring all to one rate first"
+            )
+        parts = stretches.setdefault(clip, [{}])
+        sites = [place_of.setdefault(plain_words(site), site) for site in one.sites]
+        if not parts[-1].keys().isdisjoint(sites):
+            parts.append({})
+        parts[-1] |= {site: (one, sensor) for sensor, site in enumerate(sites)}
+    for clip, parts in stretches.items():
+        yield from (_stretch(clip, part, tuple(place_of.values()), rate) for part in parts)
+        _check_labels(clip, parts)
+
+
+def _stretch(
+    clip: str, part: Mapping[str, tuple[ImuRecording, int]], places: tuple[str, ...], rate: float
+) -> ImuRecording:
+    length = min(one.n_samples for one, _ in part.values())
+    arrays = np.full((2, length, len(places), 3), np.nan, dtype=np.float32)
+    for site, (one, sensor) in part.items():
+        for array, values in zip(arrays, (one.acc, one.gyr), strict=True):
+            array[:, places.index(site)] = values[:length, sensor]
+    first = next(iter(part.values()))[0]
+    return ImuRecording(arrays[0], arrays[1], rate, places, first.activity, first.subject, clip)
+
+
+def _check_labels(clip: str, parts: Sequence[Mapping[str, tuple[ImuRecording, int]]]) -> None:
+    """Refuse a clip whose recordings have several activities or subjects."""
+    for what in ("activity", "subject"):
+        several = sorted({getattr(one, what) for part in parts for one, _ in part.values()})
+        if len(several) > 1:
+            raise ValueError(f"{clip} is labelled with more than one {what}: {listed(several)}")
+
+
+def _triples(frame: Any, names: Sequence[str], kind: str) -> np.ndarray:
+    """The readings of a kind, shape (rows, 3); zeros for angular velocity that is not there."""
+    if kind in names:
+        return np.stack([np.asarray(value, dtype=np.float64) for value in frame[kind]])
+    channels = next(reading.channels for reading in READINGS if reading.name == kind)
+    if not any(channel in names for channel in channels) and kind == "gyr":
+        return np.zeros((len(frame), 3))
+    if missing := [channel for channel in channels if channel not in names]:
+        raise ValueError(f"the table lacks the columns {', '.join(missing)}")
+    return np.stack([np.asarray(frame[channel], dtype=np.float64) for channel in channels], axis=1)
+
+
+def _seconds(stamps: np.ndarray) -> np.ndarray:
+    """Time stamps in seconds."""
+    if stamps.dtype.kind in "mM":
+        return (stamps - stamps.min()) / np.timedelta64(1, "s")
+    return stamps.astype(np.float64)
+
+
+def _resampled(
+    of_place: Mapping[str, list[int]],
+    seconds: np.ndarray,
+    values: np.ndarray,
+    rate: float,
+    label: tuple[str, str, str],
+) -> ImuRecording:
+    """One clip's sensors on one even clock."""
+    known = {}
+    for place, some in of_place.items():
+        order = np.array(some)[np.argsort(seconds[some], kind="stable")]
+        later = np.concatenate([[True], np.diff(seconds[order]) > 0])
+        known[place] = order[later]
+    try:
+        times = shared_times([seconds[rows] for rows in known.values()], rate, 2 / rate)
+    except ValueError as error:
+        raise ValueError(f"{label[2]} is of no use: {error}") from error
+    longest = max(LONGEST_STEP_S, 2 / rate)
+    found = [at_times(seconds[rows], values[rows], times, longest) for rows in known.values()]
+    both = np.stack(found, axis=1)
+    return ImuRecording(both[..., :3], both[..., 3:], rate, tuple(known)).labelled(tuple(known), *label)

@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Recordings of worn sensors: put together by clip and place, from arrays, tables and folders."""
+
+import numpy as np
+import pytest
+
+from w2w.core.imu.formats import write_recording
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.recordings import Recordings
+
+
+def one(place, clip, samples=20, rate=50.0, activity="walking", subject="Ada", level=1.0):
+    acc = np.full((samples, 1, 3), level)
+    return ImuRecording(acc, 2 * acc, rate, (place,), activity, subject, clip)
+
+
+class Table(dict):
+    """What a table of pandas has of which W2W takes note: columns by name, and as many rows as it is long."""
+
+    def __init__(self, rows):
+        self.rows, self.columns = len(rows), list(rows[0])
+        super().__init__({name: [row[name] for row in rows] for name in rows[0]})
+
+    def __setitem__(self, name, values):
+        super().__setitem__(name, values)
+        self.columns = list(self)
+
+    def __len__(self):
+        return self.rows
+
+
+def test_sensors_of_a_clip_become_one_recording_cut_to_the_shortest():
+    found = Recordings([one("wrist", "a"), one("My Pocket", "a", samples=15, level=3.0)])
+    assert found.places == ("wrist", "My Pocket")
+    (recording,) = found
+    assert recording.n_samples == 15
+    assert (recording.activity, recording.subject, recording.clip) == ("walking", "Ada", "a")
+    np.testing.assert_array_equal(recording.acc[0, :, 0], [1.0, 3.0])
+    np.testing.assert_array_equal(recording.gyr[0, :, 0], [2.0, 6.0])
+
+
+def test_a_place_that_comes_again_begins_a_new_stretch_of_its_clip():
+    found = Recordings([one("wrist", "a"), one("belt", "a"), one("wrist", "a", 9), one("belt", "a", 9)])
+    assert [(recording.clip, recording.n_samples) for recording in found] == [("a", 20), ("a", 9)]
+
+
+def test_what_was_not_worn_is_nan_and_said():
+    found = Recordings([one("wrist", "a"), one("belt", "a"), one("WRIST ", "b")])
+    assert found.places == ("wrist", "belt")
+    assert np.isnan(found[1].acc[:, 1]).all()
+    assert found.lacking() == {"b": ("belt",)}
+    assert found.at("wrist").lacking() == {}
+    assert [recording.clip for recording in found.at("Belt")] == ["a"]
+    assert len(found[:1]) == 1
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        ([], "there is no recording"),
+        (["walk.csv"], "give a list of ImuRecording"),
+        ([one("wrist", "a", activity="")], "a has no activity"),
+        ([one("wrist", "a").labelled((), "walking", "", "a")], "does not say where its sensors were worn"),
+        ([one("wrist", "a"), one("belt", "a", rate=100)], "a has 100 samples per second and a 50: bring all"),
+        (
+            [one("wrist", "a"), one("belt", "a", activity="running")],
+            "more than one activity: running and walking",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_said(given, why):
+    with pytest.raises(ValueError, match=why):
+        Recordings(given)
+
+
+def test_arrays_by_place():
+    values = np.arange(60.0).reshape(10, 6)
+    worn = {"wrist": [values, values], "belt": [None, values + 1]}
+    found = Recordings.from_arrays(worn, 50, ["still", "waving"], ["Ada", "Bob"])
+    np.testing.assert_array_equal(found[0].acc[:, 0], values[:, :3])
+    np.testing.assert_array_equal(found[1].gyr[:, 1], values[:, 3:] + 1)
+    assert [(r.activity, r.subject, r.clip) for r in found] == [
+        ("still", "Ada", "recording 1"),
+        ("waving", "Bob", "recording 2"),
+    ]
+    with pytest.raises(ValueError, match=r"recording 1 at wrist must have shape \(T, 6\), not \(10, 3\)"):
+        Recordings.from_arrays({"wrist": [values[:, :3]]}, 50, ["still"])
+    with pytest.raises(ValueError, match="wrist has 1 entries for 2 activities"):
+        Recordings.from_arrays({"wrist": [values]}, 50, ["still", "waving"])
+    with pytest.raises(ValueError, match="places are given as"):
+        Recordings.from_arrays([values], 50, ["still"])
+
+
+def test_a_table_is_brought_to_one_clock():
+    """A sensor that starts later and one that lost samples: on the shared clock, a ramp stays a ramp."""
+    rows = []
+    for place, start, lost in (("wrist", 0.0, range(0)), ("belt", 0.103, range(40, 60))):
+        for number in range(100):
+            t = start + number / 50
+            if number not in lost:
+                acc = dict.fromkeys(("acc_x", "acc_y", "acc_z"), t)
+                rows.append({"place": place, "clip": "a", "t": t, "activity": "walking"} | acc)
+    (recording,) = Recordings.from_frame(Table(rows))
+    assert recording.rate == 50
+    expected = 0.103 + recording.time
+    np.testing.assert_allclose(recording.acc[:, 0, 0], expected, atol=1e-5)
+    lost = np.isnan(recording.acc[:, 1, 0])
+    np.testing.assert_allclose(recording.acc[~lost, 1, 0], expected[~lost], atol=1e-5)
+    assert 15 < lost.sum() < 25
+    assert not recording.gyr[~lost].any()  # a table without angular velocity
+    triples = Table([{name: row[name] for name in ("place", "clip", "t", "activity")} for row in rows])
+    triples["acc"] = [[row["acc_x"]] * 3 for row in rows]
+    np.testing.assert_array_equal(Recordings.from_frame(triples)[0].acc, recording.acc)
+    with pytest.raises(ValueError, match="lacks the columns place, activity"):
+        Recordings.from_frame(Table([{"clip": "a", "t": 0.0}]))
+
+
+@pytest.mark.parametrize(
+    ("kind", "ending"), [("npz", ".npz"), ("csv", ".csv"), ("xsens", ".txt"), ("x-io", "")]
+)
+def test_a_folder_says_activity_clip_and_place(tmp_path, kind, ending):
+    for activity in ("walking", "sitting"):
+        for place in ("wrist", "belt"):
+            path = tmp_path / activity / "clip 1" / f"{place}{ending}"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_recording(path, one(place, "").labelled((), "", "", ""), kind)
+    found = Recordings.read(tmp_path)
+    assert [(r.activity, r.clip) for r in found] == [
+        ("sitting", "sitting/clip 1"),
+        ("walking", "walking/clip 1"),
+    ]
+    assert set(found.places) == {"wrist", "belt"}
+    assert found.lacking() == {}
+
+
+def test_a_csv_labels_files_or_folders_and_what_is_damaged_is_skipped(tmp_path):
+    for name in ("w1/left.csv", "w1/right.csv", "s1.csv", "other.csv"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        write_recording(tmp_path / name, one("x", "").labelled((), "", "", ""))
+    (tmp_path / "w1" / "broken.csv").write_text("no recording")
+    labels = tmp_path / "labels.csv"
+    labels.write_text("file,activity,subject,clip,place\nw1,walking,Ada,,\ns1.csv,sitting,Bob,seat,left\n")
+    found = Recordings.read(tmp_path)
+    assert [(r.activity, r.subject, r.clip) for r in found] == [
+        ("sitting", "Bob", "seat"),
+        ("walking", "Ada", "w1"),
+    ]
+    assert found.places == ("left", "right")
+    assert ("other.csv", "the labels do not list it") in found.skipped
+    assert "w1/broken.csv" in dict(found.skipped)
+
+
+def test_a_folder_without_recordings_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="is no folder of recordings"):
+        Recordings.read(tmp_path / "nowhere")
+    with pytest.raises(ValueError, match="can be used: it holds no"):
+        Recordings.read(tmp_path)
+    write_recording(tmp_path / "wrist.csv", one("wrist", "").labelled((), "", "", ""))
+    with pytest.raises(ValueError, match="nothing says its activity"):
+        Recordings.read(tmp_path)
