@@ -6,6 +6,7 @@ import typer
 from .study_copies import copies
 from .study_library import library
 from .study_mixamo import mixamo
+from .study_need import need
 from .study_paper import paper
 from .study_rehab import rehab
 from .study_repeatability import repeatability
@@ -19,3 +20,4 @@ STUDY.command()(truth)
 STUDY.command()(paper)
 STUDY.command()(repeatability)
 STUDY.command()(copies)
+STUDY.command()(need)
