@@ -30,7 +30,7 @@ def test_the_documented_parameters_are_those_of_the_signature(name):
 
 
 @pytest.mark.later
-@pytest.mark.parametrize("name", [*NAMES, "Ranking.report"])
+@pytest.mark.parametrize("name", [*NAMES, "Ranking.needs", "Ranking.report"])
 def test_the_example_runs(name, door, monkeypatch):
     monkeypatch.chdir(door)
     thing = attrgetter(name)(w2w)

@@ -14,6 +14,7 @@ COMMANDS = {
     "report": [],
     "tables": [],
     "place": ["--max", "2"],
+    "need": [],
     "sweep": ["--out", "sweep"],
 }
 

@@ -71,6 +71,7 @@ FOLDER = {  # commands that write into a folder, and a name in it that they need
     "study rehab": ("study rehab --out OUT", "results/figure.png"),
     "study rehab, quality": ("study rehab --out OUT", "quality/report.html"),
     "study truth": ("study truth motions --out OUT --dsads data.npz", "truth.md"),
+    "study need": ("study need motions --out OUT --dsads data.npz", "needs.md"),
     "challenge": ("challenge --out OUT --dsads data.npz", "challenge.md"),
     "demo": ("demo --out OUT", "results/summary.json"),
     "demo, its library": ("demo --out OUT", "library/sit_to_stand/Sit To Stand (1).npz"),
@@ -93,6 +94,7 @@ IN_RESULTS = {  # commands that write into the results folder they read
     "report": ("report results", "report.html"),
     "tables": ("tables results", "tables.csv"),
     "place --redraw": ("place results --redraw", "study.blend"),
+    "need": ("need results", "placements.csv"),
     "sweep": ("sweep results", "sweep/sweep.csv"),
     "export": ("export results --for aeon", "export/aeon/mine.txt"),
 }

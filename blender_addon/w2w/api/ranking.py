@@ -37,9 +37,10 @@ from ..core.selection.constraints import Constraints
 from ..core.selection.headline import doubted, mean_title, short
 from ..core.selection.joint import WornSet
 from ..core.selection.set_tests import SetTests
-from ..core.study.choosing import choose_to_wear
+from ..core.study.choosing import choose_to_wear, needed
 from ..core.study.clip_files import WORK
 from ..core.study.config import StudyConfig
+from ..core.study.needs import Need
 from ..core.study.ranking import LabelledClip, WindowLabels, set_tests
 from ..core.study.results import ClipResult, Study, StudyResults
 from ..core.windows.inputs import PatchBlocks
@@ -197,6 +198,38 @@ class Ranking:
             If nothing is called one of them.
         """
         return compare(self._scored, words)
+
+    def needs(self, place: str) -> Need:
+        """Find how cheap a sensor on a product or at a place may be: rate, ranges, resolution, noise, window.
+
+        A ridge is trained and tested again with each value, on signals made again from the motions. It takes
+        seconds for tens of clips, minutes for hundreds.
+
+        Parameters
+        ----------
+        place : str
+            Such as "belt clip" or "left thigh front".
+
+        Returns
+        -------
+        Need
+            ``sentence()`` says it, "" where the clips tell nothing; ``losses`` holds the F1 and the cost of
+            every value tried, ``parts`` real parts that do.
+
+        Raises
+        ------
+        ValueError
+            If the ranking was not read from a results folder, or nothing is called so.
+
+        Examples
+        --------
+        >>> need = w2w.open_results("RESULTS").needs("belt clip")
+        >>> need.place, need.own["rate"]
+        ('left belt clip', 50.0)
+        """
+        if self.folder is None:
+            raise ValueError("what a sensor needs is found from motions: write a results folder and open it")
+        return needed(StudyResults.load(self.folder), [place])[0]
 
     @cached_property
     def _scored(self) -> ScoredMap:

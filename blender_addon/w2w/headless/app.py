@@ -22,6 +22,7 @@ from .commands.calibrate import calibrate_sensor
 from .commands.demo import demo
 from .commands.export import export
 from .commands.inspect import inspect
+from .commands.need import need
 from .commands.place import place
 from .commands.rank_recordings import rank_recordings
 from .commands.report import report
@@ -110,7 +111,7 @@ def _options(
     """
 
 
-for command in (run, demo, place, inspect, report, export, synth, sensors):
+for command in (run, demo, place, need, inspect, report, export, synth, sensors):
     APP.command()(command)
 APP.command("rank-recordings")(rank_recordings)
 APP.command("calibrate")(calibrate_sensor)

@@ -16,6 +16,8 @@ from ..selection.answer import Answer, PlaceScore
 from ..selection.headline import mean_sentence, more_clips, repeat_sentence
 from ..selection.joint import WornSet
 from ..selection.promise import Promise
+from ..study.needs import Loss, Need
+from ..study.variants import ALONE, KNOBS
 
 
 def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
@@ -59,6 +61,31 @@ def answer_content(answer: Answer, patches: PatchSet) -> dict[str, Any]:
         "compared_with": [score.name for score in answer.others],
         "products": [place_content(score, patches) for score in answer.products],
     }
+
+
+def need_content(need: Need) -> dict[str, Any]:
+    """How cheap a sensor may be: the sentence, a row for each thing that can be cheaper, all values tried."""
+    values = [_loss_content(loss) for loss in need.losses]
+    rows = []
+    for knob in need.own:
+        tried = [value for value in values if value["parameter"] == knob]
+        good = next((n for n, value in enumerate(tried) if not value["as_good"]), len(tried))
+        own = {"parameter": knob, "as_run": KNOBS[knob].text(need.own[knob])}
+        if knob == ALONE:
+            rows += [own | {"parameter": value["value"], "as_run": "", "next": value} for value in tried]
+        elif tried:
+            ends = {"cheapest": tried[good - 1]} if good else {}
+            rows.append(own | ends | ({"next": tried[good]} if good < len(tried) else {}))
+    together = {"together": _loss_content(need.together)} if need.together else {}
+    parts = [_loss_content(part) | {"rate_hz": part.value} for part in need.parts]
+    content = {"place": need.place, "patch": need.patch, "sentence": need.sentence(), "f1": rounded(need.f1)}
+    return content | {"rows": rows, "values": values, **together, "parts": parts}
+
+
+def _loss_content(loss: Loss) -> dict[str, Any]:
+    return {
+        "parameter": loss.knob, "value": loss.name, "f1": rounded(loss.f1), **cost_content(loss.cost)
+    }  # fmt: skip
 
 
 def in_stream_content(expected: ExpectedF1 | None) -> dict[str, Any]:

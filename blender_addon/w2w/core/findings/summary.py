@@ -56,10 +56,11 @@ def write_results(study: Study) -> None:
 
 def write_placements(out: Path, cards: Sequence[dict[str, Any]], patches: PatchSet) -> None:
     """Write where each recommended sensor goes; `w2w run --placements` reads it."""
-    columns = ("spot", "words", "arrow", "slip_cm", "turn_deg", "patch")
+    columns = ("spot", "words", "arrow", "slip_cm", "turn_deg", "needs", "patch")
     rows: list[Sequence[object]] = [("name", *columns, "vertex")]
     for card in cards:
-        cells = card | {"slip_cm": f"{card['slip_cm']:.0f}"}
+        needs = card.get("needs", {}).get("sentence", "")
+        cells = card | {"slip_cm": f"{card['slip_cm']:.0f}", "needs": needs}
         rows.append((card["sensor"], *map(cells.get, columns), int(patches.vertices[card["patch"]])))
     write_text(out / PLACEMENTS, csv_text(rows))
 

@@ -21,6 +21,7 @@ from ..selection.set_tests import SetTests
 from ..windows.windows import cut_windows
 from .clip_files import WORK
 from .config import StudyConfig, plain
+from .needs import Need, needs
 from .ranking import WindowLabels, rank_clips, set_tests, stream_of
 from .results import StudyResults
 
@@ -79,6 +80,19 @@ def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...
     """One sensor on products and at places by name, best first; ValueError for an unknown name."""
     allowed = study.config().constraints.terms(study.patches).allowed
     return compare(ScoredMap(study.utility, study.patches, study.body(), allowed), words)
+
+
+def needed(study: StudyResults, words: Sequence[str] = ()) -> list[Need]:
+    """What a sensor needs on products and at places by name, or at each that is recommended.
+
+    ValueError for an unknown name, or if signals cannot be made again.
+    """
+    scores = compared(study, words)
+    named = {score.patch: f"{score.side} {score.name}".strip() for score in scores}
+    if not words:
+        named = {card["patch"]: card["sensor"] for card in study.summary["cards"]}
+    numbers = _evenly([clip.activity for clip in study.clips])
+    return needs(study, list(named), list(named.values()), numbers)
 
 
 def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> Advice:

@@ -10,6 +10,7 @@ from math import inf
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from ..imu.presets import PRESETS
 from ..imu.recording import ImuRecording
@@ -19,12 +20,13 @@ from ..ranking.costs import Cost, as_shown, judged, reach_of
 from ..ranking.f1 import score_patches, try_patches
 from ..ranking.halves import Plan, maps_of
 from ..ranking.utility import LEVEL, holds_zero
-from ..ranking.weights import known_mean, mean_over
+from ..ranking.weights import known_mean
 from ..threads import unthreaded_products
 from ..windows.features import window_features
 from ..windows.inputs import SomeWindows, as_blocks
 from ..windows.windows import cut_windows
-from .clip_files import NO_SIGNATURE, ClipWindows
+from ..wording import shown
+from .clip_files import NO_SIGNATURE, ClipWindows, motion_file
 from .config import StudyConfig
 from .ranking import LabelledClip, WindowLabels
 from .results import StudyResults
@@ -36,6 +38,9 @@ RESAMPLES = 500
 
 PARTS = 3
 """Real parts that are named."""
+
+LUCK = 0.001
+"""Chance of guessing as many clips right up to which the clips tell something about a sensor."""
 
 NO_PARTS = ("ideal", "phone", "watch", "paper")
 """Presets that are no part that one buys."""
@@ -120,14 +125,21 @@ def needs(
         )
     usual = at_rate(config, own_rate(config))
     body, clips = study.body(), [study.clips[number] for number in numbers]
-    chosen = at_patches(study.patches, list(patches))
+    called = tuple(study.patches.names[patch] for patch in patches)
+    chosen = replace(at_patches(study.patches, list(patches)), own_names=called)
     with unthreaded_products():
-        seen = [
-            record_motion(body, chosen, measured(study.motion(clip.name), config), usual.synthesis).labelled(
-                chosen.names, clip.activity, clip.subject, clip.name
+        seen = []
+        for clip in clips:
+            if not motion_file(study.out, clip.name).exists():
+                raise ValueError(
+                    f"{clip.name} has no motion in {shown(study.out)} to make its signals from again"
+                )
+            motion = measured(study.motion(clip.name), config)
+            seen.append(
+                record_motion(body, chosen, motion, usual.synthesis).labelled(
+                    called, clip.activity, clip.subject, clip.name
+                )
             )
-            for clip in clips
-        ]
         return [
             at.completed(at.need(place))
             for column, (patch, place) in enumerate(zip(patches, places, strict=True))
@@ -141,17 +153,12 @@ class _Tried(NamedTuple):
     trials: np.ndarray  # (trials,)
     plan: Plan
     samples: np.ndarray  # (B,): of resampled clips
-    chance: float  # of guesses as frequent as the predictions
+    by_luck: float  # chance that guesses as frequent as the predictions name as many clips right
 
     @property
     def f1(self) -> float:
         """The mean over whole cross-validations."""
         return float(self.trials[: 1 + len(self.plan.repeats)].mean())
-
-    @property
-    def informed(self) -> bool:
-        """Whether the whole, each half of the clips and every resample of them beat guessing."""
-        return bool(min(np.nanmin(self.trials), self.samples.min()) > self.chance)
 
     def errors(self, other: _Tried) -> np.ndarray:
         """Errors of the difference against as many other clips, as halves show them, shape (pairs,)."""
@@ -176,7 +183,7 @@ class Place:
         """Try all that is cheaper than the study's own part, unless the clips look like guessing."""
         own = {name: KNOBS[name].own(self.usual) for name in knobs}
         need = Need(place, self.patch, own, self._usual.f1)
-        if not self._usual.informed:
+        if self._usual.by_luck > LUCK:
             return need
         cheaper = [
             variant
@@ -235,6 +242,8 @@ class Place:
         clip = labels.motion[trial.used[trial.is_test]]
         boot = score_patches(truth, predicted, clip, n, RESAMPLES, LEVEL, config.seed, weights)[1]
         shares = [np.bincount(of, minlength=n) / len(truth) for of in (truth, predicted[:, 0])]
-        chance = float(mean_over(2 * shares[0] * shares[1] / (shares[0] + shares[1]), weights))
+        of_clip = np.unique(clip, return_inverse=True)[1]
+        right = np.bincount(of_clip, predicted[:, 0] == truth) / np.bincount(of_clip)
+        luck = scipy.special.bdtrc(np.floor(right.sum()) - 1, len(right), shares[0] @ shares[1])
         by_trial = known_mean(tried.f1[:, :, 0], weights)
-        return _Tried(by_trial, trial.plan, boot.mean_samples[:, 0], chance)
+        return _Tried(by_trial, trial.plan, boot.mean_samples[:, 0], float(luck))

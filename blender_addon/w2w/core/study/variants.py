@@ -150,7 +150,7 @@ KNOBS = {
         "±{:g} °/s".format,
     ),
     BITS: Knob((16, 12, 10, 8, 6, 4), _own_bits, _of_bits, "{:.3g} bit".format),
-    NOISE: Knob((1, 3, 10, 30, 100), lambda _: 1.0, _noisier, "{:g} times the noise".format),
+    NOISE: Knob((1, 3, 10, 30, 100), lambda _: 1.0, _noisier, "{:g} ×".format),
     ALONE: Knob(
         (ACCELEROMETER, GYROSCOPE),
         lambda _: inf,

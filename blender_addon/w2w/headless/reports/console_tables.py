@@ -161,6 +161,28 @@ def show_places(scores: Sequence[PlaceScore], console: Console) -> None:
     console.print(table)
 
 
+def show_need(need: Mapping[str, Any], console: Console) -> None:
+    """Print how cheap the sensor at a place may be (`advice_content.need_content`)."""
+    console.print(f"\n{capital(need['place'])}: F1 {headline.short(need['f1'])} as run.", style="bold")
+    if not need["sentence"]:
+        _say("These clips tell nothing about the sensor that is needed", console)
+        return
+    _say(need["sentence"], console, "bold")
+    table = _table(NEED, ("", "as run", "works down to", "costs", "next", "costs"), ("as run", "costs"))
+    for row in need["rows"]:
+        cells = []
+        for value in (row.get("cheapest"), row.get("next")):
+            name = value["value"] if value and value["value"] != row["parameter"] else ""
+            cells += [name, headline.short(max(0.0, value["costs"])) if value else ""]
+        table.add_row(row["parameter"], row["as_run"], *cells)
+    console.print(table)
+    parts = [f"{part['value']} at {part['rate_hz']:g} Hz" for part in need["parts"]]
+    _say(f"Parts that do: {', '.join(parts)}" if parts else "", console, "")
+
+
+NEED = "Trained and tested with a cheaper part, one thing at a time"
+
+
 def show_worn(advice: Advice, patches: PatchSet, console: Console) -> None:
     """Print the sensors to wear together, what they would reach on other clips, and what to add."""
     worn = advice.worn

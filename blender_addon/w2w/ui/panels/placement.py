@@ -163,6 +163,8 @@ def draw_sensors(
                 f"F1 with the sensors so far: {short(entry.f1)} ({short(entry.low)} to {short(entry.high)})."
             )
             draw_text(column, context, f"{entry.label}. {interval} {card.get('in_words', '')}")
+            if needs := card.get("needs", {}).get("sentence"):
+                draw_text(column, context, f"{needs}.")
             if names:
                 draw_text(column, context, f"Or instead: {' or '.join(names)}.")
 

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w need`: how cheap the sensor at a place may be."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from w2w.core.files import write_json
+from w2w.core.findings.advice_content import need_content
+from w2w.core.findings.summary import PLACEMENTS, write_placements
+from w2w.core.study.choosing import needed
+from w2w.core.study.clip_files import WORK, mark_changing, mark_whole
+from w2w.core.study.results import StudyResults
+from w2w.report.page import REPORT
+
+from .. import options
+from ..console import BUSY, USAGE, Terminal, ending
+from ..options import argument, option
+from ..reports.console_tables import show_need
+from ..runs.folder import FolderBusyError, only_run
+from ..runs.own_files import check, listed
+from .report import write_report
+
+NAME = "need"
+"""Name of the command for the note in a folder that is being changed."""
+
+
+def need(
+    results: Annotated[Path, argument("RESULTS", "Results folder of a finished run.")],
+    place: Annotated[
+        str,
+        option(
+            "Products and places, comma-separated: 'belt clip, left thigh front'.  [default: those that the "
+            "run recommends, whose cards in report and tables then say it]",
+            show_default=False,
+        ),
+    ] = "",
+) -> None:
+    """Find how slow, coarse, noisy and short in range the sensor at a place may be.
+
+    The signals there are made again from the motions with each value, a classifier is trained and tested
+    with it, and what costs at most .02 of F1 will do.
+
+    Exit codes: 0 found, 2 wrong use, or a study whose signals cannot be made again, 4 a run is using
+    RESULTS or was stopped there.
+    """
+    console = Terminal()
+    with ending(USAGE, console):
+        study = StudyResults.load(results, by="" if place else NAME)
+        if not place:
+            check(results, [PLACEMENTS, REPORT])
+        with console.status("Trying cheaper sensors"):
+            found = [need_content(one) for one in needed(study, options.words(place))]
+    for one in found:
+        show_need(one, console)
+    if not place:
+        try:
+            with ending(USAGE, console), only_run(results / WORK):
+                _write(results, found)
+        except FolderBusyError as error:
+            console.print(str(error), style="red")
+            raise typer.Exit(BUSY) from error
+        console.print(f"\nWritten to the cards of {results}")
+
+
+def _write(out: Path, found: Sequence[dict[str, Any]]) -> None:
+    """Write what each recommended sensor needs to its card in summary, table and report."""
+    study = StudyResults.load(out, by=NAME)
+    of_patch = {one["patch"]: one for one in found}
+    cards = [
+        card | ({"needs": of_patch[card["patch"]]} if card["patch"] in of_patch else {})
+        for card in study.summary["cards"]
+    ]
+    mark_changing(out, by=NAME)
+    with listed(out, ["summary.json", PLACEMENTS]):
+        write_placements(out, cards, study.patches)
+        write_json(out / "summary.json", study.summary | {"cards": cards})
+    write_report(out, by=None)
+    mark_whole(out)
