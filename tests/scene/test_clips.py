@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.readers.animations import animations_in
+from w2w.scene.base.fcurves import action_curves
 from w2w.scene.motion.takes import find_takes, imported, read_clip, read_take
 
 
@@ -123,3 +125,43 @@ def test_other_files_and_missing_files_are_refused(tmp_path):
     ):
         with pytest.raises(UnusableMotion, match=reason):
             read_clip(tmp_path / name)
+
+
+@pytest.mark.later
+@pytest.mark.parametrize("suffix", [".glb", ".fbx"])
+def test_each_of_several_animations_is_read_as_blender_plays_it(shared_data, tmp_path, suffix):
+    bpy.ops.import_scene.fbx(filepath=str(shared_data / "mixamo/Conqster__TheBarMan/Walking.fbx"))
+    armature = next(item for item in bpy.data.objects if item.type == "ARMATURE")
+    walk = armature.animation_data.action
+    walk.name = "Walk"
+    stretch = {"Walk": 1.0, "Armature|Slow Walk": 2.0, "Fast Walk": 0.75}
+    bones = ["mixamorig:LeftHand", "mixamorig:RightFoot", "mixamorig:Head", "mixamorig:LeftLeg"]
+    truth, start = {}, walk.frame_range[0]
+    for name, factor in stretch.items():
+        action = walk if name == "Walk" else walk.copy()
+        action.name = name
+        for curve in next(action_curves(action)):
+            for key in curve.keyframe_points if action != walk else ():
+                key.co[0] = start + factor * (key.co[0] - start)
+            curve.update()
+        armature.animation_data.action = action
+        frames = np.arange(start, action.frame_range[1] + 0.5)
+        order = [bone.name for bone in armature.pose.bones]
+        truth[name] = evaluated(armature, frames)[..., :3, 3][:, [order.index(bone) for bone in bones]]
+    file = tmp_path / f"pack{suffix}"
+    if suffix == ".glb":
+        bpy.ops.export_scene.gltf(filepath=str(file), export_animation_mode="ACTIONS")
+    else:
+        every = {"bake_anim_use_nla_strips": False, "bake_anim_simplify_factor": 0.0}
+        bpy.ops.export_scene.fbx(filepath=str(file), **every)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    names = animations_in(file)
+    assert names.keys() == {"Walk", "Armature|Slow Walk", "Fast Walk"}
+    for name, full in names.items():
+        source = read_clip(file, 30.0, full)
+        places = [[bone.split(":")[-1] for bone in source.bones].index(bone.split(":")[-1]) for bone in bones]
+        found = source.matrices[..., :3, 3][:, places]
+        assert source.n_frames == len(truth[name])
+        assert np.linalg.norm(found - truth[name], axis=-1).max() < 0.005
+    with pytest.raises(UnusableMotion, match="no animation"):
+        read_clip(file, 30.0, "Swim")

@@ -169,3 +169,23 @@ def test_all_kinds_of_motion_files_can_be_chosen_and_dropped() -> None:
     offered = bpy.ops.w2w.import_motions.get_rna_type().properties["filter_glob"].default
     assert offered.split(";") == [f"*{suffix}" for suffix in MOTION_SUFFIXES]
     assert menus.W2W_FH_motions.bl_file_extensions.split(";") == list(MOTION_SUFFIXES)
+
+
+@pytest.mark.later
+def test_each_animation_of_a_file_becomes_a_clip_under_its_name(
+    shared_data: Path, library: Path, tmp_path: Path
+) -> None:
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    bpy.ops.import_scene.fbx(filepath=str(shared_data / "mixamo/Conqster__TheBarMan/Walking.fbx"))
+    action = bpy.data.actions[0]
+    action.name, action.copy().name = "Walk", "Slow Walk"
+    bpy.ops.export_scene.gltf(filepath=str(tmp_path / "pack.glb"), export_animation_mode="ACTIONS")
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    body = make_study(library, "")
+    bpy.ops.w2w.import_motions(directory=str(tmp_path), files=[{"name": "pack.glb"}])
+    found = {(clip.name, clip.activity, clip.animation, clip.problem) for clip in body.w2w.clips}
+    assert found == {
+        ("pack_glb_Slow_Walk", "slow_walk", "Slow Walk", ""),
+        ("pack_glb_Walk", "walk", "Walk", ""),
+    }
+    assert {clip.file for clip in body.w2w.clips} == {str(tmp_path / "pack.glb")}

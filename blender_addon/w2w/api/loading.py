@@ -14,11 +14,13 @@ from ..core.body.body import Body
 from ..core.findings.notes import merged_sentence
 from ..core.keypoints.facts import PoseFacts
 from ..core.keypoints.pose_files import NO_FACTS
+from ..core.library.import_plan import plan_files
 from ..core.library.labels import LabelCheck
-from ..core.library.library import activity_of, is_joint_file, read_library
+from ..core.library.library import Clip, Content, activity_of, is_joint_file, read_library
 from ..core.motion.motion import SMPL_SUFFIXES, Motion
 from ..core.motion.source import UnusableMotion
 from ..core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
+from ..core.readers.animations import animations_in
 from ..core.retargeting.bone_maps import BoneMap
 from .notebook import tracked
 
@@ -142,21 +144,26 @@ def load(
     path = Path(path)
     if path.is_file() and labels is not None:
         raise ValueError("labels are for the files in a folder: give the folder")
-    if path.is_file():
-        motion, about = _read(path, body, bone_maps, pose, BY_ITSELF)
+    if path.is_file() and not animations_in(path):
+        motion, about = _read(Content(path, path.name), body, bone_maps, pose, BY_ITSELF)
         _refuse_head_down([motion], pose)
         if not motion.activity:
             motion = motion.labelled(activity_of(path.name), motion.subject, motion.clip or path.stem)
         return Motions((motion,), body, (), ("",), (about,))
     from ..scene.motion.load import look_up
 
-    library = read_library(path, labels)
-    warn_of_spellings(library.check)
-    ups = look_up(((clip.file, clip.path) for clip in library.clips), pose).ups
-    motions, keys, facts, skipped = [], [], [], list(library.skipped)
-    for clip in tracked(library.clips, "Reading motions"):
+    if path.is_file():  # each of its animations is a clip
+        plan = plan_files([path])
+        clips, skipped = plan.clips, list(plan.left_out)
+    else:
+        library = read_library(path, labels)
+        clips, skipped = library.clips, list(library.skipped)
+        warn_of_spellings(library.check)
+    ups = look_up(((clip.file, clip.path) for clip in clips), pose).ups
+    motions, keys, facts = [], [], []
+    for clip in tracked(clips, "Reading motions"):
         try:
-            motion, about = _read(clip.path, body, bone_maps, pose, ups)
+            motion, about = _read(clip, body, bone_maps, pose, ups)
         except ValueError as error:
             skipped.append((clip.file, str(error)))
             continue
@@ -185,18 +192,19 @@ def warn_of_spellings(check: LabelCheck) -> None:
 
 
 def _read(
-    path: Path, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups
+    item: Clip | Content, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups
 ) -> tuple[Motion, dict[str, Any]]:
-    """Read a file onto the body, with facts; ValueError if it cannot be used or lacks a module."""
+    """Read a motion onto the body, with facts; ValueError if it cannot be used or lacks a module."""
     from ..scene.base.output import quiet_output
     from ..scene.motion.load import read_motion, to_body
 
+    path = item.path
     try:
         if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
             found = to_body(Motion.load(path, pose.rate, pose.up, ups), body)  # keeps W2W's labels
         else:
             with _needs_blender(path.name), quiet_output():
-                source = read_motion(path, pose, ups)
+                source = read_motion(path, pose, ups, item.animation)
             found = to_body(source, body, bone_maps)
         return found.motion, found.facts()
     except UnusableMotion as error:

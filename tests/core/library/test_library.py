@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which clips a folder holds, and what labels them."""
 
+import json
 import re
 import unicodedata
 
@@ -212,3 +213,47 @@ def test_files_of_kinds_that_are_not_read_are_counted_with_the_way_out(tmp_path)
     (tmp_path / "walk.bvh").unlink()
     with pytest.raises(LibraryError, match=r"holds no motion files .*; 3 files of kinds that are not read"):
         read_library(tmp_path)
+
+
+@pytest.fixture
+def pack(folder):
+    """The library with a file of two animations in a folder."""
+    channel = {"sampler": 0, "target": {"node": 0, "path": "rotation"}}
+    animations = [
+        {"name": f"Rig|{name}", "channels": [channel], "samplers": []} for name in ("Run", "Jump/Up")
+    ]
+    content = {"asset": {"version": "2.0"}, "nodes": [{"name": "Hips"}], "animations": animations}
+    (folder / "heroes").mkdir()
+    (folder / "heroes" / "pack.gltf").write_text(json.dumps(content))
+    return folder
+
+
+def test_each_animation_of_a_file_is_a_clip_named_after_it(pack):
+    library = read_library(pack)
+    assert library.activities == {"jump/up": 1, "run": 1, "sit_to_stand": 1, "walking": 2, "waving": 1}
+    assert library.labelled_by == "names of animations, folder names and file names"
+    path = pack / "heroes" / "pack.gltf"
+    found = [clip for clip in library.clips if clip.animation]
+    assert [(clip.path, clip.file, clip.name, clip.animation) for clip in found] == [
+        (path, "heroes/pack.gltf/Run", "heroes_pack_gltf_Run", "Rig|Run"),
+        (path, "heroes/pack.gltf/Jump/Up", "heroes_pack_gltf_Jump_Up", "Rig|Jump/Up"),
+    ]
+    assert all(clip.needs_blender for clip in found)
+
+
+@pytest.mark.parametrize(
+    ("rows", "labels"),
+    [
+        ("pack.gltf,play", {"Run": "play", "Jump/Up": "play"}),
+        ("heroes/pack.gltf/Run,jog", {"Run": "jog"}),
+        ("Run,jog\nheroes/pack.gltf,play", {"Run": "jog", "Jump/Up": "play"}),
+    ],
+)
+def test_a_csv_labels_animations_one_by_one_or_together(pack, tmp_path, rows, labels):
+    (tmp_path / "labels.csv").write_text(f"file,activity\na.fbx,walk\n{rows}\n")
+    library = read_library(pack, tmp_path / "labels.csv")
+    found = {clip.file: clip.activity for clip in library.clips if clip.animation}
+    assert found == {f"heroes/pack.gltf/{name}": label for name, label in labels.items()}
+    unlisted = {f"heroes/pack.gltf/{name}" for name in {"Run", "Jump/Up"} - labels.keys()}
+    assert {file for file in library.check.not_listed if "pack" in file} == unlisted
+    assert library.check.no_such_file == ()

@@ -2,11 +2,11 @@
 """Plan an import: the files to take, their labels, and the files to leave out, each with the reason."""
 
 import hashlib
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ..readers.animations import telling_part
 from ..wording import shown
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
 from .library import (
@@ -15,6 +15,7 @@ from .library import (
     Clip,
     activity_of,
     as_label,
+    contents,
     is_motion,
     read_library,
     unique_names,
@@ -22,11 +23,6 @@ from .library import (
 
 AUTOMATIC, BY_FOLDER, BY_FILE, BY_CSV = "AUTOMATIC", "FOLDER", "FILE", "CSV"
 """Sources of labels; automatic is the folder's labels.csv, else folders in it, else file names."""
-
-SAYS_NOTHING = re.compile(
-    r"mixamo\.com|(base)? ?layer ?\d*|take ?\d*|scene|animation|anim|action|default|armature", re.IGNORECASE
-)
-"""Names that programs give to actions by themselves: they label nothing."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +55,7 @@ def plan_folder(folder: Path, by: str = AUTOMATIC, csv: Path | None = None) -> I
     library = read_library(folder, labels, own_labels=by == AUTOMATIC)
     clips: Sequence[Clip] = library.clips
     if by in (BY_FOLDER, BY_FILE):
-        clips = [replace(clip, activity=_label(clip.path, by)) for clip in clips]
+        clips = [replace(clip, activity=_label(clip.path, by, clip.animation)) for clip in clips]
         return _plan(clips, library.skipped, NO_LABELS)
     return _plan(clips, library.skipped, library.check)
 
@@ -75,18 +71,20 @@ def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = No
         raise LibraryError(f"choose motion files ({', '.join(MOTION_SUFFIXES)})")
     reason = "it is no kind of motion file that can be read"
     left_out = [(shown(path.name), reason) for path in paths if path not in motions]
-    files, names = [shown(path.name) for path in motions], unique_names([path.name for path in motions])
+    found = contents((path, path.name) for path in motions)
+    files, names = [shown(item.file) for item in found], unique_names(item.file for item in found)
     if by == BY_CSV:
         labels = csv or motions[0].parent / LABELS
         rows, check = read_labels(labels, motions[0].parent, files)
         missing = f"{shown(labels.name)} gives it no activity"
         left_out += [(file, missing) for file in files if file not in rows]
     else:
-        rows = {file: {"activity": _label(path, by)} for path, file in zip(motions, files, strict=True)}
+        labels_of = (_label(item.path, by, item.animation) for item in found)
+        rows = {file: {"activity": label} for file, label in zip(files, labels_of, strict=True)}
         check = NO_LABELS
     clips = [
-        Clip(path, file, name, **rows[file])
-        for path, file, name in zip(motions, files, names, strict=True)
+        Clip(item.path, file, name, **rows[file], animation=item.animation)
+        for item, file, name in zip(found, files, names, strict=True)
         if file in rows
     ]
     return _plan(clips, left_out, check)
@@ -133,22 +131,22 @@ def activity_of_action(action: str, armature: str = "") -> str:
     >>> activity_of_action("Armature|mixamo.com|Layer0")
     ''
     """
-    own = {armature, f"{armature}Action"}
-    parts = [re.sub(r"\.\d{3}$", "", part).strip() for part in action.split("|")]
-    telling = (part for part in parts if part not in own and not SAYS_NOTHING.fullmatch(part))
-    return as_label(next(telling, ""))
+    return as_label(telling_part(action, frozenset({armature, f"{armature}Action"})))
 
 
-def _label(path: Path, by: str) -> str:
+def _label(path: Path, by: str, animation: str) -> str:
     if by == BY_FOLDER:
         return as_label(shown(path.absolute().parent.name))
+    if animation:
+        return as_label(telling_part(shown(animation)))
     return activity_of(shown(path.name))
 
 
 def _plan(clips: Sequence[Clip], left_out: Sequence[tuple[str, str]], check: LabelCheck) -> ImportPlan:
     """A plan without files that are the same as another of it: they would be tested on what they trained."""
-    file_of = {clip.path: clip.file for clip in clips}
     copies = same_files([clip.path for clip in clips])
-    twice = [(file_of[path], f"it is the same file as {file_of[first]}") for path, first in copies.items()]
+    file_of = {(clip.path, clip.animation): clip.file for clip in clips}
+    firsts = [(clip.file, (copies[clip.path], clip.animation)) for clip in clips if clip.path in copies]
+    twice = [(file, f"it is the same file as {file_of[first]}") for file, first in firsts if first in file_of]
     alone = tuple(clip for clip in clips if clip.path not in copies)
     return ImportPlan(alone, (*left_out, *twice), check=check)

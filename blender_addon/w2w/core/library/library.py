@@ -7,13 +7,15 @@ import posixpath
 import re
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain, count
 from pathlib import Path, PurePosixPath
+from typing import NamedTuple
 
 from ..files import array_names, reserved
 from ..motion.smpl_layouts import RESULT_SUFFIXES
+from ..readers.animations import animations_in, telling_part
 from ..readers.asf_amc import AMC_SUFFIX
 from ..readers.import_checks import PLAIN_GLTF, USD_SUFFIXES, VRM_SUFFIXES
 from ..readers.mvnx import MVNX_SUFFIX
@@ -79,17 +81,37 @@ class Clip:
     """A motion file and its labels, "" if unknown."""
 
     path: Path
-    file: str  # its path inside the library, with forward slashes, as text that can be shown
+    file: str  # its path inside the library with forward slashes, as text to show; an animation's is below it
     name: str  # for files made from it: safe on every file system and unique in the library
     activity: str
     subject: str = ""  # who moves
     motion_key: str = ""  # clips with an equal key show the same recording
     source: str = ""  # the data set or system that it is from
+    animation: str = ""  # the one that it is, of a file that holds several
 
     @property
     def needs_blender(self) -> bool:
         """Whether Blender's importers read the file."""
-        return self.file.lower().endswith(BLENDER_SUFFIXES)
+        return self.path.suffix.lower() in BLENDER_SUFFIXES
+
+
+class Content(NamedTuple):
+    """A motion in a file: all of it, or one of several animations."""
+
+    path: Path
+    file: str  # its path inside the library
+    animation: str = ""
+    pack: str = ""  # path inside the library of a file with several
+
+
+def contents(files: Iterable[tuple[Path, str]]) -> list[Content]:
+    """The motions in files, which are given with their paths inside a library."""
+    found: list[Content] = []
+    for path, file in files:
+        names = animations_in(path)
+        found += [Content(path, f"{file}/{short}", full, file) for short, full in names.items()]
+        found += [] if names else [Content(path, file)]
+    return found
 
 
 @dataclass(frozen=True)
@@ -130,19 +152,19 @@ def read_library(
 
     A label comes from `labels` if given, else from `LABELS` in the folder (unless `own_labels` is False),
     else from the clip's folder inside the library, else from its file name (``Walking (2).fbx``,
-    ``X Bot@Waving.fbx``). `labels` is a csv with columns ``file`` and ``activity``, and if wanted
-    ``subject``, ``source`` and ``motion_key``; ``file`` is the path inside the library, or an end of it, such
-    as the bare name, that only one clip has. With columns ``caption`` and ``activity`` it labels clips by
-    words of their captions. `exact_labels` keeps activities apart that differ only in case, spaces,
-    underscores or hyphens.
+    ``X Bot@Waving.fbx``); each animation of a file with several is labelled by its own name. `labels` is a
+    csv with columns ``file`` and ``activity``, and if wanted ``subject``, ``source`` and ``motion_key``;
+    ``file`` is the path inside the library, or an end of it, such as the bare name, that only one clip has.
+    With columns ``caption`` and ``activity`` it labels clips by words of their captions. `exact_labels` keeps
+    activities apart that differ only in case, spaces, underscores or hyphens.
 
     Raises LibraryError if the folder is missing or holds no motion files, or the csv cannot be understood.
     """
     folder = Path(folder)
     if not folder.is_dir():
         raise LibraryError(f"{folder} is not a folder: give the folder that holds your motion files")
-    found, others = _motion_files(folder)
-    inside, unread = sorted(found, key=name_bytes), tuple(others.most_common())
+    motions, others = _motion_files(folder)
+    inside, unread = sorted(motions, key=name_bytes), tuple(others.most_common())
     if not inside:
         kinds = ", ".join(MOTION_SUFFIXES)
         there = Library(folder, (), "", unread=unread).unread_sentence()
@@ -154,29 +176,38 @@ def read_library(
     folders = {file.rpartition("/")[0] for file in inside}
     above = {name: root / name for name in folders}  # a path is made faster from its folder's
     files = [above[place] / name for place, _, name in (file.rpartition("/") for file in inside)]
-    names = unique_names(inside)
-    inside = [shown(file) for file in inside]
+    found = contents(zip(files, inside, strict=True))
+    names = unique_names(item.file for item in found)
+    inside = [shown(item.file) for item in found]
+    packs = {shown(item.file): shown(item.pack) for item in found if item.pack}
     reasons: dict[str, str] = {}
     where = ""
     if labels is None and own_labels and (folder / LABELS).is_file():
         labels, where = folder / LABELS, " in the library"
     if labels is None:
-        named = {file: {"activity": text} for file in inside if (text := _telling(file))}
+        telling = zip(inside, (telling_part(shown(item.animation)) for item in found), strict=True)
+        named = {file: {"activity": text} for file, own in telling if (text := own or _telling(file))}
         rows, check = spelled_once(named, exact_labels, as_label)
         reasons = dict.fromkeys(inside, "neither its folder nor its name says what it shows")
-        sources = {"folder names" if "/" in file else "file names" for file in inside}
-        labelled_by = " and ".join(sorted(sources, reverse=True))
+        alone = [file for file in inside if file not in packs]
+        sources = {"folder names" if "/" in file else "file names" for file in alone}
+        sources |= {"names of animations"} if packs else set()
+        labelled_by = listed(sorted(sources, reverse=True))
     else:
         labels = Path(labels)
         labelled_by = f"the file {shown(labels.name)}{where}"
         try:
-            rows, reasons, check = label_rows(labels, folder, inside, exact_labels)
+            nameable = [*inside, *dict.fromkeys(packs.values())]
+            rows, reasons, check = label_rows(labels, folder, nameable, exact_labels)
         except LibraryError as error:
             hint = ". As it lies in the library, it labels it: rename it, or give others" if where else ""
             raise LibraryError(f"{error}{hint}") from error
+        rows |= {file: rows[pack] for file, pack in packs.items() if file not in rows and pack in rows}
+        missing = tuple(file for file in check.not_listed if file in inside and file not in rows)
+        check = replace(check, not_listed=missing)
     clips = [
-        Clip(path, file, name, **rows[file])
-        for path, file, name in zip(files, inside, names, strict=True)
+        Clip(item.path, file, name, **rows[file], animation=item.animation)
+        for item, file, name in zip(found, inside, names, strict=True)
         if file in rows
     ]
     skipped = [(file, reasons[file]) for file in inside if file not in rows]

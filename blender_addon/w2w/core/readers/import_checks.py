@@ -15,6 +15,8 @@ from ..motion.source import HIGHEST_RATE, LOWEST_RATE, UnusableMotion, reading, 
 MAGIC = b"glTF"
 JSON_CHUNK = 0x4E4F534A
 MAX_JSON_BYTES = 256 * 2**20
+MAX_NAMES_BYTES = 2**25
+"""Largest glTF text that is read for names alone, as every file of a library is."""
 
 
 class GltfFacts(NamedTuple):
@@ -24,22 +26,27 @@ class GltfFacts(NamedTuple):
     skin: bool  # whether it names a skeleton's nodes, or leaves it to their motion to say which those are
 
 
-def check_gltf(path: Path) -> GltfFacts:
-    """Facts of a glTF file; one that is damaged, moves nothing, or reads other files is refused.
+def animation_names(path: Path) -> list[str]:
+    """Names of a glTF file's animations that move its skeleton, if it names one.
 
-    Raises UnusableMotion, with the reason.
+    Raises UnusableMotion if it is damaged.
     """
-    size, head = size_and_head(path)
-    try:
-        with reading():
-            content = json.loads(_json_of(path, size, head))
-        version = str(content["asset"].get("version", ""))
-    except (ValueError, RecursionError) as error:
-        raise UnusableMotion(f"it is damaged or no glTF file: {error}") from error
-    except (KeyError, TypeError, AttributeError) as error:
-        raise UnusableMotion("it is damaged or no glTF file: it names no asset") from error
-    if not version.startswith("2"):
-        raise UnusableMotion(f"it is glTF of version {version[:20] or 'unknown'}; Blender reads version 2")
+    content = _gltf_content(path, MAX_NAMES_BYTES)
+    joints = {joint for skin in _items(content, "skins") for joint in skin.get("joints", ())}
+    named = []
+    for animation in _items(content, "animations"):
+        moved = _moving_nodes({"nodes": content.get("nodes", []), "animations": [animation]}).keys()
+        if moved & joints if joints else moved:
+            named.append(str(animation.get("name", "")))
+    return named
+
+
+def check_gltf(path: Path, animation: str = "") -> GltfFacts:
+    """Facts of a glTF file, or of one animation in it; one that is damaged or moves nothing is refused.
+
+    Raises UnusableMotion, with the reason, also if it reads other files.
+    """
+    content = _gltf_content(path)
     for kind in ("buffers", "images"):
         if not all(str(item.get("uri", "data:")).startswith("data:") for item in _items(content, kind)):
             raise UnusableMotion(f"its {kind} lie in other files: save it as one file, .glb")
@@ -48,7 +55,33 @@ def check_gltf(path: Path) -> GltfFacts:
     skin = bool(_items(content, "skins"))
     if not (skin or _moving_nodes(content) or path.suffix.lower() in VRM_SUFFIXES):
         raise UnusableMotion("it holds no skeleton (skin), and moves no node with a name")
-    return GltfFacts(max(_key_rates(content), default=1.0), skin)
+    return GltfFacts(max(_key_rates(_with_animation(content, animation)), default=1.0), skin)
+
+
+def _gltf_content(path: Path, most: int = MAX_JSON_BYTES) -> dict[str, Any]:
+    """The JSON of a glTF file of version 2; any other is refused."""
+    size, head = size_and_head(path)
+    try:
+        with reading():
+            content = json.loads(_json_of(path, size, head, most))
+        version = str(content["asset"].get("version", ""))
+    except (ValueError, RecursionError) as error:
+        raise UnusableMotion(f"it is damaged or no glTF file: {error}") from error
+    except (KeyError, TypeError, AttributeError) as error:
+        raise UnusableMotion("it is damaged or no glTF file: it names no asset") from error
+    if not version.startswith("2"):
+        raise UnusableMotion(f"it is glTF of version {version[:20] or 'unknown'}; Blender reads version 2")
+    return content
+
+
+def _with_animation(content: dict[str, Any], animation: str) -> dict[str, Any]:
+    """The content with one animation, by its name, and no other; with all if the name is ""."""
+    if not animation:
+        return content
+    own = [item for item in _items(content, "animations") if item.get("name") == animation][:1]
+    if not own:
+        raise UnusableMotion(f"it holds no animation '{animation}'")
+    return content | {"animations": own}
 
 
 def _moving_nodes(content: dict[str, Any]) -> dict[int, str]:
@@ -80,12 +113,12 @@ def _items(content: dict[str, Any], kind: str) -> list[dict[str, Any]]:
     return items
 
 
-def _json_of(path: Path, size: int, head: bytes) -> bytes:
+def _json_of(path: Path, size: int, head: bytes, most: int) -> bytes:
     """The JSON of a .gltf, or of the first chunk of a .glb."""
     if not head.startswith(MAGIC):
         if path.suffix.lower() != ".gltf":
             raise ValueError("it does not begin as one")
-        if size > MAX_JSON_BYTES:
+        if size > most:
             raise ValueError("it is too large")
         return path.read_bytes()
     if len(head) < 20:
@@ -93,7 +126,7 @@ def _json_of(path: Path, size: int, head: bytes) -> bytes:
     version, length, chunk, kind = struct.unpack_from("<IIII", head, 4)
     if version != 2:
         raise UnusableMotion(f"it is glTF of version {version}; Blender reads version 2")
-    if length > size or kind != JSON_CHUNK or chunk > min(size - 20, MAX_JSON_BYTES):
+    if length > size or kind != JSON_CHUNK or chunk > min(size - 20, most):
         raise ValueError(f"it is cut short: it has {size} bytes of {length}")
     with path.open("rb") as stream:
         stream.seek(20)
@@ -106,8 +139,8 @@ EXTENSIONS = ("VRMC_vrm", "VRMC_vrm_animation", "VRM")
 """VRM 1.0, its animations, VRM 0."""
 
 
-def with_skin(path: Path) -> bytes:
-    """A VRM file, or a glTF file without a skin, that `check_gltf` lets pass, as any importer reads it.
+def with_skin(path: Path, animation: str = "") -> bytes:
+    """A VRM or glTF file that `check_gltf` lets pass, with a skin and one of its animations or all.
 
     Raises UnusableMotion if a VRM file does not say which node is which bone.
     """
@@ -117,7 +150,7 @@ def with_skin(path: Path) -> bytes:
         raise UnusableMotion("it is damaged or no VRM file: it does not begin as binary glTF")
     length = struct.unpack_from("<I", data, 12)[0] if binary else 0
     content, rest = json.loads(data[20 : 20 + length] if binary else data), data[20 + length :]
-    bones = _bones(content) if is_vrm else _moving_nodes(content)
+    bones = _bones(content) if is_vrm else {} if content.get("skins") else _moving_nodes(content)
     taken = set(bones.values())
     for number, node in enumerate(content["nodes"]):
         if number in bones:
@@ -126,7 +159,7 @@ def with_skin(path: Path) -> bytes:
             node["name"] = f"{node['name']} node {number}"
     if not content.get("skins"):
         content["skins"] = [{"joints": _joints(content["nodes"], bones)}]
-    text = json.dumps(content).encode()
+    text = json.dumps(_with_animation(content, animation)).encode()
     if not binary:
         return text
     text += b" " * (-len(text) % 4)

@@ -92,8 +92,10 @@ def same_motions(
 
 def known_motions(clips: Sequence[Clip]) -> tuple[LabelledClip, ...]:
     """Like `same_motions`, by what is known before the files are read: equal keys and equal files."""
-    first, name_of = same_files([clip.path for clip in clips]), {clip.path: clip.name for clip in clips}
-    names = [name_of[first.get(clip.path, clip.path)] for clip in clips]
+    first = same_files([clip.path for clip in clips])
+    name_of = {(clip.path, clip.animation): clip.name for clip in clips}
+    parts = [(first.get(clip.path, clip.path), clip.animation) for clip in clips]
+    names = [name_of.get(part, clip.name) for part, clip in zip(parts, clips, strict=True)]
     return _by_motion(clips, same_motion_groups(names, [clip.motion_key for clip in clips]))
 
 

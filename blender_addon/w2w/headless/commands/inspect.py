@@ -2,6 +2,7 @@
 """`w2w inspect`: what a motion file holds, and whether and how it would be used."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,10 +17,12 @@ from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.keypoints.facts import UNITS
 from w2w.core.keypoints.joint_sets import unseen
 from w2w.core.keypoints.pose_files import JointPositions
+from w2w.core.library.import_plan import plan_files
 from w2w.core.library.library import LABELS, Clip, activity_of, read_library
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion, UnusableMotion
+from w2w.core.readers.animations import animations_in
 from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.retargeting.retarget import BY_STRUCTURE
 from w2w.core.windows.windows import WindowSpec
@@ -66,10 +69,13 @@ def inspect(
         raise _skipped(file, str(error), console) from error
     table = Table(show_header=False, box=None, title=shown(file), title_justify="left")
     up = f"{pose.up}, as given" if pose.up else seen.sentence() or getattr(source, "up", "")
-    stands = [("up", up)] if up else []
+    animations = [*animations_in(file)]
+    stands = [("animations", f"{len(animations)}, each a clip: {quoted(animations)}")] if animations else []
+    stands += [("up", up)] if up else []
     stands += [("left out", details["cut"])] if "cut" in details else []
     for row in (*_about_source(source, details, body), *stands, *_about_motion(motion, details, body)):
-        table.add_row(*row)
+        if not (animations and row[0] == "other takes"):
+            table.add_row(*row)
     console.print(table)
     if reason := too_short(details):
         raise _skipped(file, reason, console)
@@ -92,6 +98,9 @@ def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
     """A sentence about the label that a run gives the file; a ValueError if it is not in the library."""
     file = Path(os.path.abspath(file))  # noqa: PTH100 - a link keeps its own name
     if library is None and labels is None and not (file.parent / LABELS).is_file():
+        if animations_in(file):
+            activities = [clip.activity for clip in plan_files([file]).clips]
+            return f"A run labels its clips {quoted(activities)} after their names."
         inside, above = (activity_of(shown(name)) for name in (file.name, f"{file.parent.name}/{file.name}"))
         if not file.parent.name:
             return f"A run labels it '{inside}' after its file name."
@@ -103,15 +112,23 @@ def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
     if not file.is_relative_to(library):
         raise ValueError(f"{shown(file)} is not in the library {shown(library)}")
     found = read_library(library, labels)
-    clip = next((clip for clip in found.clips if clip.path == file), None)
-    if clip is None:
+    clips = [clip for clip in found.clips if clip.path == file]
+    if not clips:
         inside = shown(file.relative_to(library).as_posix())
         reason = dict(found.skipped).get(inside, "it is not one of the library's motion files")
         return f"But a run on this library would skip it: {reason}."
-    source = "its folder" if "/" in clip.file else "its file name"
+    source = "its folder" if "/" in clips[0].file else "its file name"
+    if clips[0].animation:
+        source = "their names"
     if (table := labels or library / LABELS).is_file():
         source = f"its line in {shown(table)}"
-    return f"A run labels it '{clip.activity}' after {source}."
+    what = "its clips" if clips[0].animation else "it"
+    return f"A run labels {what} {quoted([clip.activity for clip in clips])} after {source}."
+
+
+def quoted(names: Sequence[str]) -> str:
+    """Some names in quotation marks."""
+    return listed([f"'{name}'" for name in names], most=12)
 
 
 def _about_source(
@@ -129,9 +146,13 @@ def _about_source(
     bones = source.bones[source.first_bone :]
     rows = [("take", f"'{source.take}'"), ("skeleton", f"{len(bones)} bones, {matched}")]
     if source.other_takes:
-        names = listed([f"'{name}'" for name in source.other_takes], most=5)
         what = f"{len(source.other_takes)} that move are not used"
-        rows.append(("other takes", f"{what}: {names}; save each as a file of its own"))
+        rows.append(
+            (
+                "other takes",
+                f"{what}: {quoted(source.other_takes)}; save each as a file of its own",
+            )
+        )
     if source.people > 1:
         rows.append(("people", f"{source.people}; only one of them is used, the one that moves most"))
     if not source.rest_is_known:

@@ -103,7 +103,7 @@ def _study(plan: RunPlan) -> tuple[Any, ...]:
 
 
 def _labels(clip: Clip) -> tuple[str, ...]:
-    return clip.file, clip.name, clip.activity, clip.subject, clip.motion_key, clip.source
+    return clip.file, clip.name, clip.activity, clip.subject, clip.motion_key, clip.source, clip.animation
 
 
 def _files_below(out: Path, folder: str) -> Iterator[tuple[str, int, int]]:

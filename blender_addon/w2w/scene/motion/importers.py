@@ -126,18 +126,19 @@ def _check_binary_fbx(path: Path, size: int, head: bytes) -> None:
             position = end
 
 
-def import_gltf(path: Path, keys_as_frames: bool = False) -> None:
+def import_gltf(path: Path, keys_as_frames: bool = False, animation: str = "") -> None:
     """Import a glTF or VRM file into the open scene, finely enough for its key times, or a key a frame.
 
-    Refused are files that are damaged, of another version, in several parts, or no VRM though named as one.
+    Of its animations one is imported if it is named. Refused are files that are damaged, of another version,
+    in several parts, or no VRM though named as one.
     """
-    is_vrm, facts = path.suffix.lower() in VRM_SUFFIXES, check_gltf(path)
+    is_vrm, facts = path.suffix.lower() in VRM_SUFFIXES, check_gltf(path, animation)
     set_scene_rate(facts.keys_a_second if keys_as_frames else GLTF_RATE)
     with tempfile.TemporaryDirectory() as folder:
         file = path
-        if is_vrm or not facts.skin:
+        if is_vrm or animation or not facts.skin:
             file = Path(folder, "skinned.glb" if is_vrm else f"skinned{path.suffix}")
-            file.write_bytes(with_skin(path))
+            file.write_bytes(with_skin(path, animation))
         bpy.ops.import_scene.gltf(filepath=str(file))
 
 

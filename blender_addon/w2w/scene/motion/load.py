@@ -68,8 +68,8 @@ SAMPLED = 64
 MOST_SAMPLE_BYTES = 2**26
 
 
-def read_motion(path: Path, pose: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF) -> Source:
-    """Read a motion file: FBX, glTF and USD through Blender, all else directly.
+def read_motion(path: Path, pose: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF, animation: str = "") -> Source:
+    """Read a motion file, or one animation in it: FBX, glTF and USD through Blender, all else directly.
 
     `pose` says what is known of joint positions, where the file holds those, and the frame rate and the axis
     that is up of any file, whatever it says itself; `ups` are its library's axes. Raises `UnusableMotion`
@@ -88,7 +88,7 @@ def read_motion(path: Path, pose: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF) ->
         return stood(read_mvnx(path, pose.rate), pose.up or "z", "z")
     from .takes import read_clip, written_up
 
-    found = read_clip(path, pose.rate)
+    found = read_clip(path, pose.rate, animation)
     return found if pose.up is None else stood(found, pose.up, written_up(path))
 
 

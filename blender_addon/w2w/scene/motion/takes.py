@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Motion files in, through Blender's own importers: a named skeleton and its frames as arrays."""
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -22,6 +23,7 @@ from ...core.motion.source import (
     refuse_too_long,
 )
 from ...core.motion.up import Up
+from ...core.readers.animations import MIXAMO
 from ...core.readers.bvh import BVH_SUFFIX
 from ...core.readers.bvh_text import read_bvh_text
 from ...core.readers.import_checks import PLAIN_GLTF, USD_SUFFIXES, check_gltf
@@ -42,6 +44,9 @@ from ..base.module import bpy
 from ..base.playback import same_timing
 from .importers import check_fbx, fbx_up, import_fault, import_gltf, import_usd
 
+LONG_NAME = 58
+"""Bytes of an action's name from which on Blender may have cut it off."""
+
 
 @dataclass(frozen=True)
 class Take:
@@ -59,17 +64,21 @@ class Take:
         return round(min(own[0].co[0] for own in keys)), round(max(own[-1].co[0] for own in keys))
 
 
-def read_clip(path: str | Path, rate: float | None = None) -> SourceMotion:
+def read_clip(path: str | Path, rate: float | None = None, animation: str = "") -> SourceMotion:
     """Import an FBX, glTF, VRM or USD file, read the take that moves, and remove all that came.
 
-    `rate` goes before the file's own frames per second; a glTF file's frames are its keys
-    then. Raises `UnusableMotion` if the file holds no motion that can be used.
+    `animation` is the name of the one to read, if the file has several. `rate` goes before the file's own
+    frames per second; a glTF file's frames are its keys then. Raises `UnusableMotion` if the file holds no
+    motion that can be used.
     """
     path = Path(path)
     before = {action.session_uid for action in bpy.data.actions}
-    with imported(path, keys_as_frames=rate is not None) as objects:
+    with imported(path, rate is not None, animation) as objects:
         # actions that were there before may fit the file's armature too: other clips of the same rig
-        source = best_take(objects, [item for item in bpy.data.actions if item.session_uid not in before])
+        actions = [item for item in bpy.data.actions if item.session_uid not in before]
+        if animation and path.suffix.lower() == ".fbx":  # of others no more was imported
+            actions = [item for item in actions if _is_of(item.name, animation)]
+        source = best_take(objects, actions)
     if path.suffix.lower() in PLAIN_GLTF and not check_gltf(path).skin:  # its nodes may rest in any pose
         source = replace(source, rest_is_known=rests_straight(source))
     source = source if rate is None else replace(source, rate=rate)
@@ -77,23 +86,33 @@ def read_clip(path: str | Path, rate: float | None = None) -> SourceMotion:
     return source
 
 
+def _is_of(action: str, animation: str) -> bool:
+    """Whether an action is of an FBX file's animation: importers put names before and after its own."""
+    plain = re.sub(r"\.\d{3}$", "", action)
+    cut_off = len(action.encode()) > LONG_NAME and animation.startswith(plain)
+    return cut_off or any(f"|{animation}|" in f"|{name}|" for name in (action, plain))
+
+
 @contextmanager
-def imported(path: Path, keys_as_frames: bool = False) -> Iterator[list[bpy.types.Object]]:
+def imported(
+    path: Path, keys_as_frames: bool = False, animation: str = ""
+) -> Iterator[list[bpy.types.Object]]:
     """The objects that a motion file brings, removed again at the end; the selection is restored."""
     before = existing_data()
     with same_selection():
         try:
             with same_timing():
-                import_file(path, keys_as_frames)
+                import_file(path, keys_as_frames, animation)
                 yield [item for item in new_data(before) if isinstance(item, bpy.types.Object)]
         finally:
             bpy.data.batch_remove(new_data(before))
 
 
-def import_file(path: Path, keys_as_frames: bool = False) -> None:
+def import_file(path: Path, keys_as_frames: bool = False, animation: str = "") -> None:
     """Import an FBX, BVH, glTF, VRM or USD file with Blender's importer into the open scene.
 
-    `keys_as_frames` puts the keys of a glTF file on whole frames. Raises `UnusableMotion` if the file
+    `keys_as_frames` puts the keys of a glTF file on whole frames; of its animations one is imported if it is
+    named. Raises `UnusableMotion` if the file
     is of another kind, damaged, or Blender refuses it.
     """
     kind = path.suffix.lower()
@@ -103,7 +122,7 @@ def import_file(path: Path, keys_as_frames: bool = False) -> None:
         )
     try:
         if kind in GLTF_SUFFIXES:
-            import_gltf(path, keys_as_frames)
+            import_gltf(path, keys_as_frames, animation)
         else:
             IMPORTERS[kind](path)
     except UnusableMotion:
@@ -231,7 +250,7 @@ def _most_moving(takes: list[Take]) -> SourceMotion:
     moving = [motion for motion in motions if not is_pose(motion)]
     if not moving:
         refuse_pose(max(motions, key=lambda motion: motion.n_frames))
-    preferred = [motion for motion in moving if "mixamo.com" in motion.take]
+    preferred = [motion for motion in moving if MIXAMO in motion.take]
     best = max(preferred or moving, key=motion_amount)
     return replace(best, other_takes=tuple(sorted({motion.take for motion in moving} - {best.take})))
 

@@ -186,6 +186,7 @@ class W2W_PG_clip(Group):
     action: PointerProperty(type=bpy.types.Action, name="Action", description="The motion on the body")
     n_frames: IntProperty(name="Frames", description="Frames of the motion")
     rate: FloatProperty(name="Frame Rate", description="Frames per second of the motion")
+    animation: StringProperty(options={"HIDDEN"})  # the one that it is, of a file that holds several
     given_rate: FloatProperty(options={"HIDDEN"})  # at its import; 0 where the file's own is right
     given_up: StringProperty(options={"HIDDEN"})  # axis of the file that points up, where that was given
     skeleton: StringProperty(name="Skeleton", description="Naming that the file's bones follow")

@@ -114,7 +114,8 @@ def _path_of(rig: str) -> Path:
 
 def _with_bones(clip: bpy.types.PropertyGroup) -> SourceMotion:
     """The motion of a clip's file, which names its bones."""
-    source = read_motion(Path(clip.file), PoseFacts(clip.given_rate or None, up=clip.given_up or None))
+    pose = PoseFacts(clip.given_rate or None, up=clip.given_up or None)
+    source = read_motion(Path(clip.file), pose, animation=clip.animation)
     if not isinstance(source, SourceMotion):
         raise UnusableMotion("it names no bones that could be mapped")
     return source

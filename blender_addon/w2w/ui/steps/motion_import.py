@@ -37,11 +37,12 @@ class ImportItem(NamedTuple):
     take: SceneTake | None = None
     rate: float = 0.0  # frames per second of the file, whatever it says; 0 where its own is right
     up: Up | None = None  # axis of the file that points up, where that is given
+    animation: str = ""  # the one that it is, of a file that holds several
 
     @property
     def shown(self) -> str:
         """Its name for people."""
-        return self.name if self.take is not None else shown(self.path.name)
+        return self.name if self.take is not None or self.animation else shown(self.path.name)
 
     @property
     def taken_from(self) -> str:
@@ -52,7 +53,9 @@ class ImportItem(NamedTuple):
 def import_items(plan: ImportPlan, rate: float = 0.0, up: Up | None = None) -> list[ImportItem]:
     """Files that a plan would import, with labels, a frame rate that is not 0, and the axis that is up."""
     return [
-        ImportItem(clip.path, clip.name, clip.activity, clip.subject, clip.motion_key, rate=rate, up=up)
+        ImportItem(
+            clip.path, clip.name, clip.activity, clip.subject, clip.motion_key, None, rate, up, clip.animation
+        )
         for clip in plan.clips
     ]
 
@@ -97,7 +100,8 @@ def import_steps(
             yield Step(number / len(items), item.shown)
             try:
                 if item.take is None:
-                    source = read_motion(item.path, PoseFacts(item.rate or None, up=item.up), ups)
+                    pose = PoseFacts(item.rate or None, up=item.up)
+                    source = read_motion(item.path, pose, ups, item.animation)
                 else:  # Blender must play it to read it: the window gets its turn after each frame
                     low, high = number / len(items), (number + 1) / len(items)
                     source = yield from as_steps(read_scene_take(item.take), item.shown, low, high)
@@ -110,11 +114,11 @@ def import_steps(
                 unlabelled += not item.activity
             except Exception as error:  # even a fault of ours costs this clip alone
                 failed += 1
-                _add_failed(mesh, item.path, item.shown, reason_of(error), item.rate, item.up)
+                _add_failed(mesh, item._replace(name=item.shown), reason_of(error))
         if mostly_head_down(down):
             raise ValueError(f"Nothing is imported: {UPSIDE_DOWN}")
         for name, reason in left_out:
-            _add_failed(mesh, Path(), name, reason)
+            _add_failed(mesh, ImportItem(Path(), name, ""), reason)
     except BaseException:
         remove_clips(mesh, range(before, len(mesh.w2w.clips)))
         raise
@@ -174,7 +178,7 @@ def add_clip(mesh: bpy.types.Object, retargeted: RetargetedMotion, item: ImportI
     with state.without_updates():  # activities are listed when all clips are in
         clip.activity = item.activity
     clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
-    clip.given_rate, clip.given_up = item.rate, item.up or ""
+    clip.given_rate, clip.given_up, clip.animation = item.rate, item.up or "", item.animation
     set_motion(clip, retargeted)
 
 
@@ -205,13 +209,11 @@ def remove_clips(mesh: bpy.types.Object, indices: Iterable[int]) -> None:
     study.clip_index = min(max(study.clip_index, 0), max(len(study.clips) - 1, 0))
 
 
-def _add_failed(
-    mesh: bpy.types.Object, file: Path, name: str, reason: str, rate: float = 0.0, up: Up | None = None
-) -> None:
-    name = _free_name(mesh, name)
+def _add_failed(mesh: bpy.types.Object, item: ImportItem, reason: str) -> None:
+    name = _free_name(mesh, item.name)
     clip = mesh.w2w.clips.add()
-    clip.name, clip.file, clip.problem = name, str(file) if file.name else "", reason
-    clip.given_rate, clip.given_up = rate, up or ""
+    clip.name, clip.file, clip.problem = name, str(item.path) if item.path.name else "", reason
+    clip.given_rate, clip.given_up, clip.animation = item.rate, item.up or "", item.animation
 
 
 def _free_name(mesh: bpy.types.Object, name: str) -> str:

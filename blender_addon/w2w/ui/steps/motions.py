@@ -238,6 +238,14 @@ class W2W_OT_tick_clips(operators.OnClips, bpy.types.Operator):
 
 
 def has_source(clip: bpy.types.PropertyGroup) -> bool:
-    """Whether a clip's own armature can be shown; of a run's clips only the name of the file is known."""
+    """Whether a clip's own armature can be shown: of a run's clips only the name of the file is known.
+
+    With one of several animations the importer brings the others, too.
+    """
     file = Path(clip.file)
-    return clip.action is not None and file.suffix.lower() in (".fbx", ".bvh") and file.is_absolute()
+    return (
+        not clip.animation
+        and clip.action is not None
+        and file.suffix.lower() in (".fbx", ".bvh")
+        and file.is_absolute()
+    )
