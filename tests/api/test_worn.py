@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 import w2w
+from w2w.studies.comparisons.unpaired import real_side
 from w2w.studies.datasets.dsads import DSADS_ACTIVITIES, DSADS_RATE, DSADS_SITES
-from w2w.studies.validation.site_windows import site_windows
+from w2w.studies.validation.dsads import DSADS
 
 PACES = {"walking": 1.0, "running": 2.5, "still": 0.0}
 
@@ -124,23 +125,19 @@ def test_stretches_of_a_clip_are_never_split():
 @pytest.mark.slow
 def test_dsads_as_arrays_gives_the_f1_of_the_comparison_with_simulated_sensors(shared_data):
     """The same windows by the same classifier, by way of the arrays and of the studies' reader."""
-    from w2w.studies.comparisons.dsads import real_recordings  # needs the data set
-
     path = shared_data / "imu" / "dsads" / "dsads_acc_gyr_25hz.npz"
     if not path.exists():
         pytest.skip("DSADS is not here")
-    real = [one for one in real_recordings(path) if one.activity in ("rowing", "sitting", "jumping")]
-    spec = w2w.WindowSpec(length_s=5.0, stride_s=1.0)
-    activities = sorted({one.activity for one in real})
-    studied = site_windows(real, spec).ranked(activities, by_subject=True)
+    activities = ["jumping", "playing basketball", "sitting"]
+    analysis = DSADS.analyses[0]._replace(activities=tuple(activities))
+    studied = real_side(DSADS, DSADS.read(path), analysis).windows.ranked(activities, by_subject=True)
 
     with np.load(path) as data:
         named = np.array([DSADS_ACTIVITIES[number - 1] for number in data["activity"]])
         kept = np.isin(named, activities)
         x, people = data["x"][kept], [f"p{number}" for number in data["subject"][kept]]
-    clips = [f"{name} {who}" for name, who in zip(named[kept], people, strict=True)]
     worn = {place: x[:, :, number] for number, place in enumerate(DSADS_SITES)}
-    recordings = w2w.Recordings.from_arrays(worn, DSADS_RATE, named[kept], people, clips)
-    found = w2w.rank(recordings, window=5.0, stride=1.0, by_subject=True)
+    recordings = w2w.Recordings.from_arrays(worn, DSADS_RATE, named[kept], people)
+    found = w2w.rank(recordings, by_subject=True)
     np.testing.assert_allclose(found.f1, studied.f1, atol=0.01)
     assert np.argsort(found.mean).tolist() == np.argsort(studied.mean).tolist()

@@ -221,7 +221,7 @@ def test_a_folder_in_place_of_a_file_gets_a_sentence(name, held, tmp_path):
 
 
 def test_dsads_is_looked_for_before_the_library_is_simulated(tmp_path):
-    asked = ["validate", "dsads", str(tmp_path), "--motions", str(tmp_path / "library")]
+    asked = ["validate", "dsads", str(tmp_path), str(tmp_path / "library")]
     result = CliRunner().invoke(APP, [*asked, "--out", str(tmp_path / "out")])
     assert result.exit_code == 2
     assert "holds no segments a01/p1/s01.txt of DSADS" in result.output.replace("\n", " ")

@@ -161,7 +161,7 @@ def test_where_the_garments_sensors_are_is_asked_for(tmp_path):
     lines = empty.read_text().splitlines()
     assert (lines[0], lines[1], len(lines)) == ("sensor,region,vertex", "0,,", 397)
     empty.write_text("sensor,region,vertex\n0,chest,\n1,left wrist,\n2,tail,\n")
-    assert "nopatchliesinaregionnamed'tail'" in told("--sensors", str(empty))
+    assert 'noplacement,sensorsiteorregioniscalled"tail"' in told("--sensors", str(empty))
     assert told()
     assert empty.read_text().endswith("2,tail,\n")  # what a user wrote stays
 

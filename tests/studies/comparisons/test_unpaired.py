@@ -10,11 +10,8 @@ import pytest
 from scipy.io import savemat
 
 from w2w.studies.comparisons import unpaired
-from w2w.studies.comparisons.dsads import simulated_recordings
-from w2w.studies.comparisons.site_simulator import SiteSimulator
 from w2w.studies.comparisons.unpaired import RegionSimulator, load_motions
 from w2w.studies.datasets.mighar import WornAt
-from w2w.studies.validation.dsads import DSADS
 from w2w.studies.validation.mhad import MHAD
 from w2w.studies.validation.mighar import mighar
 from w2w.studies.validation.upfall import UPFALL
@@ -68,21 +65,6 @@ def test_a_clips_signals_do_not_depend_on_other_libraries(libraries, bundled_bod
     assert len(set(both.values())) == len(both) == 4
     assert signals(two, one) == both
     assert signals(one) | signals(two) == both
-
-
-@pytest.mark.slow
-def test_nor_do_those_that_stand_for_dsads(libraries):
-    def signals(*given):
-        simulator = SiteSimulator(DSADS.sites, DSADS.rate_hz, DSADS.sensor)
-        recordings, unusable = simulated_recordings(given, [None] * len(given), simulator)
-        assert not unusable
-        return sorted(bytes_of(recordings, range(len(recordings))).values())
-
-    one, two = libraries
-    both = signals(one, two)
-    assert len(set(both)) == 4
-    assert signals(two, one) == both
-    assert sorted(signals(one) + signals(two)) == both
 
 
 @pytest.mark.usefixtures("few_patches")

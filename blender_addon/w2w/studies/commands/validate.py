@@ -4,6 +4,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -11,8 +12,10 @@ import typer
 from rich.console import Console
 
 from w2w.core.imu.presets import DEFAULT_SENSOR
+from w2w.core.imu.recordings import Recordings
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.utility import CLASSIFIERS, unavailable
+from w2w.core.study.results import StudyResults
 from w2w.core.wording import shown
 from w2w.headless.commands.execute import refused
 from w2w.headless.console import USAGE
@@ -22,9 +25,10 @@ from w2w.headless.runs.own_files import published
 from w2w.headless.study_options import declared
 
 from ..comparisons.by_protocol import run_protocol
-from ..comparisons.dsads import compare_dsads
 from ..comparisons.gait import compare_gait, write_gait
-from ..comparisons.paired import VIDIMU, mmfit as mmfit_protocol
+from ..comparisons.own import Names, own_protocol, study_sides
+from ..comparisons.paired import VIDIMU, mmfit as mmfit_protocol, paired_sides
+from ..comparisons.protocol_report import write_protocol
 from ..comparisons.report import agreement_table, write_validation
 from ..comparisons.truth import DATA_SETS, mighar_set, run_data_set, write_empty_positions
 from ..comparisons.utd import POSE_CUTOFF_HZ, compare_utd, write_utd
@@ -90,31 +94,49 @@ def vidimu(
 
 
 @VALIDATE.command()
-def dsads(
-    path: Annotated[Path, typer.Argument(metavar="PATH", help="DSADS's folder, or an npz of it.")],
-    motions: Annotated[
-        list[Path], typer.Option(help="Motion library that shows some of DSADS's activities; repeatable.")
+def own(
+    results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
+    recordings: Annotated[
+        Path, typer.Argument(metavar="RECORDINGS", help="Folder of recordings, or with --as a data set.")
     ],
     out: Out,
     labels: Annotated[
-        list[Path] | None, typer.Option(help="labels.csv of each library, in the same order.")
+        Path | None, typer.Option(help="csv of the recordings' labels, as for `w2w rank-recordings`.")
     ] = None,
-    window: Annotated[float, typer.Option(min=0.5, max=5, help="Seconds a window lasts.")] = 5.0,
-    sensor: Annotated[str, declared("sensor")] = "xsens mtw awinda",
-    classifier: Annotated[str, declared("classifier")] = "ridge",
+    sites: Annotated[
+        Path | None, typer.Option(help="csv with columns place, site: places that W2W calls otherwise.")
+    ] = None,
+    activities: Annotated[
+        Path | None,
+        typer.Option(help="csv with columns recorded, simulated: activities that RESULTS calls otherwise."),
+    ] = None,
+    data_set: Annotated[
+        str, typer.Option("--as", help=f"RECORDINGS are those of {', '.join(DATA_SETS)}.")
+    ] = "",
     seed: Seed = 0,
 ) -> None:
-    """DSADS: sports and daily activities, five worn sensors, against clips of a library. Unpaired.
+    """Your own recordings against the same sites of a simulated study. Unpaired.
+
+    By the rules of the data sets that are compared here (docs/truth.md): regret at most .03, rho of mean F1
+    at least .8 of its ceiling.
 
     Exit codes: 0 written, 2 wrong use (and why).
     """
     console = wide_console()
-    with _published(console, out, *(labels or [])) as folder:
-        ranked_by, part = _classifier(classifier), chosen_sensor(sensor)
-        tables = [*(labels or []), *[None] * len(motions)][: len(motions)]
+    with _published(console, out, labels, sites, activities) as folder:
+        if data_set and data_set not in DATA_SETS:
+            raise ValueError(f"--as must be {', '.join(DATA_SETS)}, not {data_set}")
+        study = StudyResults.load(results)
         with RunMonitor(console).step("reading, simulating and ranking"):
-            found = compare_dsads(path, motions, tables, window, part, ranked_by, seed)
-        _write(folder, [found], "DSADS: worn and simulated sensors", console)
+            if data_set:
+                protocol = DATA_SETS[data_set]
+                worn = protocol.read(recordings)
+            else:
+                worn = Recordings.read(recordings, labels)
+                protocol = own_protocol(worn, study, Names.read(sites, activities))
+            protocol, sides_of = study_sides(protocol, worn, study)
+            found = run_protocol(protocol, sides_of, seed, console.print)
+        console.print(write_protocol(folder, protocol, found))
 
 
 @VALIDATE.command(name="utd-mhad")
@@ -162,6 +184,7 @@ def _add(name: str, shows: str) -> None:
 
 FIXED = "Everything else was fixed before anything was computed (docs/validation.md)."
 for _name, _shows in {
+    "dsads": "seven daily and sports activities, five sensors",
     "mhad": "11 actions, six accelerometers",
     "umafall": "12 daily activities, four sensors",
     "upfall": "six daily activities, five sensors",
@@ -252,7 +275,7 @@ def _compare_paired(
         with RunMonitor(console).step(f"reading {protocol.name}"):
             trials = protocol.read(path)
         with RunMonitor(console).step("fitting poses, simulating and ranking"):
-            found = run_protocol(protocol, trials, seed=seed)
+            found = run_protocol(protocol, partial(paired_sides, protocol, trials, seed), seed)
         _write(folder, found, protocol.title, console)
 
 

@@ -2,37 +2,28 @@
 """Run all analyses of a protocol."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from ..validation.protocol import Found, Protocol
+from ..validation.protocol import Analysis, Found, Protocol
 from ..validation.site_transfer import WayFound, site_signals, try_ways
 from ..validation.sites import validate_sites
 from ..validation.source_test import source_tests
-from .paired import paired_sides
-from .unpaired import Sides, unpaired_sides
+from .unpaired import Sides
 
 
 def run_protocol(
     protocol: Protocol,
-    worn: Sequence[Any],
-    libraries: Sequence[Path] = (),
+    sides_of: Callable[[Analysis], Sides | None],
     seed: int = 0,
     told: Callable[[str], None] = lambda _: None,
 ) -> list[Found]:
-    """Do every analysis that has two activities, with what `protocol.read` gives.
+    """Do every analysis that has two activities, with the sides that `sides_of` makes.
 
-    `told` is given a sentence for each library of no use and each analysis that cannot be done.
+    `told` is given a sentence for each analysis that cannot be done.
 
     Raises ValueError if no analysis can be done; the message says why.
     """
-    if protocol.joints:
-        sides_of = partial(paired_sides, protocol, worn, seed)
-    else:
-        sides_of = unpaired_sides(protocol, worn, libraries, seed, told)
     done, why = [], []
     for analysis in protocol.analyses:
         try:
@@ -41,7 +32,7 @@ def run_protocol(
                 continue
             found = validate_sites(
                 sides.real.windows, sides.simulated.windows, sides.sites, sides.activities, protocol.folds,
-                (not protocol.joints,) * 2, seed, sides.site_of, sides.real_site_of, protocol.classifier,
+                protocol.by_subject, seed, sides.site_of, sides.real_site_of, protocol.classifier,
                 protocol.background,
             )  # fmt: skip
         except ValueError as error:
@@ -50,11 +41,12 @@ def run_protocol(
             why.append(f"{analysis.name}: {error}")
             told(f"Not done: {why[-1]}.")
             continue
-        one = Found(analysis.name, analysis.why, found, sides.notes, sides.simulated_at)
-        if protocol.rules:
-            made = sides.simulated
+        one = Found(
+            analysis.name, analysis.why, found, sides.notes, sides.simulated_at, protocol.judge(found)
+        )
+        made = sides.simulated
+        if made.source_of:
             one = one._replace(
-                bars=protocol.judge(found),
                 source_tests=source_tests(made.windows, made.source_of, sides.site_of, seed),
                 ways=_ways(protocol, sides, found.real.activities, seed),
             )

@@ -48,6 +48,7 @@ def mmfit(non_activity: str = "activity") -> Protocol:
         sites={site: site for site in DEVICES.values()},
         analyses=(Analysis("", "", sites=tuple(DEVICES.values())),),
         joints=JOINT_SETS["mm-fit-17"],
+        by_subject=(False, False),
         pose_hz=CAMERA_RATE,
         windows=WindowSpec(length_s=5.0, stride_s=1.0),  # as long as the authors' own
         background=(NON_ACTIVITY,) if background else (),
@@ -70,6 +71,7 @@ VIDIMU = Protocol(
         Analysis("upper body", _RATES_ALONE, sites=UPPER),
     ),
     joints=JOINT_SETS["body-34"],
+    by_subject=(False, False),
     pose_hz=VIDEO_RATE,
     windows=WindowSpec(length_s=2.0, stride_s=0.5),
     use="gyr",

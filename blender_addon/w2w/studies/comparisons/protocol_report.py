@@ -25,8 +25,10 @@ def write_protocol(out: Path, protocol: Protocol, found: Sequence[Found]) -> str
         write_validation(out, one, title)
         cells_figure(out / figure_name(one), one.validation, title)
         lines += [f"## {one.name}", "", one.why, "", one.validation.sentence(), ""]
-        lines += [one.validation.regret_sentence(), "", *_bars(one.bars), "", *_sources(one), ""]
-        lines += [*_transfer(one), ""]
+        lines += [one.validation.regret_sentence(), one.validation.level_sentence(), ""]
+        lines += [*_bars(one.bars), ""]
+        if one.ways:
+            lines += [*_sources(one), "", *_transfer(one), ""]
         lines += [f"![F1 of every site and activity, real against simulated]({figure_name(one)})", ""]
         lines += [f"Activity by activity: [report{one.suffix}.md](report{one.suffix}.md).", ""]
     lines += _after_the_fact(protocol, found)

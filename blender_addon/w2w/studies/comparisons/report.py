@@ -70,6 +70,7 @@ def _report(one: Found, title: str) -> str:
         found.sentence(),
         "",
         found.regret_sentence(),
+        found.level_sentence(),
         "",
         *(f"- {note}" for note in one.notes),
     ]
@@ -113,6 +114,7 @@ def _content(one: Found, title: str) -> dict[str, Any]:
         "rho_of_mean_f1_of_as_many_others": _estimate(found.overall_ceiling),
         "r_over_cells": _estimate(found.cells),
         "r_over_cells_at_most": json_number(found.cells_ceiling),
+        "simulated_above_real": _estimate(found.level),
         "regret": _regret(found.regret),
         "regret_by_activity": _regret(found.regret_by_activity),
         "by_activity": {name: _agreement(value) for name, value in found.by_activity.items()},

@@ -17,7 +17,7 @@ from ..validation.umafall import UMAFALL
 from ..validation.upfall import UPFALL
 from .by_protocol import run_protocol
 from .protocol_report import figure_name, interval, write_protocol
-from .unpaired import RegionSimulator
+from .unpaired import RegionSimulator, unpaired_sides
 
 PAGE = "truth.md"
 
@@ -44,7 +44,8 @@ def run_data_set(
     told: Callable[[str], None],
 ) -> tuple[list[Found], str]:
     """Compare one data set and write what was found to a folder; returns that and the report."""
-    found = run_protocol(protocol, protocol.read(path), libraries, seed, told)
+    sides_of = unpaired_sides(protocol, protocol.read(path), libraries, seed, told)
+    found = run_protocol(protocol, sides_of, seed, told)
     return found, write_protocol(out, protocol, found)
 
 

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Worn sensors of a data set against the same activities simulated from motion libraries, by a protocol."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.signature import motion_signature
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.body_parts import patches_named
+from w2w.core.patches.naming import resolve
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.headless.runs.clip import load_clip
@@ -44,7 +45,6 @@ class Moving(NamedTuple):
     motion: Motion  # its clip is the first that shows this motion, with its library's number
     source: str
     own_name: str  # of the clip itself, by which its sensors' errors are drawn (`noise_name`)
-    key: str = ""  # clips of one key show the same motion, too
 
 
 def noise_name(clip: str) -> str:
@@ -86,7 +86,7 @@ class RegionSimulator:
 
     def __init__(self, body: Body, protocol: Protocol, seed: int = 0, every: int = 0) -> None:
         patches = sample_patches(body)
-        of_sites = [_patches_at(site, patches, body) for site in protocol.sites.values()]
+        of_sites = [patches_at_site(site, patches, body) for site in protocol.sites.values()]
         chosen = [patch for of_site in of_sites for patch in of_site]
         self.body, self.protocol, self.seed = body, protocol, seed
         self.site_of = np.repeat(np.arange(len(of_sites)), [len(of_site) for of_site in of_sites])
@@ -130,13 +130,16 @@ class RegionSimulator:
         return Side(recordings, windows, {moving.motion.clip: moving.source for moving in chosen})
 
 
-def _patches_at(site: str | SensorSite | int, patches: PatchSet, body: Body) -> list[int]:
-    """Patches that stand for a site.
+def patches_at_site(site: str | SensorSite | int, patches: PatchSet, body: Body) -> list[int]:
+    """Patches that stand for a site: those of the regions of its name, else the nearest one.
 
-    Raises ValueError if no region has its name, or the body no such vertex; the message says which.
+    Raises ValueError if nothing has its name, or the body no such vertex; the message says which.
     """
     if isinstance(site, str):
-        return patches_named(patches.regions, site).tolist()
+        try:
+            return patches_named(patches.regions, site).tolist()
+        except ValueError:
+            return [resolve(site, body, patches)]
     vertex = site if isinstance(site, int) else site.vertex(body)
     if vertex >= len(patches.labels):
         raise ValueError(f"the body has {len(patches.labels)} vertices, from 0: none has the number {vertex}")
@@ -229,9 +232,7 @@ def _kinect(protocol: Protocol, library: Path, body: Body) -> Loaded:
 def distinct(found: Sequence[Moving]) -> list[Moving]:
     """Clips that show one motion, under the name and the mover of the first of them."""
     signatures = [motion_signature(moving.motion) for moving in found]
-    groups = same_motion_groups(
-        [moving.motion.clip for moving in found], [one.key for one in found], signatures
-    )
+    groups = same_motion_groups([moving.motion.clip for moving in found], signatures=signatures)
     firsts = [found[int(np.flatnonzero(groups == group)[0])].motion for group in groups]
     return [
         moving._replace(motion=moving.motion.labelled(moving.motion.activity, first.subject, first.clip))
@@ -283,14 +284,12 @@ def unpaired_sides(
             analysis.why,
             "Unpaired: other people, other rooms, other instructions than in the simulated clips.",
             f"Distinct simulated motions: {_clips_in_words(shown)}.",
-            *(
-                f"{side} clips that could not be used: {len(reasons)}; the first: {reasons[0]}."
-                for side, reasons in (
-                    ("Library", unusable),
-                    ("Simulated", list(made.windows.skipped.values())),
-                    ("Real", list(real.windows.skipped.values())),
-                )
-                if reasons
+            *skipped_notes(
+                {
+                    "Library": dict(enumerate(unusable)),
+                    "Simulated": made.windows.skipped,
+                    "Real": real.windows.skipped,
+                }
             ),
             *([f"People of whom no clip can be used: {', '.join(lost)}."] if lost else []),
         ]
@@ -301,6 +300,15 @@ def unpaired_sides(
         )  # fmt: skip
 
     return sides_of
+
+
+def skipped_notes(reasons_of: Mapping[str, Mapping[Any, str]]) -> list[str]:
+    """How many clips of each side could not be used, and why the first could not."""
+    return [
+        f"{side} clips that could not be used: {len(reasons)}; the first: {next(iter(reasons.values()))}."
+        for side, reasons in reasons_of.items()
+        if reasons
+    ]
 
 
 def _clips_in_words(motions: Sequence[Moving]) -> str:

@@ -139,7 +139,9 @@ class Protocol:
     use: Use = "both"
     classifier: str = "ridge"
     folds: int = 5
-    """By clip, the same on both sides; unpaired sides leave one person and one performer out instead."""
+    """By clip, the same on both sides."""
+    by_subject: tuple[bool, bool] = (True, True)
+    """Leave one person, and on the simulated side one performer, out instead."""
     background: tuple[str, ...] = ()
     """Activities that the others are trained against, not compared themselves."""
     remarks: Callable[[Sequence[str]], list[str]] = lambda _: []

@@ -63,6 +63,21 @@ class SiteValidation:
             f"activity's rho {self.overall.step:.2f}."
         )
 
+    @property
+    def level(self) -> Estimate:
+        """Simulated macro F1 less that of people, the mean over sites."""
+        above = float((self.simulated.mean - self.real.mean).mean())
+        drawn = (self.simulated.mean_samples - self.real.mean_samples).mean(axis=1)
+        return Estimate(above, *bootstrap_interval(above, drawn))
+
+    def level_sentence(self) -> str:
+        """How far simulated F1 is above or below people's."""
+        side = "above" if self.level.value >= 0 else "below"
+        return (
+            f"Simulated F1 lies {abs(self.level.value):.2f} {side} people's, the mean over sites (difference "
+            f"{self.level.low:.2f} to {self.level.high:.2f})."
+        )
+
     def regret_sentence(self) -> str:
         """What a wearer loses who follows the simulation."""
         return (
