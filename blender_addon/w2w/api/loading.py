@@ -201,7 +201,9 @@ def _read(
     path = item.path
     try:
         if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
-            found = to_body(Motion.load(path, pose.rate, pose.up, ups), body)  # keeps W2W's labels
+            found = to_body(
+                Motion.load(path, pose.rate, pose.up, ups, pose.person), body
+            )  # keeps W2W's labels
         else:
             with _needs_blender(path.name), quiet_output():
                 source = read_motion(path, pose, ups, item.animation)

@@ -70,6 +70,10 @@ PoseUp = Annotated[
 PoseJoints = Annotated[
     str, option(f"Joint set of joint positions: {', '.join(JOINT_SETS)}.", rich_help_panel=PANEL)
 ]
+Person = Annotated[
+    int | None,
+    option("Which of several people in a result of video; 1 is seen longest.", min=1, rich_help_panel=PANEL),
+]
 
 Stride = Annotated[
     float | None,
@@ -215,6 +219,6 @@ def window_spec(window: float, stride: float | None) -> WindowSpec:
     return WindowSpec.of_length(window, stride)
 
 
-def pose_facts(rate: float | None, unit: str, up: str, joints: str) -> PoseFacts:
+def pose_facts(rate: float | None, unit: str, up: str, joints: str, person: int | None = None) -> PoseFacts:
     """The options for joint positions as `PoseFacts`; a ValueError says which is unknown."""
-    return facts_of({"rate": rate, "unit": unit, "up": up, "joint_set": joints})
+    return replace(facts_of({"rate": rate, "unit": unit, "up": up, "joint_set": joints}), person=person)

@@ -112,6 +112,7 @@ class StudyOptions(DeclaredOptions):
     pose_unit: options.PoseUnit = ""
     pose_up: options.PoseUp = ""
     pose_joints: options.PoseJoints = ""
+    person: options.Person = None
     pictures: Annotated[bool, run_option("Render heatmaps and save study.blend.")] = True
     report: Annotated[bool, run_option("Write report.html.")] = True
     clip_limit: Annotated[float, run_option("Time limit per clip, seconds.", min=1)] = LIMIT_S
@@ -157,7 +158,8 @@ class StudyOptions(DeclaredOptions):
 
     def engine(self) -> Engine:
         """The engine for the clips; a ValueError or OSError if a bone map or a pose option is wrong."""
-        pose = options.pose_facts(self.pose_rate, self.pose_unit, self.pose_up, self.pose_joints)
+        joints = self.pose_unit, self.pose_up, self.pose_joints
+        pose = options.pose_facts(self.pose_rate, *joints, self.person)
         bone_maps = tuple(BoneMap.load(path) for path in self.bone_map or ())
         memory = round(self.clip_memory * 2**30)
         if not self.signals and (self.garment or inputs_of(self.classifier) != "features"):

@@ -163,6 +163,28 @@ def test_mmpose_and_flat_arrays_and_one_person_of_several_axes(tmp_path):
         np.testing.assert_array_equal(read_joints(tmp_path / f"{name}.npy", given).positions, positions)
 
 
+@pytest.mark.parametrize("kind", ["npy", "json"])
+def test_of_several_people_one_is_chosen(tmp_path, kind):
+    positions = np.random.default_rng(0).normal(size=(6, 3, 20, 3))
+    positions[4:, 1] = positions[2:, 2] = np.nan
+    path = tmp_path / f"a.{kind}"
+    if kind == "npy":
+        np.save(path, positions[:, ::-1])
+    else:
+        there = np.isfinite(positions).all(axis=(2, 3))
+        info = [
+            {"instances": [{"keypoints": person.tolist()} for person in frame[seen]]}
+            for frame, seen in zip(positions, there, strict=True)
+        ]
+        path.write_text(json.dumps({"instance_info": info}))
+    for person in (None, 1, 2):
+        found = read_joints(path, PoseFacts(rate=4.0, up="y", person=person))
+        np.testing.assert_allclose(found.positions, positions[:, (person or 1) - 1])
+        assert found.people == 3
+    with pytest.raises(UnusableMotion, match=r"it shows 3 people, and none is number 4 \(--person\)"):
+        read_joints(path, PoseFacts(rate=4.0, person=4))
+
+
 def test_seventeen_joints_that_make_no_body_must_be_named(tmp_path):
     np.save(tmp_path / "a.npy", np.random.default_rng(0).normal(size=(50, 17, 3)))
     with pytest.raises(UnusableMotion, match=r"may be human36m-17 or coco-17: say which"):
@@ -259,7 +281,7 @@ RANDOM = np.random.default_rng(0).normal(size=(20, 20, 3))
     [
         ("a.npy", RANDOM[..., :2], "positions in the picture (2D)"),
         ("a.npy", RANDOM[:, :19], "it holds 19 joints, and no joint set has so many; there are human"),
-        ("a.npy", RANDOM[:, None].repeat(2, 1), "as of several people"),
+        ("a.npy", RANDOM[:, None, None], "it has shape (20, 1, 1, 20, 3)"),
         ("a.npy", RANDOM[0, 0], "it has shape (3,)"),
         ("a.npy", np.zeros((5, 0, 3)), "it holds 0 joints"),
         ("a.npy", RANDOM[:2], "a pose, not a motion: 2 frames"),

@@ -131,6 +131,15 @@ def test_wham_the_person_seen_longest(tmp_path, poses, path, expected, compress)
     same(read_amass(tmp_path / "wham_output.pkl", 30.0), expected)
 
 
+def test_wham_another_person(tmp_path, poses, path, expected):
+    joblib.dump(wham(poses, path), tmp_path / "wham_output.pkl")
+    found = read_amass(tmp_path / "wham_output.pkl", 30.0, person=2)
+    assert (found.people, found.n_frames) == (2, len(wham(poses, path)[0]["pose_world"]))
+    same(read_amass(tmp_path / "wham_output.pkl", 30.0, person=1), expected)
+    with pytest.raises(UnusableMotion, match=r"it shows 2 people, and none is number 3"):
+        read_amass(tmp_path / "wham_output.pkl", 30.0, person=3)
+
+
 @pytest.mark.parametrize("protocol", [0, 2, 4, 5])
 def test_aist(tmp_path, poses, path, expected, protocol):
     content = {"smpl_poses": poses, "smpl_trans": 92.5 * path, "smpl_scaling": np.array([92.5]), "fps": 60}

@@ -44,6 +44,8 @@ class PoseFacts:
         The file's own axis that points up: one of `UPS`.
     joint_set : str or None
         One of `JOINT_SETS`.
+    person : int or None
+        Which of several people in a file, 1 being the one seen longest, which is the default.
 
     Raises
     ------
@@ -60,10 +62,13 @@ class PoseFacts:
     unit: str | None = None
     up: Up | None = None
     joint_set: str | None = None
+    person: int | None = None
 
     def __post_init__(self) -> None:
         if self.rate is not None and not (isfinite(self.rate) and self.rate > 0):
             raise ValueError(f"the pose's rate must be frames a second, above 0, not {self.rate:g}")
+        if self.person is not None and self.person < 1:
+            raise ValueError(f"people are counted from 1 on: there is no person {self.person}")
         for name, known in (("unit", UNITS), ("up", UPS), ("joint_set", JOINT_SETS)):
             value = getattr(self, name)
             if value is not None and value not in known:
@@ -75,6 +80,10 @@ class PoseFacts:
         return replace(self, **{name: getattr(other, name) for name in missing})
 
 
+IN_FILES = {item.name for item in fields(PoseFacts)} - {"person"}
+"""Facts that files may state."""
+
+
 def facts_of(content: Mapping[str, Any]) -> PoseFacts:
     """The facts in a file's content, under their usual names.
 
@@ -83,7 +92,7 @@ def facts_of(content: Mapping[str, Any]) -> PoseFacts:
     given: dict[str, Any] = {}
     for key, value in content.items():
         name = SPELLINGS.get(str(key).lower(), str(key).lower())
-        if name in {item.name for item in fields(PoseFacts)} and value not in (None, ""):
+        if name in IN_FILES and value not in (None, ""):
             given[name] = value
     return PoseFacts(**{name: _fact(name, value) for name, value in given.items()})
 

@@ -67,13 +67,9 @@ def joint_set_of(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray
 
 
 def _three_axes(array: np.ndarray, wanted: str | None) -> np.ndarray:
-    """Positions (T, J, 3) of an array that may hold them flat, with a confidence, or for one person."""
-    if array.ndim == 4 and 1 in array.shape[:2]:
-        array = array[0] if array.shape[0] == 1 else array[:, 0]
+    """Positions (T, J, 3) of an array that may hold them flat or with a confidence."""
     if array.ndim == 2 and array.shape[1] % 3 == 0 and array.shape[1]:
         array = array.reshape(len(array), -1, 3)
-    if array.ndim == 4:
-        raise UnusableMotion(f"it has shape {array.shape}, as of several people: keep one of them")
     if array.ndim == 3 and array.shape[2] == 2:
         raise UnusableMotion(IN_THE_PICTURE.format(""))
     if array.ndim != 3 or array.shape[2] not in (3, 4):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Joint positions from video (csv, npy, npz, json), and joint centres of C3D files, read by ezc3d."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from ..body.body import Body
 from ..files import array_names, read_arrays, read_npy
 from ..library.library import POSITION_KEYS
+from ..motion.smpl_layouts import chosen_person
 from ..motion.source import (
     UnusableMotion,
     reading,
@@ -21,7 +22,7 @@ from ..motion.source import (
 from ..motion.up import BY_ITSELF, UPS, Kind, Up, Ups
 from ..pickles import read_npy_object
 from ..wording import shown
-from .facts import SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
+from .facts import IN_FILES, SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
 from .fit import CUTOFF_HZ, KeypointFit, fit_keypoints, seen_joints
 from .joint_sets import JOINT_SETS, JointSet
 from .naming import RawPose, joint_set_of, plain_joint
@@ -108,7 +109,7 @@ USUAL_UP: dict[str, Up] = {"human36m-17": "z", "azure-kinect-32": "-y", "blazepo
 
 NO_FACTS = PoseFacts()
 
-FACT_KEYS = (*(item.name for item in fields(PoseFacts)), *SPELLINGS)
+FACT_KEYS = (*sorted(IN_FILES), *SPELLINGS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +122,7 @@ class JointPositions:
     unit: str  # "" if unknown
     up: Up
     up_is_guessed: bool  # by how people stand, not by the file's word
+    people: int = 1  # in the file, of whom this is one
 
     @property
     def n_frames(self) -> int:
@@ -160,6 +162,8 @@ def read_joints(path: str | Path, given: PoseFacts = NO_FACTS, ups: Ups = BY_ITS
     with reading(ValueError, MemoryError):
         raw = _READERS[path.suffix.lower()](path)
     facts = given.completed(raw.facts).completed(side_car_facts(path))
+    people = _people(raw.positions)
+    raw = raw._replace(positions=chosen_person(people, facts.person))
     if raw.positions.ndim < 2:
         raise UnusableMotion(f"it has shape {raw.positions.shape}; joint positions have (frames, joints, 3)")
     refuse_too_long(len(raw.positions), max(1, raw.positions.shape[1]))
@@ -177,7 +181,16 @@ def read_joints(path: str | Path, given: PoseFacts = NO_FACTS, ups: Ups = BY_ITS
     kind = Kind(f"joints ({joint_set.name})", usual, firm=False, read=UPS)  # estimators write any axis up
     with reading(ValueError):
         up = facts.up or ups.of(kind, seen_joints(positions, joint_set))
-    return JointPositions(positions, facts.rate, joint_set, facts.unit or "", up, facts.up is None)
+    unit, guessed = facts.unit or "", facts.up is None
+    return JointPositions(positions, facts.rate, joint_set, unit, up, guessed, len(people))
+
+
+def _people(array: np.ndarray) -> list[np.ndarray]:
+    """Positions of each person of an array (T, P, J, 3) or (P, T, J, 3), whoever is seen longest first."""
+    if array.ndim != 4 or array.dtype.kind not in "fiu":
+        return [array]
+    people = [*array] if len(array) < array.shape[1] else [*array.swapaxes(0, 1)]
+    return sorted(people, key=lambda each: -np.count_nonzero(np.isfinite(each) & (each != 0)))
 
 
 def _seen(positions: np.ndarray) -> np.ndarray:

@@ -116,14 +116,14 @@ _WRONG_JSON = (
 
 
 def _mmpose_frames(info: Any) -> list[Any]:
-    """The first person of each frame of MMPose's ``instance_info``; a frame without one is not seen."""
+    """The people of each frame of MMPose's ``instance_info``, as many in each; who is missing is not seen."""
     try:
-        frames = [frame["instances"][0]["keypoints"] if frame["instances"] else None for frame in info]
-        n_joints = len(next(frame for frame in frames if frame is not None))
+        frames = [[person["keypoints"] for person in frame["instances"]] for frame in info]
+        n_joints = len(next(frame[0] for frame in frames if frame))
     except (KeyError, IndexError, TypeError, StopIteration) as error:
         raise UnusableMotion("its 'instance_info' is not as MMPose writes it, or shows nobody") from error
-    nobody = [[float("nan")] * 3] * n_joints
-    return [nobody if frame is None else frame for frame in frames]
+    nobody, most = [[float("nan")] * 3] * n_joints, max(map(len, frames))
+    return [[*frame, *[nobody] * (most - len(frame))] for frame in frames]
 
 
 def _array(values: list[Any]) -> np.ndarray:

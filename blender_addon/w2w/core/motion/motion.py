@@ -17,7 +17,7 @@ from ..files import array_names, read_arrays, write_npz
 from ..filtering import butterworth, count_resampled
 from ..pickles import read_result
 from ..rotations import in_axes
-from .smpl_layouts import RESULT_KEYS, RESULT_SUFFIXES, in_smplx_form, person_in
+from .smpl_layouts import RESULT_KEYS, RESULT_SUFFIXES, chosen_person, in_smplx_form, people_in_result
 from .source import (
     UnusableMotion,
     reading,
@@ -50,6 +50,8 @@ class Motion:
         Frames per second.
     activity, subject, clip : str
         Label, person and name of the clip; "" if unknown.
+    people : int
+        People in the file that it was read from, of whom this is one.
 
     Raises
     ------
@@ -69,6 +71,7 @@ class Motion:
     activity: str = ""
     subject: str = ""
     clip: str = ""
+    people: int = 1
 
     def __repr__(self) -> str:
         return f"<Motion {self.clip!r}, {self.activity!r}: {self.n_frames} frames at {self.rate:g} Hz>"
@@ -118,11 +121,17 @@ class Motion:
 
     @classmethod
     def load(
-        cls, path: str | Path, rate: float | None = None, up: Up | None = None, ups: Ups = BY_ITSELF
+        cls,
+        path: str | Path,
+        rate: float | None = None,
+        up: Up | None = None,
+        ups: Ups = BY_ITSELF,
+        person: int | None = None,
     ) -> Motion:
         """Read a motion of the 24 joints: a file of `save`, labels included, or an AMASS or SMPL npz.
 
-        `rate` and the axis `up` take precedence over the file's own; `ups` are the axes of its library.
+        `rate` and the axis `up` take precedence over the file's own; `ups` are the axes of its library and
+        `person` is as for `read_amass`.
 
         Raises
         ------
@@ -130,8 +139,8 @@ class Motion:
             If it is no such file; the message says why.
         """
         try:
-            arrays = _read_arrays(Path(path))
-            motion = _motion_of(arrays, rate, up, ups)
+            arrays, people = _read_arrays(Path(path), person)
+            motion = replace(_motion_of(arrays, rate, up, ups), people=people)
         except (UnusableMotion, ValueError) as error:
             raise ValueError(f"{path} cannot be read as a motion: {error}") from error
         labels = [str(arrays[name]) for name in LABELS if name in arrays]
@@ -171,22 +180,26 @@ MAX_TURN = 1e4
 
 
 def read_amass(
-    path: str | Path, rate: float | None = None, up: Up | None = None, ups: Ups = BY_ITSELF
+    path: str | Path,
+    rate: float | None = None,
+    up: Up | None = None,
+    ups: Ups = BY_ITSELF,
+    person: int | None = None,
 ) -> Motion:
     """Read an AMASS-style npz or a `.smpl` file, without labels.
 
     AMASS files (Mahmood et al. 2019) hold ``poses`` (T, 72, 156 or 165) as axis-angle, or ``root_orient`` and
     ``pose_body``, ``trans`` (T, 3) in metres and ``mocap_framerate``. Their world is z up, that of `.smpl`
     files y up. `rate` and the axis `up` take precedence over the file's own; `ups` are the axes of its
-    library.
+    library. Of several people in a result the `person` is taken, 1 being the one seen longest.
 
     Raises UnusableMotion if it is no such file, or holds a pose instead of a motion.
     """
     path = Path(path)
     size_and_head(path)
     with reading(ValueError):
-        arrays = _read_arrays(path)
-    return _motion_of(arrays, rate, up, ups)
+        arrays, people = _read_arrays(path, person)
+    return replace(_motion_of(arrays, rate, up, ups), people=people)
 
 
 def _motion_of(arrays: dict[str, np.ndarray], rate: float | None, up: Up | None, ups: Ups) -> Motion:
@@ -222,18 +235,24 @@ def _up(arrays: dict[str, np.ndarray], rotations: np.ndarray, pelvis: np.ndarray
     return ups.of(AMASS if "global_orient" not in arrays else SMPLX, seen)
 
 
-def _read_arrays(path: Path) -> dict[str, np.ndarray]:
-    """The small arrays of an npz; object arrays and unreasonable sizes are refused."""
+def _read_arrays(path: Path, person: int | None) -> tuple[dict[str, np.ndarray], int]:
+    """The small arrays of an npz or of a result's person, and how many people it shows.
+
+    Object arrays and unreasonable sizes are refused.
+    """
     poses = [name for names in POSE_KEYS for name in names]
     names = (*poses, *TRANS_KEYS, *RESULT_KEYS, *RATE_KEYS, *LABELS)
     is_result = path.suffix.lower() in RESULT_SUFFIXES
     check = partial(refuse_long_array, most_bones=BODY_JOINTS)
-    content = person_in(read_result(path)) if is_result else read_arrays(path, names, MAX_BYTES, check)
+    people = (
+        people_in_result(read_result(path)) if is_result else [read_arrays(path, names, MAX_BYTES, check)]
+    )
+    content = chosen_person(people, person)
     arrays = in_smplx_form({name: content[name] for name in names if name in content})
     if not any(arrays.keys() >= set(names) for names in POSE_KEYS):
         held = ", ".join(sorted(content if is_result else array_names(path))[:8])
         raise UnusableMotion(f"it is not an AMASS-style motion: it holds {held} and no 'poses'")
-    return arrays
+    return arrays, len(people)
 
 
 def _poses(arrays: dict[str, np.ndarray]) -> np.ndarray:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """SMPL parameters as pose estimators and AIST++ write them, under the names and in the form of smplx."""
 
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -27,6 +27,8 @@ RESULT_KEYS = (*WHOLE, *WHOLE.values(), SCALE)
 
 RESULT_SUFFIXES = (".pkl", ".pt", ".pth")
 """Kinds of files in which estimators leave their results as pickles."""
+
+Chosen = TypeVar("Chosen")
 
 Person = tuple[tuple[str, ...], dict[str, np.ndarray]]
 
@@ -54,8 +56,8 @@ def in_smplx_form(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     return renamed
 
 
-def person_in(content: Any) -> dict[str, np.ndarray]:
-    """The arrays of one person of a result: of several the one seen longest, in the world if that is there.
+def people_in_result(content: Any) -> list[dict[str, np.ndarray]]:
+    """The arrays of each person of a result, whoever is seen longest first, in the world if that is there.
 
     Raises UnusableMotion if it holds no poses of SMPL.
     """
@@ -63,9 +65,24 @@ def person_in(content: Any) -> dict[str, np.ndarray]:
     if not found:
         held = ", ".join(map(str, content)) if isinstance(content, dict) else type(content).__name__
         raise UnusableMotion(f"it holds no poses of SMPL, but {shown(held[:120])}")
-    arrays = max(found, key=lambda item: (_in_world(*item), max(map(_frames, item[1].values()))))[1]
+    in_world = [item for item in found if _in_world(*item)]
+    people = sorted((arrays for _, arrays in in_world or found), key=_seen_frames, reverse=True)
     top = content.items() if isinstance(content, dict) else ()
-    return {str(name): np.asarray(value) for name, value in top if isinstance(value, (int, float))} | arrays
+    facts = {str(name): np.asarray(value) for name, value in top if isinstance(value, (int, float))}
+    return [facts | arrays for arrays in people]
+
+
+def chosen_person(people: Sequence[Chosen], person: int | None) -> Chosen:
+    """One of some people by a number from 1 on, by default the first; UnusableMotion if there are fewer."""
+    number = 1 if person is None else person
+    if number > len(people):
+        shows = "one person" if len(people) == 1 else f"{len(people)} people"
+        raise UnusableMotion(f"it shows {shows}, and none is number {number} (--person)")
+    return people[number - 1]
+
+
+def _seen_frames(arrays: dict[str, np.ndarray]) -> int:
+    return max(map(_frames, arrays.values()))
 
 
 def _people(value: Any, names: tuple[str, ...], seen: set[int]) -> Iterator[Person]:
@@ -75,7 +92,7 @@ def _people(value: Any, names: tuple[str, ...], seen: set[int]) -> Iterator[Pers
     seen.add(id(value))
     if isinstance(value, dict):
         arrays = {str(name): array for name, array in value.items() if isinstance(array, np.ndarray)}
-        if arrays.keys() & {*WHOLE, "poses", IN_PARTS[1]} and max(map(_frames, arrays.values())) > 1:
+        if arrays.keys() & {*WHOLE, "poses", IN_PARTS[1]} and _seen_frames(arrays) > 1:
             yield names, arrays
     parts = value.items() if isinstance(value, dict) else enumerate(value if isinstance(value, list) else ())
     for name, part in parts:

@@ -12,7 +12,17 @@ from w2w.core.imu.synthesis import FOLDED_BACK
 from w2w.core.wording import count, shown
 
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
-from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, argument, chosen_sensor, option, pose_facts
+from ..options import (
+    Person,
+    PoseJoints,
+    PoseRate,
+    PoseUnit,
+    PoseUp,
+    argument,
+    chosen_sensor,
+    option,
+    pose_facts,
+)
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import new_file
 from ..runs.own_sensor import Simulator, files_together, read_pairs
@@ -46,6 +56,7 @@ def calibrate_sensor(
     pose_unit: PoseUnit = "",
     pose_up: PoseUp = "",
     pose_joints: PoseJoints = "",
+    person: Person = None,
 ) -> None:
     """Fit how a sensor sat, its soft tissue and its noise to a few minutes of your own recordings.
 
@@ -62,7 +73,9 @@ def calibrate_sensor(
             raise ValueError(f"--out must end in .json, as --sensor expects it, not {shown(out.name)}")
         new_file(out)
         files = files_together(real, motion)
-        simulate = Simulator(patch, band, root_band, pose_facts(pose_rate, pose_unit, pose_up, pose_joints))
+        simulate = Simulator(
+            patch, band, root_band, pose_facts(pose_rate, pose_unit, pose_up, pose_joints, person)
+        )
     with ending(NOTHING_TO_DO, console, "Not calibrated: "):
         with RunMonitor(console).step("reading and simulating"):
             pairs, left_out = read_pairs(files, simulate)

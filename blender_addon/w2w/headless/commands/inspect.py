@@ -30,7 +30,7 @@ from w2w.core.wording import listed, shown
 from w2w.scene.motion.load import look_up
 
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
-from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts
+from ..options import Person, PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts
 from ..runs.workers import load_alone
 
 
@@ -45,6 +45,7 @@ def inspect(
     pose_unit: PoseUnit = "",
     pose_up: PoseUp = "",
     pose_joints: PoseJoints = "",
+    person: Person = None,
 ) -> None:
     """Say what a motion file holds, and whether and how 'w2w run' would use it.
 
@@ -54,7 +55,7 @@ def inspect(
     body = Body.bundled()
     with ending(USAGE, console):
         label = label_said(file, library, labels)
-        pose = pose_facts(pose_rate, pose_unit, pose_up, pose_joints)
+        pose = pose_facts(pose_rate, pose_unit, pose_up, pose_joints, person)
         bone_maps = [BoneMap.load(path) for path in bone_map or ()]
         files = [(shown(file.name), file)]
         if library is not None:
@@ -71,6 +72,8 @@ def inspect(
     up = f"{pose.up}, as given" if pose.up else seen.sentence() or getattr(source, "up", "")
     animations = [*animations_in(file)]
     stands = [("animations", f"{len(animations)}, each a clip: {quoted(animations)}")] if animations else []
+    if source.people > 1 and not isinstance(source, SourceMotion):
+        stands.append(("people", f"{source.people}; person {pose.person or 1} is used, 1 being seen longest"))
     stands += [("up", up)] if up else []
     stands += [("left out", details["cut"])] if "cut" in details else []
     for row in (*_about_source(source, details, body), *stands, *_about_motion(motion, details, body)):

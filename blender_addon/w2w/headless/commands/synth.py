@@ -15,7 +15,7 @@ from w2w.core.wording import shown
 
 from .. import options
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
-from ..options import PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts
+from ..options import Person, PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts
 from ..runs.own_files import new_file
 from ..runs.workers import load_alone
 from ..study_options import DEFAULTS, declared
@@ -43,6 +43,7 @@ def synth(
     pose_unit: PoseUnit = "",
     pose_up: PoseUp = "",
     pose_joints: PoseJoints = "",
+    person: Person = None,
 ) -> None:
     """Write what one sensor would record of one clip: specific force and angular velocity, sensor frame.
 
@@ -62,7 +63,7 @@ def synth(
             further=_recorded_too(record, magnetic_dip, kind),
             seed=seed,
         )
-        pose = pose_facts(pose_rate, pose_unit, pose_up, pose_joints)
+        pose = pose_facts(pose_rate, pose_unit, pose_up, pose_joints, person)
         body = Body.bundled()
         patches = sensor_at(body, patch, lambda body: place_patches(body, config))
     name = shown(clip.name)

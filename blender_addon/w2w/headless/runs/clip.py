@@ -226,7 +226,7 @@ def load_clip(
     retargeted = to_body(source, body, bone_maps)
     motion = retargeted.motion.labelled(clip.activity, clip.subject, clip.name)
     details = retargeted.facts()
-    if isinstance(source, SourceMotion) and source.people > 1:
+    if source.people > 1:
         details["people"] = source.people
     if motion.head_down and pose.up is None:
         details["head_down"] = True

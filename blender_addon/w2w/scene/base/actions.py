@@ -125,7 +125,7 @@ def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
     rotations = rests @ turns @ np.linalg.inv(rests)
     head = matrix(bones[0].bone.head_local)
     pelvis = (head + places[:, 0] @ rests[0].T) @ body_space(armature)[:3, :3].T
-    return Motion(rotations, pelvis, rate, **{label: str(action.get(label, "")) for label in LABELS})
+    return Motion(rotations, pelvis, rate).labelled(*(str(action.get(label, "")) for label in LABELS))
 
 
 def frames_of(action: bpy.types.Action, curves: Curves) -> tuple[np.ndarray, float]:
