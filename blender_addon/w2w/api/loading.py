@@ -16,11 +16,11 @@ from ..core.keypoints.facts import PoseFacts
 from ..core.keypoints.pose_files import NO_FACTS
 from ..core.library.import_plan import plan_files
 from ..core.library.labels import LabelCheck
-from ..core.library.library import Clip, Content, activity_of, is_joint_file, read_library
+from ..core.library.library import Clip, activity_of, is_joint_file, read_library
 from ..core.motion.motion import SMPL_SUFFIXES, Motion
 from ..core.motion.source import UnusableMotion
 from ..core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
-from ..core.readers.animations import animations_in
+from ..core.readers.animations import Content, animations_in
 from ..core.retargeting.bone_maps import BoneMap
 from .notebook import tracked
 

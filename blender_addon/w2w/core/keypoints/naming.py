@@ -19,6 +19,9 @@ SAME_JOINTS = ("mm-fit-17", "joint-centres")
 
 CANDIDATES = [name for name in JOINT_SETS if name not in SAME_JOINTS]
 
+HOLISTIC = (543, 553)
+"""Points of MediaPipe's body, hands and face, without and with the irises, as FreeMoCap saves them."""
+
 CLEARLY = 0.6
 """A set is chosen by its body if the bones vary in length at most this much of the next best's."""
 
@@ -70,6 +73,8 @@ def _three_axes(array: np.ndarray, wanted: str | None) -> np.ndarray:
     """Positions (T, J, 3) of an array that may hold them flat or with a confidence."""
     if array.ndim == 2 and array.shape[1] % 3 == 0 and array.shape[1]:
         array = array.reshape(len(array), -1, 3)
+    if array.ndim == 3 and array.shape[1] in HOLISTIC:
+        array = array[:, :33]
     if array.ndim == 3 and array.shape[2] == 2:
         raise UnusableMotion(IN_THE_PICTURE.format(""))
     if array.ndim != 3 or array.shape[2] not in (3, 4):
@@ -155,11 +160,11 @@ def plain_joint(name: str) -> str:
 
 def _by_names(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
     place = {plain_joint(name): number for number, name in enumerate(raw.names)}
-    best, best_rank = None, (-1.0, 0)
+    best, best_rank = None, (0, 0.0)
     for joint_set in [JOINT_SETS[name] for name in ([wanted] if wanted else CANDIDATES)]:
         there = {joint for joint in joint_set.joints if plain_joint(joint) in place}
         needed = {joint for landmark in REQUIRED for joint in joint_set.landmarks[landmark]}
-        rank = (len(there) / len(joint_set.joints), len(there))
+        rank = (len(there), len(there) / len(joint_set.joints))
         if needed <= there and rank > best_rank:
             best, best_rank = joint_set, rank
     if best is None:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Joint positions from video (csv, npy, npz, json), and joint centres of C3D files, read by ezc3d."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +27,7 @@ from .fit import CUTOFF_HZ, KeypointFit, fit_keypoints, seen_joints
 from .joint_sets import JOINT_SETS, JointSet
 from .naming import RawPose, joint_set_of, plain_joint
 from .paths import REQUIRED
-from .pose_text import read_csv_pose, read_json_pose
+from .pose_text import read_csv_pose, read_json_pose, read_trc_pose
 
 C3D_JOINTS = "joint-centres"
 
@@ -61,25 +61,35 @@ def read_c3d_pose(path: Path) -> RawPose:
         positions = np.asarray(content["data"]["points"])[:3].transpose(2, 1, 0)
     except (OSError, KeyError, ValueError, IndexError, RuntimeError, StopIteration) as error:
         raise UnusableMotion(f"it cannot be read as C3D: {str(error).splitlines()[0]}") from error
+    facts = PoseFacts(
+        rate if rate > 0 else None,
+        unit if unit in UNITS else None,
+        screen if screen in UPS else None,
+    )
+    return _joint_centres(RawPose(positions, tuple(labels[: positions.shape[1]]), facts))
+
+
+def _read_trc(path: Path) -> RawPose:
+    """Joints of a trc file: under names of a joint set, or as centres like those of C3D."""
+    raw = read_trc_pose(path)
+    return raw if set(REQUIRED) <= set(map(plain_joint, raw.names)) else _joint_centres(raw)
+
+
+def _joint_centres(raw: RawPose) -> RawPose:
+    """The joint centres among labelled points; UnusableMotion if hips or shoulders are missing."""
     names: dict[str, int] = {}
-    for number, label in enumerate(labels[: positions.shape[1]]):
+    for number, label in enumerate(raw.names):
         names.setdefault(_joint(label), number)
     missing = [name for name in REQUIRED if name not in names]
     if missing:
-        held = ", ".join(labels[:8]) + (", ..." if len(labels) > 8 else "") or "nothing"
+        held = ", ".join(raw.names[:8]) + (", ..." if len(raw.names) > 8 else "") or "nothing"
         raise UnusableMotion(
             f"it names no joint centre of the {', '.join(missing)} (such as LHJC, LSJC), and holds {held}: "
             "W2W reads joint centres, not markers; let your gait model write them"
         )
     chosen = [joint for joint in JOINT_SETS[C3D_JOINTS].joints if plain_joint(joint) in names]
     places = [names[plain_joint(joint)] for joint in chosen]
-    facts = PoseFacts(
-        rate if rate > 0 else None,
-        unit if unit in UNITS else None,
-        screen if screen in UPS else None,
-        C3D_JOINTS,
-    )
-    return RawPose(positions[:, places], tuple(chosen), facts)
+    return RawPose(raw.positions[:, places], tuple(chosen), replace(raw.facts, joint_set=C3D_JOINTS))
 
 
 def _joint(label: str) -> str:
@@ -256,4 +266,5 @@ _READERS = {
     ".json": read_json_pose,
     ".npy": _read_npy,
     ".npz": _read_npz,
+    ".trc": _read_trc,
 }

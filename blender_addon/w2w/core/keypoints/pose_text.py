@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Joint positions as text: csv by named columns, json of W2W's own layout or MMPose's."""
+"""Joint positions as text: csv by named columns, trc, json of W2W's own layout or of estimators."""
 
 import csv
 import json
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..csv_tables import SEPARATORS, decoded
-from ..library.library import joint_columns
+from ..library.library import WORLD_KEYS, joint_columns
 from ..motion.source import UnusableMotion
 from .facts import PoseFacts, facts_of
 from .naming import RawPose
@@ -19,6 +20,9 @@ TIME_COLUMNS = {"time": 1.0, "time_s": 1.0, "seconds": 1.0, "time_ms": 1e-3, "ti
 
 UNEVEN = 0.25
 """Frames whose steps in time stray further from the median, as part of it, are no regular clip."""
+
+MODEL = "body_"
+"""FreeMoCap's name of the model that a body's point is from, before the point's."""
 
 JSON_ARRAYS = ("positions", "keypoints", "keypoints_3d", "joints")
 
@@ -41,7 +45,34 @@ def read_csv_pose(path: Path) -> RawPose:
     table = _numbers(lines[1:], separator, len(columns), decimal_comma=separator == ";")
     wanted = [place for axes in places.values() for place in axes]
     positions = table[:, wanted].reshape(len(table), -1, 3)
-    return RawPose(positions, tuple(places), PoseFacts(rate=_rate(columns, table)))
+    names = tuple(name.removeprefix(MODEL) for name in places)
+    return RawPose(positions, names, PoseFacts(rate=_rate(columns, table)))
+
+
+def read_trc_pose(path: Path) -> RawPose:
+    """Positions, rate and unit of a trc file (track row column), as motion analysis and OpenSim write it.
+
+    Raises UnusableMotion if it is damaged.
+    """
+    lines = decoded(path)[0].splitlines()
+    if len(lines) < 6 or not lines[0].startswith("PathFileType"):
+        raise UnusableMotion(
+            "it is damaged or no trc file: it does not begin with PathFileType and its header"
+        )
+    head = dict(zip(lines[1].split(), lines[2].split(), strict=False))
+    names = [name.strip() for name in lines[3].split("\t")[2:] if name.strip()]
+    rows = [line.split("\t")[2 : 2 + 3 * len(names)] for line in lines[5:] if line.strip()]
+    short = next((number for number, row in enumerate(rows, 1) if len(row) < 3 * len(names) - 3), None)
+    if not names or short:
+        raise UnusableMotion(f"its row {short} is cut short" if short else "it names no markers")
+    table = np.full((len(rows), 3 * len(names)), np.nan)
+    for number, row in enumerate(rows):
+        for place, cell in enumerate(row):
+            with suppress(ValueError):
+                table[number, place] = float(cell)
+    rate = float(head.get("DataRate", 0))
+    facts = facts_of({"rate": rate if rate > 0 else None, "unit": head.get("Units")})
+    return RawPose(table.reshape(len(rows), -1, 3), tuple(names), facts)
 
 
 def _numbers(lines: list[str], separator: str, width: int, decimal_comma: bool) -> np.ndarray:
@@ -87,8 +118,12 @@ def read_json_pose(path: Path) -> RawPose:
         content = json.loads(path.read_text(encoding="utf-8-sig"))
     except (ValueError, RecursionError) as error:
         raise UnusableMotion(f"it cannot be read as JSON: {error}") from error
+    if (seen := _mediapipe(content)) is not None:
+        return seen
     if not isinstance(content, dict):
         raise UnusableMotion(_WRONG_JSON)
+    if "data_by_frame" in content:
+        return _freemocap(content["data_by_frame"])
     if "people" in content:
         raise UnusableMotion(
             "it is one frame of OpenPose's output: join the frames of a clip, lifted to 3D, in one file"
@@ -115,13 +150,57 @@ _WRONG_JSON = (
 )
 
 
-def _mmpose_frames(info: Any) -> list[Any]:
-    """The people of each frame of MMPose's ``instance_info``, as many in each; who is missing is not seen."""
+def _mediapipe(content: Any) -> RawPose | None:
+    """MediaPipe's landmarks in metres, of a list of its results, a frame each; None if there are none."""
+    if isinstance(content, dict):
+        content = next((item for item in content.values() if isinstance(item, list)), [])
+    frames = [frame.get("pose", frame) if isinstance(frame, dict) else {} for frame in content]
+    if not any(isinstance(frame, dict) and frame.keys() & set(WORLD_KEYS) for frame in frames):
+        return None
     try:
-        frames = [[person["keypoints"] for person in frame["instances"]] for frame in info]
-        n_joints = len(next(frame[0] for frame in frames if frame))
-    except (KeyError, IndexError, TypeError, StopIteration) as error:
+        found: list[Any] = [
+            next((frame[key] for key in WORLD_KEYS if frame.get(key)), []) for frame in frames
+        ]
+        people = [each if not each or _is_person(each[0]) else [each] for each in found]
+        points = [[[_place(point) for point in person] for person in frame] for frame in people]
+    except (KeyError, TypeError, AttributeError, IndexError) as error:
+        raise UnusableMotion("its landmarks are not as MediaPipe writes them") from error
+    return RawPose(_array(_filled(points)), (), PoseFacts(unit="m", joint_set="blazepose-33"))
+
+
+def _is_person(value: Any) -> bool:
+    """Whether it is a list of points, not a point."""
+    return isinstance(value, list) and not isinstance(value[0], int | float)
+
+
+def _place(point: Any) -> list[float]:
+    return [point[axis] for axis in "xyz"] if isinstance(point, dict) else point[:3]
+
+
+def _freemocap(frames: Any) -> RawPose:
+    """Positions of FreeMoCap's json by frame, in millimetres."""
+    try:
+        points = [frame["tracked_points"] for frame in frames.values()]
+        names = [name for name in points[0] if name.startswith(MODEL)]
+        positions = _array([[_place(frame[name]) for name in names] for frame in points])
+    except (KeyError, TypeError, AttributeError, IndexError) as error:
+        raise UnusableMotion("its 'data_by_frame' is not as FreeMoCap writes it") from error
+    return RawPose(positions, tuple(name.removeprefix(MODEL) for name in names), PoseFacts(unit="mm"))
+
+
+def _mmpose_frames(info: Any) -> list[Any]:
+    """The people of each frame of MMPose's ``instance_info``, as many in each."""
+    try:
+        return _filled([[person["keypoints"] for person in frame["instances"]] for frame in info])
+    except (KeyError, TypeError) as error:
         raise UnusableMotion("its 'instance_info' is not as MMPose writes it, or shows nobody") from error
+
+
+def _filled(frames: list[list[Any]]) -> list[Any]:
+    """Frames with as many people in each: whoever is missing is not seen."""
+    n_joints = next((len(frame[0]) for frame in frames if frame), 0)
+    if not n_joints:
+        raise UnusableMotion("it shows nobody")
     nobody, most = [[float("nan")] * 3] * n_joints, max(map(len, frames))
     return [[*frame, *[nobody] * (most - len(frame))] for frame in frames]
 

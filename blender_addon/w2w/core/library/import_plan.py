@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..readers.animations import telling_part
+from ..readers.animations import contents, telling_part
 from ..wording import shown
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
 from .library import (
@@ -15,7 +15,6 @@ from .library import (
     Clip,
     activity_of,
     as_label,
-    contents,
     is_motion,
     read_library,
     unique_names,

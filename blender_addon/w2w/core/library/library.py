@@ -11,11 +11,10 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain, count
 from pathlib import Path, PurePosixPath
-from typing import NamedTuple
 
 from ..files import array_names, reserved
 from ..motion.smpl_layouts import RESULT_SUFFIXES
-from ..readers.animations import animations_in, telling_part
+from ..readers.animations import contents, telling_part
 from ..readers.asf_amc import AMC_SUFFIX
 from ..readers.import_checks import PLAIN_GLTF, USD_SUFFIXES, VRM_SUFFIXES
 from ..readers.mvnx import MVNX_SUFFIX
@@ -28,13 +27,16 @@ POSITION_KEYS = (
 )  # fmt: skip
 """Names of the array of positions in npz and json files."""
 
-JSON_KEYS = ("positions", "keypoints", "keypoints_3d", "instance_info")
-"""The keys by which a JSON file is recognised as joint positions; the last is MMPose's."""
+WORLD_KEYS = ("pose_world_landmarks", "poseWorldLandmarks", "world_landmarks", "worldLandmarks")
+"""Names of MediaPipe's landmarks in metres."""
+
+JSON_KEYS = ("positions", "keypoints", "keypoints_3d", "instance_info", "segment_lengths", *WORLD_KEYS)
+"""The keys by which a JSON file is recognised as joint positions, those of estimators last."""
 
 TEXT_SUFFIXES = (".csv", ".json")
 """Kinds of text that may hold joints, or anything else."""
 
-ARRAY_SUFFIXES = (".npy", ".c3d")
+ARRAY_SUFFIXES = (".npy", ".c3d", ".trc")
 
 JOINT_SUFFIXES = (*ARRAY_SUFFIXES, *TEXT_SUFFIXES)
 """Kinds of files that hold joint positions, besides npz, which may hold anything."""
@@ -62,6 +64,11 @@ MOTION_SUFFIXES = (
 WAYS = {
     ".zip": "unpack zip",
     ".blend": "export the armature of a blend as FBX or BVH",
+    **dict.fromkeys(
+        (".mot", ".sto"),
+        "mot and sto hold the angles of an OpenSim model: take the trc that they were made from, if it has "
+        "joint centres (OpenCap, Pose2Sim)",
+    ),
     **dict.fromkeys(
         (".mp4", ".mov", ".avi", ".webm"), "videos need a pose estimator, whose results are read"
     ),
@@ -93,25 +100,6 @@ class Clip:
     def needs_blender(self) -> bool:
         """Whether Blender's importers read the file."""
         return self.path.suffix.lower() in BLENDER_SUFFIXES
-
-
-class Content(NamedTuple):
-    """A motion in a file: all of it, or one of several animations."""
-
-    path: Path
-    file: str  # its path inside the library
-    animation: str = ""
-    pack: str = ""  # path inside the library of a file with several
-
-
-def contents(files: Iterable[tuple[Path, str]]) -> list[Content]:
-    """The motions in files, which are given with their paths inside a library."""
-    found: list[Content] = []
-    for path, file in files:
-        names = animations_in(path)
-        found += [Content(path, f"{file}/{short}", full, file) for short, full in names.items()]
-        found += [] if names else [Content(path, file)]
-    return found
 
 
 @dataclass(frozen=True)

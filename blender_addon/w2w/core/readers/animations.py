@@ -2,9 +2,10 @@
 """Names of the animations in a glTF or FBX file, by its bytes: each of several is a clip."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
 from ..motion.source import UnusableMotion
 from .import_checks import PLAIN_GLTF, animation_names
@@ -75,3 +76,22 @@ def _fbx_stacks(path: Path) -> Iterator[str]:
             stream.seek(0)
             for found in STACK.finditer(stream.read(MOST_BYTES)):
                 yield (found[1] or found[2]).decode("utf-8", "replace")
+
+
+class Content(NamedTuple):
+    """A motion in a file: all of it, or one of several animations."""
+
+    path: Path
+    file: str  # its path inside the library
+    animation: str = ""
+    pack: str = ""  # path inside the library of a file with several
+
+
+def contents(files: Iterable[tuple[Path, str]]) -> list[Content]:
+    """The motions in files, which are given with their paths inside a library."""
+    found: list[Content] = []
+    for path, file in files:
+        names = animations_in(path)
+        found += [Content(path, f"{file}/{short}", full, file) for short, full in names.items()]
+        found += [] if names else [Content(path, file)]
+    return found
