@@ -111,6 +111,17 @@ def test_what_is_expected_in_a_stream_is_lower_and_no_surer():
     assert 0 <= found.low < found.mean < found.high <= 1
 
 
+def test_one_sensor_loses_what_the_spots_lose_in_the_mean_and_a_set_what_it_loses():
+    made = stream_of([still, *waves(1.0, 3.0)], [*waves(1.0), still, *waves(3.0)])
+    own = [found.loss for found in made.f1([[0], [1], [0, 1]])]
+    assert own[0] != pytest.approx(own[1])
+    spots = Stream(**{name: getattr(made, name) for name in (*FIELDS, "seed")} | {"spots": [0, 1]})
+    found = [found.loss for found in spots.losing([[0], [1], [0, 1]])]
+    assert found[0] == pytest.approx((own[0] + own[1]) / 2)
+    assert found[1] == pytest.approx(found[0])
+    assert found[2] == pytest.approx(own[2])
+
+
 def test_signals_of_a_patch_are_read_once():
     made, asked = stream_of(waves(1.0, 3.0), [still, *waves(3.0)]), []
     counted = Stream(

@@ -85,6 +85,7 @@ class Stream:
     fold: np.ndarray  # (C,), int
     weights: np.ndarray  # (A,): what each activity counts
     seed: int
+    spots: Sequence[int] = ()  # where one sensor may sit; by default each is judged by itself
     _known: dict[tuple[int, ...], StreamF1] = field(default_factory=dict)
     _windows: dict[str, _Windows] = field(default_factory=dict)  # cut out, and in the stream
     _ridges: dict[str, float] = field(default_factory=dict)  # chosen once: sets differ by signals alone
@@ -99,13 +100,25 @@ class Stream:
                 self._known.update(zip(due, self._try(due), strict=True))
         return [self._known[worn] for worn in wanted]
 
+    def losing(self, sets: Sequence[Sequence[int]]) -> list[StreamF1]:
+        """F1 of sets, by whose loss from clips cut out to the stream other clips are judged.
+
+        For one sensor it is the mean over the `spots`, which tells more than a spot's own loss does.
+        """
+        found = self.f1([*sets, *([spot] for spot in self.spots)])
+        alone = [np.mean(values, axis=0) for values in zip(*found[len(sets) :], strict=True)]
+        return [
+            StreamF1(*alone) if alone and len(worn) == 1 else f1
+            for worn, f1 in zip(sets, found, strict=False)
+        ]
+
     def expected(self, worn: Sequence[int], cut_out: ExpectedF1) -> ExpectedF1:
         """What other clips would give in a stream, from what they would give cut out.
 
         The loss on these clips is taken off. The interval grows as binomial variance, p (1 - p), and by what
         the orders differ.
         """
-        found = self.f1([worn])[0]
+        found = self.losing([worn])[0]
         mean = float(np.clip(cut_out.mean - mean_over(found.loss, self.weights), 0, 1))
         by_order = mean_over(found.orders, self.weights)
         error = scipy.special.ndtri((1 + CONFIDENCE) / 2) * by_order.std(ddof=1) / np.sqrt(len(by_order))

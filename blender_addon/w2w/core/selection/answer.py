@@ -124,10 +124,8 @@ class Answer:
         """What the F1 is measured on, in a sentence."""
         if self.in_stream is None:
             return "Each window of a clip cut out holds that clip alone; in use, F1 is lower"
-        return (
-            "In a stream, clips follow each other with standing between them. On clips cut out F1 is "
-            f"{self._f1('', self.cut_out)}, and costs are of that"
-        )
+        cut_out = f"On clips cut out F1 is {self._f1('', self.cut_out)}"
+        return f"In a stream, clips follow each other with standing between them. {cut_out}"
 
     def lead(self) -> str:
         """How far it is ahead of an average place and of what people wear anyway; "" if nothing tells."""
@@ -187,11 +185,7 @@ class ScoredMap:
 
     def in_stream(self, worn: Sequence[int], cut_out: ExpectedF1) -> ExpectedF1 | None:
         """F1 in a stream of other clips, from that on clips cut out; None if nothing tells."""
-        if self.stream is None:
-            return None
-        places = product_patches(self.patches, self.body)
-        self.stream.f1([[patch] for patch in places])  # all at once: their signals are read once
-        return self.stream.expected(worn, cut_out)
+        return None if self.stream is None else self.stream.expected(worn, cut_out)
 
     @cached_property
     def _on_products(self) -> list[PlaceScore]:

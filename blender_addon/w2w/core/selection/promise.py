@@ -175,7 +175,7 @@ def promise_in_stream(stream: Stream, order: Sequence[int], promise: Promise) ->
     """The promise in a stream of the first patch, the first two, and so on, from that on clips cut out."""
     sets = [order[: count + 1] for count in range(len(order))]
     cut_out = zip(promise.mean.tolist(), promise.low.tolist(), promise.high.tolist(), strict=True)
-    losses = np.array([found.loss for found in stream.f1(sets)])
+    losses = np.array([found.loss for found in stream.losing(sets)])
     found = [stream.expected(worn, ExpectedF1(*of)) for worn, of in zip(sets, cut_out, strict=True)]
     mean, low, high = np.array(found).T
     more = rising(mean) - mean

@@ -21,6 +21,7 @@ from ..ranking.same_motion import same_motion_groups
 from ..ranking.stream import Stream
 from ..ranking.utility import UtilityMap, utility_map
 from ..ranking.weights import counting
+from ..selection.answer import product_patches
 from ..selection.set_tests import SetTests
 from ..windows.inputs import PatchBlocks
 from ..windows.stream import standing_reading
@@ -166,16 +167,18 @@ def stream_of(
 
     `read` gives what some patches of those `worn` record of a clip, by its number.
     """
+    body, patches = worn
     planned = WindowLabels.of(clips, windows).protocol(config).plan(halvings=0)
     clip = np.repeat(np.arange(len(clips)), [len(found.is_test) for found in windows])[planned.used]
     numbers, first = np.unique(clip, return_index=True)
     return Stream(
         read=lambda patches: [read(number, patches) for number in numbers.tolist()],
-        standing=standing_reading(*worn, config.synthesis),
+        standing=standing_reading(body, patches, config.synthesis),
         sensor=config.sensor_model(),
         spec=config.windows,
         activity=planned.labels[first],
         fold=planned.fold[first],
         weights=planned.weights,
         seed=config.seed,
+        spots=list(product_patches(patches, body)),
     )
