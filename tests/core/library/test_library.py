@@ -207,9 +207,9 @@ def test_files_of_kinds_that_are_not_read_are_counted_with_the_way_out(tmp_path)
     found = read_library(tmp_path)
     assert dict(found.unread) == {".mot": 2, ".mp4": 1}
     assert found.unread_sentence() == (
-        "3 files of kinds that are not read: 2 .mot and 1 .mp4; mot and sto hold the angles of an OpenSim model: "
-        "take the trc that they were made from, if it has joint centres (OpenCap, Pose2Sim); videos need a pose "
-        "estimator, whose results are read"
+        "3 files of kinds that are not read: 2 .mot and 1 .mp4; mot and sto hold the angles of an OpenSim "
+        "model: take the trc that they were made from, if it has joint centres (OpenCap, Pose2Sim); videos "
+        "need a pose estimator, whose results are read"
     )
     (tmp_path / "walk.bvh").unlink()
     with pytest.raises(LibraryError, match=r"holds no motion files .*; 3 files of kinds that are not read"):
