@@ -20,6 +20,7 @@ endif
 
 demo: setup
 	@.venv/bin/w2w demo --out demo_output
+	@echo "With your own clips, in a browser: .venv/bin/w2w serve"
 
 # Lint and the arithmetic: no Blender, no network trained, no adopted body.
 check: setup lint

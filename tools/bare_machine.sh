@@ -156,4 +156,5 @@ rm -rf "$machine/w2w/.venv"
 sed -n 's/^RUN //p' "$project/Dockerfile" | while read -r line; do inside root "$line"; done
 inside wearer "/opt/w2w/bin/w2w demo --clips 2 --out ~/container"
 wrote /home/wearer/container
+inside wearer "/opt/w2w/bin/python -c 'import uvicorn, w2w.web.app'"
 step "all well"

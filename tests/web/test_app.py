@@ -148,6 +148,21 @@ def test_the_demo_is_a_study_like_others(client, tmp_path):
     assert not any((tmp_path / "data" / "local").iterdir())
 
 
+def test_the_page_of_a_finished_study_has_its_sentence_and_picture_as_a_preview(client, tmp_path):
+    address = made(client)
+    page = address.removeprefix("/api")
+    assert "og:" not in client.get("/").text + client.get(page).text
+    results = Study.of(tmp_path / "data/local", address.rpartition("/")[2]).results
+    results.mkdir()
+    (results / "report.html").touch()
+    (results / "summary.json").write_text(json.dumps({"answer": {"sentence": '"><script>A watch: F1 .91.'}}))
+    shown = client.get(page).text
+    assert '<meta property="og:description" content="&quot;&gt;&lt;script&gt;A watch: F1 .91.">' in shown
+    picture = f"http://127.0.0.1:8000{address}/files/heatmaps/mean.png"
+    assert f'<meta property="og:image" content="{picture}">' in shown
+    assert "og:" not in client.get(f"/studies/{'0' * 32}").text
+
+
 def test_openapi_describes_every_address(client):
     described = client.get("/api").json()["paths"]
     served = {

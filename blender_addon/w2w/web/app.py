@@ -6,8 +6,9 @@ import json
 import mimetypes
 import secrets
 from collections.abc import AsyncIterator, Iterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from functools import lru_cache
+from html import escape
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from starlette.exceptions import HTTPException
 from starlette.formparsers import MultiPartParser
 from starlette.middleware import Middleware
 from starlette.requests import Request
-from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
+from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from w2w.core.findings.advice_content import advice_content, place_content
@@ -53,6 +54,8 @@ SPOOLED = 2**16
 """Bytes of an upload that wait in memory; more wait in a temporary file without a name."""
 
 LOOK_EVERY_S = 0.5
+
+PICTURE = "heatmaps/mean.png"
 
 WISHES = "target", "every_activity", "max_places"
 WORDS = "only", "forbid", "must"
@@ -89,8 +92,25 @@ class App:
             Route(f"{one}/files/{{name:path}}", self.file),
         ]
 
-    async def page(self, _: Request) -> Response:
-        return FileResponse(PAGES / "index.html")
+    async def page(self, request: Request) -> Response:
+        """The page; that of a study with its sentence and picture for whoever shows a preview of the link."""
+        text = (PAGES / "index.html").read_text(encoding="utf-8")
+        with suppress(RefusedError, KeyError):
+            study = Study.of(self._folder(request), request.path_params["id"])
+            if sentence := study.answer():
+                picture = request.url_for("file", id=study.id, name=PICTURE)
+                facts = {
+                    "title": "Where to wear",
+                    "description": sentence,
+                    "url": request.url,
+                    "image": picture,
+                }
+                metas = (
+                    f'<meta property="og:{name}" content="{escape(str(fact))}">\n'
+                    for name, fact in facts.items()
+                )
+                text = text.replace("</head>", f"{''.join(metas)}</head>")
+        return HTMLResponse(text)
 
     async def static(self, request: Request) -> Response:
         name = request.path_params.get("name", "openapi.json")
