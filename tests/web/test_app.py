@@ -148,6 +148,36 @@ def test_the_demo_is_a_study_like_others(client, tmp_path):
     assert not any((tmp_path / "data" / "local").iterdir())
 
 
+@pytest.mark.parametrize("to", ["/api/studies", "{study}/files"])
+def test_an_upload_whose_connection_breaks_leaves_nothing(client, tmp_path, to):
+    study = made(client)
+    before = sorted(tmp_path.rglob("*"))
+    form = (
+        b'--X\r\nContent-Disposition: form-data; name="files"; filename="walk/a.bvh"\r\n\r\n' + b"M" * 90_000
+    )
+    messages = [{"type": "http.request", "body": form, "more_body": True}, {"type": "http.disconnect"}]
+    headers = {
+        "host": "127.0.0.1",
+        "content-type": "multipart/form-data; boundary=X",
+        "content-length": "190000",
+    }
+    scope = {
+        "type": "http", "method": "POST", "path": to.format(study=study), "query_string": b"",
+        "headers": [(name.encode(), value.encode()) for name, value in headers.items()],
+    }  # fmt: skip
+    answers = []
+
+    async def receive():
+        return messages.pop(0)
+
+    async def send(message):
+        answers.append(message)
+
+    client.portal.call(client.app, scope, receive, send)
+    assert answers[0]["status"] == 400
+    assert sorted(tmp_path.rglob("*")) == before
+
+
 def test_the_page_of_a_finished_study_has_its_sentence_and_picture_as_a_preview(client, tmp_path):
     address = made(client)
     page = address.removeprefix("/api")

@@ -19,7 +19,7 @@ from starlette.datastructures import UploadFile
 from starlette.exceptions import HTTPException
 from starlette.formparsers import MultiPartParser
 from starlette.middleware import Middleware
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
@@ -398,6 +398,8 @@ def zipped(folder: Path) -> Iterator[bytes]:
 
 async def _say(_: Request, error: Exception) -> Response:
     """The answer to a request that is refused."""
+    if isinstance(error, ClientDisconnect):
+        error = RefusedError(400, "The connection broke before all of it was here")
     if isinstance(error, HTTPException):
         return JSONResponse({"problem": error.detail}, error.status_code)
     status = error.status if isinstance(error, RefusedError) else 500
@@ -417,6 +419,6 @@ def web_app(work: Work, doors: Doors) -> Starlette:
     return Starlette(
         routes=App(work, doors.most).routes(),
         middleware=[Middleware(Guard, doors=doors)],
-        exception_handlers={RefusedError: _say, HTTPException: _say, Exception: _say},
+        exception_handlers=dict.fromkeys((RefusedError, ClientDisconnect, HTTPException, Exception), _say),
         lifespan=at_work,
     )
