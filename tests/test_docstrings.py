@@ -12,7 +12,7 @@ import pytest
 
 import w2w
 
-NAMES = sorted(set(w2w.__all__) - {"__version__", "register", "unregister"})
+NAMES = sorted(set(w2w.__all__) - {"__version__"})
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -16,7 +16,7 @@ BIN = ROOT / ".venv" / "bin"
 LINK = re.compile(r"\[([^\]]+)\]\(((?:\.\./)+)[^)]*\)")
 """A link to a folder above the page's own."""
 
-OFFERED = "import w2w; print(*(name for name in w2w.__all__ if name[0] != '_' and 'register' not in name))"
+OFFERED = "import w2w; print(*(name for name in w2w.__all__ if name[0] != '_'))"
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:

@@ -73,7 +73,7 @@ _NAMES = {
 
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 
-__all__ = [*sorted(_HOMES), "__version__", "register", "unregister"]
+__all__ = [*sorted(_HOMES), "__version__"]
 
 
 if not TYPE_CHECKING:  # or a checker would take any name for one of these
@@ -88,7 +88,7 @@ if not TYPE_CHECKING:  # or a checker would take any name for one of these
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__} - {"register", "unregister"})  # those are Blender's
 
 
 def register() -> None:

@@ -26,7 +26,15 @@ def test_reading_synthesizing_and_ranking_show_bars_in_a_notebook():
         assert f"{label} <progress" in shown
 
 
-def test_outside_of_a_notebook_nothing_is_shown(capsys):
+def test_a_terminal_gets_a_line_that_ends(capsys, monkeypatch):
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    show = progress_bar("Ranking")
+    for done in (0.5, 0.501, 1.0):
+        show(done)
+    assert capsys.readouterr().err == "\rRanking: 50 %\rRanking: 100 %\n"
+
+
+def test_elsewhere_nothing_is_shown(capsys):
     assert list(tracked([3, 4], "Reading")) == [3, 4]
     progress_bar("Ranking")(0.5)
     assert capsys.readouterr() == ("", "")

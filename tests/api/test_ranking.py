@@ -226,7 +226,7 @@ WRONG = {
     "not a number": (lambda _, r: r.wear_together(float("nan")), "not nan"),
     "percent": (lambda _, r: r.wear_together(90), "from 0.01 to 1, not 90"),
     "percent of each": (lambda _, r: r.wear_together(0.9, every_activity=90), "from 0 to 1, not 90"),
-    "half a sensor": (lambda _, r: r.wear_together(0.9, max_sensors=1.5), "whole number"),
+    "half a sensor": (lambda _, r: r.wear_together(0.9, max_sensors=1.5), "max_sensors must be a whole"),
     "a wish": (lambda *_: w2w.Constraints(forbid="head"), "list of words"),
     "a number's wish": (lambda *_: w2w.Constraints(must=(3,)), "list of words"),
     "costs by name": (lambda *_: w2w.Constraints(costs={"leg": 2.0}), "pairs such as"),
@@ -240,12 +240,38 @@ WRONG = {
     "facts by name": (lambda *_: w2w.load("MY_CLIPS", pose={"rate": 30}), "PoseFacts"),
     "half a patch": (lambda *_: w2w.sample_patches(w2w.Body.bundled(), 2.5), "whole number"),
     "a gender in words": (lambda *_: w2w.shaped(w2w.Body.bundled(), gender="female"), "between -1 and 1"),
+    "labels by name": (lambda *_: w2w.load("MY_CLIPS", labels={}), "by its path, not by dict"),
+    "a list of files": (lambda *_: w2w.load(["a.bvh"]), "by its path, not by list"),
+    "an array": (lambda *_: w2w.load(np.zeros((9, 24, 3))), "by its path, not by ndarray"),
+    "a map of bones": (lambda *_: w2w.load("MY_CLIPS", bone_maps={"hip": "pelvis"}), "a list of BoneMap"),
+    "places in a list": (lambda _, r: r.compare(["ring"]), r"compare\('ring', 'left ankle'\)"),
+    "nothing to compare": (lambda _, r: r.compare(), "each for itself"),
+    "a place, not a list": (lambda *_: list(w2w.stream("RESULTS", "left toes")), r"names: \['left toes'\]"),
+    "a part too many": (lambda *_: list(w2w.stream("RESULTS", None, 2, 2)), "not 2 of 2"),
+    "a ranking": (lambda _, r: w2w.open_results(r), "by its path, not by Ranking"),
+    "a window in words": (lambda s, _: w2w.rank(s, window="2"), "seconds, not '2'"),
+    "a bar": (lambda s, _: w2w.rank(s, progress=True), "a function that is given the fraction"),
+    "a background of numbers": (lambda s, _: w2w.rank(s, background=[3]), "a name is text"),
+    "a rate in words": (lambda s, _: w2w.synthesize(s.motions, s.patches, rate="50"), "number, not '50'"),
+    "settings by name": (
+        lambda s, _: w2w.synthesize(s.motions, s.patches, settings={"rate_hz": 50}),
+        "settings is a Synthesis",
+    ),
+    "patches first": (lambda s, _: w2w.synthesize(s.patches, s.motions), "motions come first"),
+    "one patch": (lambda _, r: r.table(3), "takes a list of patches"),
+    "words for patches": (lambda _, r: r.table("left toes"), "takes a list of patches"),
+    "a file of nothing": (lambda *_: w2w.read_recording(None), "by its path, not by NoneType"),
+    "one recording": (lambda s, _: w2w.Recordings(s[0]), "give a list of ImuRecording"),
+    "a fast pose": (lambda *_: w2w.PoseFacts(rate="fast"), "not 'fast'"),
     "a list of placements": (lambda *_: w2w.patches_at(w2w.Body.bundled(), ["pod"]), "strap pod"),
 }
 
 
 @pytest.mark.parametrize("case", WRONG)
-def test_what_is_wrong_is_a_value_error_that_says_what_to_change(signals, ranking, case):
+def test_what_is_wrong_is_a_value_error_that_says_what_to_change(
+    signals, ranking, library, monkeypatch, case
+):
+    monkeypatch.chdir(library.parent)
     call, sentence = WRONG[case]
     with pytest.raises(ValueError, match=sentence):
         call(signals, ranking)
@@ -366,3 +392,54 @@ def test_a_report_of_a_ranking_says_what_was_ranked(library, few, ranking, tmp_p
         assert "12 of 12 clips ranked, in 3 activities" in pages[-1]
     assert "<td>bmi270, 50.0 Hz</td>" in pages[0]
     assert "<td>my part, 40.0 Hz</td>" in pages[1]
+
+
+def test_findings_display_as_sentences(ranking):
+    worn, (score,) = ranking.wear_together(0.9), ranking.compare("left toes")
+    for shown, sentence in (
+        (ranking.answer, ranking.answer.sentence()),
+        (worn, worn.sentence()),
+        (score, "left toes: F1 "),
+        (ranking.advice.cards[0], ranking.advice.cards[0].in_words()),
+    ):
+        assert repr(shown).startswith(f"<{type(shown).__name__}: {sentence}")
+        assert html.escape(sentence) in shown._repr_html_()
+
+
+def test_a_heatmap_shows_its_picture_in_a_notebook(ranking):
+    assert ranking.heatmap()._repr_png_().startswith(b"\x89PNG")
+
+
+def test_parts_of_a_stream_are_each_clip_once(library):
+    folder = library.parent / "RESULTS"
+    whole = [recording.clip for recording in w2w.stream(folder, ["left toes"])]
+    parts = [[one.clip for one in w2w.stream(folder, ["left toes"], part, 3)] for part in range(3)]
+    assert sorted(clip for part in parts for clip in part) == sorted(whole)
+    assert max(map(len, parts)) - min(map(len, parts)) <= 1
+
+
+def test_messages_name_parameters_of_python(tmp_path):
+    np.savez(tmp_path / "walk.npz", poses=np.zeros((40, 72)), trans=np.zeros((40, 3)))
+    with pytest.raises(ValueError, match=r"give pose=PoseFacts\(rate=\.\.\.\)") as told:
+        w2w.load(tmp_path / "walk.npz")
+    assert "--" not in str(told.value)
+
+
+def test_what_blender_calls_is_no_name_for_others():
+    assert not {"register", "unregister"} & {*w2w.__all__, *dir(w2w)}
+    assert callable(w2w.register)
+
+
+@pytest.mark.slow
+def test_a_loader_with_two_workers_gives_every_window_once(library, torch, monkeypatch):
+    """The example of the documents."""
+    monkeypatch.chdir(library.parent)
+    text = (Path(__file__).resolve().parents[2] / "docs" / "python.md").read_text(encoding="utf-8")
+    names = {"w2w": w2w, "torch": torch}
+    code = text[text.index("class Windows(") :].partition("```")[0]
+    exec(code.replace("left wrist", "left toes").replace("sternum", "throat"), names)
+    alone, two = (
+        torch.utils.data.DataLoader(names["Windows"](), batch_size=None, num_workers=workers)
+        for workers in (0, 2)
+    )
+    assert sorted(activity for _, activity in two) == sorted(activity for _, activity in alone)

@@ -11,6 +11,7 @@ from typing import Any, Self, overload
 import numpy as np
 
 from ..core.body.body import Body
+from ..core.files import given_path
 from ..core.findings.notes import merged_sentence
 from ..core.keypoints.facts import PoseFacts
 from ..core.keypoints.pose_files import NO_FACTS
@@ -22,7 +23,7 @@ from ..core.motion.source import UnusableMotion
 from ..core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
 from ..core.readers.animations import Content, animations_in
 from ..core.retargeting.bone_maps import BoneMap
-from .notebook import tracked
+from .notebook import in_python, tracked
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +79,7 @@ def load_body(path: str | Path, betas: Sequence[float] | None = None) -> Body:
     >>> w2w.load_body("body.npz")
     <Body 'neutral': 1.73 m, 6890 vertices>
     """
-    path = Path(path)
+    path = given_path(path, "a body")
     if path.suffix.lower() == ".npz" and betas is None:
         with suppress(ValueError):  # an SMPL model is an npz too
             return Body.load(path)
@@ -141,7 +142,10 @@ def load(
         raise ValueError(f"body must be a Body, from load_body or shaped, not {body!r}")
     if not isinstance(pose, PoseFacts):
         raise ValueError(f"pose must be PoseFacts, such as PoseFacts(rate=30), not {pose!r}")
-    path = Path(path)
+    if any(not isinstance(one, BoneMap) for one in bone_maps):
+        raise ValueError("bone_maps is a list of BoneMap")
+    path = given_path(path, "a folder of motion files, or one file,")
+    labels = labels if labels is None else given_path(labels, "a csv of labels")
     if path.is_file() and labels is not None:
         raise ValueError("labels are for the files in a folder: give the folder")
     if path.is_file() and not animations_in(path):
@@ -165,7 +169,7 @@ def load(
         try:
             motion, about = _read(clip, body, bone_maps, pose, ups)
         except ValueError as error:
-            skipped.append((clip.file, str(error)))
+            skipped.append((clip.file, in_python(str(error))))
             continue
         motions.append(motion.labelled(clip.activity, clip.subject, clip.name))
         keys.append(clip.motion_key)
@@ -180,7 +184,7 @@ def load(
 def _refuse_head_down(motions: Sequence[Motion], pose: PoseFacts) -> None:
     """Refuse motions that hang head down in most frames, by a ValueError; some handstands are motions."""
     if pose.up is None and mostly_head_down((motion.n_frames, motion.head_down) for motion in motions):
-        raise ValueError(f"{UPSIDE_DOWN}: pose=PoseFacts(up=...)")
+        raise ValueError(in_python(UPSIDE_DOWN))
 
 
 def warn_of_spellings(check: LabelCheck) -> None:
@@ -209,8 +213,8 @@ def _read(
                 source = read_motion(path, pose, ups, item.animation)
             found = to_body(source, body, bone_maps)
         return found.motion, found.facts()
-    except UnusableMotion as error:
-        raise ValueError(str(error)) from error
+    except (UnusableMotion, ValueError) as error:
+        raise ValueError(in_python(str(error))) from error
 
 
 @contextmanager

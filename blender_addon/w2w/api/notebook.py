@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Display in a notebook: a progress bar, which scripts and terminals do not get, and rows as a table."""
+"""Display in Python: progress in a notebook or on a terminal, rows as a table, messages without options."""
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from html import escape
@@ -12,10 +13,10 @@ T = TypeVar("T")
 
 
 def progress_bar(label: str) -> Callable[[float], None]:
-    """A function that shows the fraction done in the notebook's cell, or does nothing outside of one."""
+    """A function that shows the fraction done in the notebook's cell or on the terminal, if there is one."""
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     if not hasattr(shell, "kernel"):
-        return lambda _: None
+        return _on_terminal(label) if sys.stderr.isatty() else lambda _: None
     from IPython.display import ProgressBar
 
     class Labelled(ProgressBar):
@@ -33,6 +34,30 @@ def progress_bar(label: str) -> Callable[[float], None]:
             bar.progress = percent
 
     return show
+
+
+def _on_terminal(label: str) -> Callable[[float], None]:
+    """A function that shows the fraction done in one line, which it ends when all is done."""
+    shown = -1
+
+    def show(fraction: float) -> None:
+        nonlocal shown
+        if (percent := round(100 * fraction)) != shown:
+            shown = percent
+            print(f"\r{label}: {percent} %", end="\n" if percent >= 100 else "", file=sys.stderr, flush=True)
+
+    return show
+
+
+ONLY_ELSEWHERE = re.compile(r",? or (?:Up|Frame Rate) in Blender's import dialog")
+POSE_OPTION = re.compile(r"--pose-(rate|unit|up|joints)")
+
+
+def in_python(text: str) -> str:
+    """A message of the core in the words of the Python API: an option is the parameter that it stands for."""
+    names = {"joints": "joint_set"}
+    text = ONLY_ELSEWHERE.sub("", text)
+    return POSE_OPTION.sub(lambda found: f"pose=PoseFacts({names.get(found[1], found[1])}=...)", text)
 
 
 def tracked(items: Sequence[T], label: str) -> Iterator[T]:

@@ -101,7 +101,9 @@ def rank(
     """
     if not isinstance(signals, Signals | Recordings) or not len(signals):
         raise ValueError("rank takes what synthesize makes, or Recordings of worn sensors: one clip at least")
-    if isinstance(background, str) or not isinstance(weights or {}, Mapping):
+    if progress is not None and not callable(progress):
+        raise ValueError("progress is a function that is given the fraction done, such as print")
+    if not isinstance(background, list | tuple | set) or not isinstance(weights or {}, Mapping):
         raise ValueError("background is a list of activities; weights give each a number: {'falling': 3.0}")
     uncounted, weighted = tuple(background), tuple((weights or {}).items())
     labels = {n: {"activity": one.activity, "subject": one.subject} for n, one in enumerate(signals)}
@@ -109,7 +111,7 @@ def rank(
     warn_of_spellings(check)
     activities = {one["activity"] for one in labels.values()}
     check_counting(activities, uncounted, weighted)
-    spec = WindowSpec(window, window / 2 if stride is None else stride)
+    spec = WindowSpec.of_length(window, stride)
     config = StudyConfig(
         windows=spec,
         folds=folds,

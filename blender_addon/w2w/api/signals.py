@@ -6,10 +6,12 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from numbers import Integral
 from pathlib import Path
 from typing import overload
 
 from ..core.body.body import Body
+from ..core.files import given_path
 from ..core.findings.cautions import full_scale_sentence
 from ..core.imu.presets import DEFAULT_SENSOR
 from ..core.imu.recording import ImuRecording
@@ -99,6 +101,8 @@ def synthesize(
     >>> signals[0].acc.shape
     (199, 24, 3)
     """
+    if not isinstance(motions, Motions | Motion | Sequence):
+        raise ValueError("motions come first, from load; then the patches, from sample_patches")
     if not isinstance(motions, Motions):
         several = (motions,) if isinstance(motions, Motion) else tuple(motions)
         motions = Motions(several, body or Body.bundled(), (), ("",) * len(several))
@@ -113,6 +117,10 @@ def synthesize(
         )
     model = sensor if isinstance(sensor, SensorModel) else StudyConfig(sensor=sensor).sensor_model()
     settings = settings or Synthesis(rate_hz=rate)
+    if not isinstance(settings, Synthesis) or not isinstance(seed, Integral):
+        raise ValueError(
+            "settings is a Synthesis, such as Synthesis(cutoff_hz=20.0), and seed a whole number"
+        )
     if settings.caution:
         warnings.warn(settings.caution, stacklevel=2)
     recordings = tuple(
@@ -147,7 +155,7 @@ def open_results(folder: str | Path) -> Ranking:
     >>> w2w.open_results("RESULTS").names[:2]
     ('right palm', 'left toes')
     """
-    study = StudyResults.load(Path(folder))
+    study = StudyResults.load(given_path(folder, "a results folder"))
     config = study.config()
     return Ranking(
         utility=study.utility, patches=study.patches, body=study.body(),
@@ -157,7 +165,9 @@ def open_results(folder: str | Path) -> Ranking:
     )  # fmt: skip
 
 
-def stream(folder: str | Path, placements: Sequence[str] | None = None) -> Iterator[ImuRecording]:
+def stream(
+    folder: str | Path, placements: Sequence[str] | None = None, part: int = 0, parts: int = 1
+) -> Iterator[ImuRecording]:
     """Read the signals of a run's clips, one after another, in memory for one.
 
     If `w2w run --no-signals` kept none, they are made again from the motions, the same to the last bit.
@@ -168,6 +178,8 @@ def stream(folder: str | Path, placements: Sequence[str] | None = None) -> Itera
         What `w2w run` left.
     placements : sequence of str, optional
         Places by name, such as "left wrist", or patches; all patches by default.
+    part, parts : int
+        Which of how many equal parts of the clips; each worker of a data loader takes its own.
 
     Yields
     ------
@@ -184,9 +196,13 @@ def stream(folder: str | Path, placements: Sequence[str] | None = None) -> Itera
     >>> [recording.sites for recording in w2w.stream("RESULTS", ["left toes"])][:1]
     [('left toes',)]
     """
-    study = StudyResults.load(Path(folder))
+    study = StudyResults.load(given_path(folder, "a results folder"))
     chosen = None
+    if not (isinstance(part, Integral) and isinstance(parts, Integral) and 0 <= part < parts):
+        raise ValueError(f"part is a whole number from 0 to one below parts, not {part!r} of {parts!r}")
+    if isinstance(placements, str):
+        raise ValueError(f"placements is a list of names: [{placements!r}]")
     if placements is not None:
         chosen = [resolve(name, study.body(), study.patches) for name in placements]
-    for clip in range(len(study.clips)):
+    for clip in range(part, len(study.clips), parts):
         yield study.recording(clip, chosen)

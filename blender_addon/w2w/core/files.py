@@ -83,6 +83,13 @@ def folder_beside(path: Path) -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem[:40]}.", suffix=UNFINISHED)
 
 
+def given_path(path: object, what: str) -> Path:
+    """The path of `what`, such as "a recording"; a ValueError if it is none."""
+    if not isinstance(path, str | os.PathLike):
+        raise ValueError(f"{what} is given by its path, not by {type(path).__name__}")
+    return Path(path)
+
+
 def write_npz(path: str | Path, arrays: Mapping[str, Any], compress: bool = False) -> None:
     """Write arrays, but none of objects, to an npz file, atomically and with reproducible bytes."""
     method = ZIP_DEFLATED if compress else ZIP_STORED

@@ -5,6 +5,7 @@ import os
 import re
 import unicodedata
 from collections.abc import Collection, Sequence
+from html import escape
 from itertools import chain, count as numbers_from
 from pathlib import PurePath
 
@@ -54,7 +55,12 @@ def composed(name: str) -> str:
 
 
 def plain_words(name: str) -> str:
-    """A name for comparing: case, runs of spaces and how accented letters are encoded do not count."""
+    """A name for comparing: case, runs of spaces and how accented letters are encoded do not count.
+
+    Raises ValueError if it is no text.
+    """
+    if not isinstance(name, str):
+        raise ValueError(f"a name is text, such as 'left wrist', not {type(name).__name__}")
     return " ".join(composed(composed(name).casefold()).split())
 
 
@@ -109,3 +115,17 @@ def _kept_lines(match: re.Match[str]) -> str:
 
 def _percent(match: re.Match[str]) -> str:
     return "".join(f"%{byte:02X}" for byte in match[0].encode("utf-8", "surrogateescape"))
+
+
+class InShort:
+    """What displays as a sentence, in a notebook and elsewhere."""
+
+    def in_short(self) -> str:
+        """The sentence."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.in_short()}>"
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(self.in_short())}</p>"

@@ -166,7 +166,7 @@ def _page(
     last_left, _, view_width, _ = _place(len(views) - 1, crop)
     left = last_left + view_width
     width, height = left + (BAR_COLUMN + column) + page.MARGIN, page.MARGIN * 2 + HEADER + VIEW_SIZE
-    figure = Figure(figsize=(width, height), dpi=page.DPI, facecolor="white")
+    figure = page.Picture(figsize=(width, height), dpi=page.DPI, facecolor="white")
     FigureCanvasAgg(figure)
     top = height - page.MARGIN
     heading = page.write(figure, page.MARGIN, top, title, size=17, weight="bold", va="top")

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pages of pictures: things placed in inches, numbered markers on the body, and the list next to it."""
 
+import io
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -98,6 +99,15 @@ def fit(figure: Figure, text: Text, width: float) -> None:
     # hinting makes widths jump, so one step may not be enough
     while (extent := text.get_window_extent(renderer).width / DPI) > width:
         text.set_fontsize(min(width / extent, 0.98) * float(text.get_fontsize()))
+
+
+class Picture(Figure):
+    """A figure that a notebook shows by itself."""
+
+    def _repr_png_(self) -> bytes:
+        stream = io.BytesIO()
+        self.savefig(stream, format="png")
+        return stream.getvalue()
 
 
 def save(figure: Figure, path: str | Path) -> None:

@@ -107,7 +107,7 @@ def test_rate_and_up_of_a_file_that_says_neither_are_given(tmp_path):
     assert (code, "give --pose-up" in output) == (1, True), output
     code, output = cli(*options, "--pose-rate", 30, "--pose-up", "-z")
     assert code == 0, output
-    assert read_csv(out).n_samples == pytest.approx(297, abs=2)
+    assert read_csv(out).n_samples == pytest.approx(149, abs=1)
     assert cli(*options, "--pose-up", "w")[0] == 2
 
 

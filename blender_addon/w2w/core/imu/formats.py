@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..files import given_path
 from . import text_tables
 from .recording import FURTHER, READINGS, ImuRecording
 from .vendor_formats import read_x_io, read_xsens_txt, write_x_io, write_xsens_txt
@@ -152,7 +153,7 @@ def read_recording(path: str | Path, format: str = "") -> ImuRecording:  # noqa:
     50.0
     """
     readers = {"npz": ImuRecording.load, "csv": read_csv, "xsens": read_xsens_txt, "x-io": read_x_io}
-    return readers[_format_of(Path(path), format)](path)
+    return readers[_format_of(given_path(path, "a recording"), format)](path)
 
 
 def _format_of(path: Path, asked: str) -> str:

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
 
+from ..files import given_path
 from ..wording import listed, plain_words, shown
 from .clock import at_times, shared_times
 from .formats import read_recording
@@ -59,7 +60,7 @@ class Recordings(Sequence[ImuRecording]):
     skipped: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
-        given = list(self.recordings)
+        given = list(self.recordings) if isinstance(self.recordings, Iterable) else []
         if not given or not all(isinstance(one, ImuRecording) for one in given):
             raise ValueError("there is no recording: give a list of ImuRecording, one at least")
         object.__setattr__(self, "recordings", tuple(_together(given)))
@@ -169,7 +170,7 @@ class Recordings(Sequence[ImuRecording]):
         ValueError
             If no recording can be used; the message says why.
         """
-        folder = Path(folder)
+        folder = given_path(folder, "a folder of recordings")
         if not folder.is_dir():
             raise ValueError(f"{shown(folder)} is no folder of recordings")
         table = Path(labels) if labels is not None else folder / LABEL_FILE

@@ -67,7 +67,7 @@ TURN = Quantity(ANGLE, -360, 360)
 OTHERS = ("name", "like", "zero_phase", "worn_turn_deg")
 
 GIVEN_ELSEWHERE = {
-    "rate_hz": "the rate is given on the command line (--rate)",
+    "rate_hz": "the rate is the study's, not the part's",
     "dropped": "lost samples are always held",
 }
 

@@ -9,6 +9,7 @@ frame, the vee of R^T R'. At rest the sensor reads +9.81 along the axis that poi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 from typing import Literal, Protocol
 
 import numpy as np
@@ -94,8 +95,8 @@ class Synthesis:
     max_gap_s: float = 0.25
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.rate_hz) and self.rate_hz > 0):
-            raise ValueError(f"rate_hz must be positive, not {self.rate_hz}")
+        if not (isinstance(self.rate_hz, Real) and np.isfinite(self.rate_hz) and self.rate_hz > 0):
+            raise ValueError(f"rate_hz must be a positive number, not {self.rate_hz!r}")
         if self.convention not in CONVENTIONS:
             raise ValueError(f'convention must be "physical" or "paper", not {self.convention!r}')
         if self.cutoff_hz is not None and not (np.isfinite(self.cutoff_hz) and self.cutoff_hz > 0):

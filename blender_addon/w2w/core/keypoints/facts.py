@@ -65,8 +65,9 @@ class PoseFacts:
     person: int | None = None
 
     def __post_init__(self) -> None:
-        if self.rate is not None and not (isfinite(self.rate) and self.rate > 0):
-            raise ValueError(f"the pose's rate must be frames a second, above 0, not {self.rate:g}")
+        is_rate = isinstance(self.rate, int | float) and isfinite(self.rate) and self.rate > 0
+        if self.rate is not None and not is_rate:
+            raise ValueError(f"the pose's rate must be frames a second, above 0, not {self.rate!r}")
         if self.person is not None and self.person < 1:
             raise ValueError(f"people are counted from 1 on: there is no person {self.person}")
         for name, known in (("unit", UNITS), ("up", UPS), ("joint_set", JOINT_SETS)):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..body.body import Body
-from ..wording import capital
+from ..wording import InShort, capital
 from .body_parts import side_of
 from .patches import PatchSet
 from .spots import locate
@@ -14,8 +14,8 @@ from .strip_graph import StripGraph
 from .tape_segments import SEGMENTS, segments_of
 
 
-@dataclass(frozen=True)
-class Card:
+@dataclass(frozen=True, repr=False)
+class Card(InShort):
     """Where one sensor goes, as a person finds it with a tape."""
 
     patch: int
@@ -24,6 +24,10 @@ class Card:
     arrow: str  # where the sensor's x axis points
     slip_cm: float | None  # how far it may slip before expected F1 falls by more than .02; None if not known
     turn_deg: int | None = None  # how far it may be turned about its normal till then; None if not known
+
+    def in_short(self) -> str:
+        """The whole card in sentences."""
+        return self.in_words()
 
     def in_words(self) -> str:
         """The whole card in sentences."""

@@ -15,7 +15,7 @@ from ..ranking.costs import Cost, as_shown, cost, does_as_well
 from ..ranking.expected import LIKELY, SURE
 from ..ranking.stream import ExpectedF1, Stream
 from ..ranking.utility import UtilityMap
-from ..wording import capital, listed, plain_words
+from ..wording import InShort, capital, listed, plain_words
 from .headline import mean_caution, per_cent, short
 
 OTHERS = 3
@@ -38,8 +38,8 @@ def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
     return int(open_patches[order[0]])
 
 
-@dataclass(frozen=True)
-class PlaceScore:
+@dataclass(frozen=True, repr=False)
+class PlaceScore(InShort):
     """One sensor on a product, or at a place by name, scored from the map."""
 
     name: str  # "watch", "left wrist"
@@ -52,6 +52,12 @@ class PlaceScore:
     high: float
     cost: Cost  # against the recommended place
     in_stream: ExpectedF1 | None = None  # the same in a stream of other clips, where that is known
+
+    def in_short(self) -> str:
+        """Its F1 with the interval, and what it costs."""
+        f1, costs = self.in_stream or self.cut_out, max(self.cost.expected, 0.0)
+        interval = f"({short(f1.low)} to {short(f1.high)})"
+        return f"{f'{self.side} {self.name}'.strip()}: F1 {short(f1.mean)} {interval}, costs {short(costs)}"
 
     @property
     def cut_out(self) -> ExpectedF1:
@@ -78,8 +84,8 @@ def _many(phrases: Sequence[str]) -> bool:
     return len(phrases) > 1 or phrases[0] in PLURALS
 
 
-@dataclass(frozen=True)
-class Answer:
+@dataclass(frozen=True, repr=False)
+class Answer(InShort):
     """Where to wear one sensor."""
 
     where: str  # "a belt clip", "anywhere on the body", "left thigh front (29 by 14 cm)"
@@ -103,6 +109,10 @@ class Answer:
     def cut_out(self) -> ExpectedF1:
         """F1 on other clips, cut out."""
         return ExpectedF1(self.expected, self.low, self.high)
+
+    def in_short(self) -> str:
+        """The answer in words."""
+        return self.sentence()
 
     def sentence(self) -> str:
         """The answer in words, the same on every page and panel."""

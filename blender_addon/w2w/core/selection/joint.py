@@ -9,6 +9,7 @@ import numpy as np
 from ..ranking.costs import as_shown
 from ..ranking.stream import Stream
 from ..ranking.weights import mean_over
+from ..wording import InShort
 from .constraints import Terms, fewest
 from .headline import short
 from .promise import Promise, Promises, promise_in_stream
@@ -84,8 +85,8 @@ class ByHalves:
         return self._grown[half].up_to(size)
 
 
-@dataclass(frozen=True, eq=False)
-class WornSet:
+@dataclass(frozen=True, eq=False, repr=False)
+class WornSet(InShort):
     """A set of patches chosen to be worn together."""
 
     order: tuple[int, ...]  # the patches recommended, in order of choice
@@ -105,6 +106,10 @@ class WornSet:
     def raw_mean(self) -> np.ndarray:
         """Macro F1 of the first patch, the first two, and so on, on the clips that chose them."""
         return mean_over(self.promise.raw, self.weights)
+
+    def in_short(self) -> str:
+        """What the set would reach, in words."""
+        return self.sentence()
 
     def sentence(self) -> str:
         """Say in words what the set would reach on other clips."""

@@ -2,6 +2,7 @@
 """Cut a recording into windows: overlapping ones to train on, separate ones to test on."""
 
 from dataclasses import dataclass
+from numbers import Real
 from typing import Literal, NamedTuple, Self
 
 import numpy as np
@@ -82,9 +83,9 @@ class WindowSpec:
     longest_gap_s: float = 0.1
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.length_s) and self.length_s > 0):
-            raise ValueError(f"length_s must be a positive number of seconds, not {self.length_s}")
-        if not 0 < self.stride_s <= self.length_s:
+        if not (isinstance(self.length_s, Real) and np.isfinite(self.length_s) and self.length_s > 0):
+            raise ValueError(f"length_s must be a positive number of seconds, not {self.length_s!r}")
+        if not isinstance(self.stride_s, Real) or not 0 < self.stride_s <= self.length_s:
             raise ValueError(f"stride_s must be in (0, length_s = {self.length_s}], not {self.stride_s}")
         if self.short not in ("reflect", "cycle", "refuse"):
             raise ValueError(f"short must be 'reflect', 'cycle' or 'refuse', not {self.short!r}")
@@ -96,7 +97,9 @@ class WindowSpec:
     @classmethod
     def of_length(cls, length_s: float, stride_s: float | None = None) -> Self:
         """Windows with half their length as stride if none is given."""
-        return cls(length_s, STRIDE * length_s if stride_s is None else stride_s)
+        if stride_s is None and isinstance(length_s, Real):
+            stride_s = STRIDE * length_s
+        return cls(length_s, cls.stride_s if stride_s is None else stride_s)
 
     @property
     def least_s(self) -> float:

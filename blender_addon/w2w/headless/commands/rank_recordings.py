@@ -55,7 +55,7 @@ def rank_recordings(
         if places:
             recordings = recordings.at(*options.words(places))
         with console.status("Ranking"), warnings.catch_warnings(action="ignore"):  # all is said below
-            found = rank(recordings, classifier, window, None, folds, by_subject, seed)
+            found = rank(recordings, classifier, window, None, folds, by_subject, seed, lambda _: None)
             advice = found.advice
         if out is not None:
             with published(out, [labels]) as new:

@@ -30,7 +30,7 @@ def synth(
     ] = "csv",
     plot: Annotated[Path | None, option("png file to draw the signal to.")] = None,
     sensor: Annotated[str, declared("sensor")] = DEFAULTS.sensor,
-    rate: Annotated[float, declared("rate")] = 100.0,
+    rate: Annotated[float, declared("rate")] = DEFAULTS.rate,
     band: Annotated[float, declared("band")] = DEFAULTS.band,
     root_band: Annotated[float | None, declared("root_band")] = None,
     convention: Annotated[str, declared("convention")] = DEFAULTS.convention,
