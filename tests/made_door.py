@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +11,9 @@ from scipy.spatial.transform import Rotation
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
 
-ROOT = Path(__file__).resolve().parents[1]
+from .command_line import cli
+from .here import clips_here
+
 ARM = (16, 18)
 LEG = (1, 4)
 
@@ -40,6 +40,7 @@ def make_door(folder: Path) -> None:
             moving(joints, pace, number).save(file)
             rows.append(f"{activity}/{file.name},{activity},person {number % 2}")
     (folder / "labels.csv").write_text("\n".join(rows) + "\n")
-    command = [sys.executable, "-m", "headless", "run", folder / "MY_CLIPS", "--out", folder / "RESULTS"]
-    options = ["--patches", "24", "--no-pictures", "--no-report", "--workers", "1"]
-    subprocess.run([*command, *options], cwd=ROOT, check=True, capture_output=True)
+    options = ["--patches", 24, "--no-pictures", "--no-report", "--workers", 1]
+    with clips_here():
+        code, said = cli("run", folder / "MY_CLIPS", "--out", folder / "RESULTS", *options)
+    assert code == 0, said

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
 from functools import partial
 from pathlib import Path
 
 from w2w.headless.reports.draw import draw_side_by_side, write_blend
+
+from .command_line import cli
+from .here import clips_here
 
 ACTIVITIES = ("bow", "run", "walk-left")
 N_PATCHES = 48
@@ -28,18 +29,12 @@ def make_run(data: Path, folder: Path, patches: int = N_PATCHES) -> Path:
         for file in sorted((data / "bvh/bandai_namco").glob(f"dataset-1_{activity}_*.bvh")):
             shutil.copy(file, folder / "clips" / activity)
     (folder / "clips" / "bow" / "broken.bvh").write_text("HIERARCHY")
-    options = f"--patches {patches} --stride 0.5 --forbid foot --max 3 --target 0.85 --workers 1"
-    done = subprocess.run(
-        [sys.executable, "-m", "headless", "run", folder / "clips", "--out", folder / "results"]
-        + [*options.split(), "--no-pictures"],
-        cwd=Path(__file__).resolve().parents[1],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode:
-        raise RuntimeError(done.stdout + done.stderr)
     out = folder / "results"
+    options = f"--patches {patches} --stride 0.5 --forbid foot --max 3 --target 0.85 --workers 1"
+    with clips_here():
+        code, said = cli("run", folder / "clips", "--out", out, "--no-pictures", *options.split())
+    if code:
+        raise RuntimeError(said)
     why = draw_side_by_side([partial(write_blend, to=out)], out)[0]
     if why:
         raise RuntimeError(why)

@@ -2,8 +2,6 @@
 """`import w2w`: signals, and a ranking in a few calls."""
 
 import html
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,19 +9,20 @@ import numpy as np
 import pytest
 from sklearn.dummy import DummyClassifier
 from sklearn.neighbors import KNeighborsClassifier
-from typer.testing import CliRunner
 
 import w2w
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.naming import place
 from w2w.core.selection.answer import answer
 from w2w.core.selection.headline import short
-from w2w.headless.app import APP
 from w2w.studies.paper.joint_test import multi_sensor_check
 from w2w.studies.paper.subsets import exact_subset, greedy_subset
 
 from ..clip_lists import skipped_clips
+from ..command_line import cli
+from ..here import clips_here
 from ..made_door import ARM, LEG, moving
+from ..rings import by_day
 
 
 def test_signals_without_a_band_limit_are_warned_of(signals, few):
@@ -56,7 +55,7 @@ def test_a_place_far_from_every_patch_is_refused_and_one_near_enough_is_warned_o
         assert ranking.at("right wrist")
 
 
-@pytest.mark.parametrize("n_placements", [1, 3])
+@pytest.mark.parametrize("n_placements", by_day((3,), (1, 3)))
 def test_own_placements_are_ranked_by_their_names(library, tmp_path, n_placements):
     body = w2w.Body.bundled()
     wrist, ankle, ear = (place(name, body) for name in ("left wrist", "left ankle", "left ear"))
@@ -71,6 +70,7 @@ def test_own_placements_are_ranked_by_their_names(library, tmp_path, n_placement
     assert [row["name"] for row in ranking._rows()] == list(own.names)
 
 
+@pytest.mark.slow
 def test_labels_without_meaning_are_not_recognised(library, few, ranking):
     """The same signals under labels dealt by chance."""
     motions = w2w.load(library)
@@ -106,11 +106,13 @@ def test_the_answer_goes_by_its_f1_in_a_stream(ranking):
     assert [score.cost for score in cut_out.products] == [score.cost for score in found.products]
 
 
+@pytest.mark.slow
 def test_windows_long_for_the_clips_are_warned_of(signals):
     with pytest.warns(UserWarning, match="windows of 20 s are .* times as long as the median clip"):
         w2w.rank(signals, window=20.0, folds=3)
 
 
+@pytest.mark.slow
 def test_a_set_is_chosen_to_be_worn_together(ranking):
     worn = ranking.wear_together(1.0, max_sensors=2, constraints=w2w.Constraints(forbid=("left",)))
     assert 1 <= len(worn.order) <= 2
@@ -169,6 +171,7 @@ def test_a_motion_of_two_subjects_is_warned_of_and_tested_with_the_first(few):
     assert ranking.utility.protocol == "leave one of 2 subjects out"
 
 
+@pytest.mark.slow
 def test_an_own_estimator_ranks_by_features_or_windows(signals):
     by_features = w2w.rank(signals, folds=2, classifier=w2w.EstimatorClassifier(KNeighborsClassifier(1)))
     assert by_features.mean.max() > 0.9
@@ -333,6 +336,7 @@ def test_where_pandas_is_installed_the_table_is_its_own(ranking, tmp_path):
     assert found["mean"].tolist() == pytest.approx(ranking.mean[:2])
 
 
+@pytest.mark.slow
 def test_background_and_weights_decide_the_mean(signals, ranking):
     found = w2w.rank(signals, folds=3, background=["stirring"], weights={"waving": 2.0})
     names = list(found.activities)
@@ -345,6 +349,7 @@ def test_background_and_weights_decide_the_mean(signals, ranking):
         w2w.rank(signals, background=["jumping"])
 
 
+@pytest.mark.slow
 def test_what_a_notebook_shows_is_short_or_a_page(signals, ranking):
     for shown in (ranking, signals, signals[0], signals.motions, signals.motions[0], signals.patches):
         assert len(repr(shown)) < 150
@@ -360,11 +365,9 @@ def test_windows_of_ten_minutes_refuse_the_same_clips_as_on_the_command_line(sig
     with pytest.raises(ValueError, match=f"no clip gives a window of 600 s: clip '.*{words}"):
         w2w.rank(signals, window=600)
     options = "--window 600 --patches 4 --workers 1 --no-pictures --no-report".split()
-    labels = str(library.parent / "labels.csv")
-    done = CliRunner().invoke(
-        APP, ["run", str(library), "--labels", labels, "--out", str(tmp_path), *options]
-    )
-    assert done.exit_code == 1
+    with clips_here():
+        code, _ = cli("run", library, "--labels", library.parent / "labels.csv", "--out", tmp_path, *options)
+    assert code == 1
     reasons = skipped_clips(tmp_path)
     assert len(reasons) >= len(signals)
     assert all(words in reason for reason in reasons.values() if "damaged" not in reason), reasons
@@ -372,26 +375,22 @@ def test_windows_of_ten_minutes_refuse_the_same_clips_as_on_the_command_line(sig
 
 def test_a_report_of_a_results_folder_is_that_of_the_command_line(door, tmp_path):
     w2w.open_results(door / "RESULTS").report(tmp_path / "report.html")
-    command = [sys.executable, "-m", "headless", "report", door / "RESULTS"]
-    subprocess.run(command, cwd=Path(__file__).resolve().parents[2], check=True, capture_output=True)
+    assert cli("report", door / "RESULTS")[0] == 0
     written = door / "RESULTS" / "report.html"
     assert (tmp_path / "report.html").read_bytes() == written.read_bytes()
     written.unlink()
 
 
-def test_a_report_of_a_ranking_says_what_was_ranked(library, few, ranking, tmp_path):
+def test_a_report_of_a_ranking_says_what_was_ranked(library, few, tmp_path):
     """The answer, the sensor, the rate and the clips that the ranking is of."""
     narrow = replace(w2w.preset("bmi270"), name="my part")
     motions = w2w.load(library, labels=library.parent / "labels.csv")
     own = w2w.rank(w2w.synthesize(motions, few, narrow, rate=40.0), folds=3)
-    pages = []
-    for one in (ranking, own):
-        one.report(tmp_path / "report.html")
-        pages.append((tmp_path / "report.html").read_text(encoding="utf-8"))
-        assert one.answer.sentence().split(" (")[0] in pages[-1]
-        assert "12 of 12 clips ranked, in 3 activities" in pages[-1]
-    assert "<td>bmi270, 50.0 Hz</td>" in pages[0]
-    assert "<td>my part, 40.0 Hz</td>" in pages[1]
+    own.report(tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert own.answer.sentence().split(" (")[0] in page
+    assert "12 of 12 clips ranked, in 3 activities" in page
+    assert "<td>my part, 40.0 Hz</td>" in page
 
 
 def test_findings_display_as_sentences(ranking):

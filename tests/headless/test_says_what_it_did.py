@@ -62,40 +62,32 @@ def write_library(folder: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def places(made_once, one_worker):  # noqa: ARG001
-    """The same run twice: in another place, called another way, by other workers."""
-    folder = made_once("places", _make)
-    outs = (folder / "here" / "out", folder / "there" / "results of mine" / "out")
-    return [(out, (out.parent / "said.txt").read_text(encoding="utf-8")) for out in outs]
+def ran(made_once, one_worker):  # noqa: ARG001
+    """The results of a run called in its own folder, and what it said."""
+    folder = made_once("here", lambda here: _make(here, here / "library", "library", "out", 1))
+    return folder / "out", (folder / "said.txt").read_text(encoding="utf-8")
 
 
-def _make(folder):
-    here, there = folder / "here", folder / "there"
-    one, other = here / "library", there / "deep" / "the same clips"
+def _make(place, lies, library, out, workers):
+    write_library(lies)
     before = Path.cwd()
-    for place, library, out, workers in (
-        (here, "library", "out", 1),
-        (there, str(other), str(there / "results of mine" / "out"), 2),
-    ):
-        write_library(one if place == here else other)
-        os.chdir(place)
-        options = ["--out", out, "--labels", f"{library}/labels.csv", "--patches", 8, "--no-pictures"]
-        with pytest.MonkeyPatch.context() as patch:
-            if workers == 2:
-                patch.setattr(runs_workers, "local_executor", LOCAL_EXECUTOR)
-            done = w2w(
-                "run", library, *options, "--workers", workers, "--window", 60, "--title", "My <shirt>"
-            )
-        os.chdir(before)
-        assert done.exit_code == 0, done.output
-        (place / out).parent.joinpath("said.txt").write_text(" ".join(done.output.split()), encoding="utf-8")
+    os.chdir(place)
+    options = ["--out", out, "--labels", f"{library}/labels.csv", "--patches", 8, "--no-pictures"]
+    done = w2w("run", library, *options, "--workers", workers, "--window", 60, "--title", "My <shirt>")
+    os.chdir(before)
+    assert done.exit_code == 0, done.output
+    (place / "said.txt").write_text(" ".join(done.output.split()), encoding="utf-8")
 
 
-def test_the_same_input_gives_the_same_bytes_wherever_it_lies(places):
-    """Every file but those that tell times; `study.blend` is not written here."""
+@pytest.mark.slow
+def test_the_same_input_gives_the_same_bytes_wherever_it_lies(ran, tmp_path, monkeypatch):
+    """Every file but those that tell times, by other workers; `study.blend` is not written here."""
+    monkeypatch.setattr(runs_workers, "local_executor", LOCAL_EXECUTOR)
+    lies, there = tmp_path / "deep" / "the same clips", tmp_path / "results of mine" / "out"
+    _make(tmp_path, lies, str(lies), str(there), 2)
     one, other = (
         {path.relative_to(out).as_posix(): path.read_bytes() for path in out.rglob("*") if path.is_file()}
-        for out, _ in places
+        for out in (ran[0], there)
     )
     assert set(one) == set(other)
     assert {"summary.json", "config.json", "utility.csv", "utility.npz", "report.html"} < set(one)
@@ -103,11 +95,11 @@ def test_the_same_input_gives_the_same_bytes_wherever_it_lies(places):
     assert {name for name in one if one[name] != other[name]} <= tell_times
     for name, content in one.items():
         assert b"the same clips" not in content + other[name], name
-        assert str(places[0][0].parent.parent).encode() not in content, name
+        assert str(ran[0].parent).encode() not in content, name
 
 
-def test_labels_that_match_nothing_are_counted_and_named(places):
-    out, output = places[0]
+def test_labels_that_match_nothing_are_counted_and_named(ran):
+    out, output = ran
     assert "2 rows match no file: gone.npz and also/gone.npz." in output
     assert "1 row has no activity or no file name: nothing.npz." in output
     assert "1 file is not listed: unlisted.npz." in output
@@ -128,8 +120,8 @@ def test_labels_that_match_nothing_are_counted_and_named(places):
     assert "2 rows match no file" in (out / "report.html").read_text(encoding="utf-8")
 
 
-def test_the_counts_agree_wherever_they_stand(places):
-    out, output = places[0]
+def test_the_counts_agree_wherever_they_stand(ran):
+    out, output = ran
     summary = json.loads((out / "summary.json").read_text())
     assert summary["clips"] == {"found": 9, "used": 7, "ranked": 6, "skipped": 2}
     sentence = (
@@ -140,8 +132,8 @@ def test_the_counts_agree_wherever_they_stand(places):
     assert sentence in (out / "report.html").read_text(encoding="utf-8")
 
 
-def test_windows_long_for_the_clips_are_warned_of(places):
-    out, output = places[0]
+def test_windows_long_for_the_clips_are_warned_of(ran):
+    out, output = ran
     windows = json.loads((out / "summary.json").read_text())["windows"]
     median = windows.pop("median_clip_s")
     assert windows == {"length_s": 60.0, "stride_s": 30.0, "clips_shorter": 7}
@@ -150,8 +142,8 @@ def test_windows_long_for_the_clips_are_warned_of(places):
     assert warning in (out / "report.html").read_text(encoding="utf-8")
 
 
-def test_an_interval_of_two_clips_carries_its_caution(places):
-    out, output = places[0]
+def test_an_interval_of_two_clips_carries_its_caution(ran):
+    out, output = ran
     summary = json.loads((out / "summary.json").read_text())
     assert summary["activities"]["walking"]["interval_caution"] == CAUTION
     assert "(from at most 2 clips per activity: too few for an interval)" in output
@@ -159,8 +151,8 @@ def test_an_interval_of_two_clips_carries_its_caution(places):
     assert "1.00–1.00" not in (out / "report.html").read_text(encoding="utf-8")
 
 
-def test_the_console_says_what_the_sensors_reach_together(places):
-    out, output = places[0]
+def test_the_console_says_what_the_sensors_reach_together(ran):
+    out, output = ran
     worn = json.loads((out / "summary.json").read_text())["worn_together"]
     said = " ".join(output.split())
     assert worn["sentence"][1:] in said
@@ -168,8 +160,8 @@ def test_the_console_says_what_the_sensors_reach_together(places):
         assert f"{number}. {place['product'] or place['name']}: F1" in said
 
 
-def test_the_table_runs_nothing_in_a_spreadsheet(places):
-    header = (places[0][0] / "utility.csv").read_text().splitlines()[0]
+def test_the_table_runs_nothing_in_a_spreadsheet(ran):
+    header = (ran[0] / "utility.csv").read_text().splitlines()[0]
     assert header.startswith("patch,region,vertex,'=cmd|'/c calc'!A1,aux,walking,mean")
 
 
@@ -242,9 +234,10 @@ def test_pictures_and_bodies_have_names_that_every_system_takes():
     assert _folder_name("nul.npz", "1.2:0") == "body_nul.npz_betas_1.2_0"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("one_worker")
-def test_a_source_for_each_activity_is_warned_of(places, tmp_path):
-    output = places[0][1]
+def test_a_source_for_each_activity_is_warned_of(ran, tmp_path):
+    output = ran[1]
     assert "tell the sources of the clips apart" not in output  # one system shows them all
     write_library(tmp_path / "library")
     rows = [f"{kind}/{number}.npz,{kind},{kind} suit" for kind in KINDS for number in range(2)]

@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 import w2w as extension
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
+from w2w.core.ranking import stream
 from w2w.ui.jobs import preferences
 from w2w.ui.study import signal_cache, state
 
@@ -24,6 +25,14 @@ from .made_study import N_PATCHES
 bpy.ops.preferences.addon_disable(module="cycles")  # it looks through every file that is opened
 MOVES = {"waving": ("right_shoulder", 1.0), "kicking": ("left_hip", 1.0), "stepping": ("right_knee", 0.8)}
 """Joint that each activity turns, and how far, radians."""
+
+
+@pytest.fixture(scope="package", autouse=True)
+def few_orders() -> Iterator[None]:
+    """A stream of clips in the fewest orders: tests of more of them are the core's."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stream, "MOST_ORDERS", stream.FEWEST_ORDERS)
+        yield
 
 
 @pytest.fixture
@@ -61,8 +70,8 @@ def _write_library(folder: Path) -> None:
             Motion(rotations, pelvis, 30.0).save(folder / activity / f"{activity} {number}.npz")
 
 
-@pytest.fixture(scope="session")
-def finished_run(shared_data: Path, made_once: Callable[..., Path]) -> Path:
+@pytest.fixture(scope="package")
+def finished_run(shared_data: Path, made_once: Callable[..., Path], few_orders: None) -> Path:  # noqa: ARG001
     """The results folder of a run over real BVH clips and a broken one."""
     return made_once("overnight", lambda folder: make_run(shared_data, folder, N_PATCHES)) / "results"
 

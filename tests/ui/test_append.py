@@ -37,8 +37,7 @@ def test_an_appended_study_comes_up_by_itself_and_goes_on(library: Path, tmp_pat
     spaces = [area.spaces.active for area in bpy.context.window.screen.areas]
     assert all(is_coloured(space.shading) for space in spaces if space.type == "VIEW_3D")
     body.w2w.patch_count = N_PATCHES - 4
-    body.w2w.max_places = 1
-    assert bpy.ops.w2w.run_all() == {"FINISHED"}
+    assert bpy.ops.w2w.place_patches() == {"FINISHED"}
     assert len(state.patches_of(body)) == N_PATCHES - 4
 
 

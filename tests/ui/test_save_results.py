@@ -100,7 +100,7 @@ def hashes(out: Path) -> dict[str, str]:
 
 def test_a_saved_study_works_in_its_folder_and_opens_again(library: Path, tmp_path: Path) -> None:
     body = make_study(library)
-    body.w2w.max_places = 2
+    body.w2w.max_places = 1
     assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
     worn, f1 = advice_of(body.w2w), utility_of(body.w2w).f1
     acc = signal_cache.recording(body.w2w.clips[2]).acc

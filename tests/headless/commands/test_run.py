@@ -37,11 +37,11 @@ CLIPS = {
 }
 
 
-WIDE = os.environ | {"COLUMNS": "100"}
+WIDE = {"COLUMNS": "100"}
 
 
 def run(*arguments):
-    return CliRunner().invoke(APP, [str(argument) for argument in arguments])
+    return CliRunner().invoke(APP, [str(argument) for argument in arguments], env=WIDE)
 
 
 def study(library, out, *options):
@@ -64,28 +64,16 @@ def _library(shared_data, folder):
 
 
 @pytest.fixture(scope="module")
-def finished(library, made_once):
-    """A study by two workers, and what it said, as a program of its own."""
+def finished(library, one_worker, made_once):  # noqa: ARG001
+    """A study, and what it said."""
     folder = made_once("run", partial(_run, library))
     return folder / "out", (folder / "said.txt").read_text(encoding="utf-8")
 
 
 def _run(library, folder):
-    options = ["--labels", library / "labels.csv", "--patches", "16", "--workers", "2"]
-    command = [sys.executable, "-m", "headless", "run", library, "--out", folder / "out", *options]
-    done = subprocess.run(command, cwd=ROOT, env=WIDE, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
-    (folder / "said.txt").write_text(done.stdout, encoding="utf-8")
-
-
-@pytest.fixture(scope="module")
-def finished_by_one(library, one_worker, made_once):  # noqa: ARG001
-    """The same study by one worker, without pictures."""
-
-    def make(folder):
-        assert study(library, folder / "out", "--workers", 1, "--no-pictures").exit_code == 0
-
-    return made_once("run by one", make) / "out"
+    done = study(library, folder / "out", "--workers", 1)
+    assert done.exit_code == 0, done.output
+    (folder / "said.txt").write_text(done.output, encoding="utf-8")
 
 
 UNLIKE = ("state.json", "current.json")
@@ -185,8 +173,13 @@ def test_the_config_names_versions_and_inputs(finished, library):
 
 
 @pytest.mark.slow
-def test_the_same_input_gives_the_same_bytes_whatever_the_workers(finished, finished_by_one):
-    assert hashes(finished_by_one) == hashes(finished[0])
+def test_the_same_input_gives_the_same_bytes_whatever_the_workers(finished, library, tmp_path):
+    """A program of its own has two workers."""
+    options = ["--labels", library / "labels.csv", "--patches", "16", "--workers", "2", "--no-pictures"]
+    command = [sys.executable, "-m", "headless", "run", library, "--out", tmp_path / "out", *options]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert hashes(tmp_path / "out") == hashes(finished[0])
 
 
 @pytest.mark.slow
@@ -198,6 +191,7 @@ def test_another_seed_gives_other_noise(finished, library, tmp_path):
     assert all(first[name] != other[name] for name in signals)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("one_worker")
 def test_a_second_run_takes_up_what_is_finished_repairs_what_is_damaged_and_may_be_strict(
     library, finished, tmp_path
@@ -244,7 +238,7 @@ def test_wrong_use_is_explained(arguments, code, message, tmp_path, monkeypatch)
     assert message in " ".join(result.output.split())
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_a_motion_of_two_subjects_is_said_and_the_run_goes_on(motions, tmp_path):
     shutil.copy(motions / "slow" / "slow_0.npz", motions / "slow" / "copy.npz")
     files = sorted(path.relative_to(motions).as_posix() for path in motions.rglob("*.npz"))
@@ -281,6 +275,7 @@ def test_subjects_that_are_not_there_are_missed_before_any_work(motions, tmp_pat
 @pytest.mark.slow
 def test_the_file_alone_is_the_command_too():
     command = [sys.executable, "headless/run.py", "--help"]
-    done = subprocess.run(command, cwd=ROOT, env=WIDE, capture_output=True, text=True, check=True)
+    wide = os.environ | WIDE
+    done = subprocess.run(command, cwd=ROOT, env=wide, capture_output=True, text=True, check=True)
     assert "Folder of motion files" in done.stdout
     assert "--labels" in done.stdout

@@ -8,8 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import Future
-from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -19,12 +17,13 @@ import w2w
 from w2w.core.study.clip_files import CHANGING, mark_changing
 from w2w.core.study.results import UnfinishedError
 from w2w.headless.commands import execute, place
-from w2w.headless.runs import workers
 from w2w.headless.runs.monitor import read_state
 from w2w.headless.runs.study import StudyError
 from w2w.headless.runs.workers import EngineError
 
 from ...command_line import cli
+from ...here import clips_here
+from ...rings import by_day
 from ...robustness.resume import UNLIKE, hashes
 from ..conftest import write_motions
 
@@ -37,18 +36,6 @@ KILLS = 30
 
 def run(library, out, options):
     return cli("run", library, "--out", out, *OPTIONS, *options)
-
-
-class Here:
-    """An executor that works at once, in this process."""
-
-    def submit(self, work, *args):
-        future = Future()
-        future.set_result(work(*args))
-        return future
-
-    def shutdown(self, **_):
-        pass
 
 
 class Moments:
@@ -80,8 +67,7 @@ def moments():
 @pytest.fixture(scope="module", autouse=True)
 def here():
     """All is done in this process."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(workers, "local_executor", lambda _: nullcontext(Here()))
+    with clips_here():
         yield
 
 
@@ -119,8 +105,8 @@ CHANGES = {
 }
 
 
-SLOW = ("other windows", "other folds", "a damaged clip")
-"""Changes like others by day: all clips are worked on again, or one is lost."""
+BY_DAY = ("a clip less",)
+"""A clip is lost, and the rest are ranked again: the others are like it in one or the other."""
 
 
 def seen_during(moments, out, work):
@@ -136,10 +122,7 @@ def seen_during(moments, out, work):
     return seen
 
 
-@pytest.mark.parametrize(
-    "change",
-    [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in CHANGES],
-)
+@pytest.mark.parametrize("change", by_day(BY_DAY, CHANGES))
 def test_at_every_moment_results_are_whole_or_said_to_be_unfinished(moments, first, tmp_path, change):
     library, out, new = (tmp_path / name for name in ("library", "out", "new"))
     shutil.copytree(first / "library", library)
@@ -157,6 +140,7 @@ def test_at_every_moment_results_are_whole_or_said_to_be_unfinished(moments, fir
     assert len(seen) > (2 if change == "nothing" else 20)
 
 
+@pytest.mark.slow
 def test_a_first_run_is_said_to_be_unfinished_from_its_first_file_to_its_last(moments, first, tmp_path):
     out = tmp_path / "out"
     seen = seen_during(moments, out, lambda: run(first / "library", out, FIRST))
@@ -235,6 +219,7 @@ def test_every_reader_says_that_a_run_is_unfinished_and_the_same_command_finishe
     assert cli("status", out)[0] == 4
 
 
+@pytest.mark.slow
 def test_a_choice_that_was_half_written_is_finished_by_the_same_command_or_by_the_run(
     moments, first, tmp_path, monkeypatch
 ):
