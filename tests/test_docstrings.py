@@ -12,6 +12,8 @@ import pytest
 
 import w2w
 
+from .rings import by_day
+
 NAMES = sorted(set(w2w.__all__) - {"__version__"})
 
 
@@ -29,8 +31,11 @@ def test_the_documented_parameters_are_those_of_the_signature(name):
     assert listed == list(inspect.signature(thing).parameters)
 
 
+EXAMPLES = [*NAMES, "Ranking.needs", "Ranking.report"]
+
+
 @pytest.mark.later
-@pytest.mark.parametrize("name", [*NAMES, "Ranking.needs", "Ranking.report"])
+@pytest.mark.parametrize("name", by_day({*EXAMPLES} - {"rank", "PatchSet", "synthesize"}, EXAMPLES))
 def test_the_example_runs(name, door, monkeypatch):
     monkeypatch.chdir(door)
     thing = attrgetter(name)(w2w)

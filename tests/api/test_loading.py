@@ -81,6 +81,7 @@ def test_labels_of_one_file_are_refused(library):
         w2w.load(library / "waving" / "waving 0.npz", labels=library.parent / "labels.csv")
 
 
+@pytest.mark.slow
 def test_beside_a_clone_the_package_is_found(tmp_path):
     """And not the folder, whose own `__init__.py` is the extension's door."""
     (tmp_path / "w2w").symlink_to(ROOT, target_is_directory=True)
@@ -105,6 +106,7 @@ def test_fbx_comes_in_through_blender(shared_data):
     assert (motion.clip, motion.n_frames) == ("TalkingMale", 298)
 
 
+@pytest.mark.slow
 def test_bvh_comes_in_without_blender_and_for_fbx_a_sentence_says_how_to_get_it(shared_data, tmp_path):
     folder = shared_data / "bvh" / "cmu_DragonForged"
     (tmp_path / "walk.fbx").write_text("; FBX 7.3.0 project file\n")

@@ -59,9 +59,8 @@ def clip(tmp_path):
     return path
 
 
-@pytest.mark.parametrize(
-    "command", [("inspect",), pytest.param(("run", "--out", "out", "--patches", 8), marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("command", [("inspect",), ("run", "--out", "out", "--patches", 8)])
 def test_a_missing_system_library_is_named(tmp_path, clip, command):
     about = clip if command[0] == "inspect" else clip.parents[1]
     code, output = w2w(tmp_path, *command, about, blocked="library missing")

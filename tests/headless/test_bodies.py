@@ -85,6 +85,7 @@ def test_a_study_on_two_bodies_says_how_far_they_agree(tmp_path):
     assert vertices[0] == vertices[1]  # patches stay put
 
 
+@pytest.mark.slow
 def test_a_rigged_smpl_body_is_adopted(shared_data):
     [(name, body)] = parse_bodies(str(shared_data / "smpl_body/fixture_smplbody_rigged.fbx"))
     assert name == "fixture_smplbody_rigged.fbx"

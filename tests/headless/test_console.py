@@ -14,6 +14,8 @@ from typer.testing import CliRunner
 from w2w.headless.app import APP
 from w2w.headless.console import Terminal
 
+from ..rings import by_day
+
 pytestmark = pytest.mark.usefixtures("one_worker")
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -33,6 +35,7 @@ def test_a_terminal_gets_its_own_styles_and_no_command_of_a_text():
     assert not OBEYED.search(re.sub("\x1b\\[[0-9;]*m", "", written))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("one_worker")
 def test_nothing_of_a_library_reaches_the_terminal_as_a_command(motions, tmp_path):
     (motions / "slow").rename(motions / f"slow{TITLE}")
@@ -62,7 +65,10 @@ def test_nothing_of_a_library_reaches_the_terminal_as_a_command(motions, tmp_pat
 
 @pytest.mark.later
 @pytest.mark.parametrize(
-    "arguments", [["inspect", TITLE], ["inspect", "a", TITLE], ["run", "--labels", TITLE, "."]]
+    "arguments",
+    by_day(
+        [["inspect", TITLE]], [["inspect", TITLE], ["inspect", "a", TITLE], ["run", "--labels", TITLE, "."]]
+    ),
 )
 def test_nothing_of_an_argument_does(arguments):
     command = [sys.executable, "-c", "from w2w.headless.start import main; main()", *arguments]

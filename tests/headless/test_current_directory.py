@@ -71,7 +71,7 @@ def test_scene_takes_blenders_module_from_where_it_is_imported_safely():
     assert own == [scene / "base" / "module.py"]
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_a_module_of_the_current_directory_is_not_imported(w2w, made_files, tmp_path):
     lay_traps(tmp_path / "traps", w2w.marker)
     w2w(tmp_path / "traps", "inspect", next(made_files[0].rglob("*.fbx")))

@@ -264,7 +264,7 @@ NAMES = st.sampled_from(["a", "b", "c", "in/a", "in/b", "deep/in/a"])
 WHAT = st.sampled_from([*("file", "link", "folder"), "edited", "gone"])
 
 
-@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(NAMES, unique=True, max_size=4), st.dictionaries(NAMES, WHAT, max_size=4), st.data())
 def test_whatever_the_user_does_in_a_folder_is_his(tmp_path_factory, written, done, data):
     """Files written, then disturbed: the next write leaves each byte of the user's, or is refused whole."""

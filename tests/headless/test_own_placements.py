@@ -92,6 +92,7 @@ def test_a_report_without_them_says_nothing_of_them(finished, tmp_path):
     assert "Your placements" not in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_they_may_be_wished_for_by_name(finished):
     out, _ = finished
     code, output = cli("place", out, "--must", "strap pod", "--max", 1, "--out", out / "choice.json")

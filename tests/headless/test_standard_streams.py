@@ -42,13 +42,10 @@ def without(*numbers):
     return closed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
-    [
-        ("sensors",),
-        pytest.param(("--help",), marks=pytest.mark.slow),
-        pytest.param(("run", "nothing", "--out", "nowhere"), marks=pytest.mark.slow),
-    ],
+    [("sensors",), ("--help",), ("run", "nothing", "--out", "nowhere")],
 )
 def test_a_full_disk_is_said(command):
     with Path("/dev/full").open("w") as full:
@@ -62,9 +59,8 @@ def test_a_reader_that_has_gone_is_said():
     os.close(writer)
 
 
-@pytest.mark.parametrize(
-    "closed", [(0, 1, 2), *(pytest.param(one, marks=pytest.mark.slow) for one in ((1,), (2,)))]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("closed", [(0, 1, 2), (1,), (2,)])
 def test_streams_that_are_closed_are_left_alone(closed, motions):
     """Workers start, and nothing is written to a file that was opened under a stream's number."""
     file = next(motions.rglob("*.npz"))

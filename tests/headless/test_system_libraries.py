@@ -28,6 +28,7 @@ add_body(Body.bundled())
 linux = pytest.mark.skipif(sys.platform != "linux", reason="asks Linux's dynamic linker")
 
 
+@pytest.mark.slow
 @linux
 def test_the_list_is_what_blender_opens(tmp_path):
     subprocess.run(

@@ -70,7 +70,7 @@ def test_the_fbx_and_the_bare_mesh_of_the_same_man_agree(shared_data):
 
 
 @pytest.mark.parametrize(
-    "spelling", by_day(["left_hip", "m_avg_L_Hip"], ["left_hip", "L_Hip", "m_avg_L_Hip", "f_avg_L_Hip"])
+    "spelling", by_day(["m_avg_L_Hip"], ["left_hip", "L_Hip", "m_avg_L_Hip", "f_avg_L_Hip"])
 )
 def test_bones_are_known_in_every_spelling(bundled_body, spelling):
     objects = add_body(bundled_body)
@@ -84,6 +84,7 @@ def test_bones_are_known_in_every_spelling(bundled_body, spelling):
     np.testing.assert_allclose(body.weights, bundled_body.weights, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_where_it_stands_how_it_is_turned_and_its_unit_do_not_matter(bundled_body):
     objects = add_body(bundled_body)
     turn = Rotation.from_euler("xz", [90, 90], degrees=True)
@@ -100,6 +101,7 @@ def to_matrix(rotation, place):
     return world
 
 
+@pytest.mark.slow
 def test_a_rig_in_an_a_pose_comes_in_the_t_pose(bundled_body):
     rotations = np.tile(np.eye(3), (1, N_JOINTS, 1, 1))
     for joint, sign in (("left_shoulder", 1), ("right_shoulder", -1)):
@@ -116,6 +118,7 @@ def test_a_rig_in_an_a_pose_comes_in_the_t_pose(bundled_body):
     np.testing.assert_allclose(body.vertices, bundled_body.vertices - shift, atol=1e-4)
 
 
+@pytest.mark.slow
 def test_fingers_stand_in_for_missing_hands(bundled_body):
     objects = add_body(bundled_body)
     rename_bones(objects, {"left_hand": "left_middle1", "right_hand": "right_middle1"})

@@ -61,11 +61,12 @@ def test_fast_general_and_the_empties_agree(body_in_scene, patches, waving, scen
     assert_agree(fast.matrices, general.matrices)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "file",
     [
-        pytest.param("M3-org__CharacterStudio/AirSquat.fbx", marks=pytest.mark.slow),
-        pytest.param("GDDMN__Test_DigitalOxygen/Roundhouse Kick.fbx", marks=pytest.mark.slow),
+        "M3-org__CharacterStudio/AirSquat.fbx",
+        "GDDMN__Test_DigitalOxygen/Roundhouse Kick.fbx",
         "eminkarakaya__Idle-Restaurant/Sit To Stand.fbx",
     ],
 )
@@ -207,7 +208,8 @@ def add_edge_split(mesh):
 
 @pytest.mark.parametrize(
     ("change", "n_frames"),
-    [pytest.param(add_subdivision, 2, marks=pytest.mark.slow), (add_solidify, 4), (add_edge_split, 4)],
+    [pytest.param(add_subdivision, 2, marks=pytest.mark.slow), (add_solidify, 4)]
+    + [pytest.param(add_edge_split, 4, marks=pytest.mark.slow)],
 )
 def test_modifiers_that_add_vertices_are_followed(body_in_scene, patches, waving, change, n_frames):
     some = replace(patches, triangles=patches.triangles[:5], vertices=patches.vertices[:5])

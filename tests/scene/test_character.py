@@ -94,6 +94,7 @@ def test_the_map_of_our_body_is_painted_on_the_parts_it_is_of(shared_data, bundl
         assert POINT not in mesh.data.attributes
 
 
+@pytest.mark.slow
 def test_sensors_sit_on_its_skin_and_follow_its_own_animation(shared_data, bundled_body):
     armature, meshes = imported(shared_data, "fufroom__synthetic-echoes/Right Turn.fbx")
     tie(read_character(armature, meshes), meshes, bundled_body)

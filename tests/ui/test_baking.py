@@ -94,6 +94,7 @@ def test_a_new_parameter_makes_signals_stale_with_no_more_than_its_declaration(
     assert bake_settings(study) == drifting
 
 
+@pytest.mark.slow
 def test_a_fault_of_ours_at_one_clip_costs_that_clip_alone(
     library: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

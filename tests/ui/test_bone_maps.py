@@ -67,6 +67,7 @@ def motion_of(number: int) -> np.ndarray:
     return read_action(armature_of(body), body.w2w.clips[number].action).rotations
 
 
+@pytest.mark.slow
 def test_a_map_given_at_a_clip_reads_it_and_the_next_file_of_the_rig(plain: Path, odd: Path) -> None:
     bpy.ops.w2w.add_body()
     study = bpy.context.scene.w2w.body.w2w

@@ -80,6 +80,7 @@ def test_sensors_on_it_go_with_the_body_and_only_then(library: Path, shared_data
     assert any(item.type == "ARMATURE" for item in bpy.data.objects)
 
 
+@pytest.mark.slow
 def test_meshes_can_be_left_out(library: Path, shared_data: Path) -> None:
     body = make_study(library)
     bring(shared_data / MANNEQUIN)
@@ -93,6 +94,7 @@ def test_meshes_can_be_left_out(library: Path, shared_data: Path) -> None:
     assert {mark.parent for mark in body.w2w.marks.objects} == {surface}
 
 
+@pytest.mark.slow
 def test_without_a_body_ours_comes_in_its_proportions_beside_it(shared_data: Path) -> None:
     armature = bring(shared_data / MANNEQUIN)
     assert bpy.ops.w2w.use_character() == {"FINISHED"}
@@ -113,6 +115,7 @@ def test_what_is_no_character_is_refused_in_words(library: Path, shared_data: Pa
         bpy.ops.w2w.use_character()
 
 
+@pytest.mark.slow
 def test_an_smpl_rig_in_its_own_spelling_becomes_the_body(shared_data: Path) -> None:
     armature = bring(shared_data / "smpl_body/fixture_smplbody_rigged.fbx")
     assert any(bone.name.startswith("m_avg_") for bone in armature.data.bones)

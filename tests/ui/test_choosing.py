@@ -133,6 +133,7 @@ def test_a_run_opens_with_its_wishes_and_the_set_it_says_to_wear(finished_run: P
     assert spheres(body) == {row.patch for row in study.worn}
 
 
+@pytest.mark.slow
 def test_costs_keep_the_digits_that_the_command_line_read(finished_run: Path, tmp_path: Path) -> None:
     folder = tmp_path / "run"
     shutil.copytree(finished_run, folder)
@@ -159,6 +160,7 @@ def test_wishes_come_from_the_regions_looked_at(finished_run: Path) -> None:
     assert constraints_of(body.w2w).must == (regions[20],)
 
 
+@pytest.mark.slow
 def test_a_wish_that_nothing_meets_says_so_and_one_without_a_place_is_none(finished_run: Path) -> None:
     study = open_file(finished_run / "study.blend").w2w
     before = [row.patch for row in study.chosen]
@@ -244,6 +246,7 @@ def test_signals_that_are_gone_are_said(finished_run: Path, monkeypatch: pytest.
         bpy.ops.w2w.choose_sensors()
 
 
+@pytest.mark.slow
 def test_places_are_compared_as_on_the_command_line(finished_run: Path, tmp_path: Path) -> None:
     assert bpy.ops.w2w.open_results(filepath=str(finished_run)) == {"FINISHED"}
     study = bpy.context.scene.w2w.body.w2w

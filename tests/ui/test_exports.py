@@ -55,6 +55,7 @@ def test_the_map_is_that_of_python(
     assert (tmp_path / "map.png").read_bytes() == (tmp_path / "python.png").read_bytes()
 
 
+@pytest.mark.slow
 def test_the_map_follows_the_panel(
     opened: bpy.types.Object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

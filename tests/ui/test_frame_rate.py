@@ -17,6 +17,7 @@ from w2w.scene.motion.source_beside import source_collections
 from w2w.ui.steps.baking import to_bake
 from w2w.ui.study import signal_cache
 
+from ..rings import by_day
 from .made_study import make_study
 
 pytestmark = pytest.mark.usefixtures("blender")
@@ -73,6 +74,7 @@ def test_signals_are_the_same_to_the_byte_at_another_rate(take) -> None:
     assert bake_all() == first
 
 
+@pytest.mark.slow
 def test_a_character_brought_between_two_imports_changes_neither(take, shared_data: Path) -> None:
     bpy.context.scene.render.fps = 60
     take(WALK), take(RUN)
@@ -90,6 +92,7 @@ def test_a_character_brought_between_two_imports_changes_neither(take, shared_da
     assert bake_all() == alone
 
 
+@pytest.mark.slow
 def test_signals_evaluated_by_blender_are_the_same_too(take) -> None:
     clip = take(RUN)
     bpy.context.scene.w2w.body.modifiers.new("Smooth", "SMOOTH")
@@ -102,6 +105,7 @@ def test_signals_evaluated_by_blender_are_the_same_too(take) -> None:
     np.testing.assert_array_equal(second.gyr, first.gyr)
 
 
+@pytest.mark.slow
 def test_a_clip_edited_by_hand_keeps_its_signals(take) -> None:
     clip = take(WALK)
     armature = armature_of(bpy.context.scene.w2w.body)
@@ -115,7 +119,7 @@ def test_a_clip_edited_by_hand_keeps_its_signals(take) -> None:
     assert np.abs(second.acc - first.acc).max() < 0.02
 
 
-@pytest.mark.parametrize("rate", [12, 60])
+@pytest.mark.parametrize("rate", by_day([60], [12, 60]))
 def test_a_preview_plays_in_real_time_and_so_does_what_stands_beside(take, rate: int) -> None:
     take(WALK)
     bpy.ops.w2w.show_source()
@@ -138,6 +142,7 @@ def test_a_preview_plays_in_real_time_and_so_does_what_stands_beside(take, rate:
     assert bpy.context.scene.frame_preview_end == round(1 + 145 / 30 * rate)
 
 
+@pytest.mark.slow
 def test_keys_moved_apart_still_slow_a_clip_down(take) -> None:
     """That is the user's own wish, not a rate of the scene."""
     clip = take(WALK)
@@ -150,6 +155,7 @@ def test_keys_moved_apart_still_slow_a_clip_down(take) -> None:
     assert second.acc.shape[0] == pytest.approx(2 * first.acc.shape[0], abs=2)
 
 
+@pytest.mark.slow
 def test_a_long_clip_is_read_at_its_own_frames(take) -> None:
     """Late keys are rounded to whole parts of a frame; they lie no less evenly for that."""
     clip = take(WALK)

@@ -47,6 +47,7 @@ def finished(steps):
             return texts, stop.value
 
 
+@pytest.mark.slow
 def test_what_is_worn_is_fitted_beside_the_window(library):
     body = make_study(library, "patches")
     assert bpy.ops.w2w.add_garment(kind="tshirt") == {"FINISHED"}

@@ -45,6 +45,7 @@ def test_files_are_labelled_as_chosen(folder: Path) -> None:
     assert "8 left out: the list says why" in jobs.message.text
 
 
+@pytest.mark.slow
 def test_a_copy_is_left_out_and_files_in_the_list_are_not_taken_again(folder: Path) -> None:
     body = make_study(folder, "")
     bpy.ops.w2w.import_labelled(directory=str(folder))
@@ -72,6 +73,7 @@ def test_a_bad_csv_is_said(folder: Path) -> None:
         bpy.ops.w2w.import_labelled(directory=str(folder), labelled_by="CSV", csv=str(folder / "gone.csv"))
 
 
+@pytest.mark.slow
 def test_a_clip_without_an_activity_is_not_one(library: Path) -> None:
     body = make_study(library, "motions patches signals")
     for clip in body.w2w.clips:
@@ -84,6 +86,7 @@ def test_a_clip_without_an_activity_is_not_one(library: Path) -> None:
     assert not bpy.ops.w2w.rank_patches.poll()
 
 
+@pytest.mark.slow
 def test_each_import_reads_the_labels_and_the_folder_anew(folder: Path) -> None:
     make_study(folder, "")
     (folder / "labels.csv").write_text("file,activity\nwaving 1.npz,greeting\n")
@@ -140,6 +143,7 @@ def test_a_long_preview_ends_with_how_many_more() -> None:
     assert max(map(len, layout.texts)) <= LONGEST
 
 
+@pytest.mark.slow
 def test_a_frame_rate_given_at_import_goes_before_the_files_own(folder: Path) -> None:
     body = make_study(folder, "")
     bpy.ops.w2w.import_labelled(directory=str(folder), frame_rate=25.0)

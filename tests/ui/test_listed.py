@@ -54,6 +54,7 @@ def test_the_list_follows_labels_and_what_they_count_stays(library: Path) -> Non
     assert listed(study) == []
 
 
+@pytest.mark.slow
 def test_an_empty_label_is_no_activity(library: Path) -> None:
     study = make_study(library, "motions").w2w
     for clip in study.clips:
@@ -62,6 +63,7 @@ def test_an_empty_label_is_no_activity(library: Path) -> None:
     assert [activity.name for activity in study.activities] == ["stepping", "waving"]
 
 
+@pytest.mark.slow
 def test_weights_set_before_enter_the_first_ranking(library: Path) -> None:
     body = make_study(library, "motions patches signals")
     study = body.w2w

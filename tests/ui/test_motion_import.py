@@ -131,6 +131,7 @@ def test_an_armature_of_the_scene_gives_its_motion_and_stays_as_it_is(library: P
     assert keys == [tuple(bone.matrix_basis.row[0]) for bone in source.pose.bones]
 
 
+@pytest.mark.slow
 def test_actions_of_the_same_rig_in_the_scene_are_not_taken_for_the_file_s(
     library: Path, tmp_path: Path
 ) -> None:

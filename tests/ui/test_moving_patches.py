@@ -49,6 +49,7 @@ def test_the_chosen_sensor_alone_is_keyed(library: Path) -> None:
         bpy.ops.w2w.bake_patches(which="PICKED")
 
 
+@pytest.mark.slow
 def test_a_usd_file_has_every_patch_with_its_f1_and_the_scene_is_as_before(
     library: Path, tmp_path: Path
 ) -> None:

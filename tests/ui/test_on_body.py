@@ -61,7 +61,11 @@ def ended_with(steps: jobs.Steps, sentence: str) -> None:
     assert jobs.running is None
 
 
-@pytest.mark.parametrize(("name", "how"), [*((name, delete) for name in JOBS), ("bake", remove)])
+@pytest.mark.parametrize(
+    ("name", "how"),
+    [*((name, delete) for name in ("import", "bake by frame", "rank")), ("bake", remove)]
+    + [pytest.param(name, delete, marks=pytest.mark.slow) for name in ("place", "bake")],
+)
 def test_a_body_removed_in_the_middle_ends_the_job_with_a_sentence(
     library: Path, name: str, how: object
 ) -> None:
@@ -73,7 +77,14 @@ def test_a_body_removed_in_the_middle_ends_the_job_with_a_sentence(
     assert make_study(library, "patches")
 
 
-@pytest.mark.parametrize(("name", "how"), [*((name, edit) for name in JOBS), ("bake", edit_bones)])
+@pytest.mark.parametrize(
+    ("name", "how"),
+    [
+        ("import", edit),
+        *(pytest.param(name, edit, marks=pytest.mark.slow) for name in JOBS if name != "import"),
+    ]
+    + [("bake", edit_bones)],
+)
 def test_a_body_put_into_edit_mode_ends_the_job_with_a_sentence(
     library: Path, name: str, how: object
 ) -> None:

@@ -69,6 +69,7 @@ def test_all_of_the_run_is_there(opened: bpy.types.Object, finished_run: Path, s
     np.testing.assert_array_equal(signal_cache.recording(clip).gyr, stored.gyr)
 
 
+@pytest.mark.slow
 def test_signals_that_the_run_did_not_keep_are_made_again(finished_run: Path, tmp_path: Path) -> None:
     lean = tmp_path / "lean"
     shutil.copytree(finished_run, lean)

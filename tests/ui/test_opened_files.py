@@ -35,6 +35,7 @@ def test_a_folder_that_moved_brings_its_signals(moved: Path) -> None:
     assert all(signal_cache.has(clip) for clip in body.w2w.clips if clip.action)
 
 
+@pytest.mark.slow
 def test_a_file_without_its_folder_shows_the_ranking_and_says_what_is_missing(
     moved: Path, tmp_path: Path
 ) -> None:
@@ -51,6 +52,7 @@ def test_a_file_without_its_folder_shows_the_ranking_and_says_what_is_missing(
     assert all(signal_cache.has(clip) for clip in body.w2w.clips if clip.action)
 
 
+@pytest.mark.slow
 def test_a_file_saved_elsewhere_finds_the_folder_where_it_was_and_when_both_moved(
     moved: Path, tmp_path: Path
 ) -> None:

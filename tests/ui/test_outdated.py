@@ -95,6 +95,7 @@ def test_signals_that_are_gone_from_the_cache_lose_their_tick(
     assert "8 of 9 clips are up to date; the signals of 1 are gone from the cache" in said
 
 
+@pytest.mark.slow
 def test_a_sensor_of_the_set_is_a_row_that_opens_into_its_card(library: Path) -> None:
     body = make_study(library)
     body.w2w.max_places = 1

@@ -91,6 +91,7 @@ def test_a_clicked_spot_is_named_and_waits_for_the_patches_to_be_placed(library:
     assert listed(body.w2w)["middle"] == patches_of(body).vertices[9]
 
 
+@pytest.mark.slow
 def test_placements_are_patches_with_signals_scores_and_a_rank(
     ranked: bpy.types.Object, tmp_path: Path
 ) -> None:
@@ -114,6 +115,7 @@ def test_placements_are_patches_with_signals_scores_and_a_rank(
     assert summary["own_placements"] == [scores_of_own(ranked, own) for own in study.own]
 
 
+@pytest.mark.slow
 def test_those_added_later_are_all_that_is_baked(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     body, sensors = make_study(library), []
 
@@ -221,6 +223,7 @@ def test_a_removed_one_goes_when_the_patches_are_placed_again(ranked: bpy.types.
     assert is_pending(ranked.w2w)
 
 
+@pytest.mark.slow
 def test_they_survive_another_shape_and_a_saved_file(ranked: bpy.types.Object, tmp_path: Path) -> None:
     before = listed(ranked.w2w)
     ranked.w2w.shape.gender = 1.0

@@ -37,6 +37,7 @@ def test_a_saved_file_reopens_complete(library: Path, tmp_path: Path) -> None:
     assert all(signal_cache.has(clip) for clip in body.w2w.clips)
 
 
+@pytest.mark.slow
 def test_baking_anew_after_save_as_leaves_the_first_file_its_signals(library: Path, tmp_path: Path) -> None:
     body = make_study(library, "motions patches signals")
     first, second = str(tmp_path / "first.blend"), str(tmp_path / "second.blend")
@@ -56,6 +57,7 @@ def test_baking_anew_after_save_as_leaves_the_first_file_its_signals(library: Pa
         np.testing.assert_array_equal(signal_cache.recording(study.clips[4]).acc, expected)
 
 
+@pytest.mark.slow
 def test_without_the_extension_heatmaps_are_plain_colour_attributes(library: Path, tmp_path: Path) -> None:
     body = make_study(library)
     body.w2w.view = "A2"

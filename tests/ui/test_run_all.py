@@ -46,6 +46,7 @@ def test_one_press_leads_from_motions_to_sensors(library: Path) -> None:
     assert [clip.signals for clip in body.w2w.clips] == keys
 
 
+@pytest.mark.slow
 def test_patches_are_placed_again_if_their_number_has_changed(library: Path) -> None:
     body = make_study(library)
     assert state.outdated(body) == ""

@@ -62,6 +62,7 @@ def test_actions_and_strips_become_clips_with_their_names_and_labels(
     np.testing.assert_allclose(taken.pelvis, of_file.pelvis, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_what_is_in_the_list_already_is_not_taken_twice_unless_asked_for(
     scene_armature: bpy.types.Object,
 ) -> None:

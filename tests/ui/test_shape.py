@@ -54,6 +54,7 @@ def test_the_body_is_reshaped_in_place(library: Path) -> None:
     np.testing.assert_allclose(body_of(body).vertices, Body.bundled().vertices, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_shape_that_cannot_be_leaves_the_body_and_says_why() -> None:
     bpy.ops.w2w.add_body(set_height=True, height=2.05)
     body = bpy.context.scene.w2w.body
@@ -68,6 +69,7 @@ def test_a_shape_that_cannot_be_leaves_the_body_and_says_why() -> None:
     assert not np.allclose(body_of(body).vertices, before)
 
 
+@pytest.mark.slow
 def test_a_motion_fits_the_reshaped_body_as_if_it_had_been_imported_there(shared_data: Path) -> None:
     files = sorted((shared_data / "mixamo").rglob("*Walking*.fbx"))[:2]
     bpy.ops.w2w.add_body()

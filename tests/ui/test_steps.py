@@ -158,6 +158,7 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     assert study.regions[0].f1 == pytest.approx(fewer.max(), abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_ranking_that_cannot_be_read_is_said_to_be_one_and_can_be_made_anew(library: Path) -> None:
     body = make_study(library)
     utility = utility_of(body.w2w)

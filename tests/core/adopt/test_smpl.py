@@ -63,6 +63,7 @@ def as_set(faces):
     return set(map(tuple, np.take_along_axis(faces, (start + np.arange(3)) % 3, axis=1).tolist()))
 
 
+@pytest.mark.slow
 def test_what_is_stored_of_smpl_s_faces_is_what_they_give(smpl_faces, a_pose):
     arrays, triangles, quads = describe_topology(smpl_faces, a_pose[1])
     assert (triangles, quads) == (TRIANGLES_SHA256, QUADS_SHA256)
@@ -97,6 +98,7 @@ def test_faces_are_recognised_in_any_order_and_sides_paired(smpl_faces, a_pose, 
     assert (mirror == np.arange(6890)).sum() > 100
 
 
+@pytest.mark.slow
 def test_a_single_flipped_edge_is_another_mesh(smpl_faces, a_pose):
     faces = smpl_faces.copy()
     a, b, c = faces[0]

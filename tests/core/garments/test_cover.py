@@ -46,6 +46,7 @@ def test_a_shirt_covers_the_chest_and_no_hand(covers, patches):
     assert not bare & (shirt | trousers)
 
 
+@pytest.mark.slow
 def test_the_skin_itself_is_covered_everywhere_by_its_own_triangles(bundled_body, patches):
     found = cover(bundled_body.vertices, bundled_body.faces, bundled_body, patches)
     assert found.patches.tolist() == list(range(96))

@@ -38,6 +38,7 @@ def test_the_moment_of_the_start_is_found(found):
     assert found.shifts_s == pytest.approx((0.0, -0.2, -0.13), abs=0.021)
 
 
+@pytest.mark.slow
 def test_no_tissue_is_found_where_there_is_none():
     found = calibrate([pair(seed=seed, worn=without_tissue()) for seed in range(3)])
     assert found.tissue is None

@@ -11,6 +11,7 @@ from .made_pairs import pair
 pytestmark = pytest.mark.later
 
 
+@pytest.mark.slow
 def test_people_are_left_out_where_they_are_known():
     what, found = held_out([pair(seed=seed, subject=f"p{seed % 2}") for seed in range(4)])
     assert what == "person"
@@ -32,6 +33,7 @@ def test_a_single_recording_is_halved():
     assert all(one.force[1] > 0.9 for one in found)
 
 
+@pytest.mark.slow
 def test_another_motion_is_not_made_alike():
     """A worn sensor that showed something else: no fit brings it near what is simulated."""
     pairs = [(pair(seed=seed)[0], pair(seed=seed + 10)[1]) for seed in range(3)]

@@ -109,6 +109,7 @@ def test_a_shift_on_the_skin_moves_the_barometer():
     np.testing.assert_allclose(moved, np.tile(moved[:1], (len(moved), 1, 1)), atol=0.05)  # about the vertical
 
 
+@pytest.mark.slow
 def test_iron_noise_and_offsets_have_the_sizes_given():
     many = np.tile(turning(1)[:60], (1, 400, 1, 1))
     sensor = SensorModel(name="noisy", jitter_s=0.0001)  # any error makes it a real part

@@ -148,7 +148,7 @@ def test_noise_beyond_half_the_rate_folds_in():
     assert noise.std() == pytest.approx(0.01 * np.sqrt(100 * np.pi / (2 * np.sqrt(2))), rel=0.03)
 
 
-@pytest.mark.parametrize("rate", [20.0, 80.0])
+@pytest.mark.parametrize("rate", [20.0, pytest.param(80.0, marks=pytest.mark.slow)])
 def test_bias_wanders_alike_at_any_rate(rate):
     """The same seed gives the same drift, sampled more or less often; its spread grows as sqrt(time)."""
     model = SensorModel(gyroscope=Triad(random_walk=0.01, bias_instability=0.02, correlation_s=30.0))

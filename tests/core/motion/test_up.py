@@ -83,8 +83,15 @@ def test_smpl_files_are_y_up_by_their_format(tmp_path, clips, degrees):
     np.testing.assert_allclose(read_amass(tmp_path / "a.smpl").pelvis, there.pelvis, atol=1e-6)
 
 
-@pytest.mark.parametrize("names", [("poses", "trans", "fps"), ("global_orient", "transl", "fps")])
-@pytest.mark.parametrize("up", ["y", "z"])
+@pytest.mark.parametrize(
+    ("up", "names"),
+    [
+        ("y", ("poses", "trans", "fps")),
+        ("z", ("global_orient", "transl", "fps")),
+        pytest.param("z", ("poses", "trans", "fps"), marks=pytest.mark.slow),
+        pytest.param("y", ("global_orient", "transl", "fps"), marks=pytest.mark.slow),
+    ],
+)
 def test_people_who_plainly_stand_along_the_other_axis_are_turned(tmp_path, clips, names, up):
     for number, motion in enumerate(clips):
         write_smpl(tmp_path / "a.npz", motion, names, up)
@@ -146,6 +153,7 @@ def test_one_axis_is_up_in_a_library_s_files_of_a_kind(tmp_path, clips, bundled_
         np.testing.assert_allclose(found.pelvis, motion.pelvis, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_folder_loaded_from_python_has_one_axis(tmp_path, clips, bundled_body):
     joints = JOINT_SETS["humanml3d-22"]
     for name, motion in {"walk": clips[0], "wave": clips[4], "sleep": lying(clips[0], 0)}.items():

@@ -75,6 +75,7 @@ def test_what_cannot_be_placed_is_said(bundled_body, placements, sentence):
         patches_at(bundled_body, placements)
 
 
+@pytest.mark.slow
 def test_every_piece_of_a_body_needs_a_placement(bundled_body):
     n = len(bundled_body.vertices)
     twice = replace(

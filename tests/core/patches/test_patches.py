@@ -53,6 +53,7 @@ def test_2048_patches_work(bundled_body) -> None:
     assert 0 <= spread.min() < spread.max() <= 2047
 
 
+@pytest.mark.slow
 def test_the_bundled_body_s_patches_are_nested_and_those_of_its_shapes(bundled_body, patches) -> None:
     few, woman = sample_patches(bundled_body, 24), sample_patches(shaped(bundled_body, gender=-1), 512)
     np.testing.assert_array_equal(few.vertices, patches.vertices[:24])
@@ -65,6 +66,7 @@ def test_the_order_of_the_bundled_body_s_patches_is_fixed_and_holds_every_vertex
     np.testing.assert_array_equal(np.sort(order), np.arange(6890))
 
 
+@pytest.mark.slow
 def test_each_patch_of_the_order_is_farthest_from_those_before(bundled_body, patches) -> None:
     exact = PyGeodesicAlgorithmExact(bundled_body.vertices, bundled_body.faces)
     for count in (1, 2, 5, 17, 64, 150, 256, 400, 511):
@@ -107,6 +109,7 @@ def test_wrong_arguments_are_named(bundled_body, arguments, message) -> None:
         sample_patches(bundled_body, **arguments)
 
 
+@pytest.mark.slow
 def test_loose_vertices_and_unreached_pieces_are_refused(bundled_body) -> None:
     body = bundled_body
     extra = {

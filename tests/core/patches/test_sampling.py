@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import trimesh
 from pygeodesic.geodesic import PyGeodesicAlgorithmExact
 
@@ -18,6 +19,7 @@ def test_every_vertex_may_be_picked() -> None:
     assert sorted(picks) == list(range(len(ball.vertices)))
 
 
+@pytest.mark.slow
 def test_picks_cover_the_body_as_evenly_as_by_exact_distances(bundled_body) -> None:
     body = bundled_body
     picks = farthest_points(StripGraph.of(body.vertices, body.faces), 512, 0)

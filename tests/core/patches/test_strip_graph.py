@@ -35,7 +35,7 @@ def test_distance_to_another_piece_is_infinite() -> None:
     assert StripGraph.of(both.vertices, both.faces).n_pieces == 2
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_strip_graph_is_never_below_the_exact_distance_and_close_to_it(bundled_body) -> None:
     body = bundled_body
     graph = StripGraph.of(body.vertices, body.faces)

@@ -8,8 +8,12 @@ from w2w.core.body.body import Body
 from w2w.core.body.shapes import shaped
 from w2w.core.patches.tape_segments import SEGMENT_NAMES, _outline, segments_of
 
+from ...rings import by_day
 
-@pytest.mark.parametrize("shape", [{}, {"height": 1.4}, {"gender": 1.0, "height": 2.1, "weight": 130.0}])
+SHAPES = [{}, {"height": 1.4}, {"gender": 1.0, "height": 2.1, "weight": 130.0}]
+
+
+@pytest.mark.parametrize("shape", by_day(SHAPES[::2], SHAPES))
 def test_segments_share_the_skin_out(bundled_body, shape):
     body = shaped(bundled_body, **shape)
     found = segments_of(body)
@@ -31,6 +35,7 @@ def test_per_cents_around_a_round_and_a_flat_outline_are_those_of_a_tape():
     assert _outline(ends + [0, 1.0, 0], 0.0) is None
 
 
+@pytest.mark.slow
 def test_a_body_of_another_mesh_has_the_same_segments(bundled_body):
     """One whose landmarks are looked for anew, for its triangles are in another order."""
     other = Body(bundled_body.vertices, bundled_body.faces[::-1], bundled_body.joints, bundled_body.weights)

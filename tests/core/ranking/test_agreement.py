@@ -27,6 +27,7 @@ def test_five_places_have_the_exact_permutation_chance_and_a_coarse_step():
     assert result.p_value == pytest.approx(as_high / 120)
 
 
+@pytest.mark.slow
 def test_noise_has_no_agreement_and_its_p_values_are_even():
     rng = np.random.default_rng(4)
     p_values = [rank_agreement(*rng.normal(size=(2, 6)), resamples=100, seed=k).p_value for k in range(120)]

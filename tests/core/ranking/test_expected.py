@@ -65,7 +65,7 @@ def test_a_real_lead_is_found_and_promised_as_it_is():
     assert np.mean(promised) == pytest.approx(np.mean(given), abs=0.03)
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_where_clips_are_said_to_rank_the_best_patch_beats_the_average_nine_times_in_ten():
     """Its chance on other clips is known: that its true lead is more than their noise."""
     noise, chances = 0.1, []

@@ -21,7 +21,7 @@ def libraries(draw):
 
 
 @pytest.mark.later
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(library=libraries(), folds=st.integers(2, 6), seed=st.integers(0, 5))
 def test_no_clip_is_split_and_no_activity_is_tested_untrained(library, folds, seed):
     activity, clip = library

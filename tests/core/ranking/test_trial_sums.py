@@ -65,6 +65,7 @@ def features(labels, n_patches=5, width=6, seed=2):
     return (trace[labels] + rng.normal(size=(len(labels), n_patches, width))).astype(np.float32)
 
 
+@pytest.mark.slow
 def test_a_map_is_the_same_however_many_windows_are_looked_at_at_once(monkeypatch):
     labels, clip, _, is_test = windows()
     names = np.array(list("abcd"))
@@ -80,6 +81,7 @@ def test_a_map_is_the_same_however_many_windows_are_looked_at_at_once(monkeypatc
     np.testing.assert_allclose(whole.expected_mean, parts.expected_mean, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_what_a_patch_takes_does_not_grow_with_the_windows(monkeypatch):
     monkeypatch.setattr(ridge, "WINDOWS_AT_ONCE", 256)
     peaks, counts = [], []
@@ -99,6 +101,7 @@ def test_what_a_patch_takes_does_not_grow_with_the_windows(monkeypatch):
     assert peaks[1] - peaks[0] < 30 * (counts[1] - counts[0])
 
 
+@pytest.mark.slow
 def test_patches_tried_some_at_a_time_give_the_same_map():
     labels, clip, _, is_test = windows()
     names = np.array(list("abcd"))

@@ -19,6 +19,7 @@ def few_and_many(few=8, clips_of_many=40):
     return activity, clip, clip % 5, np.ones(len(clip), bool)
 
 
+@pytest.mark.slow
 def test_their_signal_counts_and_their_noise_is_in_the_interval():
     """Two of ten activities rank the patches firmly; three clips of each other do, too, with more noise."""
     rng = np.random.default_rng(7)

@@ -58,6 +58,7 @@ def same(one, other):
         np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name), field.name)
 
 
+@pytest.mark.slow
 def test_equal_weights_change_no_bit(plain, tmp_path):
     np.testing.assert_array_equal(plain.mean, plain.f1.mean(axis=1))
     same(ranked({}), plain)

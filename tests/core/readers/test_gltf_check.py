@@ -155,7 +155,7 @@ def test_nodes_that_move_are_the_bones_of_a_file_without_a_skin(shared_cases, bu
     assert np.median(off, axis=0).max() < 2
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_a_motion_comes_back_as_the_fbx_it_was_made_of(shared_data, bundled_body, tmp_path):
     bpy = pytest.importorskip("bpy")
     fbx = shared_data / "mixamo/kirbycope__godot-4.3-sandbox-3d/Running_InPlace.fbx"

@@ -54,7 +54,7 @@ def side(patches, place):
     return patches.regions[place].split()[0]
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_a_left_and_a_right_place_do_it_together(utility, patches, bundled_body, tests):
     advice = advise(utility, patches, bundled_body, tests, 0.97)
     order = advice.worn.order

@@ -33,6 +33,7 @@ def test_the_second_patch_tells_what_the_first_cannot(tests):
     assert sorted(patch // 4 for patch in order) == [0, 1]
 
 
+@pytest.mark.slow
 def test_the_promise_never_falls_and_stops_where_it_rises_no_more(tests):
     chosen = choose_together(tests, alone(tests), terms(4), target=1.0)
     assert (np.diff(chosen.promise.mean) > 0).all()
@@ -86,6 +87,7 @@ class Lossy:
         return ExpectedF1(cut_out.mean - self.loss, cut_out.low - self.loss, cut_out.high - self.loss)
 
 
+@pytest.mark.slow
 def test_a_target_is_reached_in_a_stream_or_not_at_all(tests):
     cut_out = choose_together(tests, alone(tests), terms(4), target=0.3)
     lossless, lossy = (
@@ -116,6 +118,7 @@ def test_the_smallest_set_that_reaches_the_target_is_taken(tests):
         assert found[0] == pytest.approx(told[chosen.order[0]])
 
 
+@pytest.mark.slow
 def test_what_goes_best_with_a_set_that_is_enough_is_told(tests):
     wished = terms(2, required=[[10]])
     chosen = choose_together(tests, alone(tests), wished, target=0.01)
@@ -225,6 +228,7 @@ def test_many_windows_are_thinned_evenly(monkeypatch):
     assert sorted(patch // 4 for patch in chosen.order) == [0, 1]
 
 
+@pytest.mark.slow
 def test_the_same_seed_chooses_and_promises_the_same(tests):
     again = prepare(*library())
     one, two = (choose_together(found, alone(found), terms(2), 1.0) for found in (tests, again))
@@ -287,6 +291,7 @@ def test_only_what_counts_decides_the_set_and_its_promise():
     assert not {"crawl", "jump"} & set(again.sentence().split())
 
 
+@pytest.mark.slow
 def test_no_weights_and_equal_weights_promise_the_same():
     made = library()
     one, other = (

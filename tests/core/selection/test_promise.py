@@ -62,6 +62,7 @@ def test_all_clips_choose_better_than_the_halves_that_tell_of_it(noise, seeds):
     np.testing.assert_allclose(promised, given, atol=0.006)
 
 
+@pytest.mark.slow
 def test_what_halves_gain_alone_would_be_too_little(monkeypatch):
     monkeypatch.setattr("w2w.core.selection.promise._better_chosen", lambda _: 1.0)
     promised, given = np.mean([world(0.1, seed) for seed in range(200)], axis=0)

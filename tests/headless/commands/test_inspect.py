@@ -92,6 +92,7 @@ def test_frames_that_are_left_out_are_named(shared_cases, file, left_out):
     assert f"left out {left_out}" in output
 
 
+@pytest.mark.slow
 def test_takes_that_are_not_used_are_named(shared_data, tmp_path):
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     bpy.ops.import_scene.fbx(filepath=str(shared_data / WALKING))

@@ -107,6 +107,7 @@ def test_the_ranking_on_file_is_whole(study):
     assert set(clusters) == set(range(max(clusters) + 1))
 
 
+@pytest.mark.slow
 def test_what_is_not_given_is_as_in_the_run_and_an_empty_word_takes_it_back(study):
     out, _ = study
     as_run, _ = chosen(out)
@@ -135,6 +136,7 @@ def test_another_choice_from_the_same_ranking(study):
     assert before == {path: path.stat().st_mtime_ns for path in out.rglob("*.npz")}
 
 
+@pytest.mark.slow
 def test_every_activity_may_be_asked_to_reach_an_f1(study):
     out, _ = study
     asked, output = chosen(out, "--target", 0.05, "--every-activity", 1)
@@ -147,6 +149,7 @@ def test_every_activity_may_be_asked_to_reach_an_f1(study):
     assert len(free["places"]) == 1
 
 
+@pytest.mark.slow
 def test_a_sensor_to_add_is_named_where_more_f1_is_shown_with_it(study):
     """The example of docs/designer.md: there is a watch anyway."""
     asked, output = chosen(study[0], "--must", "left thigh", "--max", 2, "--target", 0.05)
@@ -184,6 +187,7 @@ def redrawn(study, tmp_path_factory):
     return folder / "left", json.loads((folder / "choice.json").read_text())
 
 
+@pytest.mark.slow
 def test_another_choice_goes_into_a_folder_of_its_own(study, redrawn):
     out, choice = redrawn
     summary, config = (json.loads((out / name).read_text()) for name in ("summary.json", "config.json"))
@@ -236,6 +240,7 @@ def test_a_choice_replaces_the_runs_where_that_is_asked_for(redrawn, tmp_path):
         assert listed[name] == after[name]
 
 
+@pytest.mark.slow
 def test_nobody_elses_file_is_overwritten_and_no_other_folder(study, tmp_path):
     out = tmp_path / "own"
     shutil.copytree(study[0], out)

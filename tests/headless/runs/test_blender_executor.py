@@ -71,6 +71,7 @@ def test_an_exception_comes_back_and_the_worker_goes_on(executor):
     assert executor.submit(divmod, 7, 2).result(timeout=HANG_S) == (3, 1)
 
 
+@pytest.mark.slow
 def test_what_is_printed_does_not_get_among_the_results(executor):
     assert [executor.submit(shout).result(timeout=HANG_S) for _ in range(3)] == ["result"] * 3
 

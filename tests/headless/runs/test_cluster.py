@@ -141,11 +141,13 @@ def test_a_scheduler_that_is_not_there_is_said(monkeypatch, tmp_path):
     assert "no Dask scheduler answers" in said_of("nonsense://127.0.0.1:9")
 
 
+@pytest.mark.slow
 def test_a_scheduler_without_workers_is_said(monkeypatch, scheduler):
     monkeypatch.setattr(module, "ANSWER_S", 2.0)
     assert "has no workers" in said_of(scheduler.address)
 
 
+@pytest.mark.slow
 def test_workers_with_a_broken_or_missing_version_are_said(scheduler, tmp_path):
     (tmp_path / "w2w").mkdir()
     (tmp_path / "w2w" / "__init__.py").write_text("raise ImportError('broken')")

@@ -19,6 +19,7 @@ def test_workers_give_the_same_map(tmp_path):
     assert told == [0.5, 1.0]  # 16 patches and 4
 
 
+@pytest.mark.slow
 def test_workers_that_die_at_it_end_the_run_with_a_sentence():
     with pytest.raises(EngineError, match="die while they rank patches"):
         list(spread_here(2, MANY_WINDOWS)(_die, [1, 2]))

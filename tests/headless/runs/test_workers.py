@@ -83,9 +83,8 @@ class KilledTask(ClipTask):
         return super().key(source_sha256)
 
 
-@pytest.mark.parametrize(
-    ("kills", "reason"), [(3, ""), pytest.param(99, "not done yet", marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("kills", "reason"), [(3, ""), (99, "not done yet")])
 def test_a_clip_whose_worker_is_killed_from_outside_is_never_blamed(tasks, kills, reason):
     first = tasks[1]
     bad = KilledTask(first.clip, first.out, first.config, "inputs", safe_process=os.getpid(), kills=kills)
@@ -228,6 +227,7 @@ def test_two_runs_into_one_folder(library, tmp_path):
     assert "4 of 4 clips done" in done.stdout
 
 
+@pytest.mark.slow
 def test_a_folder_that_cannot_be_written_is_said(library, tmp_path):
     (tmp_path / "file").write_text("in the way")
     done = subprocess.run(

@@ -63,6 +63,7 @@ def test_a_surface_deform_a_hair_off_feels_what_the_skin_feels(body_in_scene, bu
     assert np.sqrt(((error[0].gyr - error[1].gyr) ** 2).mean()) < 0.05
 
 
+@pytest.mark.slow
 def test_a_rigid_offset_is_the_skins_path_and_its_lever_arm(body_in_scene, bundled_body, patches, short):
     """A plate at the head, which one bone moves: where it is follows from the bone alone."""
     plate = bpy.data.objects.new("Plate", bpy.data.meshes.new("Plate"))

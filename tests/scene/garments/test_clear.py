@@ -54,7 +54,9 @@ def test_the_trunk_is_closed_where_the_arms_were_cut_off(bundled_body):
         assert times_inside(tree, place[name]) == 0, name
 
 
-@pytest.mark.parametrize(("side", "down"), [("left", 80.0), ("right", -80.0)])
+@pytest.mark.parametrize(
+    ("side", "down"), [("left", 80.0), pytest.param("right", -80.0, marks=pytest.mark.slow)]
+)
 def test_an_arm_that_hangs_is_sunk_into_the_trunk_and_one_held_out_is_not(bundled_body, side, down):
     arm, middle = limb(bundled_body, side, ARM), trunk(bundled_body)
     assert len(arm) > 100

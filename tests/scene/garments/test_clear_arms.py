@@ -33,12 +33,15 @@ def wrist(body, motion, side):
     return joint_transforms(body, motion)[1][0, JOINT_INDEX[f"{side}_wrist"]]
 
 
+@pytest.mark.slow
 def test_arms_that_are_clear_stay_as_they_are(bundled_body):
     motion = standing(bundled_body, left=40, right=20)
     np.testing.assert_array_equal(with_clear_arms(bundled_body, motion).rotations, motion.rotations)
 
 
-@pytest.mark.parametrize(("side", "other"), [("left", "right"), ("right", "left")])
+@pytest.mark.parametrize(
+    ("side", "other"), [("left", "right"), pytest.param("right", "left", marks=pytest.mark.slow)]
+)
 def test_only_an_arm_that_is_sunk_is_turned_and_outward(bundled_body, side, other, monkeypatch):
     monkeypatch.setattr(clear, "ARM_AS_CLEAR", 0.0)
     motion = standing(bundled_body, **{side: 80.0})
@@ -64,6 +67,7 @@ def test_where_turning_does_not_help_the_arm_stays(bundled_body, monkeypatch):
     assert outward(bundled_body, standing(bundled_body, left=80.0), "left") == 0
 
 
+@pytest.mark.slow
 def test_far_from_the_origin_arms_are_held_as_clear(bundled_body):
     near = standing(bundled_body, left=88.0)
     far = Motion(near.rotations, near.pelvis + (5e5, 5e6, 300.0), near.rate)

@@ -42,6 +42,7 @@ def test_a_leg_that_would_come_through_the_other_does_not_reach_so_far_back(bund
     assert set(reaches) <= set(REACHES)
 
 
+@pytest.mark.slow
 def test_an_arm_that_would_come_out_of_the_trunk_does_not_reach_so_far_back(bundled_body):
     down = turning(bundled_body, -5.0, "left_shoulder", start=1.0)
     assert clear_reach(bundled_body, down) < 1

@@ -36,6 +36,7 @@ def test_a_body_that_cloth_lies_on_is_still_read_from_its_curves(body_in_scene):
     assert [modifier.type for modifier in body_in_scene.mesh.modifiers] == ["ARMATURE"]
 
 
+@pytest.mark.slow
 def test_a_body_of_another_shape_has_its_garment_cut_anew(empty_file, bundled_body):
     objects = add_body(bundled_body, empty_file.collection)
     item = dress(objects.mesh, "tshirt")

@@ -116,7 +116,7 @@ def test_the_chosen_ridge_is_weak_where_noise_must_cancel_and_strong_where_it_is
     assert model.choose_alpha(drowned, labels, fold, everywhere) >= 0.1
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_a_little_noise_does_not_change_the_ridge():
     """Single folds tell too little: here each would waver between ridges that do the same."""
     features, labels, fold, _ = library(seed=2, n_sensors=8, spread=2.5)
