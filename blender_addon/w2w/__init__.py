@@ -21,7 +21,12 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # so that editors and type checkers see signatures
-    from .api.loading import load as load, load_body as load_body
+    from .api.loading import (
+        from_joints as from_joints,
+        from_smpl as from_smpl,
+        load as load,
+        load_body as load_body,
+    )
     from .api.rank import rank as rank
     from .api.ranking import Ranking as Ranking
     from .api.signals import open_results as open_results, stream as stream, synthesize as synthesize
@@ -66,7 +71,7 @@ _NAMES = {
     "core.ranking.utility": ("UtilityMap",),
     "core.selection.constraints": ("Constraints",),
     "core.windows.windows": ("WindowSpec",),
-    "api.loading": ("load", "load_body"),
+    "api.loading": ("from_joints", "from_smpl", "load", "load_body"),
     "api.ranking": ("Ranking",),
 }
 """Public names by their modules inside this package."""

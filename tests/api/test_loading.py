@@ -125,7 +125,7 @@ def test_the_documents_examples_run(library, monkeypatch):
     monkeypatch.chdir(library.parent)
     text = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(blocks) == 12
+    assert len(blocks) == 13
     names: dict = {}
     own = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "own_sensors.md").read_text("utf-8"), re.DOTALL)
     for block in [*own, *blocks]:
@@ -146,3 +146,40 @@ def test_labels_of_several_spellings_are_one_with_a_warning(few):
         ranking = w2w.rank(w2w.synthesize(motions, few, sensor="ideal"), by_subject=True)
     assert ranking.utility.activities == ("run", "walk")
     assert ranking.utility.protocol == "leave one of 2 subjects out"
+
+
+def test_arrays_give_the_motion_of_their_file(tmp_path):
+    poses = np.zeros((60, 72))
+    poses[:, 48] = np.sin(np.arange(60) / 5)
+    np.savez(tmp_path / "wave.npz", poses=poses, trans=np.zeros((60, 3)), mocap_framerate=30.0)
+    read = w2w.load(tmp_path / "wave.npz", pose=w2w.PoseFacts(up="y"))[0]
+    made = w2w.from_smpl(poses, np.zeros((60, 3)), 30, "y")
+    np.testing.assert_array_equal(made.rotations, read.rotations)
+    np.testing.assert_array_equal(made.pelvis, read.pelvis)
+    assert made.labelled("waving", "Ada", "one").clip == "one"
+
+    joints = w2w.Body.bundled().joints + 0.02 * np.sin(np.arange(60) / 5)[:, None, None]
+    np.save(tmp_path / "sway.npy", joints)
+    facts = w2w.PoseFacts(rate=30, up="z")
+    read = w2w.load(tmp_path / "sway.npy", pose=facts)[0]
+    np.testing.assert_array_equal(w2w.from_joints(joints, facts).rotations, read.rotations)
+    both = np.stack([np.where(np.arange(60)[:, None, None] < 20, np.nan, joints), joints])
+    np.testing.assert_array_equal(w2w.from_joints(both, facts).rotations, read.rotations)
+
+
+@pytest.mark.parametrize(
+    ("make", "why"),
+    [
+        (lambda: w2w.from_joints(np.zeros((60, 24, 3)), {"rate": 30}), "must be PoseFacts"),
+        (lambda: w2w.from_joints(np.zeros((60, 24, 3)), w2w.PoseFacts()), r"give pose=PoseFacts\(rate="),
+        (lambda: w2w.from_joints(np.zeros((60, 24)), w2w.PoseFacts(rate=30)), "8 joints, and no joint set"),
+        (lambda: w2w.from_joints(np.zeros((60, 23, 3)), w2w.PoseFacts(rate=30)), "23 joints"),
+        (lambda: w2w.from_smpl(np.zeros((60, 70)), np.zeros((60, 3)), 30), "70"),
+        (lambda: w2w.from_smpl(np.zeros((60, 72)), np.zeros((50, 3)), 30), "60 frames but"),
+        (lambda: w2w.from_smpl("poses.npz", np.zeros((60, 3)), 30), "could not convert"),
+    ],
+)
+def test_arrays_that_are_no_motion_are_refused(make, why):
+    with pytest.raises(ValueError, match=why) as told:
+        make()
+    assert "--" not in str(told.value)

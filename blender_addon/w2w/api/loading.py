@@ -2,11 +2,11 @@
 """W2W from Python: bodies and motions from files."""
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Self, overload
+from typing import Any, Literal, Self, overload
 
 import numpy as np
 
@@ -14,11 +14,12 @@ from ..core.body.body import Body
 from ..core.files import given_path
 from ..core.findings.notes import merged_sentence
 from ..core.keypoints.facts import PoseFacts
-from ..core.keypoints.pose_files import NO_FACTS
+from ..core.keypoints.naming import RawPose
+from ..core.keypoints.pose_files import NO_FACTS, JointPositions, joints_of
 from ..core.library.import_plan import plan_files
 from ..core.library.labels import LabelCheck
 from ..core.library.library import Clip, activity_of, is_joint_file, read_library
-from ..core.motion.motion import SMPL_SUFFIXES, Motion
+from ..core.motion.motion import SMPL_SUFFIXES, Motion, smpl_motion
 from ..core.motion.source import UnusableMotion
 from ..core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
 from ..core.readers.animations import Content, animations_in
@@ -179,6 +180,91 @@ def load(
         raise ValueError(f"no motion in {path} can be used; {file}: {reason}")
     _refuse_head_down(motions, pose)
     return Motions(tuple(motions), body, tuple(skipped), tuple(keys), tuple(facts))
+
+
+def from_joints(positions: np.ndarray, pose: PoseFacts, body: Body | None = None) -> Motion:
+    """Make a motion from joint positions in memory, as from a pose estimator.
+
+    Parameters
+    ----------
+    positions : ndarray, shape (T, J, 3) or (P, T, J, 3)
+        Positions in any unit; NaN where a joint was not seen. Of P people ``pose.person`` is taken.
+    pose : PoseFacts
+        Frame rate, and where the number of joints leaves it open the joint set; the axis that is up.
+    body : Body, optional
+        W2W's own by default.
+
+    Returns
+    -------
+    Motion
+        Without labels: `labelled` gives it an activity, a subject and a clip's name.
+
+    Raises
+    ------
+    ValueError
+        If the positions make no body, or the facts do not fit; the message says why.
+
+    Examples
+    --------
+    >>> joints = w2w.Body.bundled().joints + 0.02 * np.sin(np.arange(60) / 5)[:, None, None]  # z is up
+    >>> w2w.from_joints(joints, w2w.PoseFacts(rate=30, up="z")).labelled("swaying", "Ada", "one")
+    <Motion 'one', 'swaying': 60 frames at 30 Hz>
+    """
+    if not isinstance(pose, PoseFacts):
+        raise ValueError(f"pose must be PoseFacts, such as PoseFacts(rate=30), not {pose!r}")
+    return _on_body(lambda: joints_of(RawPose(np.array(positions), (), NO_FACTS), pose), body)
+
+
+def from_smpl(
+    poses: np.ndarray,
+    trans: np.ndarray,
+    rate: float,
+    up: Literal["x", "y", "z", "-x", "-y", "-z"] | None = None,
+    body: Body | None = None,
+) -> Motion:
+    """Make a motion from SMPL parameters in memory.
+
+    Parameters
+    ----------
+    poses : ndarray, shape (T, 72), (T, 156), (T, 165) or (T, 66)
+        Axis-angle of SMPL, SMPL-H or SMPL-X, radians.
+    trans : ndarray, shape (T, 3)
+        Path, metres.
+    rate : float
+        Frames per second.
+    up : {"x", "y", "z", "-x", "-y", "-z"}, optional
+        Axis that is up; by default as people stand.
+    body : Body, optional
+        W2W's own by default.
+
+    Returns
+    -------
+    Motion
+        Without labels: `labelled` gives it an activity, a subject and a clip's name.
+
+    Raises
+    ------
+    ValueError
+        If they are no motion, or no body moves so; the message says why.
+
+    Examples
+    --------
+    >>> poses = np.zeros((60, 72))
+    >>> poses[:, 48] = np.sin(np.arange(60) / 5)  # the left upper arm
+    >>> w2w.from_smpl(poses, np.zeros((60, 3)), rate=30, up="y")
+    <Motion '', '': 60 frames at 30 Hz>
+    """
+    return _on_body(lambda: smpl_motion(poses, trans, rate, up), body)
+
+
+def _on_body(make: Callable[[], JointPositions | Motion], body: Body | None) -> Motion:
+    """A motion in memory, on a body."""
+    from ..scene.motion.load import to_body
+
+    try:
+        return to_body(make(), Body.bundled() if body is None else body).motion
+    except (UnusableMotion, ValueError) as error:
+        raise ValueError(in_python(str(error))) from error
 
 
 def _refuse_head_down(motions: Sequence[Motion], pose: PoseFacts) -> None:

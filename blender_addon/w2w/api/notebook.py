@@ -56,7 +56,7 @@ POSE_OPTION = re.compile(r"--pose-(rate|unit|up|joints)")
 def in_python(text: str) -> str:
     """A message of the core in the words of the Python API: an option is the parameter that it stands for."""
     names = {"joints": "joint_set"}
-    text = ONLY_ELSEWHERE.sub("", text)
+    text = ONLY_ELSEWHERE.sub("", text).replace("(--person)", "pose=PoseFacts(person=...)")
     return POSE_OPTION.sub(lambda found: f"pose=PoseFacts({names.get(found[1], found[1])}=...)", text)
 
 

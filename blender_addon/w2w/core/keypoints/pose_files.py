@@ -172,16 +172,22 @@ def read_joints(path: str | Path, given: PoseFacts = NO_FACTS, ups: Ups = BY_ITS
     with reading(ValueError, MemoryError):
         raw = _READERS[path.suffix.lower()](path)
     facts = given.completed(raw.facts).completed(side_car_facts(path))
+    return joints_of(raw, facts, ups, shown(path.with_suffix(".json").name))
+
+
+def joints_of(raw: RawPose, facts: PoseFacts, ups: Ups = BY_ITSELF, side_car: str = "") -> JointPositions:
+    """Joint positions from a file's or a user's arrays and all facts; the `side_car` may say the rate.
+
+    Raises UnusableMotion, with the reason, as `read_joints` does.
+    """
     people = _people(raw.positions)
     raw = raw._replace(positions=chosen_person(people, facts.person))
     if raw.positions.ndim < 2:
         raise UnusableMotion(f"it has shape {raw.positions.shape}; joint positions have (frames, joints, 3)")
     refuse_too_long(len(raw.positions), max(1, raw.positions.shape[1]))
     if facts.rate is None:
-        raise UnusableMotion(
-            'it does not say its frame rate: give --pose-rate, or "rate" in '
-            f"{shown(path.with_suffix('.json').name)} next to it"
-        )
+        beside = f', or "rate" in {side_car} next to it' if side_car else ""
+        raise UnusableMotion(f"it does not say its frame rate: give --pose-rate{beside}")
     refuse_rate(facts.rate)
     joint_set, positions = joint_set_of(raw, facts.joint_set)
     positions = _seen(positions)

@@ -202,6 +202,17 @@ def read_amass(
     return replace(_motion_of(arrays, rate, up, ups), people=people)
 
 
+def smpl_motion(poses: np.ndarray, trans: np.ndarray, rate: float, up: Up | None = None) -> Motion:
+    """The motion of SMPL parameters in memory, as `read_amass` reads them from a file.
+
+    Raises UnusableMotion if they are no motion; the message says why.
+    """
+    refuse_rate(rate)
+    with reading(ValueError, TypeError):
+        given = {"poses": np.asarray(poses, np.float64), "trans": np.asarray(trans, np.float64)}
+        return _motion_of(given, rate, up, BY_ITSELF)
+
+
 def _motion_of(arrays: dict[str, np.ndarray], rate: float | None, up: Up | None, ups: Ups) -> Motion:
     """The motion, with the file's axis that is up turned to z."""
     poses = _poses(arrays)
