@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A choice of sensors as plain values in files."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -80,6 +81,14 @@ def need_content(need: Need) -> dict[str, Any]:
     parts = [_loss_content(part) | {"rate_hz": part.value} for part in need.parts]
     content = {"place": need.place, "patch": need.patch, "sentence": need.sentence(), "f1": rounded(need.f1)}
     return content | {"rows": rows, "values": values, **together, "parts": parts}
+
+
+def with_needs(cards: Sequence[dict[str, Any]], found: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The cards, each with what is needed at its patch (`need_content`), if that was found."""
+    of_patch = {need["patch"]: need for need in found}
+    return [
+        card | ({"needs": of_patch[card["patch"]]} if card["patch"] in of_patch else {}) for card in cards
+    ]
 
 
 def _loss_content(loss: Loss) -> dict[str, Any]:

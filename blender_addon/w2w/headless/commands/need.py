@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from w2w.core.files import write_json
-from w2w.core.findings.advice_content import need_content
+from w2w.core.findings.advice_content import need_content, with_needs
 from w2w.core.findings.summary import PLACEMENTS, write_placements
 from w2w.core.study.choosing import needed
 from w2w.core.study.clip_files import WORK, mark_changing, mark_whole
@@ -68,11 +68,7 @@ def need(
 def _write(out: Path, found: Sequence[dict[str, Any]]) -> None:
     """Write what each recommended sensor needs to its card in summary, table and report."""
     study = StudyResults.load(out, by=NAME)
-    of_patch = {one["patch"]: one for one in found}
-    cards = [
-        card | ({"needs": of_patch[card["patch"]]} if card["patch"] in of_patch else {})
-        for card in study.summary["cards"]
-    ]
+    cards = with_needs(study.summary["cards"], found)
     mark_changing(out, by=NAME)
     with listed(out, ["summary.json", PLACEMENTS]):
         write_placements(out, cards, study.patches)

@@ -67,7 +67,7 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
 
     bl_label = "Sensor Placement"
     bl_order = 3
-    titles = ("Choose Sensors",)
+    titles = ("Choose Sensors", "Find Needs")
 
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
@@ -125,6 +125,7 @@ def draw_worn(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.
         draw_info(layout, context, "Sets to wear together are chosen by the classifier Ridge only")
         return
     draw_sensors(layout, context, study, content)
+    layout.operator("w2w.find_needs", text="How Cheap May They Be?", translate=False, icon="TRIA_DOWN_BAR")
     draw_text(layout, context, _sentence(worn["sentence"]))
     following = worn["next_sensor"]
     if following:

@@ -149,3 +149,18 @@ def test_trainings_on_few_windows_and_on_many_name_alike(monkeypatch):
         monkeypatch.setattr("w2w.core.ranking.classifiers.discriminant.FEW", factor)
         alone = Ridge(alphas=(0.1,)).predict_folds(features, labels, fold, is_test)
         np.testing.assert_array_equal(both, alone)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_features_that_vary_in_a_few_windows_alone_stop_nothing(seed):
+    features, labels, fold, clip = library(seed, n_clips=120, n_features=40)
+    rng = np.random.default_rng(seed)
+    features[..., 20:26] = 0
+    for feature in range(20, 26):
+        features[rng.choice(len(clip), 3), :, feature] = 3 * rng.normal(size=(3, 1))
+    is_test = np.ones(len(clip), dtype=bool)
+    with_them, without = (
+        Ridge().predict_folds(some, labels, fold, is_test)
+        for some in (features, np.delete(features, range(20, 26), axis=2))
+    )
+    assert (with_them == without).mean() > 0.97

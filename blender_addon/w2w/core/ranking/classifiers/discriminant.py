@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -16,6 +17,8 @@ NEVER_VARIES = 1e-12
 """Variance of a feature that is the same in every training window."""
 KEPT_OUT = 1e30
 """Unit of the ridge if a feature never varies: large enough to switch it off, small enough to stay finite."""
+MOST_LARGER = 6
+"""Times that the ridge is made ten times as large where rounding leaves a matrix that cannot be solved."""
 FEW = 1.2
 """Windows per feature up to which the dual is solved (for windows): half the time at 1 and below."""
 
@@ -63,9 +66,7 @@ class Discriminant:
         """
         count = np.float32(windows.sum())
         unit = np.minimum(count * deviation(np.diag(within) / count, whole / count) ** 2, KEPT_OUT)
-        # a ridge keeps the matrix so well conditioned that single precision does
-        systems, aims = (with_ridge(within.copy(), ridge * unit) for ridge in ridges), count * means
-        return cls(means, windows, (solve_positive(system, aims) for system in systems))
+        return cls(means, windows, (_solved(within, ridge * unit, count * means) for ridge in ridges))
 
     @classmethod
     def by_windows(cls, inputs: np.ndarray, member: np.ndarray, ridges: np.ndarray) -> Discriminant:
@@ -96,6 +97,18 @@ class Discriminant:
         scores = multiply(slopes, inputs.T).reshape(*self._offsets.shape, -1)
         scores += self._offsets[..., None]
         return scores
+
+
+def _solved(within: np.ndarray, ridge: np.ndarray, aims: np.ndarray) -> np.ndarray:
+    """Solve with a ridge, which keeps the matrix so well conditioned that single precision does.
+
+    Where it does not, as for features that vary in a few windows alone, the ridge is ten times as large.
+    """
+    for _ in range(MOST_LARGER):
+        with suppress(np.linalg.LinAlgError):
+            return solve_positive(with_ridge(within.copy(), ridge), aims)
+        ridge = 10 * ridge
+    return solve_positive(with_ridge(within.copy(), ridge), aims)
 
 
 def deviation(within: np.ndarray, whole: np.ndarray) -> np.ndarray:

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How cheap the recommended sensors may be: what `w2w need` does, on the cards of the panel."""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ...core.findings.advice_content import need_content, with_needs
+from ...core.study.choosing import needed
+from ...core.study.results import StudyResults
+from ..jobs.jobs import Steps, in_thread, on_body, part
+from ..study import lists, operators
+from .save_results import save_steps
+
+
+def missing_for_needs(body: bpy.types.Object) -> str:
+    """What prevents finding needs, as a sentence, or ""."""
+    return "" if lists.advice_of(body.w2w) else "Choose sensors first (step 6)"
+
+
+@on_body
+def need_steps(mesh: bpy.types.Object) -> Steps:
+    """Save the study for a while, find in a thread what its sensors need, and keep it with their cards."""
+
+    def find(_: object) -> list[dict[str, Any]]:
+        return [need_content(one) for one in needed(StudyResults.load(folder))]
+
+    with tempfile.TemporaryDirectory(prefix="w2w_need_") as temporary:
+        folder = Path(temporary) / "results"
+        yield from part(save_steps(mesh, folder), 0.0, 0.5)
+        found = yield from in_thread(find, "trying cheaper sensors", 0.5, 1.0)
+    content = lists.advice_of(mesh.w2w) or {}
+    lists.keep_advice(mesh.w2w, content | {"cards": with_needs(content.get("cards", ()), found)})
+    return ". ".join(f"{need['place']}: {need['sentence'] or 'these clips tell nothing'}" for need in found)
+
+
+class W2W_OT_find_needs(operators.JobOperator, bpy.types.Operator):
+    """Find how slow, coarse, noisy and short in range each recommended sensor may be"""
+
+    missing = staticmethod(lambda _context, body: missing_for_needs(body))
+    steps = staticmethod(need_steps)
