@@ -10,7 +10,7 @@ import struct
 import tempfile
 import zlib
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from errno import ENOENT
 from pathlib import Path
@@ -241,6 +241,15 @@ def read_npy(path: str | Path, check: Check | None = None) -> np.ndarray:
             return _read_values(stream, path.stat().st_size)
     except (ValueError, *DAMAGED) as error:  # numpy's own words quote bytes
         raise ValueError(f"{path} is damaged or no npy file of numbers or text") from error
+
+
+def npy_shape(path: Path) -> tuple[int, ...]:
+    """Shape of an npy file's array by its header; () if it cannot be read."""
+    with suppress(ValueError, OSError, *DAMAGED):
+        if path.is_file():
+            with path.open("rb") as stream:
+                return read_header(stream)[0]
+    return ()
 
 
 def _read_values(stream: IO[bytes], held: int) -> np.ndarray:

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from w2w.core.body.skeleton import Y_UP_TO_Z_UP
 from w2w.core.files import write_npz
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.joint_sets import JOINT_SETS, JointSet, unseen
@@ -450,3 +452,65 @@ def test_a_gap_without_hips_and_shoulders_is_bridged_up_to_half_a_second(
     )
     with pytest.raises(UnusableMotion, match=said):
         read_joints(path)
+
+
+def test_humanml3d_features_are_the_joints_that_they_were_made_of(tmp_path, bundled_body, walk):
+    """Features as HumanML3D's own code makes them: the root's turn, steps and height, then the joints."""
+    joint_set = JOINT_SETS["humanml3d-22"]
+    positions = seen_as(joint_set, bundled_body, walk) @ Y_UP_TO_Z_UP
+    across = positions[:, 2] - positions[:, 1] + positions[:, 17] - positions[:, 16]  # right less left
+    forward = np.cross([0, 1, 0], across)
+    angle = np.arctan2(forward[:, 0], forward[:, 2])
+    start = Rotation.from_rotvec([0, -angle[0], 0]).as_matrix()  # its clips begin at the origin, facing z
+    truth = (positions - positions[0, 0] * [1, 0, 1]) @ start.T
+    upright = Rotation.from_rotvec(-(angle - angle[0])[:, None] * [0, 1, 0]).as_matrix()
+    features = np.zeros((len(truth), 263))
+    features[:-1, 0] = -np.diff(np.unwrap(angle)) / 2
+    steps = np.einsum("tij,tj->ti", upright[1:], np.diff(truth[:, 0], axis=0))
+    features[:-1, 1:3], features[:, 3] = steps[:, [0, 2]], truth[:, 0, 1]
+    local = truth[:, 1:] - truth[:, :1] * [1, 0, 1]
+    features[:, 4:67] = np.einsum("tij,tkj->tki", upright, local).reshape(len(truth), -1)
+    np.save(tmp_path / "new_joint_vecs.npy", features.astype(np.float32))
+    found = read_joints(tmp_path / "new_joint_vecs.npy", PoseFacts(rate=20.0))
+    assert (found.joint_set, found.up) == (joint_set, "y")
+    assert np.abs(found.positions - truth).max() < 0.005
+
+
+def test_kit_s_features_have_21_joints(tmp_path):
+    features = np.random.default_rng(0).normal(size=(9, 251))
+    np.save(tmp_path / "a.npy", features)
+    found = read_joints(tmp_path / "a.npy", PoseFacts(rate=12.5, up="y"))
+    assert (found.joint_set, found.n_frames) == (JOINT_SETS["kit-21"], 9)
+    np.testing.assert_allclose(found.positions[0, 1:].ravel(), features[0, 4:64])
+
+
+@pytest.mark.parametrize(
+    ("key", "name"),
+    [
+        ("posed_joints", "soma-77"),
+        ("posed_joints", "soma-30"),
+        ("posed_joints", "humanml3d-22"),
+        ("pred_joint_coords", "mhr-127"),
+        ("pred_keypoints_3d", "mhr-70"),
+    ],
+)
+def test_kimodo_and_sam_3d_body(tmp_path, bundled_body, walk, key, name):
+    positions = seen_as(JOINT_SETS[name], bundled_body, walk)
+    is_sam = key.startswith("pred")
+    if is_sam:  # in the camera x is right, y down
+        positions = np.stack([positions[..., 0], -positions[..., 2], positions[..., 1]], axis=2)
+    else:
+        positions = positions @ Y_UP_TO_Z_UP
+    camera = np.cumsum(np.full((len(positions), 3), 0.01), axis=0)
+    arrays = {key: positions, "global_rot_mats": np.zeros((2, 3, 3))}
+    write_npz(tmp_path / "a.npz", arrays | ({"pred_cam_t": camera} if is_sam else {}))
+    assert is_joint_file(tmp_path / "a.npz")
+    found = read_joints(tmp_path / "a.npz", PoseFacts(rate=30.0))
+    assert (found.joint_set, found.up) == (JOINT_SETS[name], "-y" if is_sam else "y")
+    np.testing.assert_allclose(found.positions, positions + (camera[:, None] if is_sam else 0), atol=1e-9)
+
+
+def test_a_robot_of_kimodo_is_no_body(tmp_path):
+    write_npz(tmp_path / "a.npz", {"posed_joints": np.ones((9, 34, 3))})
+    with pytest.raises(UnusableMotion, match="those of a robot"):
+        read_joints(tmp_path / "a.npz", PoseFacts(rate=30.0))

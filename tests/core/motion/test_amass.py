@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import N_JOINTS, Y_UP_TO_Z_UP
+from w2w.core.library.library import is_joint_file
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.source import UnusableMotion
 
@@ -196,3 +197,15 @@ def test_a_file_that_says_it_holds_days_is_refused_by_its_header(tmp_path):
         archive.writestr("poses.npy", b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header)
     with pytest.raises(UnusableMotion, match="too long to be read at once"):
         read_amass(tmp_path / "short.npz")
+
+
+def test_motion_x_s_322_numbers(tmp_path, arrays, waving):
+    numbers = np.random.default_rng(0).normal(size=(len(arrays["poses"]), 322))
+    numbers[:, :66], numbers[:, 309:312] = arrays["poses"][:, :66], arrays["trans"]
+    np.save(tmp_path / "a.npy", numbers)
+    assert not is_joint_file(tmp_path / "a.npy")
+    check(read_amass(tmp_path / "a.npy", waving.rate, "z"), waving)
+    with pytest.raises(UnusableMotion, match="it does not say its frame rate"):
+        read_amass(tmp_path / "a.npy")
+    np.save(tmp_path / "a.npy", numbers[:, :321])
+    assert is_joint_file(tmp_path / "a.npy")

@@ -147,3 +147,24 @@ def test_a_bone_map_nested_without_end_is_refused(tmp_path):
     path.write_text("[" * 100_000)
     with pytest.raises(ValueError, match="is not a bone map"):
         BoneMap.load(path)
+
+
+def test_the_joints_of_meta_s_rig_have_a_map():
+    sides = (
+        "upleg",
+        "lowleg",
+        "foot",
+        "ball",
+        "clavicle",
+        "uparm",
+        "lowarm",
+        "wrist_twist",
+        "wrist",
+        "middle1",
+    )
+    names = ["body_world", "root", *(f"c_spine{k}" for k in range(4)), "c_neck", "c_head", "c_jaw"]
+    names += [f"{side}_{part}" for side in "lr" for part in sides]
+    bone_map, matched = best_match(names)
+    assert (bone_map.name, len(matched)) == ("MHR", len(JOINT_NAMES))
+    assert names[matched[JOINT_INDEX["right_wrist"]]] == "r_wrist"
+    assert names[matched[JOINT_INDEX["pelvis"]]] == "root"

@@ -6,6 +6,7 @@ import warnings
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..motion.source import UnusableMotion
 from .facts import PoseFacts
@@ -21,6 +22,9 @@ CANDIDATES = [name for name in JOINT_SETS if name not in SAME_JOINTS]
 
 HOLISTIC = (543, 553)
 """Points of MediaPipe's body, hands and face, without and with the irises, as FreeMoCap saves them."""
+
+FEATURES = {263: 22, 251: 21}
+"""Numbers a frame in HumanML3D's and KIT's features (Guo et al. 2022), and the joints that they are of."""
 
 CLEARLY = 0.6
 """A set is chosen by its body if the bones vary in length at most this much of the next best's."""
@@ -71,6 +75,8 @@ def joint_set_of(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray
 
 def _three_axes(array: np.ndarray, wanted: str | None) -> np.ndarray:
     """Positions (T, J, 3) of an array that may hold them flat or with a confidence."""
+    if array.ndim == 2 and array.shape[1] in FEATURES:
+        array = _placed(array.astype(np.float64))
     if array.ndim == 2 and array.shape[1] % 3 == 0 and array.shape[1]:
         array = array.reshape(len(array), -1, 3)
     if array.ndim == 3 and array.shape[1] in HOLISTIC:
@@ -81,6 +87,23 @@ def _three_axes(array: np.ndarray, wanted: str | None) -> np.ndarray:
         of = f" of {wanted}" if wanted else ""
         raise UnusableMotion(f"it has shape {array.shape}; joint positions{of} have (frames, joints, 3)")
     return array[:, :, :3]
+
+
+def _placed(features: np.ndarray) -> np.ndarray:
+    """Positions (T, J, 3) in HumanML3D's features.
+
+    They begin with the root's turn about y since the frame before (half the angle), its two steps and its
+    height; then follow the other joints against the root, as it is turned.
+    """
+    turned = np.concatenate([[0.0], np.cumsum(features[:-1, 0])])
+    back = Rotation.from_rotvec(-2 * turned[:, None] * [0, 1, 0]).as_matrix()
+    steps = np.zeros((len(features), 3))
+    steps[1:, [0, 2]] = features[:-1, 1:3]
+    root = np.cumsum(np.einsum("tij,tj->ti", back, steps), axis=0)
+    others = features[:, 4 : 1 + 3 * FEATURES[features.shape[1]]].reshape(len(features), -1, 3)
+    joints = np.einsum("tij,tkj->tki", back, others) + root[:, None]
+    root[:, 1] = features[:, 3]
+    return np.concatenate([root[:, None], joints], axis=1)
 
 
 IN_THE_PICTURE = (

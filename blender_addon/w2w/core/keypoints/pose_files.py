@@ -114,8 +114,14 @@ LONGEST_UNSEEN_S = 0.5
 """Longest time without hips and shoulders that is bridged: a step takes as long, and beyond it a motion would
 be invented."""
 
-USUAL_UP: dict[str, Up] = {"human36m-17": "z", "azure-kinect-32": "-y", "blazepose-33": "-y", C3D_JOINTS: "z"}
+USUAL_UP: dict[str, Up] = {
+    **dict.fromkeys(("human36m-17", C3D_JOINTS), "z"),
+    **dict.fromkeys(("azure-kinect-32", "blazepose-33", "mhr-70", "mhr-127"), "-y"),
+}
 """Axes that are up in a joint set's own world or camera, if not y."""
+
+CAMERA = "pred_cam_t"
+"""SAM 3D Body's path of the person; its joints are against that."""
 
 NO_FACTS = PoseFacts()
 
@@ -240,9 +246,14 @@ def _read_npz(path: Path) -> RawPose:
     if key is None:
         held = ", ".join(sorted(names)[:8]) or "nothing"
         raise UnusableMotion(f"it holds {held}, and none of {', '.join(POSITION_KEYS)}")
-    arrays = read_arrays(path, (key, *FACT_KEYS), MAX_BYTES, refuse_long_array)
+    arrays = read_arrays(path, (key, CAMERA, *FACT_KEYS), MAX_BYTES, refuse_long_array)
     facts = {name: arrays[name].item() for name in FACT_KEYS if name in arrays and arrays[name].size == 1}
-    return RawPose(arrays[key], (), facts_of(facts))
+    positions = arrays[key]
+    if key.startswith("pred_") and CAMERA in arrays and arrays[CAMERA].shape == (len(positions), 3):
+        positions = positions + arrays[CAMERA][:, None]
+    if key == "posed_joints" and positions.shape[-2:-1] == (34,):
+        raise UnusableMotion("its 34 joints are those of a robot, Unitree's G1: take a person's skeleton")
+    return RawPose(positions, (), facts_of(facts))
 
 
 def _read_npy(path: Path) -> RawPose:

@@ -13,7 +13,7 @@ from itertools import chain, count
 from pathlib import Path, PurePosixPath
 
 from ..files import array_names, reserved
-from ..motion.smpl_layouts import RESULT_SUFFIXES
+from ..motion.smpl_layouts import RESULT_SUFFIXES, is_motion_x
 from ..readers.animations import contents, telling_part
 from ..readers.asf_amc import AMC_SUFFIX
 from ..readers.import_checks import PLAIN_GLTF, USD_SUFFIXES, VRM_SUFFIXES
@@ -23,7 +23,8 @@ from .labels import NO_LABELS, LabelCheck, LibraryError, label_rows, spelled_onc
 
 POSITION_KEYS = (
     "positions", "keypoints", "joints", "joints3d", "joints_3d", "keypoints3d", "keypoints_3d",
-    "positions_3d", "poses3d", "poses_3d", "kp3d", "xyz",
+    "positions_3d", "poses3d", "poses_3d", "kp3d", "xyz", "posed_joints", "pred_joint_coords",
+    "pred_keypoints_3d",
 )  # fmt: skip
 """Names of the array of positions in npz and json files."""
 
@@ -327,7 +328,7 @@ def is_joint_file(path: Path) -> bool:
     """Whether a file is to be read as joint positions rather than as another kind of motion."""
     suffix = path.suffix.lower()
     if suffix != ".npz":
-        return suffix in JOINT_SUFFIXES
+        return suffix in JOINT_SUFFIXES and not is_motion_x(path)
     try:
         names = set(array_names(path)) if path.is_file() else set()
     except (OSError, ValueError):

@@ -13,11 +13,19 @@ from scipy.spatial.transform import Rotation, RotationSpline
 
 from ..body.body import TEMPLATES, Body
 from ..body.skeleton import BODY_HANDS, JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP, posed_joints
-from ..files import array_names, read_arrays, write_npz
+from ..files import array_names, read_arrays, read_npy, write_npz
 from ..filtering import butterworth, count_resampled
 from ..pickles import read_result
 from ..rotations import in_axes
-from .smpl_layouts import RESULT_KEYS, RESULT_SUFFIXES, chosen_person, in_smplx_form, people_in_result
+from .smpl_layouts import (
+    MOTION_X,
+    RESULT_KEYS,
+    RESULT_SUFFIXES,
+    chosen_person,
+    in_smplx_form,
+    is_motion_x,
+    people_in_result,
+)
 from .source import (
     UnusableMotion,
     reading,
@@ -255,9 +263,13 @@ def _read_arrays(path: Path, person: int | None) -> tuple[dict[str, np.ndarray],
     names = (*poses, *TRANS_KEYS, *RESULT_KEYS, *RATE_KEYS, *LABELS)
     is_result = path.suffix.lower() in RESULT_SUFFIXES
     check = partial(refuse_long_array, most_bones=BODY_JOINTS)
-    people = (
-        people_in_result(read_result(path)) if is_result else [read_arrays(path, names, MAX_BYTES, check)]
-    )
+    if is_result:
+        people = people_in_result(read_result(path))
+    elif is_motion_x(path):
+        numbers = read_npy(path)
+        people = [{name: numbers[:, places] for name, places in MOTION_X.items()}]
+    else:
+        people = [read_arrays(path, names, MAX_BYTES, check)]
     content = chosen_person(people, person)
     arrays = in_smplx_form({name: content[name] for name in names if name in content})
     if not any(arrays.keys() >= set(names) for names in POSE_KEYS):

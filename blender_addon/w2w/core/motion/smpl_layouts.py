@@ -2,11 +2,13 @@
 """SMPL parameters as pose estimators and AIST++ write them, under the names and in the form of smplx."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..files import npy_shape
 from ..wording import shown
 from .source import UnusableMotion
 
@@ -27,6 +29,11 @@ RESULT_KEYS = (*WHOLE, *WHOLE.values(), SCALE)
 
 RESULT_SUFFIXES = (".pkl", ".pt", ".pth")
 """Kinds of files in which estimators leave their results as pickles."""
+
+MOTION_X = {"global_orient": slice(3), "body_pose": slice(3, 66), "transl": slice(309, 312)}
+"""Places in Motion-X's 322 numbers a frame (Lin et al. 2023); the rest is of hands, face and shape."""
+
+MOTION_X_NUMBERS = 322
 
 Chosen = TypeVar("Chosen")
 
@@ -54,6 +61,12 @@ def in_smplx_form(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     if renamed.keys() >= set(IN_PARTS) and renamed[IN_PARTS[0]].ndim > 1:
         renamed.setdefault("transl", np.zeros((len(renamed[IN_PARTS[0]]), 3)))
     return renamed
+
+
+def is_motion_x(path: Path) -> bool:
+    """Whether a file is an npy of Motion-X's numbers."""
+    shape = npy_shape(path) if path.suffix.lower() == ".npy" else ()
+    return len(shape) == 2 and shape[1] == MOTION_X_NUMBERS
 
 
 def people_in_result(content: Any) -> list[dict[str, np.ndarray]]:

@@ -26,6 +26,7 @@ from ...core.motion.up import BY_ITSELF, Ups, Votes, stood
 from ...core.readers.asf_amc import AMC_SUFFIX, read_amc
 from ...core.readers.bvh import BVH_SUFFIX, read_bvh
 from ...core.readers.mvnx import MVNX_SUFFIX, read_mvnx
+from ...core.readers.poselib import read_poselib
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.retargeting.retarget import retarget
 
@@ -76,10 +77,12 @@ def read_motion(path: Path, pose: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF, an
     that is up of any file, whatever it says itself; `ups` are its library's axes. Raises `UnusableMotion`
     if it cannot be used.
     """
+    kind = path.suffix.lower()
+    if kind == ".npy" and (skeleton := read_poselib(path, pose.rate)) is not None:
+        return stood(skeleton, pose.up or "z", "z")
     if is_joint_file(path):
         return read_joints(path, pose, ups)
-    kind = path.suffix.lower()
-    if kind in SMPL_SUFFIXES:
+    if kind in (*SMPL_SUFFIXES, ".npy"):  # npy: Motion-X's
         return read_amass(path, pose.rate, pose.up, ups, pose.person)
     chosen_person((path,), pose.person)  # the others hold one, or choose by themselves
     if kind == BVH_SUFFIX:
