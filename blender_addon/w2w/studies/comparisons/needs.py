@@ -13,7 +13,7 @@ from w2w.core.files import atomic_write, write_text
 from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.keypoints.fit import fit_keypoints
-from w2w.core.study.variants import FINEST_HZ, KNOBS
+from w2w.core.study.variants import ALONE, FINEST_HZ, KNOBS
 from w2w.drawing.page import ACCENT, DPI, FAINT, INK
 
 from ..datasets.utd_mhad import UTD_IMU_RATE, read_utd_mhad
@@ -95,7 +95,10 @@ def write_needs(out: Path, sets: Sequence[Curves]) -> str:
 def _cheapest(sets: Sequence[Curves]) -> list[str]:
     """The cheapest values by set and site, worn and simulated."""
     knobs = [*COUNTED]
-    lines = [f"| set, site | F1 | {' | '.join(knobs)} |", "|---|---|" + "---|" * len(knobs)]
+    lines = [
+        f"| set, site | F1 | {' | '.join(knobs)} | no gyroscope |",
+        "|---|---|---|" + "---|" * len(knobs),
+    ]
     for one in sets:
         for number, site in enumerate(one.sites):
             cells = [f"{one.f1[0, number]:.2f}, {one.f1[1, number]:.2f}"]
@@ -103,12 +106,11 @@ def _cheapest(sets: Sequence[Curves]) -> list[str]:
                 names = ["as it is", *(one.tried[row].name for row in one.rows(knob))]
                 steps = one.steps(knob)[:, number] if one.rows(knob) else []
                 cells.append(", ".join(names[step] for step in steps))
+            alone = [one.loss[:, row, number] for row in one.rows(ALONE)]
+            cells.append("".join(f"{worn_loss:.2f}, {made_loss:.2f}" for worn_loss, made_loss in alone))
             lines.append(f"| {one.name}, {site} | {' | '.join(cells)} |")
-    return [
-        *lines,
-        "",
-        "In each cell worn, then simulated: macro F1 with the part as it is, cheapest values.",
-    ]
+    said = "F1 with the part as it is, cheapest values, F1 lost without the gyroscope"
+    return [*lines, "", f"In each cell worn, then simulated: {said}."]
 
 
 def _rows(sets: Sequence[Curves]) -> list[list[object]]:
