@@ -121,3 +121,11 @@ def test_clips_without_a_label_come_last(folder):
 )
 def test_an_action_s_name_labels_where_it_says_anything(action, activity):
     assert activity_of_action(action, "Rig") == activity
+
+
+def test_files_of_kinds_that_are_not_read_are_counted(folder):
+    for name in ("a.mot", "b.mot"):
+        (folder / name).touch()
+    unread = plan_folder(folder).unread
+    assert unread.startswith("2 files of kinds that are not read: 2 .mot; mot and sto hold the angles")
+    assert plan_folder(folder, BY_FILE).unread == unread

@@ -17,7 +17,7 @@ from ..body.body import PACKAGE
 from ..csv_tables import apart, csv_text
 from ..files import DIGITS, file_sha256, write_json, write_text
 from ..garments.cover import garment_content, garment_sentence
-from ..library.library import Library
+from ..library.library import Library, not_read_sentence
 from ..patches.patches import PatchSet
 from ..ranking.costs import cost, costs_at, does_as_well
 from ..ranking.utility import UtilityMap
@@ -75,7 +75,7 @@ def write_failure(out: Path, library: Library, problem: str, clips: Sequence[Cli
     """Write a `summary.json` with what was wrong, and the list of clips with the reason each was skipped."""
     skipped = _skipped(clips, library)
     used = [_entry(result) for result in clips if result.used]
-    write_clip_list(out, [*used, *skipped])
+    write_clip_list(out, [*used, *skipped, *_not_read(library)])
     found = len(library.clips) + len(library.skipped)
     content = {
         "problem": problem,
@@ -93,6 +93,14 @@ def _skipped(results: Sequence[ClipResult], library: Library) -> list[Entry]:
         {"file": result.clip.file, "skipped": result.reason, "sha256": result.source_sha256}
         for result in results
         if not result.used
+    ]
+
+
+def _not_read(library: Library) -> list[Entry]:
+    """An entry for each kind of files that are not read, with how many there are and what to do."""
+    return [
+        {"file": f"*{suffix}", "skipped": not_read_sentence([(suffix, number)]), "files": number}
+        for suffix, number in library.unread
     ]
 
 
@@ -291,6 +299,7 @@ def _listed(study: Study) -> Iterator[Entry]:
         same = {"same_motion_as": copies[result.clip.file]} if result.clip.file in copies else {}
         yield _entry(result) | same
     yield from _skipped(study.clips, study.library)
+    yield from _not_read(study.library)
 
 
 def _entry(result: ClipResult) -> Entry:

@@ -32,6 +32,7 @@ class ImportPlan:
     left_out: tuple[tuple[str, str], ...] = ()  # files that it would leave out, each with the reason
     known: tuple[str, ...] = ()  # files that were taken before, which it would not take again
     check: LabelCheck = NO_LABELS  # what stood out in a csv
+    unread: str = ""  # how many files are of kinds that are not read, in a sentence
 
     @property
     def activities(self) -> dict[str, list[str]]:
@@ -55,8 +56,8 @@ def plan_folder(folder: Path, by: str = AUTOMATIC, csv: Path | None = None) -> I
     clips: Sequence[Clip] = library.clips
     if by in (BY_FOLDER, BY_FILE):
         clips = [replace(clip, activity=_label(clip.path, by, clip.animation)) for clip in clips]
-        return _plan(clips, library.skipped, NO_LABELS)
-    return _plan(clips, library.skipped, library.check)
+    check = NO_LABELS if by in (BY_FOLDER, BY_FILE) else library.check
+    return replace(_plan(clips, library.skipped, check), unread=library.unread_sentence())
 
 
 def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = None) -> ImportPlan:

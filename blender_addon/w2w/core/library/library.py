@@ -6,7 +6,7 @@ import os
 import posixpath
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain, count
@@ -112,9 +112,7 @@ class Library:
     labelled_by: str  # where the labels come from, in words
     skipped: tuple[tuple[str, str], ...] = ()  # files left out, each with the reason
     check: LabelCheck = NO_LABELS  # what stood out in the labels
-    unread: tuple[
-        tuple[str, int], ...
-    ] = ()  # kinds of files that are not read, by their suffix, and how many
+    unread: tuple[tuple[str, int], ...] = ()  # suffixes of files that are not read, and how many
 
     @property
     def activities(self) -> dict[str, int]:
@@ -123,12 +121,17 @@ class Library:
 
     def unread_sentence(self) -> str:
         """How many files are of kinds that are not read, and what to do; "" if none is."""
-        if not self.unread:
-            return ""
-        kinds = listed([f"{number} {suffix}" for suffix, number in self.unread])
-        ways = dict.fromkeys(WAYS[suffix] for suffix, _ in self.unread if suffix in WAYS)
-        files = count_of("file", sum(number for _, number in self.unread))
-        return "; ".join([f"{files} of kinds that are not read: {kinds}", *ways])
+        return not_read_sentence(self.unread)
+
+
+def not_read_sentence(unread: Sequence[tuple[str, int]]) -> str:
+    """How many files are of kinds that are not read, by their suffix, and what to do; "" if none is."""
+    if not unread:
+        return ""
+    kinds = listed([f"{number} {suffix}" for suffix, number in unread])
+    ways = dict.fromkeys(WAYS[suffix] for suffix, _ in unread if suffix in WAYS)
+    files = count_of("file", sum(number for _, number in unread))
+    return "; ".join([f"{files} of kinds that are not read: {kinds}", *ways])
 
 
 def read_library(

@@ -183,8 +183,8 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
         files = ((clip.file, clip.path) for clip in plan.clips)
         seen = look_up(files, PoseFacts(self.frame_rate or None, up=self.given_up))
         notes = list(label_notes(plan.check))
-        if up := seen.sentence():
-            notes.append(f"Up: {up}")
+        notes += [f"Up: {up}"] if (up := seen.sentence()) else []
+        notes += [plan.unread] if plan.unread else []
         items = import_items(plan, self.frame_rate, self.given_up)
         return ImportList(items, plan.activities, plan.known, plan.left_out, notes, ups=seen.ups)
 
