@@ -80,7 +80,7 @@ FOLDER = {  # commands that write into a folder, and a name in it that they need
     "sweep": ("sweep results --out OUT", "places.csv"),
     "export": ("export results --for aeon --out OUT", "README.md"),
     "place": ("place results --out OUT", "anything"),
-    "validate dsads": ("validate dsads data.npz --motions motions --out OUT", "report.md"),
+    "validate dsads": ("validate dsads data.npz motions --out OUT", "report.md"),
     "validate utd-mhad": ("validate utd-mhad data.npz --out OUT", "report.md"),
     "validate mmfit": ("validate mmfit gait --out OUT", "report.md"),
     "validate vidimu": ("validate vidimu gait --out OUT", "report.md"),
