@@ -68,7 +68,8 @@ test-blender-5:
 	.venv-blender-5/bin/python -m pytest -n 2 --dist worksteal -m "$(or $(MARK),not slow and not later)" tests/scene tests/ui \
 		tests/headless/test_bad_input.py $(addprefix tests/headless/commands/test_,run.py inspect.py)
 
-# Files read by the programs they are for (OpenSim, gaitmap, the BIDS validator), in environments of their own.
+# Files read by the programs they are for (OpenSim, gaitmap, the BIDS validator), in environments of their own,
+# and packs for pose estimators as their loaders do.
 test-peers: setup
 	PYTHON=$(CURDIR)/.venv/bin/python tools/test_peers.sh
 

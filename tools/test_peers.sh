@@ -43,6 +43,9 @@ test_with() {
 test_with gaitmap "gaitmap_takes or pandas" gaitmap==2.6.0 numpydoc==1.8.0
 test_with opensim opensim_reads opensim==4.6
 
+# loaders of pose estimators, stated anew in the tests: with PyTorch, among the ordinary test libraries
+run_tests "$python" poses tests/headless/commands/test_export_poses.py
+
 environment bids bids-validator-deno==3.0.2
 W2W_BIDS_VALIDATOR="$PWD/.venv-peers/bids/bin/bids-validator-deno" \
   run_tests "$python" bids tests/headless/commands/test_export_bids.py

@@ -106,35 +106,45 @@ def test_training_data_of_pose_estimators(results, bundled_body, tmp_path, torch
     facts = json.loads((folder / "clips.json").read_text())
     clips = [clip for clip, *_ in facts["clips"]]
     parts = {path.stem: torch.load(path, weights_only=True) for path in folder.glob("*.pt")}
+    is_mobile, whole = method == "mobileposer", parts.pop("test", parts.pop("w2w", None))
+    if is_mobile:
+        assert parts == {}
+        parts = {"vacc": whole.pop("acc"), "vrot": whole.pop("ori"), **whole}
+    elif method == "transpose":
+        assert whole.keys() == {"acc", "ori", "pose", "tran"}
+        assert all(map(torch.equal, whole["acc"], parts["vacc"]))
     expected = {"pose", "tran", "shape", "joint", "vrot", "vacc"}
-    assert set(parts) == (expected | {"contact"} if method == "mobileposer" else expected)
+    assert set(parts) == (expected | {"contact"} if is_mobile else expected)
     assert all(len(values) == 8 for values in parts.values())
     legs = "lower leg" if method == "transpose" else "thigh"
     places = ["left forearm", "right forearm", f"left {legs}", f"right {legs}", "head", "pelvis"]
     assert [name.split(" ", 1)[1] for name in facts["sensors"]] == places
     number = clips.index("fast_1")
     one = {name: values[number].numpy() for name, values in parts.items()}
-    n_frames = 299  # 150 frames at 30 Hz, at 60
+    assert facts["rate_hz"] == (30 if is_mobile else 60)
+    n_frames, step = (150, 1) if is_mobile else (299, 2)  # of 150 frames at 30 Hz
     assert {name: values.shape for name, values in one.items()} == {
-        "pose": (n_frames, 24, 3), "tran": (n_frames, 3), "shape": (10,), "joint": (n_frames, 24, 3),
-        "vrot": (n_frames, 6, 3, 3), "vacc": (n_frames, 6, 3),
-    } | ({"contact": (n_frames, 2)} if method == "mobileposer" else {})  # fmt: skip
+        "pose": (n_frames, 24, *((3, 3) if is_mobile else (3,))), "tran": (n_frames, 3), "shape": (10,),
+        "joint": (n_frames, 24, 3), "vrot": (n_frames, 6, 3, 3), "vacc": (n_frames, 6, 3),
+    } | ({"contact": (n_frames, 2)} if is_mobile else {})  # fmt: skip
     assert all(values.dtype in (np.float32, np.int32) for values in one.values())
     motion = Motion.load(results / "motions" / "fast_1.npz")
     stored = np.load(results / "motions" / "fast_1.npz")
-    pose = Rotation.from_rotvec(one["pose"][::2].reshape(-1, 3)).as_matrix().reshape(-1, 24, 3, 3)
+    pose = one["pose"][::step]
+    if not is_mobile:
+        pose = Rotation.from_rotvec(pose.reshape(-1, 3)).as_matrix().reshape(-1, 24, 3, 3)
     amass = Rotation.from_rotvec(stored["poses"].reshape(-1, 3)).as_matrix().reshape(-1, 24, 3, 3)
     np.testing.assert_allclose(pose[:, 1:], amass[:, 1:], atol=1e-5)
     np.testing.assert_allclose(pose[:, 0], Y_UP @ amass[:, 0], atol=1e-5)
-    np.testing.assert_allclose(one["tran"][::2], stored["trans"] @ Y_UP.T, atol=1e-5)
+    np.testing.assert_allclose(one["tran"][::step], stored["trans"] @ Y_UP.T, atol=1e-5)
     _, joints = joint_transforms(bundled_body, motion)
-    np.testing.assert_allclose(one["joint"][::2], (joints - SMPL_PELVIS) @ Y_UP.T, atol=1e-5)
+    np.testing.assert_allclose(one["joint"][::step], (joints - SMPL_PELVIS) @ Y_UP.T, atol=1e-5)
     np.testing.assert_allclose(one["joint"][:, 0], one["tran"], atol=1e-5)
     # the head's sensor rides on the head's bone: its orientation is that bone's, as after calibration
     world = pose[:, 0]
     for joint in ("spine1", "spine2", "spine3", "neck", "head"):
         world = world @ pose[:, JOINT_INDEX[joint]]
-    apart = Rotation.from_matrix(world.swapaxes(1, 2) @ one["vrot"][::2, 4]).magnitude()
+    apart = Rotation.from_matrix(world.swapaxes(1, 2) @ one["vrot"][::step, 4]).magnitude()
     assert np.degrees(apart).max() < 3
     assert abs(one["vacc"][10:-10, 4].mean(axis=0)).max() < 1.5  # no 9.81 is left in it
 

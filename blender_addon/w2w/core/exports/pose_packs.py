@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Training data of inertial pose estimators: TransPose, PIP and PNP; IMUPoser; MobilePoser.
 
-Their preprocessing (`process_amass` in each project's public code) saves one list a file, one entry a clip:
-``pose`` (T, 24, 3) axis-angle, ``tran`` (T, 3), ``shape`` (10), ``joint`` (T, 24, 3), ``vacc`` (T, N, 3)
-acceleration without gravity and ``vrot`` (T, N, 3, 3) orientation, both in a world whose y axis points up, at
-60 Hz. An orientation is that of the sensor against its own in the T-pose, as after their calibration.
+The preprocessing of all but MobilePoser (`process_amass` in each project's public code) saves one
+list a file, one entry a clip: ``pose`` (T, 24, 3) axis-angle, ``tran`` (T, 3), ``shape`` (10), ``joint``
+(T, 24, 3), ``vacc`` (T, N, 3) acceleration without gravity and ``vrot`` (T, N, 3, 3) orientation, both in a
+world whose y axis points up, at 60 Hz. TransPose and PIP test by one file, a dict of ``acc``, ``ori``,
+``pose`` and ``tran``; MobilePoser trains by one, with matrices (T, 24, 3, 3) as ``pose``, and ``joint`` and
+``contact``, at 30 Hz. An orientation is that of the sensor against its own in the T-pose, as after their
+calibration.
 """
 
 from pathlib import Path
@@ -21,10 +24,21 @@ from ..motion.motion import SMPL_PELVIS
 from ..motion.skinning import joint_transforms
 from .study_signals import WornClip, WornSignals
 
-RATE_HZ = 60.0
-
 METHODS = {"transpose": "TransPose", "imuposer": "IMUPoser", "mobileposer": "MobilePoser"}
 """Methods whose published sites are the default."""
+
+RATES_HZ = {"transpose": 60.0, "imuposer": 60.0, "mobileposer": 30.0}
+"""Frames per second that a method's programs expect."""
+
+ONE_FILE = {
+    "transpose": ("test.pt", {"acc": "vacc", "ori": "vrot", "pose": "pose", "tran": "tran"}),
+    "mobileposer": (
+        "w2w.pt",
+        {"acc": "vacc", "ori": "vrot"}
+        | {name: name for name in ("pose", "tran", "joint", "shape", "contact")},
+    ),
+}
+"""File that a method's own program opens, and its lists by their names there, each with ours."""
 
 ORDER = (
     *(f"{side} {part}" for part in ("forearm", "lower leg", "thigh") for side in ("left", "right")),
@@ -69,12 +83,17 @@ def write_pose_pack(folder: Path, signals: WornSignals, method: str) -> int:
         for part, values in _parts(clip, signals.body, gravity, method).items():
             parts.setdefault(part, []).append(torch.from_numpy(np.ascontiguousarray(values)))
     if not names:
-        raise ValueError(f"every clip is shorter than {FEWEST_FRAMES} frames at {RATE_HZ:g} Hz")
-    for part, tensors in parts.items():
-        with atomic_write(folder / f"{part}.pt") as stream:
-            torch.save(tensors, stream)
-    sensors = list(signals.names)
-    write_json(folder / "clips.json", {"rate_hz": RATE_HZ, "up": "y", "sensors": sensors, "clips": names})
+        raise ValueError(f"every clip is shorter than {FEWEST_FRAMES} frames at {signals.rate:g} Hz")
+    files: dict[str, Any] = {f"{part}.pt": tensors for part, tensors in parts.items()}
+    if method in ONE_FILE:
+        file, lists = ONE_FILE[method]
+        whole = {file: {name: parts[part] for name, part in lists.items()}}
+        files = whole if method == "mobileposer" else files | whole
+    for file, content in files.items():
+        with atomic_write(folder / file) as stream:
+            torch.save(content, stream)
+    facts = {"rate_hz": signals.rate, "up": "y", "sensors": list(signals.names), "clips": names}
+    write_json(folder / "clips.json", facts)
     return len(names)
 
 
@@ -83,8 +102,9 @@ def _parts(clip: WornClip, body: Body, gravity: np.ndarray, method: str) -> dict
     turned = TO_Y_UP @ clip.orientations @ clip.rest.swapaxes(-1, -2) @ TO_Y_UP.T
     joints = (joint_transforms(body, motion)[1] - SMPL_PELVIS) @ TO_Y_UP.T
     force = np.einsum("tnij,tnj->tni", clip.orientations, clip.recording.acc.astype(np.float64))
-    in_smpl_axes = TO_Y_UP @ motion.rotations @ TO_Y_UP.T
-    pose = Rotation.from_matrix(in_smpl_axes.reshape(-1, 3, 3)).as_rotvec().reshape(-1, N_JOINTS, 3)
+    pose = in_smpl_axes = TO_Y_UP @ motion.rotations @ TO_Y_UP.T
+    if method != "mobileposer":
+        pose = Rotation.from_matrix(in_smpl_axes.reshape(-1, 3, 3)).as_rotvec().reshape(-1, N_JOINTS, 3)
     parts = {
         "pose": pose,
         "tran": (motion.pelvis - SMPL_PELVIS) @ TO_Y_UP.T,

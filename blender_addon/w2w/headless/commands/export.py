@@ -73,7 +73,7 @@ def export(
     names = ", ".join(signals.names) if len(signals.names) <= 6 else f"{len(signals.names)} sensors"
     what = f"{count} {'windows' if tool in WINDOWED else 'clips'} of {names}"
     if tool in pose_packs.METHODS:
-        what += f" at {pose_packs.RATE_HZ:g} Hz"
+        what += f" at {pose_packs.RATES_HZ[tool]:g} Hz"
     console.print(f"{what}: {shown(target)}")
 
 
@@ -90,6 +90,6 @@ def _signals(
     given = list(study.patches.names if places.strip().lower() == ALL else words(places))
     if tool in pose_packs.METHODS:
         patches = placed(study, given or pose_packs.sites_of(tool))
-        return WornSignals(study, patches, pose_packs.RATE_HZ, model)
+        return WornSignals(study, patches, pose_packs.RATES_HZ[tool], model)
     patches = placed(study, given or list(StudySignals.at(study, "", say).names))
     return WornSignals(study, patches, config.synthesis.rate_hz, model)
