@@ -92,9 +92,8 @@ def with_needs(cards: Sequence[dict[str, Any]], found: Sequence[dict[str, Any]])
 
 
 def _loss_content(loss: Loss) -> dict[str, Any]:
-    return {
-        "parameter": loss.knob, "value": loss.name, "f1": rounded(loss.f1), **cost_content(loss.cost)
-    }  # fmt: skip
+    content = {"parameter": loss.knob, "value": loss.name, "f1": rounded(loss.f1)}
+    return content | cost_content(loss.cost)
 
 
 def in_stream_content(expected: ExpectedF1 | None) -> dict[str, Any]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
+from itertools import takewhile
 from math import inf
 from typing import NamedTuple
 
@@ -78,7 +79,8 @@ class Need:
 
     def cheapest(self, knob: str) -> Loss | None:
         """The cheapest value up to which none costs more than .02; None if it is the study's own."""
-        return _last_good(self.of(knob))
+        good = [*takewhile(lambda loss: loss.cost.as_good, self.of(knob))]
+        return good[-1] if good else None
 
     def sentence(self) -> str:
         """The card's line; "" where the clips tell nothing."""
@@ -100,15 +102,6 @@ def _short(cost: float) -> str:
     return f"{as_shown(cost):.2f}".lstrip("0") if as_shown(cost) > 0 else "nothing"
 
 
-def _last_good(losses: Sequence[Loss]) -> Loss | None:
-    good = None
-    for loss in losses:
-        if not loss.cost.as_good:
-            break
-        good = loss
-    return good
-
-
 def needs(
     study: StudyResults, patches: Sequence[int], places: Sequence[str], numbers: Sequence[int]
 ) -> list[Need]:
@@ -123,23 +116,22 @@ def needs(
             "what a sensor needs is found by the ridge, from accelerometer and gyroscope on the skin: "
             "not with garments, further sensors or another classifier"
         )
+    for clip in study.clips:
+        if not motion_file(study.out, clip.name).exists():
+            raise ValueError(
+                f"{clip.name} has no motion in {shown(study.out)} to make its signals from again"
+            )
     usual = at_rate(config, own_rate(config))
     body, clips = study.body(), [study.clips[number] for number in numbers]
     called = tuple(study.patches.names[patch] for patch in patches)
     chosen = replace(at_patches(study.patches, list(patches)), own_names=called)
     with unthreaded_products():
-        seen = []
-        for clip in clips:
-            if not motion_file(study.out, clip.name).exists():
-                raise ValueError(
-                    f"{clip.name} has no motion in {shown(study.out)} to make its signals from again"
-                )
-            motion = measured(study.motion(clip.name), config)
-            seen.append(
-                record_motion(body, chosen, motion, usual.synthesis).labelled(
-                    called, clip.activity, clip.subject, clip.name
-                )
+        seen = [
+            record_motion(body, chosen, measured(study.motion(clip.name), config), usual.synthesis).labelled(
+                called, clip.activity, clip.subject, clip.name
             )
+            for clip in clips
+        ]
         return [
             at.completed(at.need(place))
             for column, (patch, place) in enumerate(zip(patches, places, strict=True))
@@ -218,8 +210,7 @@ class Place:
     def _losses(self, others: Sequence[Variant]) -> tuple[Loss, ...]:
         usual = self._usual
         tried = [self._tried(variant.config) for variant in others]
-        errors = np.array([usual.errors(one) for one in tried])
-        losses = []
+        errors, losses = np.array([usual.errors(one) for one in tried]), []
         for variant, one, of_pair in zip(others, tried, errors, strict=True):
             reach = reach_of(of_pair, np.square(errors).mean(), LEVEL) if errors.size else 1.0
             cost = judged(usual.f1 - one.f1, reach, holds_zero(usual.samples - one.samples))

@@ -84,18 +84,18 @@ def _with(config: StudyConfig, **changes: object) -> StudyConfig:
     return with_model(config, replace(config.sensor_model(), **changes))  # type: ignore[arg-type]
 
 
-def _ranged(name: str, unit: float) -> Callable[[StudyConfig, float], StudyConfig]:
+def _range_of(name: str, unit: float) -> tuple[Callable[[StudyConfig], float], Callable[..., StudyConfig]]:
+    """A triad's range in some unit, and how it is changed: its words stay as long."""
+
+    def own(config: StudyConfig) -> float:
+        return (getattr(config.sensor_model(), name).full_scale or inf) / unit
+
     def altered(config: StudyConfig, value: float) -> StudyConfig:
         triad: Triad = getattr(config.sensor_model(), name)
-        finer = value * unit / triad.full_scale if triad.full_scale else 1.0  # its words stay as long
-        changed = replace(triad, full_scale=value * unit, resolution=triad.resolution * finer)
-        return _with(config, **{name: changed})
+        step = triad.resolution * (value * unit / triad.full_scale if triad.full_scale else 1.0)
+        return _with(config, **{name: replace(triad, full_scale=value * unit, resolution=step)})
 
-    return altered
-
-
-def _own_range(name: str, unit: float) -> Callable[[StudyConfig], float]:
-    return lambda config: (getattr(config.sensor_model(), name).full_scale or inf) / unit
+    return own, altered
 
 
 def _of_bits(config: StudyConfig, bits: float) -> StudyConfig:
@@ -112,6 +112,10 @@ def _of_bits(config: StudyConfig, bits: float) -> StudyConfig:
 def _own_bits(config: StudyConfig) -> float:
     triad = config.sensor_model().accelerometer
     return log2(2 * triad.full_scale / triad.resolution) if triad.full_scale and triad.resolution else inf
+
+
+def _own_noise(config: StudyConfig) -> float:
+    return 1.0 if config.sensor_model().accelerometer.noise_density else inf
 
 
 def _noisier(config: StudyConfig, factor: float) -> StudyConfig:
@@ -133,24 +137,12 @@ def _windowed(config: StudyConfig, length: float) -> StudyConfig:
     return replace(config, windows=replace(usual, length_s=length, stride_s=stride))
 
 
-_DEGREE = radians(1.0)
-
 KNOBS = {
     RATE: Knob((200, 100, 50, 25, 20, 10, 5), own_rate, at_rate, "{:g} Hz".format),
-    FORCE_RANGE: Knob(
-        (16, 8, 4, 2),
-        _own_range("accelerometer", STANDARD_GRAVITY),
-        _ranged("accelerometer", STANDARD_GRAVITY),
-        "±{:g} g".format,
-    ),
-    TURN_RANGE: Knob(
-        (2000, 1000, 500, 250, 125),
-        _own_range("gyroscope", _DEGREE),
-        _ranged("gyroscope", _DEGREE),
-        "±{:g} °/s".format,
-    ),
+    FORCE_RANGE: Knob((16, 8, 4, 2), *_range_of("accelerometer", STANDARD_GRAVITY), "±{:g} g".format),
+    TURN_RANGE: Knob((2000, 1000, 500, 250, 125), *_range_of("gyroscope", radians(1.0)), "±{:g} °/s".format),
     BITS: Knob((16, 12, 10, 8, 6, 4), _own_bits, _of_bits, "{:.3g} bit".format),
-    NOISE: Knob((1, 3, 10, 30, 100), lambda _: 1.0, _noisier, "{:g} ×".format),
+    NOISE: Knob((1, 3, 10, 30, 100), _own_noise, _noisier, "{:g} ×".format),
     ALONE: Knob(
         (ACCELEROMETER, GYROSCOPE),
         lambda _: inf,
