@@ -21,6 +21,7 @@ from .blender import NoBlenderError
 from .commands.calibrate import calibrate_sensor
 from .commands.demo import demo
 from .commands.export import export
+from .commands.init import init
 from .commands.inspect import inspect
 from .commands.need import need
 from .commands.place import place
@@ -90,6 +91,7 @@ APP = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 
@@ -111,7 +113,7 @@ def _options(
     """
 
 
-for command in (run, demo, place, need, inspect, report, export, synth, sensors):
+for command in (run, init, demo, place, need, inspect, report, export, synth, sensors):
     APP.command()(command)
 APP.command("rank-recordings")(rank_recordings)
 APP.command("calibrate")(calibrate_sensor)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Exit codes of commands, and output that several of them share."""
 
+import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -37,6 +38,16 @@ class Terminal(Console):
         return super().render_str(harmless(text), **options)
 
 
+def console_beside(as_json: bool) -> Terminal:
+    """A console for people; where a program reads the output, it says on stderr what is wrong, no more."""
+    return Terminal(stderr=as_json, quiet=as_json)
+
+
+def print_json(content: object) -> None:
+    """Print what a command found for programs, and nothing else."""
+    print(json.dumps(content, ensure_ascii=False, indent=2))
+
+
 @contextmanager
 def ending(code: int, console: Console, prefix: str = "") -> Iterator[None]:
     """End the command with an exit code if the block raises, after printing `prefix` and the error.
@@ -46,6 +57,7 @@ def ending(code: int, console: Console, prefix: str = "") -> Iterator[None]:
     try:
         yield
     except (UnusableMotion, ValueError, OSError) as error:
+        console.quiet = False
         console.print(f"{prefix}{error}", style="red")
         raise typer.Exit(BUSY if isinstance(error, UnfinishedError) else code) from error
 

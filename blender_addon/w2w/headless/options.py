@@ -50,6 +50,8 @@ def argument(name: str, about: str) -> Any:
     return typer.Argument(metavar=name, help=about)
 
 
+AsJson = Annotated[bool, option("Print what was found as JSON instead, for programs.", "--json")]
+
 PoseRate = Annotated[
     float | None,
     option(

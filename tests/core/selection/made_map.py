@@ -17,6 +17,7 @@ def ranked(expected, reliability=0.8, clips=12, half_width=0.0625, **more):
         "mean_samples": np.tile(expected, (8, 1)),
         "level": 0.95,
         "expected_mean": expected,
+        "expected_f1": np.repeat(expected[:, None], 2, axis=1),
         "expected_low": expected - half_width,
         "expected_high": expected + half_width,
         "errors": 0.02 * np.random.default_rng(0).choice([-1.0, 1.0], size=(200, len(expected))),

@@ -110,6 +110,7 @@ def place_content(score: PlaceScore, patches: PatchSet) -> dict[str, Any]:
         "patch_name": patches.names[score.patch],
         **interval_content("expected_f1", score.expected, score.low, score.high),
         **in_stream_content(score.in_stream),
+        "expected_f1_of": {name: rounded(f1) for name, f1 in score.by_activity.items()},
         **cost_content(score.cost),
     }
 

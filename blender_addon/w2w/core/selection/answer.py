@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One answer to "where should the sensor go?": a product that can be worn, or a region, in a sentence."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -52,6 +52,9 @@ class PlaceScore(InShort):
     high: float
     cost: Cost  # against the recommended place
     in_stream: ExpectedF1 | None = None  # the same in a stream of other clips, where that is known
+    by_activity: Mapping[str, float] = field(
+        default_factory=dict, compare=False
+    )  # F1 of each on other clips, cut out
 
     def in_short(self) -> str:
         """Its F1 with the interval, and what it costs."""
@@ -235,9 +238,15 @@ class ScoredMap:
     def _at(self, name: str, phrase: str, side: str, patch: int, under: Sequence[int]) -> PlaceScore:
         """A sensor that moves over the patches `under`, before its cost is known."""
         expected, low, high = (float(values[list(under)].mean()) for values in self.utility.expected)
-        return PlaceScore(
-            name, phrase, side, patch, tuple(under), expected, low, high, Cost(0.0, 0.0, 0.0, False)
+        f1 = dict(
+            zip(
+                self.utility.activities,
+                self.utility.expected_f1[list(under)].mean(axis=0).tolist(),
+                strict=True,
+            )
         )
+        none = Cost(0.0, 0.0, 0.0, False)
+        return PlaceScore(name, phrase, side, patch, tuple(under), expected, low, high, none, by_activity=f1)
 
     def _with_cost(self, score: PlaceScore) -> PlaceScore:
         return replace(score, cost=cost(self.utility, self.base.under, score.under))

@@ -12,8 +12,8 @@ from w2w.core.inside import inside
 from w2w.core.study.results import StudyResults
 from w2w.core.wording import capital, shown
 
-from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
-from ..options import argument, chosen_sensor, option, words
+from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
+from ..options import AsJson, argument, chosen_sensor, option, words
 from ..runs.own_files import check_whole, published
 
 WRITERS: dict[str, Callable[[Path, Any], int]] = {
@@ -49,13 +49,14 @@ def export(
             "For pose estimators, opensim and xsens: another sensor, such as 'ideal'.  [default: the run's]"
         ),
     ] = "",
+    as_json: AsJson = False,
 ) -> None:
     """Write a finished run's signals for another tool: arrays, training data, BIDS, OpenSim, Xsens, Parquet.
 
     Exit codes: 0 written, 1 it cannot be (and why), 2 wrong use, 4 the run in RESULTS is unfinished,
     130 stopped by Ctrl-C.
     """
-    console = Terminal()
+    console = console_beside(as_json)
     with ending(USAGE, console):
         if tool not in WRITERS:
             raise ValueError(f"--for must be one of {', '.join(WRITERS)}, not {tool}")
@@ -74,7 +75,10 @@ def export(
     what = f"{count} {'windows' if tool in WINDOWED else 'clips'} of {names}"
     if tool in pose_packs.METHODS:
         what += f" at {pose_packs.RATES_HZ[tool]:g} Hz"
-    console.print(f"{what}: {shown(target)}")
+    if as_json:
+        print_json({"tool": tool, "folder": str(target), "count": count, "sensors": list(signals.names)})
+    else:
+        console.print(f"{what}: {shown(target)}")
 
 
 def _signals(

@@ -25,12 +25,13 @@ from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.readers.animations import animations_in
 from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.retargeting.retarget import BY_STRUCTURE
+from w2w.core.study.config import plain
 from w2w.core.windows.windows import WindowSpec
 from w2w.core.wording import listed, shown
 from w2w.scene.motion.load import look_up
 
-from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
-from ..options import Person, PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts
+from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
+from ..options import AsJson, Person, PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts
 from ..runs.workers import load_alone
 
 
@@ -46,12 +47,13 @@ def inspect(
     pose_up: PoseUp = "",
     pose_joints: PoseJoints = "",
     person: Person = None,
+    as_json: AsJson = False,
 ) -> None:
     """Say what a motion file holds, and whether and how 'w2w run' would use it.
 
     Exit codes: 0 it would be used, 1 it would not (and why), 2 wrong use.
     """
-    console = Terminal()
+    console = console_beside(as_json)
     body = Body.bundled()
     with ending(USAGE, console):
         label = label_said(file, library, labels)
@@ -67,8 +69,11 @@ def inspect(
         clip = Clip(file, shown(file.name), "clip", "")
         source, motion, details = load_alone(clip, body, bone_maps, pose, seen.ups if library else None)
     except UnusableMotion as error:
+        if as_json:
+            print_json({"file": str(file), "used": False, "reason": str(error), "label": label})
         raise _skipped(file, str(error), console) from error
     table = Table(show_header=False, box=None, title=shown(file), title_justify="left")
+    told: dict[str, str] = {}
     up = f"{pose.up}, as given" if pose.up else seen.sentence() or getattr(source, "up", "")
     animations = [*animations_in(file)]
     stands = [("animations", f"{len(animations)}, each a clip: {quoted(animations)}")] if animations else []
@@ -79,8 +84,13 @@ def inspect(
     for row in (*_about_source(source, details, body), *stands, *_about_motion(motion, details, body)):
         if not (animations and row[0] == "other takes"):
             table.add_row(*row)
+            told[row[0]] = row[1]
     console.print(table)
-    if reason := too_short(details):
+    reason = too_short(details)
+    if as_json:
+        about = {"file": str(file), "used": not reason, "reason": reason, "label": label}
+        print_json(about | {"said": told, "facts": plain(details)})
+    if reason:
         raise _skipped(file, reason, console)
     console.print(Text(f"{shown(file.name)} would be used.", style="green"), label)
 

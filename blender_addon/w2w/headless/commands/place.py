@@ -28,8 +28,8 @@ from w2w.core.study.results import UTILITY, StudyResults
 from w2w.report.page import REPORT
 
 from .. import options
-from ..console import BUSY, USAGE, Terminal, ending
-from ..options import argument, option
+from ..console import BUSY, USAGE, console_beside, ending, print_json
+from ..options import AsJson, argument, option
 from ..reports import draw
 from ..reports.console_tables import show_answer, show_cautions, show_places, show_worn
 from ..runs.folder import HEATMAPS, FolderBusyError, only_run, picture_files
@@ -83,6 +83,7 @@ def place(
             "--redraw",
         ),
     ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Choose sensors from a finished ranking under constraints, without baking anything again.
 
@@ -93,7 +94,7 @@ def place(
     Exit codes: 0 chosen, 2 wrong use or constraints that cannot be met (and why), 4 a run is using
     RESULTS or was stopped there.
     """
-    console = Terminal()
+    console = console_beside(as_json)
     folder = out if out is not None and out.suffix.lower() != ".json" else None
     with ending(USAGE, console):
         study = StudyResults.load(results, by=REDRAW if redrawn else "")
@@ -103,8 +104,11 @@ def place(
             new_file(out)
             scores = compared(study, options.words(compare))
             show_places(scores, console)
+            content = [place_content(score, study.patches) for score in scores]
+            if as_json:
+                print_json(content)
             if out is not None:
-                write_json(out, [place_content(score, study.patches) for score in scores])
+                write_json(out, content)
             return
         constraints = options.wishes_over(study.config().constraints, only, forbid, must, costs)
         wished: dict[str, Any] = {
@@ -135,6 +139,8 @@ def place(
             _redraw(copy, study, config, advice, console)
     elif out is not None:
         write_json(out, advice_content(advice, study.utility, study.patches))
+    if as_json:
+        print_json(advice_content(advice, study.utility, study.patches))
     if out is not None:
         console.print(f"\nWritten to {out}")
 

@@ -14,6 +14,7 @@ from w2w.core.ranking.weights import check_counting
 from w2w.core.study.ranking import known_motions
 from w2w.scene.motion.load import look_up
 
+from ..config_file import take_options
 from ..console import NOTHING_TO_DO, Terminal
 from ..options import argument, option, words
 from ..reports.console_tables import show_labels
@@ -51,6 +52,15 @@ def run(
             rich_help_panel=RUN,
         ),
     ] = "",
+    config: Annotated[  # noqa: ARG001 - its callback has given all others their values
+        Path | None,
+        option(
+            "TOML file with any of these options (`w2w init` writes one), or a run's config.json; those "
+            "given here count more.",
+            is_eager=True,
+            callback=take_options,
+        ),
+    ] = None,
     *,
     asked: StudyOptions,
 ) -> None:
@@ -68,14 +78,14 @@ def run(
     monitor = asked.monitor(console)
     with refused(monitor):
         part, parts = part_of(shard) if shard else (1, 1)
-        config = asked.config()
+        parameters = asked.config()
         keep_apart(library, out)
         found = without(read_library(library, labels, asked.exact_labels), leave_out)
-        check_counting(found.activities, config.background, config.weights)
+        check_counting(found.activities, parameters.background, parameters.weights)
         engine = asked.engine()
         seen = look_up(((clip.file, clip.path) for clip in found.clips), engine.pose)
         engine = replace(engine, ups=seen.ups)
-        plan = RunPlan(found, config, engine, asked.pictures, asked.report, verbose=asked.verbose)
+        plan = RunPlan(found, parameters, engine, asked.pictures, asked.report, verbose=asked.verbose)
         bodies = ready_for(plan, asked, out)
         plan = replace(plan, again=asked.strict or asked.verify or len(bodies) > 1)
     if up := seen.sentence():
@@ -87,7 +97,7 @@ def run(
         monitor.log("finished", exit_code=0)
         return
     show_labels(found, console, asked.verbose)
-    if config.by_subject and (caution := subjects_sentence(known_motions(found.clips))):
+    if parameters.by_subject and (caution := subjects_sentence(known_motions(found.clips))):
         console.print(f"{caution}.", style="bold yellow", markup=False)
     execute_bodies(plan, bodies, out, asked.strict, monitor)
     monitor.log("finished", exit_code=0)

@@ -14,10 +14,11 @@ from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS, write_sensor
 from w2w.core.imu.sensor import SensorModel, Triad
 from w2w.core.imu.sensor_fields import TRIADS, WHOLE
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
+from w2w.core.study.config import plain
 from w2w.core.wording import shown
 
-from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
-from ..options import argument, option, read_or_preset
+from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
+from ..options import AsJson, argument, option, read_or_preset
 from ..runs.own_files import new_file
 
 
@@ -29,6 +30,7 @@ def sensors(
         Path | None,
         option("Write SENSOR as a JSON file, to alter and give to `run --sensor`.", "--out", "-o"),
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """List the sensor presets: range, noise density and bandwidth of accelerometer and gyroscope.
 
@@ -36,9 +38,11 @@ def sensors(
 
     Exit codes: 0 shown, 1 --out cannot be written, 2 no such preset, or a file that is wrong (and why).
     """
-    console = Terminal()
+    console = console_beside(as_json)
     if not sensor and out is None:
         console.print(_presets())
+        if as_json:
+            print_json({name: plain(model) for name, model in PRESETS.items()})
         return
     with ending(USAGE, console):
         if not sensor:
@@ -46,6 +50,8 @@ def sensors(
         model = read_or_preset(sensor)
         new_file(out)
     console.print(_whole(model))
+    if as_json:
+        print_json(plain(model))
     if out is None:
         return
     try:
