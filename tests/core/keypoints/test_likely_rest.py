@@ -8,11 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_NAMES, PARENTS
-from w2w.core.keypoints.likely_rest import with_likely_rest
+from w2w.core.keypoints.likely_rest import RESTS, with_likely_rest
 from w2w.core.motion.motion import Motion, demo_motions
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion
 from w2w.core.readers.bvh import read_bvh
+from w2w.core.retargeting.bone_maps import bundled_bone_maps
 from w2w.core.retargeting.retarget import retarget
 
 LIMBS = [f"{side}_{part}" for side in ("left", "right") for part in ("hip", "knee", "shoulder", "elbow")]
@@ -56,5 +57,27 @@ def test_soma_with_a_flat_rest_pose_moves_as_with_the_true_one(shared_cases, bun
     before = apart(bundled_body, expected, retarget(flat, bundled_body).motion)
     found = apart(bundled_body, expected, retarget(with_likely_rest(flat, bundled_body), bundled_body).motion)
     assert before["left_shoulder"] > 33
-    assert max(found[limb] for limb in LIMBS) < 5
-    assert max(found[joint] for joint in ("left_wrist", "right_wrist", "pelvis", "spine3", "head")) < 20
+    assert max(found.values()) < 1
+
+
+SOMA = {
+    joint: names[0] for bone_map in bundled_bone_maps() if bone_map.name == "SOMA"
+    for joint, names in bone_map.joints.items()
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("is_soma_s", [True, False])
+def test_the_t_pose_of_a_rig_is_taken_only_where_the_motion_speaks_for_it(bundled_body, is_soma_s):
+    """Bones of SOMA's names, turned as in its flat rest pose, or by chance."""
+    motion = demo_motions(1)[next(iter(demo_motions(1)))]
+    source = replace(rigged(bundled_body, motion), bones=tuple(SOMA[name] for name in JOINT_NAMES))
+    turns, _ = joint_transforms(bundled_body, motion)
+    own = [Rotation.from_rotvec(RESTS["SOMA"].get(bone, [0, 0, 0]), degrees=True) for bone in source.bones]
+    if is_soma_s:
+        source.matrices[..., :3, :3] = turns @ np.array([turn.as_matrix() for turn in own])
+    source = replace(source, rest=source.matrices[0], rest_is_known=False)
+    found = with_likely_rest(source, bundled_body)
+    against = found.rest[:22, :3, :3].swapaxes(1, 2) @ [turn.as_matrix() for turn in own[:22]]
+    angles = np.degrees(Rotation.from_matrix(against).magnitude())
+    body = [number for number, name in enumerate(JOINT_NAMES[:22]) if name.endswith(("collar", "wrist"))]
+    assert (angles[body] < 1).all() if is_soma_s else (angles[body] > 15).all()
