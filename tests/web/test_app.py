@@ -300,3 +300,21 @@ def test_a_run_that_cannot_be_says_why(client, motions):
     now = ended(client, study)
     assert now["state"] == "failed"
     assert "activit" in now["sentence"]
+
+
+def test_each_animation_of_a_file_has_a_row_of_the_table(client, motions):
+    channel = {"sampler": 0, "target": {"node": 0, "path": "rotation"}}
+    animations = [{"name": name, "channels": [channel], "samplers": []} for name in ("Walk", "Run")]
+    content = {"asset": {"version": "2.0"}, "nodes": [{"name": "Hips"}], "animations": animations}
+    study, _ = sent(client, {"pack.gltf": json.dumps(content).encode()})
+    rows = client.get(study).json()["table"]
+    assert [(row["file"], row["activity"]) for row in rows] == [
+        ("pack.gltf/Walk", "walk"),
+        ("pack.gltf/Run", "run"),
+    ]
+    rows[0] |= {"activity": "stroll"}
+    labels = [{name: row[name] for name in ("file", "activity", "subject")} for row in rows]
+    assert client.put(f"{study}/labels", json=labels).status_code == 200
+    sent(client, {"slow/slow_0.npz": motions[1]["slow/slow_0.npz"]}, study)
+    found = {row["file"]: row["activity"] for row in client.get(study).json()["table"]}
+    assert found == {"pack.gltf/Walk": "stroll", "pack.gltf/Run": "run", "slow/slow_0.npz": "slow"}

@@ -18,6 +18,8 @@ from w2w.core.files import write_json, write_text
 from w2w.core.imu.presets import PRESETS
 from w2w.core.library.labels import LibraryError
 from w2w.core.library.library import LABELS, Library, is_motion, read_library
+from w2w.core.readers.animations import contents
+from w2w.core.wording import shown
 from w2w.headless.commands.demo import TARGET, write_library
 from w2w.headless.commands.status import describe
 from w2w.headless.runs.monitor import read_state
@@ -110,9 +112,12 @@ class Study:
         for file, name in sorted(request["files"].items()):
             if not is_motion(self.folder / INPUT / file):
                 continue
-            clip = clips.get(file)
-            labels = {"activity": clip.activity, "subject": clip.subject} if clip else {}
-            rows.append({"file": file, "name": name, "judged": request["judged"].get(file), **labels})
+            for item in contents([(self.folder / INPUT / file, file)]):
+                clip = clips.get(shown(item.file))
+                labels = {"activity": clip.activity, "subject": clip.subject} if clip else {}
+                judged = request["judged"].get(file)
+                named = f"{name}{shown(item.file)[len(file) :]}"  # an animation's comes after its file's
+                rows.append({"file": shown(item.file), "name": named, "judged": judged, **labels})
         return rows, problem
 
     def label(self, rows: Any) -> None:
@@ -123,7 +128,7 @@ class Study:
         for row in rows if isinstance(rows, list) else [None]:
             cells = [row.get(name, "") for name in COLUMNS[:3]] if isinstance(row, dict) else []
             texts = [cell for cell in cells if _is_text(cell)]
-            if len(texts) != 3 or texts[0] not in files:
+            if len(texts) != 3 or texts[0] not in {*files, *own}:
                 raise RefusedError(400, "labels are rows of a file of the study, activity and subject")
             clip = own.get(texts[0])
             lines.append((*texts, clip.source if clip else "", clip.motion_key if clip else ""))
@@ -132,8 +137,9 @@ class Study:
     def added(self, files: Collection[str]) -> None:
         """Give new files their own labels in a table that was edited before."""
         if (self.folder / LABELS).exists() and files:
-            rows = [row for row in self.table()[0] if row["file"] not in files]
-            own = [clip for clip in self.library(edited=False).clips if clip.file in files]
+            added = {item.file for item in contents((self.folder / INPUT / file, file) for file in files)}
+            rows = [row for row in self.table()[0] if row["file"] not in added]
+            own = [clip for clip in self.library(edited=False).clips if clip.file in added]
             new = [{"file": clip.file, "activity": clip.activity, "subject": clip.subject} for clip in own]
             self.label([*rows, *new])
 

@@ -197,3 +197,18 @@ def test_damaged_results_are_refused(tmp_path, content, reason):
     (tmp_path / "a.json").write_text(json.dumps(content))
     with pytest.raises(UnusableMotion, match=reason):
         read_joints(tmp_path / "a.json", PoseFacts(rate=30.0))
+
+
+@pytest.mark.parametrize("column", ["{axis}{number}", "landmark_{number}_{axis}", "{number}_{axis}"])
+def test_landmarks_by_their_numbers(tmp_path, seen, walk, column):
+    columns = [column.format(axis=axis, number=number) for number in range(33) for axis in "xyz"]
+    if column.startswith("{axis}"):
+        columns = [f"{axis}{number}" for number in range(1, 34) for axis in "xyz"]
+    order = np.random.default_rng(0).permutation(len(columns))
+    rows = [",".join(f"{value:.9f}" for value in row.ravel()[order]) for row in seen]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([",".join(np.array(columns)[order]), *rows]))
+    assert is_motion(path)
+    found = read_joints(path, PoseFacts(rate=walk.rate))
+    assert found.joint_set == BLAZEPOSE
+    np.testing.assert_allclose(found.positions, seen, atol=1e-8)

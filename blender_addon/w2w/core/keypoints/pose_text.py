@@ -3,6 +3,7 @@
 
 import csv
 import json
+import re
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,9 @@ UNEVEN = 0.25
 
 MODEL = "body_"
 """FreeMoCap's name of the model that a body's point is from, before the point's."""
+
+NUMBER = r"(?:landmark|joint|point|keypoint|kp)?[ _]?(\d{1,3})"
+"""A joint's number instead of a name."""
 
 JSON_ARRAYS = ("positions", "keypoints", "keypoints_3d", "joints")
 
@@ -45,7 +49,11 @@ def read_csv_pose(path: Path) -> RawPose:
     table = _numbers(lines[1:], separator, len(columns), decimal_comma=separator == ";")
     wanted = [place for axes in places.values() for place in axes]
     positions = table[:, wanted].reshape(len(table), -1, 3)
-    names = tuple(name.removeprefix(MODEL) for name in places)
+    numbers = [re.fullmatch(NUMBER, name) for name in places]
+    names = () if all(numbers) else tuple(name.removeprefix(MODEL) for name in places)
+    if not names:  # joints have numbers, or the same name with a number
+        order = np.argsort([int(number[1]) for number in numbers if number], kind="stable")
+        positions = positions[:, order]
     return RawPose(positions, names, PoseFacts(rate=_rate(columns, table)))
 
 

@@ -51,6 +51,9 @@ FEWEST_JOINTS = 8
 COLUMN = re.compile(r"(?P<joint>.*\S)\s*[\s_.:\-](?P<axis>[xyz])", re.IGNORECASE | re.DOTALL)
 """A column of a joint's coordinate: ``left_hip_x``, ``LeftHip.X``."""
 
+NUMBERED = re.compile(r"(?P<axis>[xyz])_?(?P<joint>\d{1,3})", re.IGNORECASE)
+"""The same by the joint's number: ``x0``, as people save MediaPipe's landmarks."""
+
 GLTF_SUFFIXES = (*PLAIN_GLTF, *VRM_SUFFIXES)
 
 BLENDER_SUFFIXES = (".fbx", *GLTF_SUFFIXES, *USD_SUFFIXES)
@@ -306,7 +309,8 @@ def joint_columns(names: Iterable[str]) -> dict[str, tuple[int, ...]]:
     """Joint -> places of its x, y and z among a table's columns, for joints that have all three."""
     columns: dict[str, dict[str, int]] = {}
     for place, name in enumerate(names):
-        if column := COLUMN.fullmatch(name.strip().strip('"')):
+        plain = name.strip().strip('"')
+        if column := COLUMN.fullmatch(plain) or NUMBERED.fullmatch(plain):
             columns.setdefault(column["joint"], {})[column["axis"].lower()] = place
     return {joint: tuple(axes[axis] for axis in "xyz") for joint, axes in columns.items() if len(axes) == 3}
 
