@@ -38,8 +38,8 @@ class Constraints:
     must : tuple of str
         Regions to take at least one patch from, each.
     costs : tuple of (str, float)
-        Price or discomfort of a sensor there, positive; 1 elsewhere. If several apply to a
-        patch, the last counts.
+        Price or discomfort of a sensor there, positive; 1 elsewhere. The last match
+        wins.
 
     Raises
     ------

@@ -126,7 +126,7 @@ class WornSet(InShort):
             return text
         if self.further:
             tried = count + len(self.further)
-            return f"{text}; no set tried, of up to {tried} sensors, promises more than {short(self.most)}"
+            return f"{text}; no set of up to {tried} sensors reaches more than {short(self.most)}"
         return f"{text}; no more sensors are allowed"
 
 

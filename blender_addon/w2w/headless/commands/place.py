@@ -87,7 +87,7 @@ def place(
 ) -> None:
     """Choose sensors from a finished ranking under constraints, without baking anything again.
 
-    What is not given is as in the run; '' takes back what the run wished for.
+    What is not given is as in the run; '' clears the run's constraint.
 
     RESULTS stays as it is unless --redraw is given.
 

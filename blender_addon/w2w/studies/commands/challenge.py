@@ -52,7 +52,7 @@ def challenge(
         typer.Option(help="Motion files that baselines are made from; once for each folder."),
     ] = None,
 ) -> None:
-    """Score rankings of sites on people's worn sensors, against a blind choice and what people reach.
+    """Score rankings of sites on people's worn sensors, against a random choice and what people reach.
 
     A csv has a score for each site of a data set, or for each activity and site; higher is better. Data sets
     are called Berkeley MHAD, UMAFall, DSADS, UP-Fall and UTD-MHAD (docs/challenge.md has their sites and

@@ -25,7 +25,7 @@ SEED = 0
 COLUMNS = ("data_set", "activity", "site", "score")
 HEADINGS = (
     "data set", "method", "activities, sites", "rho of mean F1", "ceiling", "mean rho by activity", "ceiling",
-    "regret", "blindly",
+    "regret", "at random",
 )  # fmt: skip
 
 UTD, WRIST = "UTD-MHAD", "right wrist"
@@ -141,7 +141,7 @@ def _score(given: Mapping[tuple[str, str], float], judge: Judge, activity: str, 
 
 
 def table_of(judges: Sequence[Judge], methods: Mapping[str, Method]) -> list[list[str]]:
-    """A row a data set and method, under HEADINGS; a blind choice first."""
+    """A row a data set and method, under HEADINGS; a random choice first."""
     rows = []
     for judge in judges:
         size = f"{len(judge.activities)}, {len(judge.sites)}"

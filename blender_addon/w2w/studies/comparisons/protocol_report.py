@@ -46,7 +46,7 @@ def figure_name(found: Found) -> str:
 def _summary(found: Sequence[Found]) -> list[str]:
     lines = [
         "| analysis | activities | rho of mean F1 | as many others | mean rho by activity | as many others "
-        "| r over cells | at most | regret | blindly |",
+        "| r over cells | at most | regret | at random |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
     for one in found:

@@ -88,7 +88,8 @@ def write_page(out: Path, found: Mapping[str, Sequence[Found]], names: Mapping[s
 def _table(found: Mapping[str, Sequence[Found]], names: Mapping[str, str]) -> list[str]:
     lines = [
         "| data set | analysis | activities, sites | rho of mean F1 | ceiling | mean rho by activity "
-        "| ceiling | r over cells | at most | regret | blindly | trained on simulated | trained on people |",
+        "| ceiling | r over cells | at most | regret | at random | trained on simulated "
+        "| trained on people |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for name, analyses in found.items():

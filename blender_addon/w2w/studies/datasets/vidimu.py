@@ -86,8 +86,8 @@ def read_vidimu(folder: str | Path) -> tuple[Trial, ...]:
     paths = [path for path in paths if path.with_suffix(".csv").is_file()]
     if not paths:
         raise ValueError(
-            f"{folder} holds no trials S40_A01_T01.raw with a .csv of that name beside: give VIDIMU's folder "
-            "dataset/videoandimus"
+            f"{folder} holds no trials S40_A01_T01.raw with a .csv of that name next to it: give "
+            "VIDIMU's folder dataset/videoandimus"
         )
     return tuple(read_trial(path) for path in paths)
 

@@ -15,7 +15,7 @@ class Regret(NamedTuple):
     low: float
     high: float
     """Its 95 % interval over people and clips, with a new choice and best site in each draw."""
-    at_random: float  # what a site chosen blindly loses on average
+    at_random: float  # what a site chosen at random loses on average
 
 
 def regret(

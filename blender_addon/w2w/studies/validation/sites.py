@@ -83,7 +83,7 @@ class SiteValidation:
         return (
             f"Worn where simulation says, a sensor loses {self.regret.lost:.3f} of real F1 "
             f"({self.regret.low:.3f} to {self.regret.high:.3f}) against the really best site; a site chosen "
-            f"blindly loses {self.regret.at_random:.3f}. With a site for each activity it is "
+            f"at random loses {self.regret.at_random:.3f}. With a site for each activity it is "
             f"{self.regret_by_activity.lost:.3f} ({self.regret_by_activity.low:.3f} to "
             f"{self.regret_by_activity.high:.3f}) against {self.regret_by_activity.at_random:.3f}."
         )

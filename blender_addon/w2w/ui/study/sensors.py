@@ -112,7 +112,7 @@ class SensorProperties(FigureProperties):
     recorded: _ticks(
         "record",
         "Record",
-        "Recorded beside accelerometer and gyroscope: orientation as quaternions, as a part with "
+        "Recorded besides accelerometer and gyroscope: orientation as quaternions, as a part with "
         "sensor fusion gives them; the earth's magnetic field; the air's pressure, which tells height",
     )
     recognised_by: _ticks("recognise_by", "Recognise By", "Activities are recognised by this, too")
