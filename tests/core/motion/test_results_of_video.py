@@ -16,9 +16,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.files import UNPACKED_FREELY
+from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.library.library import is_motion
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.source import UnusableMotion
+from w2w.scene.motion.load import read_motion
 
 N_FRAMES = 40
 
@@ -138,6 +140,12 @@ def test_wham_another_person(tmp_path, poses, path, expected):
     same(read_amass(tmp_path / "wham_output.pkl", 30.0, person=1), expected)
     with pytest.raises(UnusableMotion, match=r"it shows 2 people, and none is number 3"):
         read_amass(tmp_path / "wham_output.pkl", 30.0, person=3)
+
+
+def test_files_that_are_no_result_have_no_other_person(shared_cases):
+    with pytest.raises(UnusableMotion, match="--person chooses among people in a result of video"):
+        read_motion(shared_cases / "tpose_at_end.bvh", PoseFacts(person=2))
+    assert read_motion(shared_cases / "tpose_at_end.bvh", PoseFacts(person=1)).n_frames > 100
 
 
 @pytest.mark.parametrize("protocol", [0, 2, 4, 5])

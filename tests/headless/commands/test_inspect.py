@@ -50,6 +50,7 @@ def test_an_amass_clip(shared_data):
         ("mixamo/M3-org__CharacterStudio/T-Pose.fbx", "a pose, not a motion"),
         ("smpl_poses/hbertiche__NeuralClothSim/0000.npz", "(19, 65, 4)"),
         ("README.md", "not a kind of motion file"),
+        ("nowhere.mot", "OpenSim model: take the trc"),
         ("nowhere.fbx", "cannot be read"),
     ],
 )
@@ -192,3 +193,9 @@ def test_a_file_outside_the_library_is_wrong_use(library, shared_data):
     code, output = inspect(shared_data / WALKING, "--library", library)
     assert code == 2
     assert "is not in the library" in output
+
+
+def test_a_rate_that_is_taken_for_granted_is_said(shared_cases):
+    glb = shared_cases / "rpm_no_skin_walk.glb"
+    assert "rate taken for granted: glTF has times, no rate" in inspect(glb)[1]
+    assert "taken for granted" not in inspect(glb, "--pose-rate", 30)[1]

@@ -18,11 +18,12 @@ from w2w.core.keypoints.facts import UNITS
 from w2w.core.keypoints.joint_sets import unseen
 from w2w.core.keypoints.pose_files import JointPositions
 from w2w.core.library.import_plan import plan_files
-from w2w.core.library.library import LABELS, Clip, activity_of, read_library
+from w2w.core.library.library import GLTF_SUFFIXES, LABELS, Clip, activity_of, read_library
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.readers.animations import animations_in
+from w2w.core.readers.asf_amc import AMC_SUFFIX
 from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.retargeting.retarget import BY_STRUCTURE
 from w2w.core.study.config import plain
@@ -33,6 +34,12 @@ from w2w.scene.motion.load import look_up
 from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
 from ..options import AsJson, Person, PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts
 from ..runs.workers import load_alone
+
+RATE_TAKEN = {
+    AMC_SUFFIX: "AMC files name no rate, and CMU's and HDM05's have this one",
+    **dict.fromkeys(GLTF_SUFFIXES, "glTF has times, no rate"),
+}
+"""Kinds of files without a rate, and why one is taken."""
 
 
 def inspect(
@@ -80,6 +87,8 @@ def inspect(
     if source.people > 1 and not isinstance(source, SourceMotion):
         stands.append(("people", f"{source.people}; person {pose.person or 1} is used, 1 being seen longest"))
     stands += [("up", up)] if up else []
+    if pose.rate is None and (says_none := RATE_TAKEN.get(file.suffix.lower())):
+        stands.append(("rate", f"taken for granted: {says_none} (--pose-rate gives another)"))
     stands += [("left out", details["cut"])] if "cut" in details else []
     for row in (*_about_source(source, details, body), *stands, *_about_motion(motion, details, body)):
         if not (animations and row[0] == "other takes"):

@@ -20,8 +20,7 @@ from ...core.library.library import UP_SUFFIXES, is_joint_file
 from ...core.motion.believable import believed, unbroken
 from ...core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
 from ...core.motion.skinning import on_the_ground
-from ...core.motion.smpl_layouts import chosen_person
-from ...core.motion.source import SourceMotion
+from ...core.motion.source import SourceMotion, UnusableMotion
 from ...core.motion.up import BY_ITSELF, Ups, Votes, stood
 from ...core.readers.asf_amc import AMC_SUFFIX, read_amc
 from ...core.readers.bvh import BVH_SUFFIX, read_bvh
@@ -84,7 +83,8 @@ def read_motion(path: Path, pose: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF, an
         return read_joints(path, pose, ups)
     if kind in (*SMPL_SUFFIXES, ".npy"):  # npy: Motion-X's
         return read_amass(path, pose.rate, pose.up, ups, pose.person)
-    chosen_person((path,), pose.person)  # the others hold one, or choose by themselves
+    if pose.person not in (None, 1):
+        raise UnusableMotion("--person chooses among people in a result of video, which it is not")
     if kind == BVH_SUFFIX:
         return read_bvh(path, pose.rate, pose.up)
     if kind == AMC_SUFFIX:

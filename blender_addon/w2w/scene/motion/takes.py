@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.library.library import GLTF_SUFFIXES, MOTION_SUFFIXES
+from ...core.library.library import GLTF_SUFFIXES, MOTION_SUFFIXES, WAYS
 from ...core.motion.source import (
     NOT_FINITE,
     SourceMotion,
@@ -117,8 +117,9 @@ def import_file(path: Path, keys_as_frames: bool = False, animation: str = "") -
     """
     kind = path.suffix.lower()
     if kind not in IMPORTERS:
+        way = f"; {WAYS[kind]}" if kind in WAYS else ""
         raise UnusableMotion(
-            f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)})"
+            f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)}){way}"
         )
     try:
         if kind in GLTF_SUFFIXES:
