@@ -78,6 +78,7 @@ for arguments in json.loads(sys.argv[1]):
 """
 
 
+@pytest.mark.slow
 def test_what_needs_it_says_how_to_get_it_and_what_does_not_works(tmp_path, clip, drawn_results):
     results = str(drawn_results)
     need_it = [

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from w2w.headless.app import APP
 from w2w.headless.console import Terminal
 
-from ..rings import by_day
+from ..command_line import cli
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -63,14 +63,19 @@ def test_nothing_of_a_library_reaches_the_terminal_as_a_command(motions, tmp_pat
         assert not OBEYED.search(ended.output)
 
 
-@pytest.mark.later
-@pytest.mark.parametrize(
-    "arguments",
-    by_day(
-        [["inspect", TITLE]], [["inspect", TITLE], ["inspect", "a", TITLE], ["run", "--labels", TITLE, "."]]
-    ),
-)
+ARGUMENTS = [["inspect", TITLE], ["inspect", "a", TITLE], ["run", "--labels", TITLE, "."]]
+
+
+@pytest.mark.parametrize("arguments", ARGUMENTS)
 def test_nothing_of_an_argument_does(arguments):
+    code, said = cli(*arguments)
+    assert code in (1, 2)
+    assert not OBEYED.search(said), said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arguments", ARGUMENTS)
+def test_nothing_of_an_argument_does_in_a_program(arguments):
     command = [sys.executable, "-c", "from w2w.headless.start import main; main()", *arguments]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode in (1, 2)

@@ -73,9 +73,8 @@ def test_what_is_stored_of_smpl_s_faces_is_what_they_give(smpl_faces, a_pose):
             np.testing.assert_array_equal(stored[name], array)
 
 
-@pytest.mark.parametrize(
-    ("seed", "quads", "clockwise"), [pytest.param(0, False, False, marks=pytest.mark.slow), (2, True, True)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "quads", "clockwise"), [(0, False, False), (2, True, True)])
 def test_faces_are_recognised_in_any_order_and_sides_paired(smpl_faces, a_pose, seed, quads, clockwise):
     generator = np.random.default_rng(seed)
     polygons = a_pose[1] if quads else smpl_faces

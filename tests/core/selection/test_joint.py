@@ -147,6 +147,7 @@ def test_wishes_are_kept(tests):
     assert grown(tests.whole, terms(1, cost=dear)).up_to(1)[0] >= 4
 
 
+@pytest.mark.slow
 def test_a_further_wish_finds_what_it_would_find_first_and_searches_without_wishes_once(tests, monkeypatch):
     fresh = prepare(*library())
     one, other = (replace(terms(2, allowed=np.arange(N) != left), unwished=terms(2)) for left in (0, 5))
