@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
+
 import bpy
 import numpy as np
 import pytest
@@ -25,9 +28,18 @@ def empty_file() -> bpy.types.Scene:
 
 
 @pytest.fixture
-def body_in_scene(empty_file: bpy.types.Scene, bundled_body: Body) -> BodyObjects:
-    """The bundled body in an otherwise empty file."""
-    return add_body(bundled_body, empty_file.collection)
+def body_in_scene(made_once: Callable[..., Path], bundled_body: Body) -> BodyObjects:
+    """The bundled body in an otherwise empty file, made once and opened: adding it takes longer."""
+
+    def make(folder: Path) -> None:
+        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+        add_body(bundled_body)
+        bpy.ops.wm.save_as_mainfile(filepath=str(folder / "body.blend"), copy=True)
+
+    file = made_once(f"body in Blender {bpy.app.version_string}", make) / "body.blend"
+    bpy.ops.wm.open_mainfile(filepath=str(file), load_ui=False)
+    (mesh,) = (item for item in bpy.data.objects if item.type == "MESH")
+    return BodyObjects(mesh, mesh.parent)
 
 
 @pytest.fixture(scope="session")
