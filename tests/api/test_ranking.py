@@ -405,6 +405,7 @@ def test_findings_display_as_sentences(ranking):
         assert html.escape(sentence) in shown._repr_html_()
 
 
+@pytest.mark.slow
 def test_a_heatmap_shows_its_picture_in_a_notebook(ranking):
     assert ranking.heatmap()._repr_png_().startswith(b"\x89PNG")
 

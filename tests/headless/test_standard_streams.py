@@ -52,6 +52,7 @@ def test_a_full_disk_is_said(command):
         assert ended(w2w(*command, stdout=full)) == (1, f"{UNWRITTEN}No space left on device.")
 
 
+@pytest.mark.slow
 def test_a_reader_that_has_gone_is_said():
     reader, writer = os.pipe()
     os.close(reader)

@@ -172,7 +172,7 @@ def test_all_kinds_of_motion_files_can_be_chosen_and_dropped() -> None:
     assert menus.W2W_FH_motions.bl_file_extensions.split(";") == list(MOTION_SUFFIXES)
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_each_animation_of_a_file_becomes_a_clip_under_its_name(
     shared_data: Path, library: Path, tmp_path: Path
 ) -> None:

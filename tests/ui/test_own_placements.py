@@ -174,6 +174,7 @@ def test_wishes_may_name_them(ranked: bpy.types.Object) -> None:
     assert N_PATCHES in [row.patch for row in ranked.w2w.worn]
 
 
+@pytest.mark.slow
 def test_another_name_keeps_signals_and_ranking_and_wishes_follow(ranked: bpy.types.Object) -> None:
     study = ranked.w2w
     bpy.ops.w2w.add_wish(kind="ONLY", place="Strap pod")

@@ -176,6 +176,7 @@ def test_a_ranking_of_other_clips_is_not_saved(finished_run: Path, tmp_path: Pat
     assert not content(tmp_path)
 
 
+@pytest.mark.slow
 def test_esc_leaves_no_half_written_folder(finished_run: Path, tmp_path: Path) -> None:
     body = open_file(finished_run / "study.blend")
     body.w2w.max_places = 1

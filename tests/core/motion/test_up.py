@@ -17,7 +17,6 @@ from w2w.core.motion.source import UnusableMotion
 from w2w.core.motion.up import TO_Z, UPS
 from w2w.scene.motion.load import look_up, read_motion, to_body
 
-from ...rings import by_day
 from ...seen_joints import seen_as
 
 HEADINGS = range(0, 360, 30)
@@ -128,8 +127,8 @@ def test_joints_of_people_who_stand_are_read_whatever_is_up(tmp_path, clips, bun
         assert (found.up, found.up_is_guessed) == (up, True)
 
 
-@pytest.mark.later
-@pytest.mark.parametrize("up", by_day("y", "yz"))
+@pytest.mark.slow
+@pytest.mark.parametrize("up", "yz")
 def test_one_axis_is_up_in_a_library_s_files_of_a_kind(tmp_path, clips, bundled_body, up):
     """Most people stand: those who lie, with any heading, are not stood up."""
     joints, facts = JOINT_SETS["humanml3d-22"], PoseFacts(rate=clips[0].rate)

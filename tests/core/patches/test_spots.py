@@ -71,11 +71,8 @@ def aside(body, vertex):
 EVERY = [(stature, build) for stature in STATURES for build in BUILDS]
 
 
-@pytest.mark.later
-@pytest.mark.parametrize(
-    ("stature", "build"),
-    [EVERY[0], *(pytest.param(*one, marks=pytest.mark.slow) for one in EVERY[1:])],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("stature", "build"), EVERY)
 def test_every_patch_comes_back_on_bodies_of_any_stature_and_build(bundled_body, stature, build):
     body = body_of(bundled_body, stature, build)
     assert np.max([aside(body, vertex) for vertex in CENTRES]) < 1

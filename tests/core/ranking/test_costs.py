@@ -11,8 +11,6 @@ from w2w.core.ranking.expected import expect
 from w2w.core.ranking.halves import plan
 from w2w.core.ranking.pooling import Pooling
 
-from ...rings import by_day
-
 N, A = 60, 5
 
 
@@ -60,8 +58,8 @@ def world(seed, people=None, alike=0.8):
     return expect(maps, work, Pooling.none(N), 0.95), shown(1.0).mean(axis=0), truth.mean(axis=0)
 
 
-@pytest.mark.later
-@pytest.mark.parametrize("people", by_day([8], [None, 8]))
+@pytest.mark.slow
+@pytest.mark.parametrize("people", [None, 8])
 def test_the_interval_of_a_cost_holds_what_other_clips_show(people):
     held, true = [], []
     for seed in range(40):

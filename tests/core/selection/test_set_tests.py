@@ -14,12 +14,13 @@ from w2w.core.selection import set_tests
 from w2w.core.selection.joint import choose_together
 from w2w.core.selection.set_tests import SetTests
 
+from ...rings import by_day
 from .made_sets import CLIPS, NAMES, N, alone, library, terms
 
 SUBJECTS = {"clips": None, "four": 4, "three": 3}
 
 
-@pytest.fixture(scope="module", params=SUBJECTS)
+@pytest.fixture(scope="module", params=by_day(["clips", "three"], SUBJECTS))
 def asked(request):
     """A library, with clips or subjects left out."""
     features, names, clip = library()
