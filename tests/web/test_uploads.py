@@ -9,7 +9,6 @@ import time
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import pytest
-from starlette.requests import ClientDisconnect
 
 from w2w.core.library.library import unique_names
 from w2w.web.guard import Doors
@@ -167,10 +166,7 @@ def test_a_connection_that_breaks_leaves_nothing(opened, tmp_path):
         "headers": headers,
     }
     before = everything(tmp_path)
-    with pytest.raises(ClientDisconnect):
-        asyncio.run(
-            client.app(scope | {"scheme": "http", "root_path": "", "http_version": "1.1"}, receive, send)
-        )
+    asyncio.run(client.app(scope | {"scheme": "http", "root_path": "", "http_version": "1.1"}, receive, send))
     assert not messages
     assert everything(tmp_path) == before
 

@@ -88,7 +88,7 @@ def test_every_preset_can_be_written_altered_and_read_again(tmp_path, name):
         ("[" * 100_000, "nested too deeply"),
         ({"noise": 1}, "'noise' is no field of a sensor; there are name"),
         ({"jitter": 0.1}, "'jitter' is no field of a sensor; did you mean 'jitter_s'?"),
-        ({"rate_hz": 100}, "'rate_hz' does not belong in a sensor's file: the rate is given on"),
+        ({"rate_hz": 100}, "'rate_hz' does not belong in a sensor's file: the rate is the study's"),
         ({"accelerometer": 3}, "'accelerometer' must be an object"),
         ({"gyroscope": {"fullscale": 1}}, "'gyroscope.fullscale' is no field of a sensor; did you mean "),
         ({"accelerometer": {"noise_density": 160}}, "noise_density' must be 0 to 1 m/s2/sqrt(Hz), not 160: "),
