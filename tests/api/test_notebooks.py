@@ -26,6 +26,12 @@ def test_reading_synthesizing_and_ranking_show_bars_in_a_notebook():
         assert f"{label} <progress" in shown
 
 
+def test_a_heatmap_shows_itself_without_a_magic_word():
+    text = next(path for path in NOTEBOOKS if path.stem == "five_lines").read_text("utf-8")
+    assert "image/png" in text
+    assert "%matplotlib" not in text
+
+
 def test_a_terminal_gets_a_line_that_ends(capsys, monkeypatch):
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     show = progress_bar("Ranking")

@@ -237,3 +237,11 @@ def test_a_clip_is_not_given_up_for_a_limit_that_is_not_w2ws(task, monkeypatch, 
     monkeypatch.setattr(clip_work, "allowed_memory", lambda: float("inf"))
     assert "it needs more than 4 GiB" in do_clip(task).reason or isinstance(failure, ImportError)
     assert task.record_file.exists()
+
+
+@pytest.mark.later
+def test_no_command_waits_for_libraries_that_few_need():
+    """Matplotlib takes a third of a second, and fails where a notebook's backend is not installed."""
+    code = "import sys, w2w.headless.app; print(*{'matplotlib', 'torch', 'sklearn', 'PIL'} & {*sys.modules})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []

@@ -14,7 +14,6 @@ from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.keypoints.fit import fit_keypoints
 from w2w.core.study.variants import ALONE, FINEST_HZ, KNOBS
-from w2w.drawing.page import ACCENT, DPI, FAINT, INK
 
 from ..datasets.utd_mhad import UTD_IMU_RATE, read_utd_mhad
 from ..validation.needs import APART, COUNTED, WITHIN, Curves, Side, curves, simulated, verdicts, worn
@@ -138,6 +137,8 @@ def _picture(path: Path, sets: Sequence[Curves]) -> None:
     """Losses against the value, a row a set and a column a parameter, worn and simulated, mean over sites."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+
+    from w2w.drawing.page import ACCENT, DPI, FAINT, INK  # matplotlib is slow to import
 
     figure = Figure(figsize=(9.5, 1.9 * len(sets) + 0.6), dpi=DPI, facecolor="white", layout="constrained")
     FigureCanvasAgg(figure)
