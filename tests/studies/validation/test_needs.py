@@ -6,10 +6,11 @@ import pytest
 
 from w2w.core.imu.presets import PRESETS
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.study.variants import ALONE, BITS, FORCE_RANGE, RATE
+from w2w.core.study.variants import ALONE, BITS, FORCE_RANGE, RATE, variants
 from w2w.core.windows.windows import WindowSpec
 from w2w.studies.comparisons.needs import write_needs
 from w2w.studies.validation.needs import VALUES, Side, curves, simulated, verdicts, worn
+from w2w.studies.validation.site_windows import site_windows
 
 pytestmark = pytest.mark.slow
 
@@ -43,6 +44,15 @@ def test_both_sides_lose_what_lies_above_half_the_rate(found):
     assert (found.loss[:, found.rows(FORCE_RANGE), 0] < 0.1).all()
     assert (found.low <= found.high).all()
     assert (found.steps(RATE)[:, 0] >= 1).all()
+
+
+def test_range_and_resolution_come_last_to_the_last_bit():
+    made = side(simulated(PART, HZ, SPEC), 200.0, 2)
+    for knob in (RATE, FORCE_RANGE, BITS, ALONE):
+        config = variants(made.usual, knob, VALUES[knob])[-1].config
+        whole = [config.sensor_model().apply(one, config.seed) for one in made.recordings]
+        features = site_windows(whole, config.windows).features
+        np.testing.assert_array_equal(made.windows(config, "both").features, features)
 
 
 def test_a_simulation_that_is_what_was_worn_is_never_off(found):

@@ -5,13 +5,14 @@ docs/evidence/needs.md says why.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.sensor import SensorModel, Triad
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.ranking.costs import does_as_well
 from w2w.core.study.config import StudyConfig
@@ -68,17 +69,35 @@ class Curves(NamedTuple):
         return np.logical_and.accumulate(does_as_well(self.loss[:, self.rows(knob)]), axis=1).sum(axis=1)
 
 
-class Side(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Side:
     """One side of a set: recordings, and how a value changes them."""
 
     recordings: Sequence[ImuRecording]
     usual: StudyConfig
     site_of: np.ndarray | None
 
+    @cached_property
+    def _unrounded(self) -> list[ImuRecording]:
+        """What the usual part reads before range and resolution: most values change these alone."""
+        part = _divided(self.usual.sensor_model())[0]
+        return [part.apply(one, self.usual.seed) for one in self.recordings]
+
     def windows(self, config: StudyConfig, use: Use) -> SiteWindows:
         """Windows of what a config's part records."""
-        part = config.sensor_model()
-        return site_windows([part.apply(one, config.seed) for one in self.recordings], config.windows, use)
+        part, source = config.sensor_model(), self.recordings
+        before, last = _divided(part)
+        if before == _divided(self.usual.sensor_model())[0]:
+            part, source = last, self._unrounded
+        return site_windows([part.apply(one, config.seed) for one in source], config.windows, use)
+
+
+def _divided(part: SensorModel) -> tuple[SensorModel, SensorModel]:
+    """A part without ranges and resolution, and one with these alone: the last step of what it does."""
+    triads = {"accelerometer": part.accelerometer, "gyroscope": part.gyroscope}
+    before = {name: replace(one, full_scale=None, resolution=0.0) for name, one in triads.items()}
+    last = {name: Triad(one.full_scale, one.resolution) for name, one in triads.items()}
+    return replace(part, name="", **before), SensorModel(**last)
 
 
 def simulated(part: SensorModel, rate: float, spec: WindowSpec) -> StudyConfig:
