@@ -225,7 +225,8 @@ class Ranked:
         else:
             raise ValueError(f"{activity!r} was not ranked; there are {', '.join(self.activities)}")
         best = self.best if expected and activity is None else int(np.argmax(scores))
-        subtitle = doubted(self.utility, f"Best patch: {self.names[best]} ({scores[best]:.2f})")
+        what = "patch" if self.recordings is None else "place"
+        subtitle = doubted(self.utility, f"Best {what}: {self.names[best]} ({scores[best]:.2f})")
         label = "Expected F1" if expected else "F1 on these clips"
         body, patches, scores = (
             (self.body, self.patches, scores) if self.body else shown_on(self.names, scores)

@@ -13,6 +13,9 @@ from .naming import place
 from .patches import PatchSet, patch_set, sample_patches
 from .spots import Spot, vertex_at
 
+OTHERS = 128
+"""Other patches of a body on which places are shown: so few that each place is seen."""
+
 FARTHEST_M = 0.05
 """Farthest distance of a position from the skin: a sensor has a case and a strap."""
 
@@ -186,6 +189,6 @@ def shown_on(names: Sequence[str], scores: np.ndarray) -> tuple[Body, PatchSet, 
     body = Body.bundled()
     at = [place(name, body) for name in names]
     check_apart(names, at)
-    rest = np.setdiff1d(sample_patches(body).vertices, at)
+    rest = np.setdiff1d(sample_patches(body, OTHERS).vertices, at)
     patches = patch_set(body, np.concatenate([at, rest]), (), seed=0)
     return body, patches, np.concatenate([scores, np.full(len(rest), np.nan)])
