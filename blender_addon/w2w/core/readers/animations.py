@@ -25,11 +25,11 @@ MOST_BYTES = 2**28
 """Bytes of a file in which names are sought."""
 
 SEVERAL = re.compile(
-    rb'"AnimationStack"\s*\{\s*Count:\s*(?:[2-9]|\d\d)|'
-    rb"AnimationStack.{12,25}\x05CountI(?:[^\x00\x01]...|.[^\x00]..)",
+    rb'AnimationStack(?:"\s*\{\s*Count:\s*(?:[2-9]|\d\d)|'
+    rb".{12,25}\x05CountI(?:[^\x00\x01]...|.[^\x00]..))",
     re.DOTALL,
 )
-"""A table of contents, as text or binary, with two animations or more."""
+"""The entry of a table of contents, as text or binary, of two animations or more."""
 
 STACK = re.compile(
     rb'AnimationStack:\s*\d+,\s*"AnimStack::([^"\n]{1,500})"|'
@@ -72,7 +72,8 @@ def animations_in(path: Path) -> dict[str, str]:
 
 def _fbx_stacks(path: Path) -> Iterator[str]:
     with path.open("rb") as stream:
-        if SEVERAL.search(stream.read(HEAD_BYTES)):
+        head = stream.read(HEAD_BYTES)
+        if SEVERAL.match(head, max(0, head.find(b"AnimationStack"))):  # found faster than by the pattern
             stream.seek(0)
             for found in STACK.finditer(stream.read(MOST_BYTES)):
                 yield (found[1] or found[2]).decode("utf-8", "replace")
