@@ -44,6 +44,8 @@ def test_the_answer_is_said_and_written(folder, tmp_path):
     assert content["answer"]["name"] == "left wrist"
     assert content["protocol"] == "leave one of 2 subjects out"
     assert "docs/truth.md" not in output
+    asked = ("rank-recordings", folder, "--labels", folder / "mine.csv", "--by-subject", "--json")
+    assert json.loads(cli(*asked)[1]) == content
 
 
 def test_some_places_alone(folder):

@@ -14,8 +14,8 @@ from w2w.core.selection.headline import repeat_sentence
 from w2w.report.page import REPORT
 
 from .. import options
-from ..console import USAGE, Terminal, ending, show_left_out
-from ..options import argument, option
+from ..console import USAGE, console_beside, ending, print_json, show_left_out
+from ..options import AsJson, argument, option
 from ..reports.console_tables import show_answer, show_cautions, show_worn
 from ..runs.own_files import published
 from ..study_options import declared
@@ -42,6 +42,7 @@ def rank_recordings(
     folds: Annotated[int, declared("folds")] = 5,
     by_subject: Annotated[bool, declared("by_subject")] = False,
     seed: Annotated[int, declared("seed")] = 0,
+    as_json: AsJson = False,
 ) -> None:
     """Rank the places of worn sensors by their recordings alone: no motion and no body is needed.
 
@@ -49,7 +50,7 @@ def rank_recordings(
 
     Exit codes: 0 ranked, 2 wrong use or recordings that cannot be used (and why).
     """
-    console = Terminal()
+    console = console_beside(as_json)
     with ending(USAGE, console):
         recordings = Recordings.read(folder, labels)
         if places:
@@ -62,6 +63,8 @@ def rank_recordings(
                 found.report(new / REPORT)
                 found.to_csv(new / "f1.csv")
                 write_json(new / "summary.json", _content(found))
+    if as_json:
+        print_json(_content(found))
     show_answer(advice, found.utility, console, simulated=False)
     show_cautions(found.cautions, console)
     show_left_out(found.left_out, console)
