@@ -7,7 +7,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # Programs in tools/ import each other.
 export PYTHONSAFEPATH :=
 
-.PHONY: check demo docs notebooks test test-slow test-studies docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
+.PHONY: check arithmetic demo docs notebooks test test-slow test-studies docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
 ifeq ($(origin BLENDER),command line)
@@ -22,8 +22,11 @@ demo: setup
 	@.venv/bin/w2w demo --out demo_output
 	@echo "With your own clips, in a browser: .venv/bin/w2w serve"
 
-# Lint and the arithmetic: no Blender, no network trained, no adopted body.
-check: setup lint
+# Lint, and beside it the arithmetic: no Blender, no network trained, no adopted body.
+check: setup
+	@$(MAKE) --no-print-directory --jobs 2 lint arithmetic
+
+arithmetic:
 	.venv/bin/python -m pytest -q -n 2 --dist worksteal -m "not slow and not later" tests/core tests/drawing tests/test_mirror.py \
 		--ignore=tests/core/adopt
 

@@ -133,6 +133,7 @@ def most_held(work):
         tracemalloc.stop()
 
 
+@pytest.mark.later
 def test_what_unpacks_to_far_more_than_numbers_do_is_refused_unread(tmp_path):
     np.savez_compressed(tmp_path / "bomb.npz", a=np.zeros((UNPACKED_FREELY // 8) + 1))
     np.savez_compressed(tmp_path / "still.npz", a=np.zeros(2**18))

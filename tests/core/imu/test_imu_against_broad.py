@@ -45,6 +45,7 @@ def agreement(
     return results[0], results[1], results[2]
 
 
+@pytest.mark.later
 def test_it_reads_what_the_real_sensor_read(trial):
     """Nothing is fitted but the constant delay of the sensor against the optics."""
     acc_r, acc_rmse, gyr_r = agreement(trial, Synthesis(rate_hz=200, cutoff_hz=15), shift_s=-0.0042)
@@ -53,6 +54,7 @@ def test_it_reads_what_the_real_sensor_read(trial):
     assert gyr_r >= 0.998
 
 
+@pytest.mark.later
 def test_without_any_fit_it_is_still_close(trial):
     acc_r, acc_rmse, gyr_r = agreement(trial, Synthesis(rate_hz=200, cutoff_hz=15), shift_s=0.0)
     assert acc_r >= 0.985

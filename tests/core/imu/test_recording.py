@@ -60,6 +60,7 @@ def assert_same(read: ImuRecording, written: ImuRecording, labels: bool = True) 
             assert getattr(read, name) == getattr(written, name)
 
 
+@pytest.mark.later
 @given(recordings())
 @REUSE_FOLDER
 def test_npz_round_trip(tmp_path, recording):
@@ -108,6 +109,7 @@ def test_recordings_are_checked(change, message):
         ImuRecording(**{"acc": np.zeros((5, 2, 3)), "gyr": np.zeros((5, 2, 3)), "rate": 50, **change})
 
 
+@pytest.mark.later
 @given(
     recording=recordings(),
     acc_unit=st.sampled_from(["m/s2", "g"]),
@@ -169,6 +171,7 @@ def test_xsens_round_trip(tmp_path, recording, with_orientation):
         np.testing.assert_array_equal(read.orientation[:, 0], turns.astype(np.float32))
 
 
+@pytest.mark.later
 @given(recordings())
 @REUSE_FOLDER
 def test_x_io_round_trip(tmp_path, recording):
@@ -279,6 +282,7 @@ def test_gait_comes_in_as_it_is(shared_data):
         assert np.corrcoef(spin.ravel(), trial.recording.gyr[1:-1, sensor].ravel())[0, 1] > 0.97
 
 
+@pytest.mark.later
 def test_dsads_comes_in_as_it_is(shared_data):
     windows = read_dsads(shared_data / "imu" / "dsads" / "dsads_acc_gyr_25hz.npz")
     assert len(windows) == 3040

@@ -116,6 +116,7 @@ def test_allan_deviation_reads_back_what_went_in():
     assert rate_walk == pytest.approx(1.2e-5, rel=0.1)
 
 
+@pytest.mark.later
 def test_each_slope_of_the_allan_plot_on_its_own():
     """The textbook readings: N at 1 s of white noise, K of random walk, the top of the bias."""
     rate, seconds = 4.0, 10 * 3600

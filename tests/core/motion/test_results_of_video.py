@@ -223,6 +223,7 @@ def test_a_cut_result_is_said(tmp_path, poses, path):
         read_amass(tmp_path / "a.pkl", 30.0)
 
 
+@pytest.mark.later
 @pytest.mark.parametrize("name", by_day(["packed.pkl"], ["packed.pkl", "zipped.pt"]))
 def test_a_result_that_unpacks_to_far_more_than_a_motion_is_refused(tmp_path, name):
     content, path = pickle.dumps(bytes(UNPACKED_FREELY)), tmp_path / name

@@ -28,6 +28,7 @@ def test_placements_keep_their_names_order_and_vertices(bundled_body):
     np.testing.assert_array_equal(patches.labels[patches.vertices], [0, 1, 2])
 
 
+@pytest.mark.later
 def test_they_are_the_patches_that_sampling_makes_of_the_same_vertices(bundled_body):
     sampled = sample_patches(bundled_body, 24, seed=3)
     own = patches_at(bundled_body, {f"p{n}": int(vertex) for n, vertex in enumerate(sampled.vertices)})

@@ -10,6 +10,8 @@ from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
 from w2w.core.patches.strip_graph import SkinDistances
 
+pytestmark = pytest.mark.later
+
 
 @pytest.fixture(scope="module")
 def measured():

@@ -80,6 +80,7 @@ def test_strip_graph_joins_vertices_across_a_fold_by_the_unfolded_line() -> None
         assert graph.distances(0)[3] == pytest.approx(2)
 
 
+@pytest.mark.later
 def test_neighbourhoods_are_nearest_first_and_large_enough(bundled_body) -> None:
     body = bundled_body
     graph = StripGraph.of(body.vertices, body.faces)

@@ -8,6 +8,8 @@ from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.pooling import LEAST, UNLEARNED, Pooling
 
+pytestmark = pytest.mark.later
+
 N = 128
 
 

@@ -90,6 +90,7 @@ def test_a_clip_alone_and_clips_all_alike():
     assert groups_of(short).tolist() == [0, 1, 2]
 
 
+@pytest.mark.later
 def test_the_search_in_blocks_finds_what_one_block_finds(monkeypatch):
     rng = np.random.default_rng(2)
     poses = [made_poses(rng) for _ in range(30)]

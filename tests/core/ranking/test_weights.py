@@ -74,6 +74,7 @@ def test_equal_weights_change_no_bit(plain, tmp_path):
     assert mean_title(plain) == "All activities (mean)"
 
 
+@pytest.mark.later
 def test_background_is_trained_against_and_not_counted(plain, tmp_path):
     counts = counting(NAMES, ["BOW", " jump"])
     utility = ranked(counts)
@@ -123,6 +124,7 @@ def test_as_often_as_an_activity_is_counted_it_weighs(plain):
     np.testing.assert_allclose(known_mean(holes, np.array([1.0, 1, 1, 2])), expected)
 
 
+@pytest.mark.later
 def test_tables_and_comparisons_follow(plain):
     utility = ranked({"bow": 3.0, "jump": 0.0})
     groups = {"bow": "a", "run": "a", "jump": "b", "walk": "b"}

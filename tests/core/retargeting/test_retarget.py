@@ -214,6 +214,7 @@ def test_a_rig_of_no_person_is_refused_with_its_bones_named(bundled_body, waving
 vectors = st.tuples(*[st.floats(-1, 1)] * 3).map(np.array).filter(lambda v: np.linalg.norm(v) > 1e-3)
 
 
+@pytest.mark.later
 @settings(max_examples=60)
 @given(vectors, vectors)
 def test_the_smallest_rotation_turns_one_direction_to_the_other(a, b):

@@ -83,6 +83,7 @@ def scrambled(parents, generator):
     return np.array(order)
 
 
+@pytest.mark.later
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 10**6), st.sampled_from([1.0, 0.01, 37.0]))
 def test_every_joint_is_found_left_from_right(bundled_body, seed, scale):
@@ -170,6 +171,7 @@ def test_still_motion_needs_no_bend(bundled_body):
     assert matched == {joint: joint for joint in range(N_JOINTS)}
 
 
+@pytest.mark.later
 def test_thousands_of_bones_in_a_row_are_looked_at(bundled_body):
     """A tail on its own is nobody; a person with a long plait is one."""
     tail = rig(list(range(-1, 1999)), chain(np.full(1999, 0.01)))

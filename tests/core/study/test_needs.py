@@ -45,6 +45,7 @@ def beating(g):
     return lambda time: g * STANDARD_GRAVITY * ((4 * time) % 1 < 0.1)
 
 
+@pytest.mark.later
 def test_what_lies_at_7_hz_is_lost_below_14_hz():
     need = place_of(swinging(7.0), swinging(0.0)).need("wrist", (RATE, ALONE))
     assert need.cheapest(RATE).value == 20

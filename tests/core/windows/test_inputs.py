@@ -54,6 +54,7 @@ def stored(utility: UtilityMap, path):
     return path.read_bytes()
 
 
+@pytest.mark.later
 @pytest.mark.parametrize("places_at_once", by_day([3], [1, 3, 10]))
 def test_the_size_of_the_blocks_changes_no_byte(tmp_path, places_at_once):
     features, activity, clip, is_test = library()

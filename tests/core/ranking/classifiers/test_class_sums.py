@@ -2,11 +2,13 @@
 """Sums and means by class, against loops over the rows."""
 
 import numpy as np
+import pytest
 from hypothesis import given, strategies as st
 
 from w2w.core.ranking.classifiers.discriminant import averaging, summing
 
 
+@pytest.mark.later
 @given(st.lists(st.integers(0, 4), max_size=30), st.integers(1, 6), st.integers(0, 2**32 - 1))
 def test_rows_are_added_up_and_averaged_group_by_group(groups, width, seed):
     """A group may have no rows: its sum and its mean are 0."""
