@@ -21,7 +21,6 @@ from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet, sample_patches
 
-from .made_door import make_door
 from .made_motions import MadeClip, make_clips, write_files
 
 settings.register_profile("everywhere", deadline=None)  # a busy machine is no failure
@@ -85,6 +84,8 @@ def all_patches(made_once, bundled_body) -> PatchSet:
 @pytest.fixture(scope="session")
 def door(made_once, tmp_path_factory) -> Path:
     """A copy of a folder with MY_CLIPS, labels.csv and RESULTS, as the documents have them."""
+    from .made_door import make_door  # the command line, which the environments of other programs lack
+
     return shutil.copytree(made_once("door", make_door), tmp_path_factory.mktemp("door") / "door")
 
 

@@ -35,7 +35,7 @@ run_tests() {
 test_with() {
   local name=$1 chosen=$2
   shift 2
-  environment "$name" "$@" h5py==3.16.0 hypothesis==6.170.15 pytest==9.2.0 scipy
+  environment "$name" "$@" filelock h5py==3.16.0 hypothesis==6.170.15 pytest==9.2.0 scipy
   run_tests ".venv-peers/$name/bin/python" "$name" "$tests" -k "$chosen"
 }
 
