@@ -27,7 +27,7 @@ from w2w.core.wording import capital
 from w2w.headless.app import APP
 from w2w.headless.commands.report import write_report
 from w2w.headless.reports.console_tables import show_answer
-from w2w.report.page import as_script_json, packed, title
+from w2w.report.page import as_script_json, packed, report_page, title
 
 
 class Reader(HTMLParser):
@@ -235,6 +235,18 @@ def test_clips_that_hardly_tell_places_apart_say_so(drawn_results, tmp_path, cha
     assert said.startswith(advice.answer.sentence())
     assert ("hardly tell places apart" in said) == (chance == 0.7)
     assert ("cannot show that one place is better" in said) == (chance == 0.5)
+
+
+@pytest.mark.parametrize(
+    "crafted",
+    [{"cards": 5}, {"cards": [{"patch": 0, "needs": "x"}]}, {"answer": []}, {"worn_together": {"places": 1}}],
+)
+def test_a_summary_that_no_run_wrote_is_refused_in_a_sentence(drawn_results, tmp_path, crafted):
+    out = shutil.copytree(drawn_results, tmp_path / "out")
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    (out / "summary.json").write_text(json.dumps(summary | crafted))
+    with pytest.raises(ValueError, match="not as a run writes it"):
+        report_page(StudyResults.load(out))
 
 
 def test_regions_are_sorted_by_the_expected_f1_and_lead_with_it(page, drawn_results):

@@ -34,6 +34,7 @@ def test_the_card_says_what_the_command_says(library: Path, tmp_path: Path) -> N
     assert bpy.ops.w2w.save_results(directory=str(tmp_path / "saved")) == {"FINISHED"}
     found = [need_content(one) for one in needed(StudyResults.load(tmp_path / "saved"))]
     assert [card["needs"] for card in cards] == found
+    assert StudyResults.load(tmp_path / "saved").cards == cards
     body.w2w.worn[0].is_open = True
     (need,) = (card["needs"] for card in cards if card["patch"] == body.w2w.worn[0].patch)
     assert need["sentence"] in words(draw(W2W_PT_placement, view_of_panels()))

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, UndefinedError
 from markupsafe import Markup
 
 from ..core.body.body import Body
@@ -42,7 +42,18 @@ MAX_CONFUSED = 12
 
 
 def report_page(study: StudyResults, project: str | None = None) -> str:
-    """The page of a finished study, as HTML, under the run's title or another."""
+    """The page of a finished study, as HTML, under the run's title or another.
+
+    A ValueError says that its `summary.json` lacks what the page shows.
+    """
+    try:
+        return _page(study, project)
+    except (LookupError, TypeError, AttributeError, UndefinedError) as error:
+        wrong = f"{study.out / 'summary.json'} is not as a run writes it ({error}): run the study again"
+        raise ValueError(wrong) from error
+
+
+def _page(study: StudyResults, project: str | None) -> str:
     from .still_picture import still_picture  # Pillow is slow to import
 
     body, utility, summary = study.body(), study.utility, study.summary

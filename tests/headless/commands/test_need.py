@@ -51,6 +51,26 @@ def test_the_cards_say_it_and_twice_is_the_same(folder, tmp_path):
         assert (outs[0] / name).read_bytes() == (outs[1] / name).read_bytes()
 
 
+def test_a_choice_anew_keeps_what_is_needed_where_a_sensor_stays(folder, tmp_path):
+    out = shutil.copytree(folder, tmp_path / "out")
+    assert cli("need", out)[0] == 0
+    before = json.loads((out / "summary.json").read_text(encoding="utf-8"))["cards"]
+    assert cli("place", out, "--redraw", "--target", "0.5")[0] == 0
+    after = json.loads((out / "summary.json").read_text(encoding="utf-8"))["cards"]
+    assert after == before
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert f"<p>{before[0]['needs']['sentence']}.</p>" in page
+    assert cli("place", out, "--redraw", "--weights", _weights(tmp_path))[0] == 0
+    weighed = json.loads((out / "summary.json").read_text(encoding="utf-8"))["cards"]
+    assert not any("needs" in card for card in weighed)
+
+
+def _weights(folder):
+    path = folder / "weights.csv"
+    path.write_text("activity,weight\nslow,3\n")
+    return path
+
+
 def test_another_place_is_only_printed(folder):
     before = (folder / "summary.json").read_bytes()
     code, output = cli("need", folder, "--place", "belt clip, chest strap")

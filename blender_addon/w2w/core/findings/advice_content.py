@@ -91,6 +91,12 @@ def with_needs(cards: Sequence[dict[str, Any]], found: Sequence[dict[str, Any]])
     ]
 
 
+def needs_on(cards: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """What is needed by those cards that say it."""
+    said = [(card.get("needs"), card["patch"]) for card in cards]
+    return [need for need, patch in said if isinstance(need, dict) and need.get("patch") == patch]
+
+
 def _loss_content(loss: Loss) -> dict[str, Any]:
     content = {"parameter": loss.knob, "value": loss.name, "f1": rounded(loss.f1)}
     return content | cost_content(loss.cost)

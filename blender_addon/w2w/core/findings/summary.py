@@ -26,7 +26,14 @@ from ..study.clip_list import CLIP_LIST, Entry, write_clip_list
 from ..study.results import UTILITY, ClipResult, Study, StudyResults
 from ..windows.windows import WindowSpec
 from ..wording import plain_words
-from .advice_content import advice_content, cost_content, interval_content, patch_content, rounded
+from .advice_content import (
+    advice_content,
+    cost_content,
+    interval_content,
+    patch_content,
+    rounded,
+    with_needs,
+)  # fmt: skip
 from .cautions import cautions
 from .notes import few_clips, label_content
 
@@ -49,6 +56,7 @@ def write_results(study: Study) -> None:
     out = study.results.out
     write_clip_list(out, _listed(study))
     content = summary(study)
+    content["cards"] = with_needs(content["cards"], study.needs)
     write_placements(out, content["cards"], study.results.patches)
     write_map(out, study.results.utility, study.results.patches, study.advice.clusters)
     write_json(out / "summary.json", content)

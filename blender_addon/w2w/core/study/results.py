@@ -133,6 +133,14 @@ class StudyResults:
         return json.loads(inside(self.out, "summary.json").read_text(encoding="utf-8"))
 
     @property
+    def cards(self) -> list[dict[str, Any]]:
+        """Where each recommended sensor goes, from `summary.json`; ValueError if it does not say it."""
+        cards = self.summary.get("cards")
+        if isinstance(cards, list) and all(isinstance(card, dict) and "patch" in card for card in cards):
+            return cards
+        raise ValueError(f"{self.out / 'summary.json'} is not as a run writes it: run the study again")
+
+    @property
     def clips_in_blend(self) -> list[LabelledClip]:
         """The clips whose motions `study.blend` holds: all, or of many the first of each activity."""
         seen: Counter[str] = Counter()
@@ -221,6 +229,7 @@ class Study:
     clips: tuple[ClipResult, ...]  # all of them, in the library's order
     results: StudyResults  # the ranking, as it is read again from its folder
     advice: Advice  # the choice under the config's constraints
+    needs: Sequence[dict[str, Any]] = ()  # how cheap its sensors may be, if that was found (`need_content`)
 
     @property
     def used(self) -> list[ClipResult]:

@@ -68,7 +68,7 @@ def need(
 def _write(out: Path, found: Sequence[dict[str, Any]]) -> None:
     """Write what each recommended sensor needs to its card in summary, table and report."""
     study = StudyResults.load(out, by=NAME)
-    cards = with_needs(study.summary["cards"], found)
+    cards = with_needs(study.cards, found)
     mark_changing(out, by=NAME)
     with listed(out, ["summary.json", PLACEMENTS]):
         write_placements(out, cards, study.patches)

@@ -9,11 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import typer
 from rich.console import Console
 
 from w2w.core.files import UNFINISHED, folder_beside, write_json
-from w2w.core.findings.advice_content import advice_content, place_content
+from w2w.core.findings.advice_content import advice_content, needs_on, place_content, with_needs
 from w2w.core.findings.cautions import Caution, cautions
 from w2w.core.findings.summary import PLACEMENTS, map_content, write_map, write_placements
 from w2w.core.garments.cover import garment_sentence
@@ -193,6 +194,8 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
             check_redraw(study)
             tables = ["config.json", "summary.json", PLACEMENTS, UTILITY, "utility.csv"]
             content = advice_content(advice, utility, ranked.patches)
+            if np.array_equal(utility.weights, study.utility.weights):
+                content["cards"] = with_needs(content["cards"], needs_on(study.cards))
             content |= map_content(ranked, study.config().placements, advice.answer.base.under)
             content["cautions"] = [caution._asdict() for caution in _cautions(ranked, config)]
             mark_changing(out, by=REDRAW)

@@ -185,7 +185,7 @@ def _draw_worn(
 
     shown, body = marked_set(study), shaded.body
     order = shown.order[:MAX_LISTED]
-    by_patch = {card["patch"]: card for card in study.summary["cards"]}
+    by_patch = {card["patch"]: card for card in study.cards}
     cards = [by_patch[patch] for patch in order]
     triangles = study.patches.triangles[order]
     places, normals = (values[triangles].mean(axis=1) for values in (body.vertices, body.vertex_normals))

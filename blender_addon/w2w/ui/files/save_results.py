@@ -7,6 +7,7 @@ from pathlib import Path
 
 import bpy
 
+from ...core.findings.advice_content import needs_on
 from ...core.findings.new_folder import check_new, write_folder
 from ...core.library.library import Clip, Library, unique_names
 from ...core.motion.motion import Motion
@@ -54,7 +55,8 @@ def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Step
     dropped = [(clip.name, clip.activity) for clip in study.clips if clip.activity in left_out]
     skipped += [(name, f"{activity} is left out") for name, activity in dropped]
     library = Library(Path(), tuple(clip.clip for clip in saved), "the panel in Blender", tuple(skipped))
-    finished = Study(library, config, found.body(), saved, found.renamed(names), advice)
+    cards = [] if left_out or reweighed else (lists.advice_of(study) or {}).get("cards") or []
+    finished = Study(library, config, found.body(), saved, found.renamed(names), advice, needs_on(cards))
 
     def write(progress: Callable[[float], None]) -> list[str]:
         write_folder(folder, finished, motions, covers, progress)
