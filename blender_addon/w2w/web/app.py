@@ -344,16 +344,19 @@ async def _object(request: Request) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=1)
-def _opened(out: Path, written: int) -> tuple[StudyResults, SetTests | None, Stream | None]:  # noqa: ARG001
-    """A results folder as it was `written`, with tests and a stream that remember: seconds to make."""
+def _opened(
+    out: Path,
+    written: int,  # noqa: ARG001
+) -> tuple[StudyResults, SetTests | None, Stream | None, dict[int, int]]:
+    """A results folder as it was `written`, with tests, stream and turns that remember: seconds to make."""
     study = StudyResults.load(out)
     config = study.config()
-    return study, prepared_tests(study, config), stream_in(study, config)
+    return study, prepared_tests(study, config), stream_in(study, config), {}
 
 
 def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
     """What `w2w place` would choose, or compare, in a results folder; "" takes back a wish of the run."""
-    study, tests, stream = _opened(out, (out / "summary.json").stat().st_mtime_ns)
+    study, tests, stream, turned = _opened(out, (out / "summary.json").stat().st_mtime_ns)
     if wishes["compare"]:
         scores = compared(study, words(wishes["compare"]))
         return {"compared": [place_content(score, study.patches) for score in scores]}
@@ -365,7 +368,7 @@ def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
     config = wished_config(study, constraints, wished)
     again = ranked_again(study, config)
     same = again.utility is study.utility
-    advice = advised_by(study, config, tests, stream) if same else advised(again, config)
+    advice = advised_by(study, config, tests, stream, turned) if same else advised(again, config)
     return advice_content(advice, again.utility, again.patches)
 
 

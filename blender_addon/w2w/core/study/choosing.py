@@ -97,18 +97,26 @@ def needed(study: StudyResults, words: Sequence[str] = ()) -> list[Need]:
 
 def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> Advice:
     """Choose in a ranked study, as `choose_to_wear`: the step of a run, of `w2w place` and of the panel."""
-    return advised_by(study, config, prepared_tests(study, config, pooling), stream_in(study, config))
+    return advised_by(study, config, prepared_tests(study, config, pooling), stream_in(study, config), {})
 
 
 def advised_by(
-    study: StudyResults, config: StudyConfig, tests: SetTests | None, stream: Stream | None
+    study: StudyResults,
+    config: StudyConfig,
+    tests: SetTests | None,
+    stream: Stream | None,
+    turned: dict[int, int],
 ) -> Advice:
-    """Like `advised`, with tests and a stream that know what was asked of them before."""
+    """Like `advised`, with tests and a stream that know what was asked of them before.
+
+    So does `turned`: how far the sensor on each patch may be turned.
+    """
     advice = choose_to_wear(study.utility, study.patches, study.body(), config, tests, stream)
     if stream is None:
         return advice
-    turns = _turns(study, config, [card.patch for card in advice.cards])
-    cards = [replace(card, turn_deg=turn) for card, turn in zip(advice.cards, turns, strict=True)]
+    due = [card.patch for card in advice.cards if card.patch not in turned]
+    turned.update(zip(due, _turns(study, config, due) if due else (), strict=True))
+    cards = [replace(card, turn_deg=turned[card.patch]) for card in advice.cards]
     return replace(advice, cards=tuple(cards))
 
 
