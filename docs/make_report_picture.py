@@ -68,7 +68,7 @@ def main(report: Path) -> None:
         )
     )
     height = round(picture.height * WIDTH / picture.width)
-    picture.resize((WIDTH, height), Image.Resampling.LANCZOS).quantize(128).save(PICTURE, optimize=True)
+    picture.resize((WIDTH, height), Image.Resampling.LANCZOS).save(PICTURE, optimize=True)  # all colours
     print(f"{PICTURE.name}: {PICTURE.stat().st_size / 1e3:.0f} kB")
 
 

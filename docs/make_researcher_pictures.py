@@ -23,7 +23,7 @@ BLUE, ORANGE, GREY = "#1f4e9e", "#d9730d", "#b9c0cc"
 def draw_ranking(utility: UtilityMap) -> None:
     """All patches by mean F1 with their intervals; those that cannot be told from the best one stand out."""
     order = np.argsort(-utility.mean, kind="stable")
-    same = np.array([utility.same(int(order[0]), int(patch)) for patch in order])
+    same = np.array([utility.same([int(order[0])], [int(patch)]) for patch in order])
     rank = np.arange(1, len(order) + 1)
     figure, axes = plt.subplots(figsize=(8, 3.6), layout="constrained")
     for chosen, colour, label in (
