@@ -33,7 +33,7 @@ from .advice_content import (
     patch_content,
     rounded,
     with_needs,
-)  # fmt: skip
+)
 from .cautions import cautions
 from .notes import few_clips, label_content
 

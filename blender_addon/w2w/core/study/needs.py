@@ -22,6 +22,7 @@ from ..ranking.f1 import score_patches, try_patches
 from ..ranking.halves import Plan, maps_of
 from ..ranking.utility import LEVEL, holds_zero
 from ..ranking.weights import known_mean
+from ..selection.headline import short
 from ..threads import unthreaded_products
 from ..windows.features import window_features
 from ..windows.inputs import SomeWindows, as_blocks
@@ -99,7 +100,7 @@ class Need:
 
 
 def _short(cost: float) -> str:
-    return f"{as_shown(cost):.2f}".lstrip("0") if as_shown(cost) > 0 else "nothing"
+    return short(float(as_shown(cost))) if as_shown(cost) > 0 else "nothing"
 
 
 def needs(

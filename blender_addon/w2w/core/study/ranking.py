@@ -172,7 +172,7 @@ def stream_of(
     clip = np.repeat(np.arange(len(clips)), [len(found.is_test) for found in windows])[planned.used]
     numbers, first = np.unique(clip, return_index=True)
     return Stream(
-        read=lambda patches: [read(number, patches) for number in numbers.tolist()],
+        read=lambda some: [read(number, some) for number in numbers.tolist()],
         standing=standing_reading(body, patches, config.synthesis),
         sensor=config.sensor_model(),
         spec=config.windows,
