@@ -12,22 +12,21 @@ import scipy.linalg  # noqa: F401 - its matrix library must be there to be found
 from threadpoolctl import ThreadpoolController
 
 Part = TypeVar("Part")
+Result = TypeVar("Result")
 
 _most = 0
 
 
-def for_each(work: Callable[[Part], None], parts: Sequence[Part]) -> None:
-    """Call `work` on every part, in all threads that this process may use.
+def for_each(work: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
+    """Results of `work` on every part, in all threads that this process may use.
 
     The matrix library is kept to one thread then: two sets of threads would fight over the cores.
     """
     with unthreaded_products():
         if len(parts) == 1 or n_threads() == 1:
-            for part in parts:
-                work(part)
-            return
+            return [work(part) for part in parts]
         with ThreadPoolExecutor(n_threads()) as pool:
-            list(pool.map(work, parts))
+            return list(pool.map(work, parts))
 
 
 def chunks(count: int, size: int) -> list[slice]:

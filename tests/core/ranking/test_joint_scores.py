@@ -96,6 +96,5 @@ def test_sums_that_trainings_share_give_what_each_training_gives(worn):
     features = features.astype(np.float32)
     joint = JointScores(features, labels, trainings, RIDGE)
     by_features, by_kernels = joint.adding_by_features(worn), joint.adding_by_kernels(worn)
-    for candidate in (1, 5):
-        wanted = by_kernels(candidate)
-        np.testing.assert_allclose(by_features(candidate), wanted, atol=1e-4 * np.abs(wanted).max())
+    for scores, wanted in zip(by_features([1, 5]), by_kernels([1, 5]), strict=True):
+        np.testing.assert_allclose(scores, wanted, atol=1e-4 * np.abs(wanted).max())

@@ -12,18 +12,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from itertools import islice, pairwise
+from itertools import chain, islice, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from ..blas import add_square, multiply, multiply_lower, solve_positive
-from ..threads import unthreaded_products
+from ..threads import chunks, unthreaded_products
 from .classifiers.discriminant import averaging, deviation, few, summing, with_ridge
 
 WORKERS = 2
 """Threads."""
+
+KERNEL_VALUES = 2**20
+"""Values of kernels that are held at a time."""
 
 WORTH_THREADS = 100
 """Windows: with fewer, starting threads costs more than they save."""
@@ -68,46 +71,58 @@ class JointScores:
         `judge` is given scores (V, A), float32: logarithms of the classes' probabilities, but for a term that
         all classes share. It is called from several threads.
         """
+        candidates = list(candidates)
         with unthreaded_products():
-            add = self.adding_by_kernels(worn) if self._is_wide(len(worn)) else self.adding_by_features(worn)
-            return list(self._parallel(lambda candidate: judge(add(candidate)), candidates))
+            wide = self._is_wide(len(worn))
+            add = self.adding_by_kernels(worn) if wide else self.adding_by_features(worn)
+            at_once = min(self._at_once, len(candidates) // WORKERS + 1) if wide else 1
+            parts = [candidates[rows] for rows in chunks(len(candidates), at_once)]
+            judged = self._parallel(lambda part: list(map(judge, add(part))), parts)
+            return list(chain.from_iterable(judged))
 
     def _is_wide(self, worn: int) -> bool:
         """Whether some training has few windows, or fewer than features worn."""
         fewest = np.array(min(len(dual.training.trained) for dual in self._duals))
         return bool(few(fewest, self._width) or worn * self._width > fewest)
 
-    def adding_by_features(self, worn: Sequence[int]) -> Callable[[int], np.ndarray]:
-        """Scores (V, A) by the patches worn and one more."""
-        return partial(self._primal.add, self._primal.wear(worn) if len(worn) else None)
+    def adding_by_features(self, worn: Sequence[int]) -> Callable[[Sequence[int]], Iterable[np.ndarray]]:
+        """Scores (V, A) by the patches worn and one more, for each of some."""
+        return partial(map, partial(self._primal.add, self._primal.wear(worn) if len(worn) else None))
 
-    def adding_by_kernels(self, worn: Sequence[int]) -> Callable[[int], np.ndarray]:
-        """Scores (V, A) by the patches worn and one more, if windows are few."""
-        bases = list(self._parallel(lambda dual: dual.kernels(worn), self._duals))
+    def adding_by_kernels(self, worn: Sequence[int]) -> Callable[[Sequence[int]], Iterable[np.ndarray]]:
+        """Scores (V, A) by the patches worn and one more, for each of some, if windows are few."""
+        bases = list(self._parallel(lambda dual: dual.kernels(worn).summed(), self._duals))
 
-        def add(candidate: int) -> np.ndarray:
-            own = (dual.kernels([candidate]) for dual in self._duals)
-            sums = (_Kernels(*map(np.add, *both)) for both in zip(own, bases, strict=True))
-            pairs = zip(self._duals, sums, strict=True)
-            return np.concatenate([dual.scores(kernels, len(worn) + 1) for dual, kernels in pairs])
+        def add(candidates: Sequence[int]) -> np.ndarray:
+            pairs = zip(self._duals, bases, strict=True)
+            sums = ((dual, dual.kernels(candidates).plus(base)) for dual, base in pairs)
+            return np.concatenate([dual.scores(kernels, len(worn) + 1) for dual, kernels in sums], axis=1)
 
         return add
 
     def each_first_of(
         self, orders: Sequence[Sequence[int]], sizes: Sequence[int]
-    ) -> Iterator[list[np.ndarray]]:
+    ) -> Iterator[tuple[np.ndarray, ...]]:
         """Scores (V, A) by the first patches of each of some ascending sizes, of one order after another."""
 
-        def scores(order_and_dual: tuple[Sequence[int], _Dual]) -> list[np.ndarray]:
-            order, dual = order_and_dual
-            sums = zip(sizes, dual.sums_of_kernels(order, sizes), strict=True)
-            return [dual.scores(kernels, count) for count, kernels in sums]
+        def scores(orders_and_dual: tuple[Sequence[Sequence[int]], _Dual]) -> list[np.ndarray]:
+            some, dual = orders_and_dual
+            return list(dual.of_firsts(some, sizes))
 
+        parts = [orders[part] for part in chunks(len(orders), self._at_once)]
         with unthreaded_products():
-            results = self._parallel(scores, [(order, dual) for order in orders for dual in self._duals])
-            for _ in orders:
+            results = self._parallel(scores, [(some, dual) for some in parts for dual in self._duals])
+            for _ in parts:
                 of_duals = islice(results, len(self._duals))
-                yield [np.concatenate(of_size) for of_size in zip(*of_duals, strict=True)]
+                yield from zip(
+                    *(np.concatenate(of_size, axis=1) for of_size in zip(*of_duals, strict=True)), strict=True
+                )
+
+    @property
+    def _at_once(self) -> int:
+        """Sets whose kernels are held at a time."""
+        most = max(len(dual.training.trained) for dual in self._duals)
+        return max(1, KERNEL_VALUES // most**2)
 
     def _parallel(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
         if len(self.windows) < WORTH_THREADS:
@@ -118,24 +133,26 @@ class JointScores:
 
 
 class _Kernels(NamedTuple):
-    """Products of patches' features in units of their deviation within classes, summed over patches.
+    """Products of features in units of their deviation within classes, for each of S patches or sets of them.
 
     Between n windows trained on about their class means (within), A class means, and v windows tested.
     """
 
-    within_within: np.ndarray  # (n, n): the upper triangle
-    means_within: np.ndarray  # (A, n)
-    tested_within: np.ndarray  # (v, n)
-    tested_means: np.ndarray  # (v, A)
-    means_means: np.ndarray  # (A,): of each class mean with itself
+    within_within: np.ndarray  # (S, n, n)
+    means_within: np.ndarray  # (S, A, n)
+    tested_within: np.ndarray  # (S, v, n)
+    tested_means: np.ndarray  # (S, v, A)
+    means_means: np.ndarray  # (S, A): of each class mean with itself
 
-    def add(self, within: np.ndarray, means: np.ndarray, tested: np.ndarray) -> None:
-        """Take in the rows of one more patch, or of several side by side."""
-        add_square(self.within_within, within.T)
-        self.means_within[...] += multiply(means, within.T)
-        self.tested_within[...] += multiply(tested, within.T)
-        self.tested_means[...] += multiply(tested, means.T)
-        self.means_means[...] += np.einsum("ad,ad->a", means, means)
+    def plus(self, others: _Kernels) -> _Kernels:
+        """These, with others added in place: sets with one more patch."""
+        for own, other in zip(self, others, strict=True):
+            own += other
+        return self
+
+    def summed(self) -> _Kernels:
+        """Kernels of all patches as one set."""
+        return _Kernels(*(products.sum(axis=0, keepdims=True) for products in self))
 
 
 class _Dual:
@@ -146,49 +163,49 @@ class _Dual:
         self.n_activities = int(labels.max()) + 1
         self._labels = labels[training.trained]
         self._counts = np.bincount(self._labels, minlength=self.n_activities).astype(np.float32)
-        self._average = averaging(self._labels, self.n_activities)
+        self._average = averaging(self._labels, self.n_activities).toarray()
         self.ridge = np.float32(ridge * len(self._labels))
-        self._scales: dict[int, np.ndarray] = {}
-
-    def _rows(self, patch: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        inputs = self._features[patch]
-        seen = inputs[self.training.trained]
-        means = self._average @ seen
-        within = seen - means[self._labels]
-        scale = self._scales.get(patch)
-        if scale is None:
-            squares = (np.einsum("nd,nd->d", rows, rows) for rows in (within, seen))
-            scale = deviation(*(square / len(seen) for square in squares)).astype(np.float32)
-            self._scales[patch] = scale
-        within /= scale
-        return within, means / scale, inputs[self.training.tested] / scale
 
     def kernels(self, patches: Sequence[int]) -> _Kernels:
-        """Kernels summed over patches."""
-        return next(self.sums_of_kernels(patches, [len(patches)]))
+        """Kernels of each patch."""
+        rows = np.asarray(patches, dtype=int)[:, None]
+        seen = self._features[rows, self.training.trained]
+        means = self._average @ seen
+        within = seen - means[:, self._labels]
+        squares = (np.einsum("pnd,pnd->pd", some, some) / seen.shape[1] for some in (within, seen))
+        scale = deviation(*squares).astype(np.float32)[:, None]
+        within /= scale
+        means /= scale
+        tested = self._features[rows, self.training.tested] / scale
+        columns = within.swapaxes(1, 2)
+        return _Kernels(
+            within @ columns, means @ columns, tested @ columns, tested @ means.swapaxes(1, 2),
+            np.einsum("pad,pad->pa", means, means),
+        )  # fmt: skip
 
-    def sums_of_kernels(self, patches: Sequence[int], sizes: Iterable[int]) -> Iterator[_Kernels]:
-        """Kernels of the first patches, for each of the ascending `sizes`: one record that grows."""
-        trained, tested, classes = len(self._labels), len(self.training.tested), len(self._counts)
-        shapes = ((trained, trained), (classes, trained), (tested, trained), (tested, classes), (classes,))
-        summed = _Kernels(*(np.zeros(shape, dtype=np.float32) for shape in shapes))
+    def of_firsts(self, orders: Sequence[Sequence[int]], sizes: Iterable[int]) -> Iterator[np.ndarray]:
+        """Scores (S, v, A) by the first patches of S orders, for each of the ascending `sizes`."""
+        kernels = None
         for before, count in pairwise([0, *sizes]):
-            rows = [self._rows(patch) for patch in patches[before:count]]
-            if rows:
-                summed.add(*(np.concatenate(of_patches, axis=1) for of_patches in zip(*rows, strict=True)))
-            yield summed
+            for place in range(before, count):
+                own = self.kernels([order[place] for order in orders])
+                kernels = own.plus(kernels) if kernels else own
+            if kernels:
+                yield self.scores(kernels, count)
 
     def scores(self, kernels: _Kernels, count: int) -> np.ndarray:
-        """Scores (v, A) by `count` patches."""
+        """Scores (S, v, A) by sets of `count` patches."""
         ridge = self.ridge * count
-        means = solve_positive(with_ridge(kernels.within_within.copy(), ridge), kernels.means_within)
-        products = kernels.tested_means - kernels.tested_within @ means.T
-        norms = kernels.means_means - np.einsum("an,an->a", kernels.means_within, means)
+        pairs = zip(kernels.within_within, kernels.means_within, strict=True)
+        solved = [solve_positive(with_ridge(within.copy(), ridge), means) for within, means in pairs]
+        means = np.stack(solved)
+        products = kernels.tested_means - kernels.tested_within @ means.swapaxes(1, 2)
+        norms = kernels.means_means - np.einsum("san,san->sa", kernels.means_within, means)
         return self.offset(products / ridge, norms / ridge)
 
     def offset(self, products: np.ndarray, norms: np.ndarray) -> np.ndarray:
-        """Scores (v, A) from products with the class means and the squared lengths (A,) of these."""
-        offset = np.where(self._counts > 0, norms / 2, np.inf).astype(np.float32)
+        """Scores (..., v, A) from products with the class means and the squared lengths (..., A) of these."""
+        offset = np.where(self._counts > 0, norms / 2, np.inf).astype(np.float32)[..., None, :]
         return (products - offset) * np.float32(len(self._labels))
 
 

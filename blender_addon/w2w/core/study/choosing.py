@@ -18,6 +18,7 @@ from ..ranking.weights import counting, weights_of
 from ..selection.advice import Advice, advise
 from ..selection.answer import PlaceScore, ScoredMap, compare
 from ..selection.set_tests import SetTests
+from ..threads import for_each
 from ..windows.windows import cut_windows
 from .clip_files import WORK
 from .config import StudyConfig, plain
@@ -151,7 +152,10 @@ def _turns(study: StudyResults, config: StudyConfig, patches: Sequence[int]) -> 
     """How far the sensor on each patch may be turned, degrees."""
     numbers = _evenly([clip.activity for clip in study.clips])
     labels = WindowLabels.of([study.clips[n] for n in numbers], [study.windows[n] for n in numbers])
-    recordings = (study.recording(n, patches) for n in numbers)
-    cut = np.concatenate([cut_windows(recording, config.windows).signals for recording in recordings])
+
+    def cut_out(number: int) -> np.ndarray:
+        return cut_windows(study.recording(number, patches), config.windows).signals
+
+    cut = np.concatenate(for_each(cut_out, numbers))
     rate, protocol = config.synthesis.rate_hz, labels.protocol(config)
     return [may_turn(cut[:, card], rate, protocol, DROP) for card in range(len(patches))]

@@ -23,6 +23,7 @@ from ..ranking.utility import UtilityMap, utility_map
 from ..ranking.weights import counting
 from ..selection.answer import product_patches
 from ..selection.set_tests import SetTests
+from ..threads import for_each
 from ..windows.inputs import PatchBlocks
 from ..windows.stream import standing_reading
 from .clip_files import ClipWindows
@@ -172,7 +173,7 @@ def stream_of(
     clip = np.repeat(np.arange(len(clips)), [len(found.is_test) for found in windows])[planned.used]
     numbers, first = np.unique(clip, return_index=True)
     return Stream(
-        read=lambda some: [read(number, some) for number in numbers.tolist()],
+        read=lambda some: for_each(lambda number: read(number, some), numbers.tolist()),
         standing=standing_reading(body, patches, config.synthesis),
         sensor=config.sensor_model(),
         spec=config.windows,
