@@ -138,7 +138,7 @@ class _Kernels(NamedTuple):
     Between n windows trained on about their class means (within), A class means, and v windows tested.
     """
 
-    within_within: np.ndarray  # (S, n, n)
+    within_within: np.ndarray  # (S, n, n): the upper triangle
     means_within: np.ndarray  # (S, A, n)
     tested_within: np.ndarray  # (S, v, n)
     tested_means: np.ndarray  # (S, v, A)
@@ -172,14 +172,17 @@ class _Dual:
         seen = self._features[rows, self.training.trained]
         means = self._average @ seen
         within = seen - means[:, self._labels]
-        squares = (np.einsum("pnd,pnd->pd", some, some) / seen.shape[1] for some in (within, seen))
-        scale = deviation(*squares).astype(np.float32)[:, None]
+        variances = (np.einsum("pnd,pnd->pd", some, some) / seen.shape[1] for some in (within, seen))
+        scale = deviation(*variances).astype(np.float32)[:, None]
         within /= scale
         means /= scale
         tested = self._features[rows, self.training.tested] / scale
         columns = within.swapaxes(1, 2)
+        squares = np.zeros((len(within), *(within.shape[1],) * 2), dtype=np.float32)
+        for square, of_patch in zip(squares, columns, strict=True):
+            add_square(square, of_patch)
         return _Kernels(
-            within @ columns, means @ columns, tested @ columns, tested @ means.swapaxes(1, 2),
+            squares, means @ columns, tested @ columns, tested @ means.swapaxes(1, 2),
             np.einsum("pad,pad->pa", means, means),
         )  # fmt: skip
 
