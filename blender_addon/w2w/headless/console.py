@@ -58,7 +58,7 @@ def ending(code: int, console: Console, prefix: str = "") -> Iterator[None]:
         yield
     except (UnusableMotion, ValueError, OSError) as error:
         console.quiet = False
-        console.print(f"{prefix}{error}", style="red")
+        console.print(f"{prefix}{sentence_of(error)}", style="red")
         raise typer.Exit(BUSY if isinstance(error, UnfinishedError) else code) from error
 
 
@@ -69,7 +69,15 @@ def show_left_out(left_out: Mapping[str, str], console: Console) -> None:
 
 
 def sentence_of(error: Exception) -> str:
-    """An error as a sentence, also where memory is lacking."""
+    """An error as a sentence: for a file which one and why, without the error's number.
+
+    Examples
+    --------
+    >>> sentence_of(FileNotFoundError(2, "No such file or directory", "acc.npz"))
+    'acc.npz cannot be opened: No such file or directory'
+    """
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.filename} cannot be opened: {error.strerror}"
     if not isinstance(error, MemoryError):
         return str(error)
     why = f" ({error})" if str(error) else ""

@@ -9,8 +9,8 @@ import pytest
 
 from w2w.core.imu.recordings import Recordings
 from w2w.core.study.results import StudyResults
-from w2w.studies.comparisons.by_protocol import run_protocol
-from w2w.studies.comparisons.own import Names, own_protocol, study_sides
+from w2w.studies.comparisons.by_protocol import compare_worn
+from w2w.studies.comparisons.own import Names, against_run, own_protocol
 
 from ...command_line import cli
 
@@ -37,8 +37,8 @@ def worn(study, moved=0):
 
 
 def compared(study, recordings, names=NONE):
-    protocol, sides_of = study_sides(own_protocol(recordings, study, names), recordings, study)
-    (found,) = run_protocol(protocol, sides_of)
+    protocol, simulate = against_run(own_protocol(recordings, study, names), recordings, study)
+    (found,) = compare_worn(protocol, recordings, simulate)
     return found
 
 

@@ -10,11 +10,12 @@ import pytest
 from scipy.io import savemat
 
 from w2w.studies.comparisons import unpaired
+from w2w.studies.comparisons.by_protocol import worn_sides
 from w2w.studies.comparisons.unpaired import RegionSimulator, load_motions
 from w2w.studies.datasets.mighar import WornAt
 from w2w.studies.validation.mhad import MHAD
 from w2w.studies.validation.mighar import mighar
-from w2w.studies.validation.upfall import UPFALL
+from w2w.studies.validation.upfall import UPFALL, WITHOUT_POCKET
 
 PROTOCOL = mighar(WornAt((0, 1), {"here": 100, "there": 3000}, np.array([0, 1])))
 STYLES = {"one": ("active", "angry"), "two": ("childish",)}
@@ -100,8 +101,9 @@ def test_who_lacks_a_sensor_is_said_and_takes_part_at_the_other_sites(libraries,
             if member.name.endswith(("Subject1Activity6Trial1.csv", "Subject5Activity6Trial1.csv")):
                 archive.extract(member, tmp_path / "up_fall", filter="data")
     worn = UPFALL.read(tmp_path / "up_fall")
-    sides_of = unpaired.unpaired_sides(UPFALL, worn, libraries, 0, lambda _: None)
-    whole, without_pocket = sides_of(UPFALL.analyses[0]), sides_of(UPFALL.analyses[-1])
+    simulate = unpaired.library_simulation(UPFALL, libraries, 0, lambda _: None)
+    analyses = (UPFALL.analyses[0], WITHOUT_POCKET)
+    whole, without_pocket = (worn_sides(UPFALL, worn, simulate, analysis) for analysis in analyses)
     assert set(whole.real.windows.subject) == {"s01"}
     assert whole.notes[-1] == "People of whom no clip can be used: s05."
     assert set(without_pocket.real.windows.subject) == {"s01", "s05"}

@@ -8,9 +8,8 @@ import typer
 from rich.console import Console
 
 from w2w.core.files import write_text
-from w2w.core.motion.source import UnusableMotion
 from w2w.core.wording import shown
-from w2w.headless.console import USAGE
+from w2w.headless.console import USAGE, ending
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
 
@@ -26,7 +25,7 @@ from ..comparisons.challenge import (
 )
 from ..comparisons.challenge_baselines import baselines, baselines_of_utd
 from ..comparisons.truth import DATA_SETS
-from .consoles import why_not, wide_console
+from .consoles import wide_console
 
 PAGE, RANKINGS = "challenge.md", "rankings"
 
@@ -63,15 +62,12 @@ def challenge(
     console = wide_console()
     given = {"mhad": mhad, "umafall": umafall, "dsads": dsads, "upfall": upfall}
     given = {name: path for name, path in given.items() if path}
-    try:
+    with ending(USAGE, console):
         if not given and utd is None:
             raise ValueError("Point it to a data set at least: --mhad, --umafall, --dsads, --upfall or --utd")
         methods: dict[str, Method] = {path.stem: read_method(path) for path in rankings or ()}
         with published(out, (*given.values(), utd, *(rankings or ()))) as folder:
             _judge(given, utd, methods, library or [], folder, console)
-    except (ValueError, OSError, UnusableMotion) as error:
-        console.print(why_not(error), style="red")
-        raise typer.Exit(USAGE) from error
     console.print(f"Page: {shown(out / PAGE)}")
 
 

@@ -18,16 +18,3 @@ def wide_console() -> Console:
 def show_caution(sentence: str, console: Console) -> None:
     """Print what a result has to be read with."""
     console.print(f"Caution: {sentence}.", style="yellow")
-
-
-def why_not(error: Exception) -> str:
-    """An error as a sentence for people; for a file which one and why, without the error's number.
-
-    Examples
-    --------
-    >>> why_not(FileNotFoundError(2, "No such file or directory", "acc.npz"))
-    'acc.npz cannot be opened: No such file or directory'
-    """
-    if isinstance(error, OSError) and error.filename is not None:
-        return f"{error.filename} cannot be opened: {error.strerror}"
-    return str(error)

@@ -14,10 +14,10 @@ from w2w import Body, load, rank, sample_patches, synthesize
 from w2w.core.motion.motion import Motion, at_rate
 from w2w.core.motion.signature import motion_signature
 from w2w.core.ranking.same_motion import same_motion_groups
-from w2w.headless.console import USAGE
+from w2w.headless.console import USAGE, ending
 
 from ..sweep.augmentation import at_tempo, mirrored
-from .consoles import why_not, wide_console
+from .consoles import wide_console
 
 SHORTEST_S = 0.5
 """Shorter clips and copies are left out."""
@@ -83,13 +83,10 @@ def copies(
     Exit codes: 0 printed, 2 wrong use.
     """
     console = wide_console()
-    try:
+    with ending(USAGE, console):
         motions = [motion for motion in load(library) if motion.duration >= SHORTEST_S]
         for line in by_chance(motions) if chance else by_kind(motions):
             console.print(line)
-    except (ValueError, OSError) as error:
-        console.print(why_not(error), style="red")
-        raise typer.Exit(USAGE) from error
 
 
 def by_kind(motions: list[Motion]) -> Iterator[str]:

@@ -7,13 +7,13 @@ from typing import Annotated
 import typer
 
 from w2w.core.wording import shown
-from w2w.headless.console import USAGE
+from w2w.headless.console import USAGE, ending
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
 
 from ..comparisons.needs import PAGE, of_protocol, of_utd, write_needs
 from ..comparisons.truth import DATA_SETS
-from .consoles import why_not, wide_console
+from .consoles import wide_console
 
 
 def need(
@@ -36,19 +36,18 @@ def need(
     """
     console, found = wide_console(), []
     given = {"dsads": dsads, "mhad": mhad, "upfall": upfall}
-    try:
-        with published(out, [path for path in (*given.values(), utd) if path]) as folder:
-            for name, path in given.items():
-                if path:
-                    with RunMonitor(console).step(f"comparing {DATA_SETS[name].name}"):
-                        found += of_protocol(DATA_SETS[name], path, libraries, console.print)
-            if utd:
-                with RunMonitor(console).step("comparing UTD-MHAD"):
-                    found += of_utd(utd)
-            if not found:
-                raise ValueError("Point it to a data set at least: --dsads, --mhad, --upfall, --utd")
-            console.print(write_needs(folder, found))
-    except (ValueError, OSError) as error:
-        console.print(why_not(error), style="red")
-        raise typer.Exit(USAGE) from error
+    with (
+        ending(USAGE, console),
+        published(out, [path for path in (*given.values(), utd) if path]) as folder,
+    ):
+        for name, path in given.items():
+            if path:
+                with RunMonitor(console).step(f"comparing {DATA_SETS[name].name}"):
+                    found += of_protocol(DATA_SETS[name], path, libraries, console.print)
+        if utd:
+            with RunMonitor(console).step("comparing UTD-MHAD"):
+                found += of_utd(utd)
+        if not found:
+            raise ValueError("Point it to a data set at least: --dsads, --mhad, --upfall, --utd")
+        console.print(write_needs(folder, found))
     console.print(f"Page: {shown(out / PAGE)}")

@@ -13,7 +13,7 @@ from w2w.core.files import write_json
 from w2w.core.study.results import StudyResults
 from w2w.core.wording import capital
 from w2w.headless import options
-from w2w.headless.console import USAGE
+from w2w.headless.console import USAGE, ending
 from w2w.headless.runs.own_files import check, claimed
 from w2w.headless.study_options import declared
 
@@ -44,7 +44,7 @@ def paper(
     Exit codes: 0 chosen, 2 wrong use or constraints that cannot be met.
     """
     console = wide_console()
-    try:
+    with ending(USAGE, console):
         study = StudyResults.load(results)
         config = study.config()
         wished = {"target": target, "max_places": max_places}
@@ -54,9 +54,6 @@ def paper(
         check(results, [WRITTEN])
         with console.status("Choosing and testing sets"):
             sets = paper_sets(study, config)
-    except (ValueError, OSError) as error:
-        console.print(str(error), style="red")
-        raise typer.Exit(USAGE) from error
     show_sets(sets, study, console)
     with claimed(results, [WRITTEN]):
         write_json(results / WRITTEN, sets_content(sets, study))

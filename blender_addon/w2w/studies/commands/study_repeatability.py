@@ -11,11 +11,11 @@ import typer
 from w2w.core.imu.virtual import at_patches
 from w2w.core.study.results import StudyResults
 from w2w.core.windows.inputs import SomePatches
-from w2w.headless.console import USAGE
+from w2w.headless.console import USAGE, ending
 from w2w.headless.study_options import declared
 
 from ..comparisons.repeatability import FIGURES, choices
-from .consoles import why_not, wide_console
+from .consoles import wide_console
 
 
 def repeatability(
@@ -32,7 +32,7 @@ def repeatability(
     Exit codes: 0 printed, 2 wrong use or clips that cannot be halved.
     """
     console = wide_console()
-    try:
+    with ending(USAGE, console):
         study = StudyResults.load(results)
         usual = study.config()
         config = replace(usual, classifier=classifier or usual.classifier)
@@ -40,9 +40,6 @@ def repeatability(
         inputs = SomePatches(study.inputs(config.classifier), 0, len(first))
         with console.status("Ranking halves of the clips"):
             found = choices(inputs, study.labels(), config, (first, study.body()), halvings, by_subject)
-    except (ValueError, OSError) as error:
-        console.print(why_not(error), style="red")
-        raise typer.Exit(USAGE) from error
     console.print(f"{len(found)} choices among {len(first)} patches by {config.classifier}\n")
     known = np.flatnonzero(np.isfinite(found).any(axis=0))
     means = [f"{mean:.3f}" for mean in np.nanmean(found[:, known], axis=0)]

@@ -10,12 +10,13 @@ from rich.console import Console
 
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.wording import shown
-from w2w.headless.console import USAGE
+from w2w.headless.console import USAGE, ending, sentence_of
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
 
-from ..comparisons.truth import DATA_SETS, PAGE, mighar_set, run_data_set, write_page
-from .consoles import why_not, wide_console
+from ..comparisons.protocol_report import write_protocol
+from ..comparisons.truth import DATA_SETS, PAGE, against_libraries, mighar_set, write_page
+from .consoles import wide_console
 
 
 def truth(
@@ -48,18 +49,14 @@ def truth(
     console = wide_console()
     given = {"mhad": mhad, "umafall": umafall, "dsads": dsads, "upfall": upfall, "mighar": mighar}
     given = {name: path for name, path in given.items() if path}
-    if not given:
-        options = ", ".join(f"--{name}" for name in (*DATA_SETS, "mighar"))
-        raise _wrong(f"Point it to a data set at least: {options}", console)
-    if "mighar" in given and sensors is None:
-        raise _wrong(
-            "--mighar needs --sensors: `w2w validate mighar` writes an empty one to fill in", console
-        )
-    try:
+    with ending(USAGE, console):
+        if not given:
+            options = ", ".join(f"--{name}" for name in (*DATA_SETS, "mighar"))
+            raise ValueError(f"Point it to a data set at least: {options}")
+        if mighar and sensors is None:
+            raise ValueError("--mighar needs --sensors: `w2w validate mighar` writes an empty one to fill in")
         with published(out, (*given.values(), sensors)) as folder:
             _compare(given, libraries, sensors, seed, folder, console)
-    except (ValueError, OSError) as error:
-        raise _wrong(why_not(error), console) from error
     console.print(f"Page: {shown(out / PAGE)}")
 
 
@@ -81,14 +78,11 @@ def _compare(
             protocol = DATA_SETS[name] if name in DATA_SETS else mighar_set(sensors, console.print)
             names[name] = protocol.name
             with RunMonitor(console).step(f"comparing {names[name]}"):
-                found[name], _ = run_data_set(protocol, path, libraries, out / name, seed, console.print)
+                of_set = against_libraries(protocol, path, libraries, seed, console.print)
+                write_protocol(out / name, protocol, of_set)
+            found[name] = of_set
         except (ValueError, OSError, UnusableMotion) as error:
-            console.print(f"{names.get(name, name)} is left out: {why_not(error)}", style="red")
+            console.print(f"{names.get(name, name)} is left out: {sentence_of(error)}", style="red")
     if not found:
         raise typer.Exit(USAGE)
     console.print(write_page(out, found, names))
-
-
-def _wrong(why: str, console: Console) -> typer.Exit:
-    console.print(why, style="red")
-    return typer.Exit(USAGE)

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from w2w.core.study.results import StudyResults
-from w2w.headless.console import NOTHING_TO_DO, USAGE
+from w2w.headless.console import NOTHING_TO_DO, USAGE, ending
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import check, claimed
 
@@ -47,7 +47,7 @@ def sweep(
     from ..sweep.figure import sweep_figure  # matplotlib is slow to import
 
     console = wide_console()
-    try:
+    with ending(USAGE, console):
         study = StudyResults.load(results)
         wanted = cases(
             study.config(), [name.strip().replace("-", " ") for name in by.split(",") if name.strip()]
@@ -55,9 +55,6 @@ def sweep(
         folder = out or results / "sweep"
         check(folder, SWEEP_FILES)
         maps = SweepMaps(study, folder, patches, workers)
-    except (ValueError, OSError) as error:
-        console.print(str(error), style="red")
-        raise typer.Exit(USAGE) from error
     swept = _sweep(maps, wanted, len(study.clips), console)
     with claimed(folder, SWEEP_FILES):
         write_sweep(folder, swept, maps.patches)

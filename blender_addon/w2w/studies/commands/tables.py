@@ -12,7 +12,7 @@ import typer
 from w2w.core.csv_tables import read_table
 from w2w.core.library.labels import by_label
 from w2w.core.study.results import StudyResults
-from w2w.headless.console import USAGE, show_left_out
+from w2w.headless.console import USAGE, ending, show_left_out
 from w2w.headless.runs.own_files import check, claimed, new_file
 
 from ..placements.placement_patches import placement_patches
@@ -42,7 +42,7 @@ def tables(
     Exit codes: 0 printed, 2 wrong use.
     """
     console = wide_console()
-    try:
+    with ending(USAGE, console):
         study = StudyResults.load(results)
         group_of = read_groups(groups, study.utility.activities) if groups else {}
         if side not in ("left", "right"):
@@ -53,9 +53,6 @@ def tables(
         placements = placement_patches(
             study.body(), study.patches, side, lambda text: show_caution(text, console)
         )
-    except (ValueError, OSError) as error:
-        console.print(str(error), style="red")
-        raise typer.Exit(USAGE) from error
     patches = [found.patch for found in placements.values()]
     rows = score_table(study.utility, patches, group_of)
     show_placements(study.utility, placements, f"Placements, {side} side, all activities", console)

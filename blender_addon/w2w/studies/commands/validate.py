@@ -13,29 +13,28 @@ from rich.console import Console
 
 from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.imu.recordings import Recordings
-from w2w.core.motion.source import UnusableMotion
 from w2w.core.ranking.utility import CLASSIFIERS, unavailable
 from w2w.core.study.results import StudyResults
 from w2w.core.wording import shown
 from w2w.headless.commands.execute import refused
-from w2w.headless.console import USAGE
+from w2w.headless.console import USAGE, ending
 from w2w.headless.options import chosen_sensor
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
 from w2w.headless.study_options import declared
 
-from ..comparisons.by_protocol import run_protocol
+from ..comparisons.by_protocol import compare_worn, run_protocol
 from ..comparisons.gait import compare_gait, write_gait
-from ..comparisons.own import Names, own_protocol, study_sides
+from ..comparisons.own import Names, against_run, own_protocol
 from ..comparisons.paired import VIDIMU, mmfit as mmfit_protocol, paired_sides
 from ..comparisons.protocol_report import write_protocol
 from ..comparisons.report import agreement_table, write_validation
-from ..comparisons.truth import DATA_SETS, mighar_set, run_data_set, write_empty_positions
+from ..comparisons.truth import DATA_SETS, against_libraries, mighar_set, write_empty_positions
 from ..comparisons.utd import POSE_CUTOFF_HZ, compare_utd, write_utd
 from ..datasets.mmfit import NON_ACTIVITY
 from ..datasets.utd_mhad import read_utd_mhad
 from ..validation.protocol import Found, Protocol
-from .consoles import why_not, wide_console
+from .consoles import wide_console
 
 VALIDATE = typer.Typer(
     no_args_is_help=True,
@@ -134,8 +133,8 @@ def own(
             else:
                 worn = Recordings.read(recordings, labels)
                 protocol = own_protocol(worn, study, Names.read(sites, activities))
-            protocol, sides_of = study_sides(protocol, worn, study)
-            found = run_protocol(protocol, sides_of, seed, console.print)
+            protocol, simulate = against_run(protocol, worn, study)
+            found = compare_worn(protocol, worn, simulate, seed, console.print)
         console.print(write_protocol(folder, protocol, found))
 
 
@@ -292,20 +291,17 @@ def _compare(
     with _published(console, out, *inputs) as folder:
         with RunMonitor(console).step("reading, simulating and ranking"):
             protocol = protocol_of(console.print)
-            report = run_data_set(protocol, path, libraries, folder, seed, console.print)[1]
-        console.print(report)
+            found = against_libraries(protocol, path, libraries, seed, console.print)
+        console.print(write_protocol(folder, protocol, found))
 
 
 @contextmanager
 def _published(console: Console, out: Path, *inputs: Path) -> Iterator[Path]:
     """A folder to write, which becomes OUT; what is wrong with the data as a sentence, not as a traceback."""
-    try:
+    with ending(USAGE, console):
         with published(out, inputs) as folder:
             yield folder
         console.print(f"Written to {shown(out)}")
-    except (ValueError, OSError, UnusableMotion) as error:
-        console.print(why_not(error), style="red")
-        raise typer.Exit(USAGE) from error
 
 
 def _write(folder: Path, found: Sequence[Found], title: str, console: Console) -> None:

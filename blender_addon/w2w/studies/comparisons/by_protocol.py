@@ -1,15 +1,75 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run all analyses of a protocol."""
+"""Run all analyses of a protocol, whatever data set and whatever simulation it compares."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
+
+from w2w.core.imu.recording import ImuRecording
 
 from ..validation.protocol import Analysis, Found, Protocol
 from ..validation.site_transfer import WayFound, site_signals, try_ways
 from ..validation.sites import validate_sites
 from ..validation.source_test import source_tests
-from .unpaired import Sides
+from .unpaired import Side, Simulated, real_side, skipped_note
+
+
+class Sides(NamedTuple):
+    """Both sides of an analysis: what is compared, and what a reader must know."""
+
+    real: Side
+    simulated: Side
+    sites: tuple[str, ...]
+    activities: tuple[str, ...]
+    notes: list[str]
+    simulated_at: tuple[str, ...]
+    site_of: np.ndarray | None = None
+    """Site of each simulated sensor, and of each real one, where a site has several."""
+    real_site_of: np.ndarray | None = None
+
+
+def compare_worn(
+    protocol: Protocol,
+    worn: Sequence[ImuRecording],
+    simulate: Callable[[Analysis], Simulated],
+    seed: int = 0,
+    told: Callable[[str], None] = lambda _: None,
+) -> list[Found]:
+    """Hold worn sensors, of any data set or one's own, against what a run or libraries simulate.
+
+    `told` is given a sentence for each analysis that cannot be done.
+
+    Raises ValueError if no analysis can be done; the message says why.
+    """
+    return run_protocol(protocol, partial(worn_sides, protocol, worn, simulate), seed, told)
+
+
+def worn_sides(
+    protocol: Protocol,
+    worn: Sequence[ImuRecording],
+    simulate: Callable[[Analysis], Simulated],
+    analysis: Analysis,
+) -> Sides:
+    """Worn and simulated sensors of an analysis."""
+    made, real = simulate(analysis), real_side(protocol, worn, analysis)
+    lost = sorted({one.subject for one in real.recordings} - set(real.windows.subject.tolist()))
+    rates = [f"{side.recordings[0].rate:g} Hz" for side in (real, made.side)]
+    notes = [
+        analysis.why,
+        "Unpaired: other people, other rooms, other instructions than in the simulated clips.",
+        *([f"Worn at {rates[0]}, simulated at {rates[1]}."] if rates[0] != rates[1] else []),
+        *made.notes,
+    ]
+    for name, side in (("Simulated", made.side), ("Real", real)):
+        if skipped := side.windows.skipped:
+            notes.append(f"{name} {skipped_note(skipped.values())}")
+    if lost:
+        notes.append(f"People of whom no clip can be used: {', '.join(lost)}.")
+    sites = analysis.sites or tuple(protocol.sites)
+    activities = tuple(dict.fromkeys(map(analysis.label, analysis.activities)))
+    return Sides(real, made.side, sites, activities, notes, made.at, made.site_of, protocol.worn_site_of)
 
 
 def run_protocol(

@@ -15,7 +15,7 @@ from w2w.core.study.results import StudyResults
 
 from ..validation.protocol import Analysis, Protocol
 from ..validation.site_windows import site_windows
-from .unpaired import Side, Sides, patches_at_site, real_side, skipped_notes
+from .unpaired import Side, Simulated, patches_at_sites
 
 
 @dataclass(frozen=True)
@@ -59,16 +59,16 @@ def own_protocol(recordings: Recordings, study: StudyResults, names: Names) -> P
         rate_hz=recordings.rate,
         sites={place: names.sites.get(place, place) for place in recordings.places},
         real=real,
-        analyses=(),
+        analyses=(),  # see `against_run`
         windows=study.config().windows,
         use="acc" if acc_only else "both",
     )
 
 
-def study_sides(
-    protocol: Protocol, recordings: Sequence[ImuRecording], study: StudyResults
-) -> tuple[Protocol, Callable[[Analysis], Sides]]:
-    """The protocol for one analysis of all activities, and what makes its sides.
+def against_run(
+    protocol: Protocol, worn: Sequence[ImuRecording], study: StudyResults
+) -> tuple[Protocol, Callable[[Analysis], Simulated]]:
+    """The protocol for one analysis of all activities of a run, and what simulates it.
 
     People are left out where all are known, performers as the study left them out.
 
@@ -79,18 +79,12 @@ def study_sides(
     if len(shared) < 2:
         there = ", ".join(sorted({clip.activity for clip in study.clips}))
         raise ValueError(f"fewer than two activities are recorded and simulated: the study has {there}")
-    people = {one.subject for one in recordings}
-    by_subject = len(people) > 1 and "" not in people
-    why = "Every activity that is recorded and simulated."
-    analysis = Analysis("all activities", why, shared)
-    protocol = replace(
-        protocol, analyses=(analysis,), rules=(), by_subject=(by_subject, study.config().by_subject)
-    )
+    people = {one.subject for one in worn}
+    by_subject = (len(people) > 1 and "" not in people, study.config().by_subject)
+    analysis = Analysis("all activities", "Every activity that is recorded and simulated.", shared)
 
-    def sides_of(analysis: Analysis) -> Sides:
-        body = study.body()
-        of_sites = [patches_at_site(site, study.patches, body) for site in protocol.sites.values()]
-        chosen = [patch for of_site in of_sites for patch in of_site]
+    def simulate(analysis: Analysis) -> Simulated:
+        chosen, site_of, at = patches_at_sites(protocol.sites.values(), study.patches, study.body())
         names = {same_label(name): name for name in analysis.activities}
         made = [
             replace(
@@ -99,26 +93,6 @@ def study_sides(
             for number, clip in enumerate(study.clips)
             if (name := names.get(same_label(clip.activity)))
         ]
-        simulated = Side(made, site_windows(made, protocol.windows, protocol.use), {})
-        real = real_side(protocol, recordings, analysis)
-        notes = [
-            why,
-            f"Worn at {real.recordings[0].rate:g} Hz, simulated at {made[0].rate:g} Hz: not at once.",
-            *skipped_notes({"Simulated": simulated.windows.skipped, "Real": real.windows.skipped}),
-        ]
-        sites = np.repeat(np.arange(len(of_sites)), [len(of_site) for of_site in of_sites])
-        at = tuple(
-            f"{len(some)} patches" if len(some) > 1 else study.patches.names[some[0]] for some in of_sites
-        )
-        return Sides(
-            real,
-            simulated,
-            tuple(protocol.sites),
-            analysis.activities,
-            notes,
-            at,
-            sites,
-            protocol.worn_site_of,
-        )
+        return Simulated(Side(made, site_windows(made, protocol.windows, protocol.use), {}), at, site_of, [])
 
-    return protocol, sides_of
+    return replace(protocol, analyses=(analysis,), by_subject=by_subject), simulate

@@ -17,8 +17,9 @@ from ..datasets.mmfit import CAMERA_RATE, DEVICES, NON_ACTIVITY, RATE_HZ, Exerci
 from ..datasets.vidimu import IMU_RATE, LOWER, SITES, UPPER, VIDEO_RATE, Trial, read_vidimu
 from ..validation.protocol import Analysis, Protocol
 from ..validation.site_windows import site_windows
+from .by_protocol import Sides
 from .site_simulator import SiteSimulator, error_sentence
-from .unpaired import Side, Sides
+from .unpaired import Side
 
 NON_ACTIVITY_IS = ("activity", "background", "out")
 

@@ -15,9 +15,9 @@ from ..validation.mighar import mighar
 from ..validation.protocol import Found, Protocol
 from ..validation.umafall import UMAFALL
 from ..validation.upfall import UPFALL
-from .by_protocol import run_protocol
-from .protocol_report import figure_name, interval, write_protocol
-from .unpaired import RegionSimulator, unpaired_sides
+from .by_protocol import compare_worn
+from .protocol_report import figure_name, interval
+from .unpaired import RegionSimulator, library_simulation
 
 PAGE = "truth.md"
 
@@ -35,18 +35,12 @@ def mighar_set(positions: Path, told: Callable[[str], None]) -> Protocol:
     return protocol
 
 
-def run_data_set(
-    protocol: Protocol,
-    path: Path,
-    libraries: Sequence[Path],
-    out: Path,
-    seed: int,
-    told: Callable[[str], None],
-) -> tuple[list[Found], str]:
-    """Compare one data set and write what was found to a folder; returns that and the report."""
-    sides_of = unpaired_sides(protocol, protocol.read(path), libraries, seed, told)
-    found = run_protocol(protocol, sides_of, seed, told)
-    return found, write_protocol(out, protocol, found)
+def against_libraries(
+    protocol: Protocol, path: Path, libraries: Sequence[Path], seed: int, told: Callable[[str], None]
+) -> list[Found]:
+    """Hold the worn sensors of a data set against clips of libraries."""
+    worn = protocol.read(path)
+    return compare_worn(protocol, worn, library_simulation(protocol, libraries, seed, told), seed, told)
 
 
 def write_empty_positions(path: Path) -> None:

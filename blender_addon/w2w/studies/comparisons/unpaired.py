@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Worn sensors of a data set against the same activities simulated from motion libraries, by a protocol."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -64,18 +64,13 @@ class Side(NamedTuple):
     source_of: dict[str, str]
 
 
-class Sides(NamedTuple):
-    """Both sides of an analysis: what is compared, and what a reader must know."""
+class Simulated(NamedTuple):
+    """The simulated side of an analysis, and what a reader must know of it."""
 
-    real: Side
-    simulated: Side
-    sites: tuple[str, ...]
-    activities: tuple[str, ...]
+    side: Side
+    at: tuple[str, ...]  # what stood for each site
+    site_of: np.ndarray  # site of each sensor
     notes: list[str]
-    simulated_at: tuple[str, ...]
-    site_of: np.ndarray | None = None
-    """Site of each simulated sensor, and of each real one, where a site has several."""
-    real_site_of: np.ndarray | None = None
 
 
 class RegionSimulator:
@@ -86,14 +81,8 @@ class RegionSimulator:
 
     def __init__(self, body: Body, protocol: Protocol, seed: int = 0, every: int = 0) -> None:
         patches = sample_patches(body)
-        of_sites = [patches_at_site(site, patches, body) for site in protocol.sites.values()]
-        chosen = [patch for of_site in of_sites for patch in of_site]
         self.body, self.protocol, self.seed = body, protocol, seed
-        self.site_of = np.repeat(np.arange(len(of_sites)), [len(of_site) for of_site in of_sites])
-        self.simulated_at = tuple(
-            f"{len(of_site)} patches" if isinstance(site, str) else patches.names[of_site[0]]
-            for site, of_site in zip(protocol.sites.values(), of_sites, strict=True)
-        )
+        chosen, self.site_of, self.simulated_at = patches_at_sites(protocol.sites.values(), patches, body)
         others = np.setdiff1d(np.arange(len(patches)), chosen)[::every] if every else []
         self.patches = [*chosen, *others]
         self._patches = at_patches(patches, self.patches)
@@ -144,6 +133,16 @@ def patches_at_site(site: str | SensorSite | int, patches: PatchSet, body: Body)
     if vertex >= len(patches.labels):
         raise ValueError(f"the body has {len(patches.labels)} vertices, from 0: none has the number {vertex}")
     return [int(patches.labels[vertex])]
+
+
+def patches_at_sites(
+    sites: Iterable[str | SensorSite | int], patches: PatchSet, body: Body
+) -> tuple[list[int], np.ndarray, tuple[str, ...]]:
+    """The patches that stand for sites, the site of each, and what stands for each site in words."""
+    of_sites = [patches_at_site(site, patches, body) for site in sites]
+    site_of = np.repeat(np.arange(len(of_sites)), [len(some) for some in of_sites])
+    at = (f"{len(some)} patches" if len(some) > 1 else patches.names[some[0]] for some in of_sites)
+    return list(chain(*of_sites)), site_of, tuple(at)
 
 
 def load_motions(
@@ -262,53 +261,29 @@ def scores_of(
     return site_scores(found, windows.person_of(), site_of, seed)
 
 
-def unpaired_sides(
-    protocol: Protocol,
-    recordings: Sequence[ImuRecording],
-    libraries: Sequence[Path],
-    seed: int,
-    told: Callable[[str], None],
-) -> Callable[[Analysis], Sides]:
-    """Reads the libraries; gives what makes the sides of an analysis."""
+def library_simulation(
+    protocol: Protocol, libraries: Sequence[Path], seed: int, told: Callable[[str], None]
+) -> Callable[[Analysis], Simulated]:
+    """Reads the libraries; gives what simulates an analysis."""
     body = Body.bundled()
     motions, unusable = load_motions(protocol, libraries, body, told)
 
-    def sides_of(analysis: Analysis) -> Sides:
+    def simulate(analysis: Analysis) -> Simulated:
         sites = {site: protocol.sites[site] for site in analysis.sites or protocol.sites}
         simulator = RegionSimulator(body, replace(protocol, sites=sites), seed)
         made = simulator.side(motions, analysis)
-        real = real_side(protocol, recordings, analysis)
         shown = [moving for moving in motions if moving.motion.clip in made.source_of]
-        lost = sorted({one.subject for one in real.recordings} - set(real.windows.subject.tolist()))
-        notes = [
-            analysis.why,
-            "Unpaired: other people, other rooms, other instructions than in the simulated clips.",
-            f"Distinct simulated motions: {_clips_in_words(shown)}.",
-            *skipped_notes(
-                {
-                    "Library": dict(enumerate(unusable)),
-                    "Simulated": made.windows.skipped,
-                    "Real": real.windows.skipped,
-                }
-            ),
-            *([f"People of whom no clip can be used: {', '.join(lost)}."] if lost else []),
-        ]
-        activities = tuple(dict.fromkeys(map(analysis.label, analysis.activities)))
-        return Sides(
-            real, made, tuple(sites), activities, notes, simulator.simulated_at,
-            simulator.site_of, protocol.worn_site_of,
-        )  # fmt: skip
+        notes = [f"Distinct simulated motions: {_clips_in_words(shown)}."]
+        if unusable:
+            notes.append(f"Library {skipped_note(unusable)}")
+        return Simulated(made, simulator.simulated_at, simulator.site_of, notes)
 
-    return sides_of
+    return simulate
 
 
-def skipped_notes(reasons_of: Mapping[str, Mapping[Any, str]]) -> list[str]:
-    """How many clips of each side could not be used, and why the first could not."""
-    return [
-        f"{side} clips that could not be used: {len(reasons)}; the first: {next(iter(reasons.values()))}."
-        for side, reasons in reasons_of.items()
-        if reasons
-    ]
+def skipped_note(reasons: Collection[str]) -> str:
+    """How many clips could not be used, and why the first could not."""
+    return f"clips that could not be used: {len(reasons)}; the first: {next(iter(reasons))}."
 
 
 def _clips_in_words(motions: Sequence[Moving]) -> str:
