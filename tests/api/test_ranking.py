@@ -199,6 +199,9 @@ def test_what_is_no_estimator_is_said():
         w2w.EstimatorClassifier(DummyClassifier(), inputs="signals")
 
 
+POSES, STILL = np.zeros((60, 72)), np.zeros((60, 3))
+JOINTS, FACTS = np.zeros((60, 24, 3)), w2w.PoseFacts(rate=30)
+
 WRONG = {
     "an unknown classifier": (
         lambda s, _: w2w.rank(s, classifier="forest"),
@@ -249,7 +252,7 @@ WRONG = {
     "a map of bones": (lambda *_: w2w.load("MY_CLIPS", bone_maps={"hip": "pelvis"}), "a list of BoneMap"),
     "places in a list": (lambda _, r: r.compare(["ring"]), r"compare\('ring', 'left ankle'\)"),
     "nothing to compare": (lambda _, r: r.compare(), "each for itself"),
-    "a place, not a list": (lambda *_: list(w2w.stream("RESULTS", "left toes")), r"names: \['left toes'\]"),
+    "a place, not a list": (lambda *_: list(w2w.stream("RESULTS", "left toes")), "not 'left toes'"),
     "a part too many": (lambda *_: list(w2w.stream("RESULTS", None, 2, 2)), "not 2 of 2"),
     "a ranking": (lambda _, r: w2w.open_results(r), "by its path, not by Ranking"),
     "a window in words": (lambda s, _: w2w.rank(s, window="2"), "seconds, not '2'"),
@@ -267,6 +270,32 @@ WRONG = {
     "one recording": (lambda s, _: w2w.Recordings(s[0]), "give a list of ImuRecording"),
     "a fast pose": (lambda *_: w2w.PoseFacts(rate="fast"), "not 'fast'"),
     "a list of placements": (lambda *_: w2w.patches_at(w2w.Body.bundled(), ["pod"]), "strap pod"),
+    "signals by name": (lambda s, _: s["waving 0"], "by number or slice"),
+    "motions by name": (lambda s, _: s.motions["waving"], "by number or slice"),
+    "a motion by number": (lambda *_: w2w.Motion.load(3), "by its path, not by int"),
+    "a body by number": (lambda *_: w2w.Body.load(3), "by its path, not by int"),
+    "a sensor by number": (lambda *_: w2w.read_sensor(3), "by its path, not by int"),
+    "an empty path": (lambda *_: w2w.load(""), "this one is empty"),
+    "no bone maps": (lambda *_: w2w.load("MY_CLIPS", bone_maps=None), "a list of BoneMap"),
+    "people in words": (lambda s, _: w2w.rank(s, by_subject="yes"), "must be True or False"),
+    "no target at all": (lambda _, r: r.wear_together(None), "from 0.01 to 1, not None"),
+    "no least F1": (lambda _, r: r.wear_together(0.9, None), "from 0 to 1, not None"),
+    "a picture by number": (lambda _, r: r.heatmap(3), "by its path, not by int"),
+    "a report by number": (lambda _, r: r.report(3), "by its path, not by int"),
+    "joints on a gender": (lambda *_: w2w.from_joints(JOINTS, FACTS, body="female"), "must be a Body"),
+    "joints of two lengths": (lambda *_: w2w.from_joints([JOINTS, JOINTS[:3]], FACTS), "array of numbers"),
+    "joints by name": (lambda *_: w2w.from_joints({"hip": JOINTS}, FACTS), "array of numbers"),
+    "the joints' file": (lambda *_: w2w.from_joints("joints.npy", FACTS), "array of numbers"),
+    "half a person": (lambda *_: w2w.PoseFacts(person="a"), "counted from 1 on"),
+    "several sets": (lambda *_: w2w.PoseFacts(joint_set=["smpl-24"]), "must be one of"),
+    "a rate of poses": (lambda *_: w2w.from_smpl(POSES, STILL, "30"), "frames a second"),
+    "no rate": (lambda *_: w2w.from_smpl(POSES, STILL, None), "do not say it"),
+    "up by number": (lambda *_: w2w.from_smpl(POSES, STILL, 30, up=2), "must be one of x, y, z"),
+    "poses on a gender": (lambda *_: w2w.from_smpl(POSES, STILL, 30, body="male"), "must be a Body"),
+    "one placement": (lambda *_: list(w2w.stream("RESULTS", 3)), "a list of names"),
+    "a recording last": (lambda *_: w2w.write_recording("a.csv", "b.csv"), "then an ImuRecording"),
+    "a band in words": (lambda *_: w2w.Synthesis(cutoff_hz="10"), "must be positive"),
+    "a shape by name": (lambda *_: w2w.shaped("female"), "takes a Body"),
 }
 
 

@@ -65,7 +65,7 @@ def test_keys_are_those_of_the_configuration_or_of_the_options(tmp_path):
         ("[windows]\nlenght_s = 3.0", "there is no 'windows.lenght_s'; did you mean windows.length_s"),
         ("[synthesis]\ngravity = [0, 0, 9.8]", "there is no 'synthesis.gravity'"),
         ('placements = [["pod", 12]]', "'placements' is given as the path of a csv"),
-        ("rate = ", "study.toml cannot be read"),
+        ("rate = ", "study.toml cannot be read as options"),
     ],
 )
 def test_what_is_no_option_is_said(tmp_path, text, why):

@@ -11,8 +11,8 @@ from typing import Any, Literal, Self, overload
 import numpy as np
 
 from ..core.body.body import Body
-from ..core.files import given_path
 from ..core.findings.notes import merged_sentence
+from ..core.given import clip_number, given_numbers, given_path
 from ..core.keypoints.facts import PoseFacts
 from ..core.keypoints.naming import RawPose
 from ..core.keypoints.pose_files import NO_FACTS, JointPositions, joints_of
@@ -52,7 +52,7 @@ class Motions(Sequence[Motion]):
         if isinstance(index, slice):
             some = {name: getattr(self, name)[index] for name in ("motions", "motion_keys", "facts")}
             return replace(self, **some)
-        return self.motions[index]
+        return self.motions[clip_number(index)]
 
     def __len__(self) -> int:
         return len(self.motions)
@@ -86,7 +86,7 @@ def load_body(path: str | Path, betas: Sequence[float] | None = None) -> Body:
             return Body.load(path)
     with _needs_blender(path.name):
         from ..scene.body.adopt import adopt_file
-    return adopt_file(str(path), None if betas is None else np.asarray(betas, dtype=np.float64))
+    return adopt_file(str(path), None if betas is None else given_numbers(betas, "betas"))
 
 
 def load(
@@ -138,12 +138,10 @@ def load(
     >>> motions[0].activity, motions[0].subject
     ('kicking', 'person 0')
     """
-    body = Body.bundled() if body is None else body
-    if not isinstance(body, Body):
-        raise ValueError(f"body must be a Body, from load_body or shaped, not {body!r}")
+    body = _checked(body)
     if not isinstance(pose, PoseFacts):
         raise ValueError(f"pose must be PoseFacts, such as PoseFacts(rate=30), not {pose!r}")
-    if any(not isinstance(one, BoneMap) for one in bone_maps):
+    if not isinstance(bone_maps, Sequence) or any(not isinstance(one, BoneMap) for one in bone_maps):
         raise ValueError("bone_maps is a list of BoneMap")
     path = given_path(path, "a folder of motion files, or one file,")
     labels = labels if labels is None else given_path(labels, "a csv of labels")
@@ -212,7 +210,8 @@ def from_joints(positions: np.ndarray, pose: PoseFacts, body: Body | None = None
     """
     if not isinstance(pose, PoseFacts):
         raise ValueError(f"pose must be PoseFacts, such as PoseFacts(rate=30), not {pose!r}")
-    return _on_body(lambda: joints_of(RawPose(np.array(positions), (), NO_FACTS), pose), body)
+    raw = RawPose(given_numbers(positions, "positions").copy(), (), NO_FACTS)
+    return _on_body(lambda: joints_of(raw, pose), body)
 
 
 def from_smpl(
@@ -254,7 +253,11 @@ def from_smpl(
     >>> w2w.from_smpl(poses, np.zeros((60, 3)), rate=30, up="y")
     <Motion '', '': 60 frames at 30 Hz>
     """
-    return _on_body(lambda: smpl_motion(poses, trans, rate, up), body)
+    facts = PoseFacts(rate=rate, up=up)
+    if facts.rate is None:
+        raise ValueError("rate is the frames per second: SMPL parameters do not say it")
+    arrays = given_numbers(poses, "poses"), given_numbers(trans, "trans")
+    return _on_body(lambda: smpl_motion(*arrays, rate, up), body)
 
 
 def _on_body(make: Callable[[], JointPositions | Motion], body: Body | None) -> Motion:
@@ -262,9 +265,16 @@ def _on_body(make: Callable[[], JointPositions | Motion], body: Body | None) -> 
     from ..scene.motion.load import to_body
 
     try:
-        return to_body(make(), Body.bundled() if body is None else body).motion
+        return to_body(make(), _checked(body)).motion
     except (UnusableMotion, ValueError) as error:
         raise ValueError(in_python(str(error))) from error
+
+
+def _checked(body: Body | None) -> Body:
+    """The body, W2W's own by default; a ValueError for anything else."""
+    if not isinstance(body, Body | None):
+        raise ValueError(f"body must be a Body, from load_body or shaped, not {body!r}")
+    return Body.bundled() if body is None else body
 
 
 def _refuse_head_down(motions: Sequence[Motion], pose: PoseFacts) -> None:

@@ -15,8 +15,9 @@ import numpy as np
 
 from ..core.body.body import Body
 from ..core.csv_tables import apart, csv_text
-from ..core.files import given_path, write_text
+from ..core.files import write_text
 from ..core.findings.cautions import Caution, cautions, heaviest_first, worn_cautions
+from ..core.given import given_path
 from ..core.imu.recordings import Recordings
 from ..core.patches.naming import resolve
 from ..core.patches.own_placements import shown_on
@@ -216,6 +217,7 @@ class Ranked:
         """
         from ..drawing.heatmap import draw_heatmap
 
+        path = path if path is None else given_path(path, "a picture")
         by_activity, mean = (self.utility.expected_f1, self.expected) if expected else (self.f1, self.mean)
         if activity is None:
             scores, title = mean, mean_title(self.utility)

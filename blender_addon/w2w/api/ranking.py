@@ -233,11 +233,11 @@ class Ranking(Ranked):
             cautions = [caution.sentence() for caution in self.cautions]
             said = {"cautions": cautions, "skipped": self.skipped, "names": self.names}
             page = worn_page(self.utility, self.advice, self.config, said, self.picture)
-            write_text(Path(path), page)
+            write_text(path, page)
             return
         with TemporaryDirectory(prefix="w2w_report_") as temporary:
             study = StudyResults.load(self.folder) if self.folder else self._written(Path(temporary))
-            write_text(Path(path), report_page(study))
+            write_text(path, report_page(study))
 
     def _written(self, out: Path) -> StudyResults:
         """The ranking and a choice of sensors, written into an empty folder as a run writes them."""

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import overload
 
 from ..core.body.body import Body
-from ..core.files import given_path
 from ..core.findings.cautions import full_scale_sentence
+from ..core.given import clip_number, given_path
 from ..core.imu.presets import DEFAULT_SENSOR
 from ..core.imu.recording import ImuRecording
 from ..core.imu.sensor import SensorModel
@@ -50,7 +50,7 @@ class Signals(Sequence[ImuRecording]):
     def __getitem__(self, index: int | slice) -> ImuRecording | Signals:
         if isinstance(index, slice):
             return replace(self, recordings=self.recordings[index], motions=self.motions[index])
-        return self.recordings[index]
+        return self.recordings[clip_number(index)]
 
     def __len__(self) -> int:
         return len(self.recordings)
@@ -200,8 +200,8 @@ def stream(
     chosen = None
     if not (isinstance(part, Integral) and isinstance(parts, Integral) and 0 <= part < parts):
         raise ValueError(f"part is a whole number from 0 to one below parts, not {part!r} of {parts!r}")
-    if isinstance(placements, str):
-        raise ValueError(f"placements is a list of names: [{placements!r}]")
+    if isinstance(placements, str) or not isinstance(placements, Sequence | None):
+        raise ValueError(f"placements is a list of names, such as ['left wrist'], not {placements!r}")
     if placements is not None:
         chosen = [resolve(name, study.body(), study.patches) for name in placements]
     for clip in range(part, len(study.clips), parts):

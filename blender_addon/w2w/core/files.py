@@ -12,7 +12,7 @@ import zlib
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from errno import ENOENT
+from errno import EISDIR, ENOENT
 from pathlib import Path
 from tokenize import TokenError
 from typing import IO, Any, BinaryIO
@@ -20,6 +20,8 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo, is_z
 
 import numpy as np
 from numpy.lib import format as npy
+
+from .given import given_path
 
 MOST_BYTES = 16 * 2**30
 """No file of W2W unpacks to more."""
@@ -60,9 +62,11 @@ def told_of_writes(tell: Callable[[Path, Path], None]) -> Iterator[None]:
 @contextmanager
 def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
     """Open a temporary file next to `path`, in binary mode, and rename it to `path` when all went well."""
-    path = Path(path)
+    path = given_path(path, "a file to write")
     if not path.parent.is_dir():
         raise FileNotFoundError(ENOENT, "There is no such folder", str(path.parent))
+    if path.is_dir():
+        raise IsADirectoryError(EISDIR, "It is a folder", str(path))
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:40]}.", suffix=UNFINISHED)
     try:
         mask = os.umask(0)  # the only way to read it
@@ -81,13 +85,6 @@ def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
 def folder_beside(path: Path) -> tempfile.TemporaryDirectory[str]:
     """A temporary folder next to a path, so that its content gets its final name by a rename."""
     return tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem[:40]}.", suffix=UNFINISHED)
-
-
-def given_path(path: object, what: str) -> Path:
-    """The path of `what`, such as "a recording"; a ValueError if it is none."""
-    if not isinstance(path, str | os.PathLike):
-        raise ValueError(f"{what} is given by its path, not by {type(path).__name__}")
-    return Path(path)
 
 
 def write_npz(path: str | Path, arrays: Mapping[str, Any], compress: bool = False) -> None:

@@ -46,7 +46,10 @@ class Parameter:
     def check(self, record: Any) -> None:
         """Raise ValueError, with what is allowed, for a value out of range."""
         value, whole = self.of(record), int in (get_args(self.kind) or (self.kind,))
-        if value is None or (self.least is None and self.most is None):
+        if self.kind is bool and value not in (True, False):
+            raise ValueError(f"{'.'.join(self.path)} must be True or False, not {value!r}")
+        may_lack = value is None and type(None) in get_args(self.kind)
+        if may_lack or (self.least is None and self.most is None):
             return
         low = float("-inf") if self.least is None else self.least
         high = float("inf") if self.most is None else self.most

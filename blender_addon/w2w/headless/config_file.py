@@ -66,14 +66,18 @@ def options_in(path: Path, is_path: Mapping[str, bool]) -> dict[str, Any]:
 
 
 def _content(path: Path) -> Mapping[str, Any]:
-    text = path.read_text(encoding="utf-8")
     try:
+        text = path.read_text(encoding="utf-8")
         if path.suffix.lower() != ".json":
             return tomllib.loads(text)
         content = json.loads(text)
-        return content.get("parameters", content)
-    except (tomllib.TOMLDecodeError, json.JSONDecodeError, TypeError) as error:
-        raise ValueError(f"{shown(path)} cannot be read: {error}") from error
+        content = content.get("parameters", content) if isinstance(content, dict) else None
+        if not isinstance(content, dict):
+            raise ValueError("it is no object of options")
+        return content
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        raise ValueError(f"{shown(path)} cannot be read as options: {why}") from error
 
 
 def _flat(content: Mapping[str, Any], where: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -87,7 +91,7 @@ def _flat(content: Mapping[str, Any], where: tuple[str, ...] = ()) -> Iterator[t
 
 def _unknown(path: Path, key: str, names: Mapping[str, bool]) -> str:
     known = [*(".".join(where) for where, name in PATHS.items() if name in names), *names]
-    close = get_close_matches(key, known, n=3, cutoff=0.5)
+    close = get_close_matches(key, dict.fromkeys(known), n=3, cutoff=0.5)
     hint = f"; did you mean {', '.join(close)}?" if close else ""
     return f"{shown(path)}: there is no '{key}'{hint}"
 

@@ -91,6 +91,55 @@ def test_arrays_by_place():
         Recordings.from_arrays([values], 50, ["still"])
 
 
+VALUES = np.zeros((10, 6))
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        ({"activities": "walking"}, "activities must be a list with an entry per recording"),
+        ({"activities": None}, "activities must be a list"),
+        ({"subjects": 3}, "subjects must be a list"),
+        ({"places": {"wrist": 3}}, "wrist must be a list"),
+        ({"places": {"wrist": ["a.csv", VALUES]}}, "recording 1 at wrist must be an array of numbers"),
+        ({"places": {"": [VALUES, VALUES]}}, "does not say where its sensors were worn"),
+        ({"rate": None}, "the sample rate must be positive"),
+        ({"rate": "fast"}, "the sample rate must be positive, not 'fast'"),
+    ],
+)
+def test_what_are_no_arrays_is_said(given, why):
+    usual = {"places": {"wrist": [VALUES, VALUES]}, "rate": 50, "activities": ["still", "waving"]}
+    with pytest.raises(ValueError, match=why):
+        Recordings.from_arrays(**usual | given)
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "why"),
+    [
+        ("t", "noon", "the column t must be an array of numbers"),
+        ("t", float("nan"), "the column t lacks the time of some rows"),
+        ("t", 0.5, "by default the steps of t say them"),
+        ("acc_x", "a", "the column acc_x must be an array of numbers"),
+        ("acc", 3.0, "three numbers a row"),
+        ("activity", float("nan"), "has no activity"),
+        ("place", None, "does not say where its sensors were worn"),
+    ],
+)
+def test_what_is_no_table_of_samples_is_said(column, value, why):
+    row = {"place": "wrist", "clip": "a", "activity": "still", "acc_x": 0.0, "acc_y": 0.0, "acc_z": 9.8}
+    rows = [{**row, "t": number / 50, column: value} for number in range(10)]
+    with pytest.raises(ValueError, match=why):
+        Recordings.from_frame(Table(rows))
+
+
+def test_recordings_are_taken_by_number():
+    found = Recordings([one("wrist", "a"), one("wrist", "b")])
+    with pytest.raises(ValueError, match="by number or slice, such as"):
+        found["a"]
+    with pytest.raises(ValueError, match="name a place at least; there are wrist"):
+        found.at()
+
+
 def test_a_table_is_brought_to_one_clock():
     """A sensor that starts later and one that lost samples: on the shared clock, a ramp stays a ramp."""
     rows = []

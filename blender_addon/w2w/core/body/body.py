@@ -11,6 +11,7 @@ import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 
 from ..files import load_arrays, write_npz
+from ..given import given_path
 from ..rotations import unit
 from .skeleton import N_JOINTS, PARENTS
 
@@ -121,6 +122,7 @@ class Body:
     @classmethod
     def load(cls, path: str | Path) -> Self:
         """Read a body that `save` wrote; ValueError if the file is no W2W body."""
+        path = given_path(path, "a body")
         needed = ("vertices", "faces", "joints", "weights", "name")
         data: dict[str, Any] = load_arrays(path, needed, "is not a W2W body", ("mirror",))
         weights = data["weights"].astype(np.float64)

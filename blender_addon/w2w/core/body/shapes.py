@@ -138,6 +138,8 @@ def shaped(
         low, high = RANGES[name]
         if not (isinstance(value, Real) and low <= value <= high):
             raise ValueError(f"{name} must lie between {low:g} and {high:g}, not {value!r}")
+    if not isinstance(body, Body):
+        raise ValueError(f"shaped takes a Body, such as Body.bundled(), not {body!r}")
     targets = bundled_targets()
     if body.mirror is None or not targets.fit(body):
         raise ValueError(f"{body.name!r} cannot be reshaped: the shape targets fit only W2W's bundled body")

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..files import given_path
+from ..given import given_path
 from . import text_tables
 from .recording import FURTHER, READINGS, ImuRecording
 from .vendor_formats import read_x_io, read_xsens_txt, write_x_io, write_xsens_txt
@@ -121,7 +121,9 @@ def write_recording(path: str | Path, recording: ImuRecording, format: str = "",
     >>> w2w.read_recording("at_rest.csv").rate
     50.0
     """
-    kind = _format_of(Path(path), format)
+    if not isinstance(recording, ImuRecording):
+        raise ValueError(f"write_recording takes a path, then an ImuRecording, not {recording!r}")
+    kind = _format_of(given_path(path, "a recording"), format)
     if kind == "npz":
         recording.save(path)
     else:

@@ -25,6 +25,7 @@ from typing import Any
 
 from ..body.body import template
 from ..files import write_json
+from ..given import given_path
 from ..wording import shown
 from .sensor import SensorModel
 from .sensor_fields import GIVEN_ELSEWHERE, sensor_with
@@ -105,7 +106,7 @@ def read_sensor(path: str | Path) -> SensorModel:
     >>> w2w.read_sensor("mine.json").name
     'mine'
     """
-    path = Path(path)
+    path = given_path(path, "a sensor")
     try:
         return sensor_from(_content(path), path.stem)
     except ValueError as error:

@@ -2,6 +2,7 @@
 """A recording of one or more inertial sensors: its channels and their units, and its npz file."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
@@ -9,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from ..files import read_arrays, write_npz
+from ..given import given_numbers
 
 
 @dataclass(frozen=True)
@@ -92,8 +94,10 @@ class ImuRecording:
 
     def __post_init__(self) -> None:
         for name in ("acc", "gyr", *self.further):
-            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name), dtype=np.float32))
-        object.__setattr__(self, "rate", float(self.rate))
+            values = given_numbers(getattr(self, name), name, np.float32)
+            object.__setattr__(self, name, np.ascontiguousarray(values))
+        with suppress(TypeError, ValueError):
+            object.__setattr__(self, "rate", float(self.rate))
         object.__setattr__(self, "sites", tuple(self.sites))
         if self.acc.ndim != 3 or self.acc.shape[2] != 3 or 0 in self.acc.shape:
             raise ValueError(f"acc must have shape (T, N, 3), not {self.acc.shape}")
@@ -101,8 +105,8 @@ class ImuRecording:
             raise ValueError(f"gyr must have the shape of acc, {self.acc.shape}, not {self.gyr.shape}")
         if np.isinf(self.acc).any() or np.isinf(self.gyr).any():
             raise ValueError("the recording holds infinite values")
-        if not (np.isfinite(self.rate) and self.rate > 0):
-            raise ValueError(f"the sample rate must be positive, not {self.rate}")
+        if not (isinstance(self.rate, float) and np.isfinite(self.rate) and self.rate > 0):
+            raise ValueError(f"the sample rate must be positive, not {self.rate!r}")
         for name, array in self.further.items():
             wanted = (*self.acc.shape[:2], FURTHER[name])
             if array.shape != wanted or np.isinf(array).any():

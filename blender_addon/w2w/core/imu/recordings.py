@@ -3,14 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
 
-from ..files import given_path
+from ..given import clip_number, given_numbers, given_path
 from ..wording import listed, plain_words, shown
 from .clock import at_times, shared_times
 from .formats import read_recording
@@ -96,20 +97,23 @@ class Recordings(Sequence[ImuRecording]):
             raise ValueError(
                 f"places are given as {{'left wrist': [array, ...]}}, not as {type(places).__name__}"
             )
-        count = len(activities)
-        given: dict[str, int] = {name: len(arrays) for name, arrays in places.items()}
-        given |= {name: len(some) for name, some in (("subjects", subjects), ("clips", clips)) if len(some)}
+        given = {"activities": activities, **places, "subjects": subjects, "clips": clips}
         for name, entries in given.items():
-            if entries != count:
-                raise ValueError(f"{name} has {entries} entries for {count} activities")
+            if isinstance(entries, str) or not isinstance(entries, Collection):
+                raise ValueError(f"{name} must be a list with an entry per recording, not {entries!r}")
+        count = len(activities)
+        for name, entries in given.items():
+            if len(entries) != count and (len(entries) or name in places):
+                raise ValueError(f"{name} has {len(entries)} entries for {count} activities")
         recordings = []
-        for number, activity in enumerate(activities):
-            labels = (str(activity), str(subjects[number]) if len(subjects) else "")
-            clip = str(clips[number]) if len(clips) else f"recording {number + 1}"
+        whose, of_clips = _texts(subjects) or [""] * count, _texts(clips)
+        for number, activity in enumerate(_texts(activities)):
+            labels = (activity, whose[number])
+            clip = of_clips[number] if of_clips else f"recording {number + 1}"
             for place, arrays in places.items():
                 if (worn := arrays[number]) is None:
                     continue
-                values = np.asarray(worn, dtype=np.float64)
+                values = given_numbers(worn, f"{clip} at {place}")
                 if values.ndim != 2 or values.shape[1] != 6:
                     raise ValueError(f"{clip} at {place} must have shape (T, 6), not {values.shape}")
                 acc, gyr = values[:, None, :3], values[:, None, 3:]
@@ -139,16 +143,18 @@ class Recordings(Sequence[ImuRecording]):
             raise ValueError(f"the table lacks the columns {', '.join(missing)}")
         values = np.concatenate([_triples(frame, names, "acc"), _triples(frame, names, "gyr")], axis=1)
         seconds = _seconds(np.asarray(frame["t"]))
-        activity, subject, clip = (
-            list(map(str, frame[name] if name in names else [""] * len(frame))) for name in LABELS
-        )
-        labels = list(zip(activity, subject, clip, strict=True))
-        rows: dict[tuple[str, str, str], dict[str, list[int]]] = {}
-        for number, (label, place) in enumerate(zip(labels, frame["place"], strict=True)):
-            rows.setdefault(label, {}).setdefault(str(place), []).append(number)
+        texts = (_texts(frame[name]) if name in names else [""] * len(frame) for name in (*LABELS, "place"))
+        rows: dict[tuple[str, ...], dict[str, list[int]]] = {}
+        for number, (*label, place) in enumerate(zip(*texts, strict=True)):
+            rows.setdefault(tuple(label), {}).setdefault(place, []).append(number)
         if rate is None:
             steps = [np.median(np.diff(seconds[some])) for of in rows.values() for some in of.values()]
-            rate = float(np.round(1 / np.median(steps), 2))
+            with np.errstate(divide="ignore"):
+                rate = float(np.round(1 / np.median(steps), 2)) if steps else 0.0
+        if not (isinstance(rate, Real) and np.isfinite(rate) and rate > 0):
+            raise ValueError(
+                f"the samples per second must be above 0, not {rate!r}; by default the steps of t say them"
+            )
         return cls([_resampled(of, seconds, values, rate, label) for label, of in rows.items()])
 
     @classmethod
@@ -173,7 +179,7 @@ class Recordings(Sequence[ImuRecording]):
         folder = given_path(folder, "a folder of recordings")
         if not folder.is_dir():
             raise ValueError(f"{shown(folder)} is no folder of recordings")
-        table = Path(labels) if labels is not None else folder / LABEL_FILE
+        table = given_path(labels, "a csv of labels") if labels is not None else folder / LABEL_FILE
         rows = label_rows(table) if labels is not None or table.is_file() else {}
         recordings, skipped = [], []
         for path in recording_files(folder, table):
@@ -198,7 +204,7 @@ class Recordings(Sequence[ImuRecording]):
     def __getitem__(self, index: int | slice) -> ImuRecording | Self:
         if isinstance(index, slice):
             return replace(self, recordings=self.recordings[index])
-        return self.recordings[index]
+        return self.recordings[clip_number(index)]
 
     def __len__(self) -> int:
         return len(self.recordings)
@@ -222,6 +228,8 @@ class Recordings(Sequence[ImuRecording]):
             If no sensor was worn at one of them.
         """
         known = [plain_words(place) for place in self.places]
+        if not places:
+            raise ValueError(f"name a place at least; there are {', '.join(self.places)}")
         for place in places:
             if plain_words(place) not in known:
                 raise ValueError(f"no sensor was worn at {place!r}; there are {', '.join(self.places)}")
@@ -246,7 +254,7 @@ def _together(given: Sequence[ImuRecording]) -> Iterator[ImuRecording]:
         clip = one.clip or f"recording {number}"
         if not one.activity:
             raise ValueError(f"{clip} has no activity: label it")
-        if not one.sites:
+        if not all(one.sites) or not one.sites:
             raise ValueError(f"{clip} does not say where its sensors were worn: give it sites")
         if abs(one.rate - rate) > SAME_RATE * rate:
             raise ValueError(
@@ -286,20 +294,31 @@ def _check_labels(clip: str, parts: Sequence[Mapping[str, tuple[ImuRecording, in
 def _triples(frame: Any, names: Sequence[str], kind: str) -> np.ndarray:
     """The readings of a kind, shape (rows, 3); zeros for angular velocity that is not there."""
     if kind in names:
-        return np.stack([np.asarray(value, dtype=np.float64) for value in frame[kind]])
+        triples = given_numbers(list(frame[kind]), f"the column {kind}")
+        if triples.shape != (len(frame), 3):
+            raise ValueError(f"the column {kind} must hold three numbers a row: x, y and z")
+        return triples
     channels = next(reading.channels for reading in READINGS if reading.name == kind)
     if not any(channel in names for channel in channels) and kind == "gyr":
         return np.zeros((len(frame), 3))
     if missing := [channel for channel in channels if channel not in names]:
         raise ValueError(f"the table lacks the columns {', '.join(missing)}")
-    return np.stack([np.asarray(frame[channel], dtype=np.float64) for channel in channels], axis=1)
+    return np.stack([given_numbers(frame[one], f"the column {one}") for one in channels], axis=1)
 
 
 def _seconds(stamps: np.ndarray) -> np.ndarray:
     """Time stamps in seconds."""
     if stamps.dtype.kind in "mM":
         return (stamps - stamps.min()) / np.timedelta64(1, "s")
-    return stamps.astype(np.float64)
+    seconds = given_numbers(stamps, "the column t")
+    if not np.isfinite(seconds).all():
+        raise ValueError("the column t lacks the time of some rows")
+    return seconds
+
+
+def _texts(values: Iterable[Any]) -> list[str]:
+    """Labels as texts, "" for what a table lacks (None or NaN)."""
+    return ["" if value is None or value != value else str(value) for value in values]
 
 
 def _resampled(
@@ -307,7 +326,7 @@ def _resampled(
     seconds: np.ndarray,
     values: np.ndarray,
     rate: float,
-    label: tuple[str, str, str],
+    label: tuple[str, ...],
 ) -> ImuRecording:
     """One clip's sensors on one even clock."""
     known = {}

@@ -99,8 +99,10 @@ class Synthesis:
             raise ValueError(f"rate_hz must be a positive number, not {self.rate_hz!r}")
         if self.convention not in CONVENTIONS:
             raise ValueError(f'convention must be "physical" or "paper", not {self.convention!r}')
-        if self.cutoff_hz is not None and not (np.isfinite(self.cutoff_hz) and self.cutoff_hz > 0):
-            raise ValueError(f"cutoff_hz must be positive, or None for no limit, not {self.cutoff_hz}")
+        if self.cutoff_hz is not None and not (
+            isinstance(self.cutoff_hz, Real) and np.isfinite(self.cutoff_hz) and self.cutoff_hz > 0
+        ):
+            raise ValueError(f"cutoff_hz must be positive, or None for no limit, not {self.cutoff_hz!r}")
         gravity = tuple(float(g) for g in self.gravity)
         if len(gravity) != 3 or not np.isfinite(gravity).all():
             raise ValueError(f"gravity must be three finite numbers in m/s2, not {self.gravity}")

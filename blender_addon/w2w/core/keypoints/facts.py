@@ -5,6 +5,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from math import isfinite
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, Self
 
@@ -65,14 +66,14 @@ class PoseFacts:
     person: int | None = None
 
     def __post_init__(self) -> None:
-        is_rate = isinstance(self.rate, int | float) and isfinite(self.rate) and self.rate > 0
+        is_rate = isinstance(self.rate, Real) and isfinite(self.rate) and self.rate > 0
         if self.rate is not None and not is_rate:
             raise ValueError(f"the pose's rate must be frames a second, above 0, not {self.rate!r}")
-        if self.person is not None and self.person < 1:
-            raise ValueError(f"people are counted from 1 on: there is no person {self.person}")
+        if self.person is not None and not (isinstance(self.person, Integral) and self.person >= 1):
+            raise ValueError(f"people are counted from 1 on: there is no person {self.person!r}")
         for name, known in (("unit", UNITS), ("up", UPS), ("joint_set", JOINT_SETS)):
             value = getattr(self, name)
-            if value is not None and value not in known:
+            if value is not None and not (isinstance(value, str) and value in known):
                 raise ValueError(f"the pose's {name} must be one of {', '.join(known)}, not {value!r}")
 
     def completed(self, other: Self) -> Self:

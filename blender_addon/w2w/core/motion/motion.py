@@ -15,6 +15,7 @@ from ..body.body import TEMPLATES, Body
 from ..body.skeleton import BODY_HANDS, JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP, posed_joints
 from ..files import array_names, read_arrays, read_npy, write_npz
 from ..filtering import butterworth, count_resampled
+from ..given import given_path
 from ..pickles import read_result
 from ..rotations import in_axes
 from .smpl_layouts import (
@@ -147,7 +148,7 @@ class Motion:
             If it is no such file; the message says why.
         """
         try:
-            arrays, people = _read_arrays(Path(path), person)
+            arrays, people = _read_arrays(given_path(path, "a motion"), person)
             motion = replace(_motion_of(arrays, rate, up, ups), people=people)
         except (UnusableMotion, ValueError) as error:
             raise ValueError(f"{path} cannot be read as a motion: {error}") from error
