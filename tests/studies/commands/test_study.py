@@ -154,7 +154,7 @@ def test_the_study_has_every_option_of_a_run():
     commands = typer.main.get_command(APP).commands
     run = {option for parameter in commands["run"].params for option in parameter.opts}
     study = {option for parameter in commands["study"].commands["mixamo"].params for option in parameter.opts}
-    assert run - study == {"--leave-out", "--shard"}
+    assert run - study == {"--leave-out", "--shard", "--config"}
     assert {
         "--sensor",
         "--classifier",
