@@ -5,9 +5,11 @@ import bpy
 import numpy as np
 import pytest
 
+from w2w.core.motion.skinning import skin, skinning_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.readers.animations import animations_in
 from w2w.scene.base.fcurves import action_curves
+from w2w.scene.motion.load import to_body
 from w2w.scene.motion.takes import find_takes, imported, read_clip, read_take
 
 
@@ -55,6 +57,18 @@ def test_frames_are_those_blender_evaluates(shared_data, file):
     np.testing.assert_allclose(ours[..., :3, 3], truth[..., :3, 3], atol=2e-4 * size)
     scale = np.linalg.norm(truth[..., :3, 0], axis=-1)[..., None, None]
     np.testing.assert_allclose(ours[..., :3, :3] / scale, truth[..., :3, :3] / scale, atol=2e-3)
+
+
+def test_a_source_that_sinks_stands_at_its_ends(shared_data, bundled_body):
+    """The source's hips are 13 cm lower in the middle than at its ends."""
+    source = read_clip(
+        shared_data / "mixamo/lmf-git__godotphysxanimatios-ragdoll-obstaclecollisions/Dig And Plant Seeds.fbx"
+    )
+    motion = to_body(source, bundled_body).motion
+    lowest = skin(bundled_body, skinning_transforms(bundled_body, motion))[..., 2].min(axis=1)
+    assert abs(lowest[[0, -1]]).max() < 0.02
+    assert lowest.min() > -0.02
+    assert np.median(lowest) < 0.02
 
 
 def test_nothing_is_left_behind(shared_data):

@@ -9,7 +9,6 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import (
     frames_from_edges,
     joint_transforms,
-    on_the_ground,
     patch_matrices,
     skin,
     skinning_transforms,
@@ -32,16 +31,6 @@ def test_identity_pose_is_the_rest_pose(bundled_body):
     motion = Motion(motion.rotations, np.tile(bundled_body.joints[0], (3, 1)), 30.0)
     posed = skin(bundled_body, skinning_transforms(bundled_body, motion))
     np.testing.assert_allclose(posed, np.broadcast_to(bundled_body.vertices, posed.shape), atol=1e-12)
-
-
-def test_the_ground_is_where_the_body_stands_however_seldom_it_does(bundled_body):
-    """In the air for nine frames of ten, and one frame of a hundred that fell through the floor."""
-    rise = np.where(np.arange(100) % 10 == 0, 0.0, 0.8)
-    rise[55] = -0.5
-    motion = still(100)
-    motion.pelvis[:] = bundled_body.joints[0] + np.stack([0 * rise, 0 * rise, 3.0 + rise], axis=1)
-    stood = on_the_ground(bundled_body, motion)
-    np.testing.assert_allclose(stood.pelvis[:, 2] - bundled_body.joints[0, 2], rise, atol=0.01)
 
 
 def test_bone_lengths_never_change(bundled_body, waving):

@@ -7,10 +7,11 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
 from w2w.core.motion.believable import believed
+from w2w.core.motion.ground import on_the_ground
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.core.motion.source import SourceMotion, UnusableMotion
-from w2w.core.retargeting.retarget import on_the_ground, rest_alignment, retarget
+from w2w.core.retargeting.retarget import rest_alignment, retarget
 
 from .test_retarget import arms_at, as_source
 

@@ -14,8 +14,9 @@ from scipy.spatial.transform import Rotation
 
 from ..body.body import Body
 from ..body.skeleton import JOINT_INDEX, N_JOINTS
+from ..motion.ground import on_the_ground
 from ..motion.motion import Motion
-from ..motion.skinning import on_the_ground, relative_to_parents
+from ..motion.skinning import relative_to_parents
 from ..motion.up import LIMBS, TO_Z, Sight, Up
 from ..rotations import frame_of, turn_about, unit
 from .joint_sets import SIDES, JointSet

@@ -9,8 +9,9 @@ from scipy.ndimage import median_filter
 
 from ..body.body import Body
 from ..body.skeleton import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS
+from .ground import on_the_ground
 from .motion import Motion
-from .skinning import joint_transforms, on_the_ground
+from .skinning import joint_transforms
 from .source import UnusableMotion, refuse_few_frames, refuse_still
 
 FASTEST_PELVIS = 12.4

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Forward kinematics and linear blend skinning, only for the vertices asked for."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ..blas import multiply
@@ -10,12 +8,6 @@ from ..body.body import Body
 from ..body.skeleton import N_JOINTS, PARENTS, posed_joints
 from ..rotations import cross, dot
 from .motion import Motion
-
-GROUND_SAMPLE = 15
-"""Every fifteenth vertex is enough to find the lowest point of the body."""
-
-GROUND_PERCENTILE = 2.0
-"""The body's lowest point is above the ground in all but this share of the frames."""
 
 FRAME_BLOCK = 64
 """Frames worked on at a time: few enough that a block's arrays stay in the processor's cache."""
@@ -118,12 +110,3 @@ def relative_to_parents(world: np.ndarray) -> np.ndarray:
     parents = list(PARENTS[1:])
     local[:, 1:] = world[:, parents].swapaxes(-1, -2) @ world[:, 1:]
     return local
-
-
-def on_the_ground(body: Body, motion: Motion) -> Motion:
-    """The same motion lifted or lowered as a whole until the body touches z = 0."""
-    heights = skinning_transforms(body, motion)[:, :, 2:]
-    lowest = skin(body, heights, slice(None, None, GROUND_SAMPLE))[:, :, 0].min(axis=1)
-    pelvis = motion.pelvis.copy()
-    pelvis[:, 2] -= np.percentile(lowest, GROUND_PERCENTILE)
-    return replace(motion, pelvis=pelvis)

@@ -26,8 +26,9 @@ from ..body.skeleton import (
     trunk_line,
 )
 from ..motion.believable import times_too_far
+from ..motion.ground import on_the_ground
 from ..motion.motion import Motion
-from ..motion.skinning import joint_transforms, on_the_ground, relative_to_parents
+from ..motion.skinning import joint_transforms, relative_to_parents
 from ..motion.source import SourceMotion, UnusableMotion, unscaled_rotations
 from ..rotations import frame_of, smallest_rotation, unit
 from .bone_maps import BoneMap, best_match, missing_joints

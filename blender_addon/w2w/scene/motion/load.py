@@ -16,10 +16,10 @@ from ...core.keypoints.facts import PoseFacts
 from ...core.keypoints.fit import UNSMOOTHED_HZ
 from ...core.keypoints.likely_rest import with_likely_rest
 from ...core.keypoints.pose_files import NO_FACTS, JointPositions, read_joints
-from ...core.library.library import UP_SUFFIXES, is_joint_file
+from ...core.library.library import BLENDER_SUFFIXES, UP_SUFFIXES, is_joint_file
 from ...core.motion.believable import believed, unbroken
+from ...core.motion.ground import on_the_ground
 from ...core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
-from ...core.motion.skinning import on_the_ground
 from ...core.motion.source import SourceMotion, UnusableMotion
 from ...core.motion.up import BY_ITSELF, Ups, Votes, stood
 from ...core.readers.asf_amc import AMC_SUFFIX, read_amc
@@ -95,6 +95,11 @@ def read_motion(path: Path, pose: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF, an
 
     found = read_clip(path, pose.rate, animation)
     return found if pose.up is None else stood(found, pose.up, written_up(path))
+
+
+def is_through_blender(path: Path) -> bool:
+    """Whether `read_motion` reads a file through Blender, in whose own thread it then has to be."""
+    return path.suffix.lower() in BLENDER_SUFFIXES
 
 
 def look_up(files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS) -> Votes:
