@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import threading
+import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +23,7 @@ from w2w.scene.base.body import armature_of
 from w2w.ui.jobs import jobs
 from w2w.ui.panels import menus
 from w2w.ui.steps import motion_import
-from w2w.ui.steps.motion_import import import_items, import_steps
+from w2w.ui.steps.motion_import import ImportItem, import_items, import_steps
 
 from .made_study import make_study, names_in_file
 
@@ -31,12 +34,36 @@ def test_a_cancelled_import_leaves_the_file_as_it_was(library: Path) -> None:
     body = make_study(library, "")
     before = names_in_file()
     steps = import_steps(body, import_items(plan_folder(library)))
-    for _ in range(4):
+    while len(body.w2w.clips) < 3:
         next(steps)
-    assert len(body.w2w.clips) == 3
     steps.close()
     assert len(body.w2w.clips) == 0
     assert names_in_file() == before
+
+
+def test_no_file_is_imported_in_one_turn_of_the_window(
+    library: Path, shared_data: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What Blender need not do is done in a thread; what it reads and writes are turns apart."""
+    threads: list[tuple[str, bool]] = []
+
+    def watch(name: str, do: Callable[..., object]) -> None:
+        def watched(*given: object) -> object:
+            time.sleep(3 * jobs.POLL)
+            threads.append((name, threading.current_thread() is threading.main_thread()))
+            return do(*given)
+
+        monkeypatch.setattr(motion_import, name, watched)
+
+    watch("read_motion", motion_import.read_motion)
+    watch("to_body", motion_import.to_body)
+    body = make_study(library, "")
+    files = ("mixamo/Conqster__TheBarMan/Walking.fbx", "bvh/bandai_namco/dataset-1_walk_active_001.bvh")
+    items = [ImportItem(shared_data / file, f"walk {number}", "walking") for number, file in enumerate(files)]
+    turns = [[len(body.w2w.clips), len(threads)] for _ in import_steps(body, items)]
+    assert threads == [("read_motion", True), ("to_body", False), ("read_motion", False), ("to_body", False)]
+    assert [0, 1] in turns  # the FBX file has been read, and is not written yet
+    assert len(body.w2w.clips) == 2
 
 
 def test_unusable_files_stay_in_the_list_and_say_why(library: Path, tmp_path: Path) -> None:

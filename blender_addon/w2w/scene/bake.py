@@ -76,8 +76,8 @@ class PatchBaker:
         Without any, whatever moves the body between the scene's first and last frame is baked. The f-curves
         are read wherever they alone decide where the patches are.
 
-        The general path pauses after each frame and yields the share done. Between the pauses the scene is
-        on another frame; at the end, or when the generator is closed early, it is as it was.
+        It pauses, on the general path after each frame, and yields the share done. Between the pauses the
+        scene is on another frame; at the end, or when the generator is closed early, it is as it was.
         """
         action = action or active_action(self.armature)
         curves = {} if action is None else actions.bone_curves(self.armature, action)
@@ -89,6 +89,7 @@ class PatchBaker:
                 not_told = str(error)
         reason = why_not_fast(self.mesh, action) or not_told
         if motion is not None and not reason:
+            yield 0.5
             stood = placed(motion, self.armature)
             matrices = patch_matrices(self._body, self.patches.triangles, stood)
             reason = "the armature's f-curves alone move the body"

@@ -123,6 +123,7 @@ def open_steps(folder: Path) -> jobs.Steps:
         actions = yield from _act(mesh.parent, run, 0.3, 0.9)
         yield jobs.Step(0.9, "painting heatmaps")
         fill(mesh, run, clips_of(run, signals, actions))
+        yield jobs.Step(0.95, "painting heatmaps")
         hidden = frame_answer(mesh)
         fold_soon()
     except BaseException:

@@ -12,8 +12,9 @@ from .jobs import Message, advance, show_error, views
 TICK, BUDGET = 0.01, 0.03
 """Seconds between two slices of work, and of a slice."""
 
-SHOWN_EVERY = 0.2
-"""Least seconds between two redraws that show how far a job is: drawing takes its time from the work."""
+SHOWN_EVERY, DRAWING = 0.2, 0.2
+"""Least seconds between two redraws that show how far a job is, and the largest share of its time that they
+take: the window stands still meanwhile, and long where no graphics card draws it."""
 
 PASSED_ON = {
     "MOUSEMOVE", "INBETWEEN_MOUSEMOVE", "MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "TRACKPADPAN",
@@ -34,7 +35,8 @@ class W2W_OT_run_job(bpy.types.Operator):
         job = jobs.running
         if job is None:
             return {"CANCELLED"}
-        self.job, self.window, self.shown = job, context.window.as_pointer(), float("-inf")
+        self.job, self.window = job, context.window.as_pointer()
+        self.shown, self.due = 0.0, float("-inf")
         self.drives, manager = not job.windows, context.window_manager
         seconds = TICK if self.drives else SHOWN_EVERY
         job.windows[self.window] = manager.event_timer_add(seconds, window=context.window)
@@ -51,6 +53,9 @@ class W2W_OT_run_job(bpy.types.Operator):
         stopped = event.type == "ESC" and event.value == "PRESS"
         if not stopped and not (self.drives and event.type == "TIMER"):
             return {"PASS_THROUGH"} if event.type in PASSED_ON else {"RUNNING_MODAL"}
+        if self.shown:  # the first turn since a redraw
+            took = time.monotonic() - self.shown
+            self.shown, self.due = 0.0, max(self.due, self.shown + took / DRAWING)
         try:
             text = job.stop() if stopped else advance(job, BUDGET)
             if text is None:
@@ -83,9 +88,10 @@ class W2W_OT_run_job(bpy.types.Operator):
 
     def show(self, context: bpy.types.Context) -> None:
         """Progress in the status bars and, by a redraw, in the panel; what else there is to see stays."""
-        if time.monotonic() - self.shown < SHOWN_EVERY:
+        now, job = time.monotonic(), self.job
+        if now < self.due:
             return
-        self.shown, job = time.monotonic(), self.job
+        self.shown, self.due = now, now + SHOWN_EVERY
         for window in context.window_manager.windows:
             if window.as_pointer() not in job.windows:
                 with context.temp_override(window=window):

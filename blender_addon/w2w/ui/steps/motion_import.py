@@ -2,12 +2,13 @@
 """Motions into a study's list: files or takes of the scene, retargeted to the body as actions."""
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Generator, Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import bpy
 
+from ...core.body.body import Body
 from ...core.files import file_sha256
 from ...core.findings.cautions import ODD, cut_sentence
 from ...core.keypoints.facts import PoseFacts
@@ -19,10 +20,10 @@ from ...core.retargeting.bone_maps import BoneMap
 from ...core.wording import count, free_name, listed, shown
 from ...scene.base.actions import write_action
 from ...scene.base.body import armature_of, body_of
-from ...scene.motion.load import RetargetedMotion, read_motion, to_body
+from ...scene.motion.load import RetargetedMotion, Source, is_through_blender, read_motion, to_body
 from ...scene.motion.scene_takes import SceneTake, read_scene_take
 from ..jobs import preferences
-from ..jobs.jobs import Step, Steps, as_steps, on_body
+from ..jobs.jobs import Step, Steps, as_steps, in_thread, on_body, part
 from ..study import lists, state
 
 
@@ -97,15 +98,10 @@ def import_steps(
     cut: list[tuple[str, dict[str, str]]] = []
     try:
         for number, item in enumerate(items):
-            yield Step(number / len(items), item.shown)
+            low, high = number / len(items), (number + 1) / len(items)
+            yield Step(low, item.shown)
             try:
-                if item.take is None:
-                    pose = PoseFacts(item.rate or None, up=item.up)
-                    source = read_motion(item.path, pose, ups, item.animation)
-                else:  # Blender must play it to read it: the window gets its turn after each frame
-                    low, high = number / len(items), (number + 1) / len(items)
-                    source = yield from as_steps(read_scene_take(item.take), item.shown, low, high)
-                retargeted = to_body(source, body, maps)
+                retargeted = yield from part(_retarget(item, ups, body, maps), low, high)
                 add_clip(mesh, retargeted, item)
                 if retargeted.cut:
                     cut.append((item.shown, {"cut": retargeted.cut}))
@@ -126,6 +122,25 @@ def import_steps(
     lists.list_labels(mesh.w2w)
     parts = [_outcome(len(items) - failed, failed, len(left_out), unlabelled, twice), cut_sentence(cut)]
     return "; ".join(filter(None, parts))
+
+
+def _retarget(
+    item: ImportItem, ups: Ups, body: Body, maps: Sequence[BoneMap]
+) -> Generator[Step, None, RetargetedMotion]:
+    """Read a motion and retarget it, in a thread but for what Blender has to do: that takes a turn itself."""
+    pose, text = PoseFacts(item.rate or None, up=item.up), item.shown
+    source: Source
+
+    def read(_: object = None) -> Source:
+        return read_motion(item.path, pose, ups, item.animation)
+
+    if item.take is not None:  # Blender must play it to read it: the window gets its turn after each frame
+        source = yield from as_steps(read_scene_take(item.take), text, 0.0, 0.8)
+    elif is_through_blender(item.path):
+        source = read()
+    else:
+        source = yield from in_thread(read, text, 0.0, 0.8)
+    return (yield from in_thread(lambda _: to_body(source, body, maps), text, 0.8, 1.0))
 
 
 def _spelled_as_listed(study: bpy.types.PropertyGroup, items: Sequence[ImportItem]) -> list[ImportItem]:

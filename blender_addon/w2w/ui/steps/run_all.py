@@ -6,7 +6,7 @@ from collections.abc import Callable
 import bpy
 
 from ...core.wording import listed
-from ..jobs.jobs import Steps, is_there, on_body, part, start
+from ..jobs.jobs import Step, Steps, is_there, on_body, part, start
 from ..results.own_placements import is_pending
 from ..study import lists, operators, state
 from ..viewport.framing import frame_answer
@@ -52,6 +52,7 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
         if is_needed():
             outcomes.append((yield from part(steps(mesh), done / whole, (done + seconds) / whole)))
         done += seconds
+        yield Step(done / whole, "")
     if not outcomes:
         return "Everything is up to date"
     answer = lists.answer_of(study)
