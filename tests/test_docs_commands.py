@@ -5,6 +5,7 @@ import argparse
 import re
 import shlex
 import sys
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -68,13 +69,18 @@ def unknown(command, words):
     return unknown(command.commands[words[0]], words[1:]) - known
 
 
+@cache
+def command_line():
+    return typer.main.get_command(APP)
+
+
 @pytest.mark.parametrize("line", list(w2w_commands()))
 def test_the_command_line_has_what_documents_quote(line):
-    assert not unknown(typer.main.get_command(APP), shlex.split(line))
+    assert not unknown(command_line(), shlex.split(line))
 
 
 def test_a_command_or_an_option_that_is_gone_is_found():
-    app = typer.main.get_command(APP)
+    app = command_line()
     assert unknown(app, ["study", "rehab", "--out", "OUT", "--gone"]) == {"--gone"}
     assert unknown(app, ["run", "CLIPS", "--sensor", "watch", "--leave-one-out"]) == {"--leave-one-out"}
     with pytest.raises(KeyError):

@@ -3,11 +3,8 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Iterator
-from concurrent.futures import BrokenExecutor
-from contextlib import nullcontext
 from dataclasses import fields
 from functools import cache, lru_cache, partial
 from pathlib import Path
@@ -16,7 +13,6 @@ import numpy as np
 import pytest
 import typer.testing
 from jinja2 import Environment, FileSystemBytecodeCache
-from loky import ProcessPoolExecutor, process_executor
 from scipy.spatial.transform import Rotation
 from typer.main import get_command
 
@@ -38,51 +34,17 @@ from w2w.core.study.ranking import LabelledClip
 from w2w.core.study.results import ClipResult, Study, StudyResults
 from w2w.drawing import heatmap
 from w2w.drawing.body import BodyPictures
-from w2w.headless.runs import workers
 from w2w.headless.runs.folder import make_folders
-from w2w.headless.runs.guard import end_with
 from w2w.headless.runs.study import write_config
 from w2w.report import page, still_picture
 
-
-class _Pool:
-    """A worker process that stays; a new one where it died."""
-
-    def __init__(self) -> None:
-        self._pools = []
-        self._start()
-
-    def _start(self) -> None:
-        self._pools.append(ProcessPoolExecutor(1, initializer=end_with, initargs=(os.getpid(),)))
-        # it would go as soon as it had loaded Blender, which loky takes for a memory leak
-        self._pools[-1].submit(setattr, process_executor, "_USE_PSUTIL", False)
-
-    def submit(self, work, *args):
-        try:
-            self._pools[-1].submit(os.chdir, Path.cwd())
-        except BrokenExecutor:
-            self._start()
-            self._pools[-1].submit(os.chdir, Path.cwd())
-        return self._pools[-1].submit(work, *args)
-
-    def shutdown(self, **_) -> None:
-        for pool in self._pools:
-            pool.shutdown(kill_workers=True)
-
-
-@pytest.fixture(scope="session")
-def kept_worker() -> Iterator[_Pool]:
-    """A worker process for the whole session: a new one takes seconds to start."""
-    pool = _Pool()
-    yield pool
-    pool.shutdown()
+from ..here import clips_here
 
 
 @pytest.fixture(scope="module")
-def one_worker(kept_worker) -> Iterator[None]:
-    """All clips of a module are worked on by the kept worker process."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(workers, "local_executor", lambda _: nullcontext(kept_worker))
+def one_worker() -> Iterator[None]:
+    """All clips of a module are worked on in the tests' own process: a worker takes seconds to start."""
+    with clips_here():
         yield
 
 
@@ -138,27 +100,33 @@ CLIPS, WINDOWS, PLACES = 6, 4, 48
 
 
 @pytest.fixture(scope="session")
-def drawn_results(made_once, bundled_body, tmp_path_factory) -> Path:
-    """Results of a study whose 'arm_raise' is told best on the left arm; one label would break a page."""
-    clips = dict.fromkeys(ACTIVITIES, CLIPS)
-    made = made_once("drawn", lambda folder: _drawn(bundled_body, folder / "out", clips))
-    return shutil.copytree(made / "out", tmp_path_factory.mktemp("drawn") / "out")
+def drawn(made_once, bundled_body) -> Path:
+    """Two studies whose features are drawn, on the same patches."""
+
+    def make(folder: Path) -> None:
+        _drawn(bundled_body, folder / "plain", dict.fromkeys(ACTIVITIES, CLIPS))
+        clips = {"arm_raise": 6, "sitting": 6, "jump": 2, "bow": 1, "kneel": 1}
+        _drawn(bundled_body, folder / "sparse", clips, "Smart <b>shirt</b>")
+
+    return made_once("drawn", make)
 
 
 @pytest.fixture(scope="session")
-def sparse_results(made_once, bundled_body, tmp_path_factory) -> Path:
+def drawn_results(drawn, tmp_path_factory) -> Path:
+    """Results of a study whose 'arm_raise' is told best on the left arm; one label would break a page."""
+    return shutil.copytree(drawn / "plain", tmp_path_factory.mktemp("drawn") / "out")
+
+
+@pytest.fixture(scope="session")
+def sparse_results(drawn, tmp_path_factory) -> Path:
     """Results of a study with a title, an activity of two clips and two that cannot be ranked."""
-    clips = {"arm_raise": 6, "sitting": 6, "jump": 2, "bow": 1, "kneel": 1}
-    made = made_once(
-        "sparse", lambda folder: _drawn(bundled_body, folder / "out", clips, "Smart <b>shirt</b>")
-    )
-    return shutil.copytree(made / "out", tmp_path_factory.mktemp("sparse") / "out")
+    return shutil.copytree(drawn / "sparse", tmp_path_factory.mktemp("sparse") / "out")
 
 
 def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path:
     make_folders(out)
     config = StudyConfig(patches=PLACES, seed=3, title=project)
-    patches = sample_patches(body, PLACES, seed=3)
+    patches = signals.sample_patches(body, PLACES, seed=3)
     body.save(out / ".w2w" / "body.npz")
     patches.save(out / ".w2w" / "patches.npz")
     labels = [activity for activity, count in clips_of.items() for _ in range(count)]

@@ -2,8 +2,8 @@
 """The command line's fixtures: studies run by the same commands, on the same results."""
 
 from ..headless.conftest import (
+    drawn,
     drawn_results,
-    kept_worker,
     made_once_here,
     motions,
     one_worker,
@@ -12,8 +12,8 @@ from ..headless.conftest import (
 from .made_mhad import some_mhad
 
 __all__ = [
+    "drawn",
     "drawn_results",
-    "kept_worker",
     "made_once_here",
     "motions",
     "one_worker",

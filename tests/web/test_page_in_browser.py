@@ -17,12 +17,12 @@ from w2w.web.guard import Doors
 from w2w.web.study import EVENTS, INPUT, Study
 from w2w.web.work import Work
 
-from ..headless.conftest import few_orders, kept_worker, made_once_here, one_worker, write_motions
+from ..headless.conftest import few_orders, made_once_here, one_worker, write_motions
 from ..patience import HANG_S
 from ..report.browser import find, settle, text
-from ..report.conftest import browser, drawn_results
+from ..report.conftest import browser, drawn, drawn_results
 
-__all__ = ["browser", "drawn_results", "few_orders", "kept_worker", "made_once_here", "one_worker"]
+__all__ = ["browser", "drawn", "drawn_results", "few_orders", "made_once_here", "one_worker"]
 
 
 @pytest.fixture

@@ -67,10 +67,11 @@ def test_a_left_and_a_right_place_do_it_together(utility, patches, bundled_body,
 
 @pytest.mark.later
 def test_constraints_bind_the_best_the_set_and_the_next(utility, patches, bundled_body, tests):
-    advice = advise(utility, patches, bundled_body, tests, 0.97, constraints=Constraints(only=("left",)))
+    left, middle = Constraints(only=("left",)), Constraints(must=("middle",))
+    advice = advise(utility, patches, bundled_body, tests, 0.97, constraints=left, max_places=2)
     taken = [advice.best, *advice.worn.order, *advice.worn.further, *np.concatenate(advice.alternatives)]
     assert all(patches.regions[int(place)].startswith("left") for place in taken)
-    forced = advise(utility, patches, bundled_body, tests, 0.97, constraints=Constraints(must=("middle",)))
+    forced = advise(utility, patches, bundled_body, tests, 0.97, constraints=middle, max_places=2)
     assert any(not patches.regions[place].startswith(("left", "right")) for place in forced.worn.order)
     with pytest.raises(ValueError, match="2 patches are required"):
         advise(

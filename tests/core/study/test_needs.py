@@ -14,6 +14,8 @@ from w2w.core.study.needs import PARTS, Place
 from w2w.core.study.ranking import LabelledClip
 from w2w.core.study.variants import ALONE, FINEST_HZ, FORCE_RANGE, KNOBS, RATE, at_rate, variants, with_model
 
+from ...rings import by_day
+
 CLIPS = 6
 TIME = np.arange(int(4 * FINEST_HZ)) / FINEST_HZ
 
@@ -70,7 +72,7 @@ def test_beats_of_3_and_6_g_are_one_at_2_g():
     assert need.of(FORCE_RANGE)[-1].cost.expected > 0.2
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", by_day(range(10), range(40)))
 def test_shuffled_labels_never_work_down_to_anything(seed):
     place = place_of(swinging(1.0), swinging(2.0), swinging(4.0), shuffled=seed)
     need = place.completed(place.need("wrist"))
