@@ -19,9 +19,12 @@ from w2w.core.windows.inputs import PatchBlocks, SomeWindows
 FEWEST_MOTIONS = 4
 """Motions of an activity of which each half has two, to train on one and test on the other."""
 
+GOOD, HEAVY = 0.02, 0.05
+"""Loss of F1 up to which a product does as well, and beyond which a loss is heavy."""
+
 FIGURES = (
     "expected", "delivered", "gain", "by raw F1", "rho", "ceiling", "stated", "did", "holds",
-    "as well", "lose", "within", "heavy", "cost holds",
+    "as well", "lose", "within", "heavy", "cost holds", "knowing: lose", "knowing: within", "knowing: heavy",
 )  # fmt: skip
 """For a choice: F1 expected of the chosen patch and its raw F1 on the other half; how much that is above an
 average patch's, and the same of the patch of the highest raw F1; Spearman's rho of the expected map with
@@ -29,7 +32,11 @@ the other half's raw map, and the root of the raw maps'; the stated chance of be
 whether it did, and the share of patches whose interval holds the other half's F1. Of products other than
 the best: the share said to do as well, what those lose on the other half, how many of them lose at most .02
 there, how many of those that lose more than .05 are told from them, and the share whose cost's interval holds
-what they lose; NaN on some patches only, which no product may be near."""
+what they lose; then what would be if those were said to do as well whose raw F1 on all clips, the other half
+included, is at most .02 lower. NaN on some patches only, which no product may be near."""
+
+OF_PRODUCTS = 8
+"""The last of these, which are of products."""
 
 
 def choices(
@@ -56,15 +63,18 @@ def choices(
         )
     unit = (np.zeros_like(code), some.subject) if by_subject else (code, some.motion)
     found, pooling = [], Pooling.on(*places[::-1]) if places else None
+
+    def ranked(part: np.ndarray) -> UtilityMap:
+        protocol = some.some(part).protocol(config)
+        return utility_map(SomeWindows(inputs, rows[part]), protocol, config.classifier, pooling=pooling)
+
+    whole = ranked(np.ones(len(rows), dtype=bool))
     for side in deal_halves(*unit, config.seed, halvings):
-        maps = []
-        for half in (side, ~side):
-            protocol = some.some(half).protocol(config)
-            maps.append(
-                utility_map(SomeWindows(inputs, rows[half]), protocol, config.classifier, pooling=pooling)
-            )
+        maps = [ranked(half) for half in (side, ~side)]
         for here, there in (maps, maps[::-1]):
-            of_products = _products_judged(ScoredMap(here, *places), there) if places else (np.nan,) * 5
+            of_products = (np.nan,) * OF_PRODUCTS
+            if places:
+                of_products = _products_judged(ScoredMap(here, *places), there, whole)
             found.append((*_judged(here, there), *of_products))
     return np.array(found)
 
@@ -86,16 +96,24 @@ def _judged(here: UtilityMap, there: UtilityMap) -> tuple[float, ...]:
     )
 
 
-def _products_judged(here: ScoredMap, there: UtilityMap) -> tuple[float, ...]:
-    """The rest of `FIGURES`: of what one half says of products."""
+def _products_judged(here: ScoredMap, there: UtilityMap, whole: UtilityMap) -> tuple[float, ...]:
+    """The rest of `FIGURES`: of what one half says of products, and of what all clips would say."""
     if here.patches.labels.max() >= len(here.patches):
-        return (np.nan,) * 5
+        return (np.nan,) * OF_PRODUCTS
     others = [score for score in here.products if score.patch != here.base.patch]
-    loses = np.array([there.mean[here.base.patch] - there.mean[score.patch] for score in others])
+    loses, known = (
+        np.array([judge.mean[here.base.patch] - judge.mean[score.patch] for score in others])
+        for judge in (there, whole)
+    )
     as_good = np.array([score.cost.as_good for score in others])
     held = [score.cost.low <= lose <= score.cost.high for score, lose in zip(others, loses, strict=True)]
-    parts = (loses[as_good], loses[as_good] <= 0.02, ~as_good[loses > 0.05], held)
+    parts = [*_worded(loses, as_good), held, *_worded(loses, known <= GOOD)]
     return (as_good.mean(), *(np.mean(part) if len(part) else np.nan for part in parts))
+
+
+def _worded(loses: np.ndarray, as_good: np.ndarray) -> tuple[np.ndarray, ...]:
+    """What products lose that are said to do as well, whether by little, and who of heavy losers is not."""
+    return loses[as_good], loses[as_good] <= GOOD, ~as_good[loses > HEAVY]
 
 
 def _rho(one: np.ndarray, other: np.ndarray) -> float:
