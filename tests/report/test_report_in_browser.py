@@ -392,3 +392,15 @@ def contrast(one, other):
 
     light, dark = sorted([luminance(one), luminance(other)], reverse=True)
     return (light + 0.05) / (dark + 0.05)
+
+
+def test_the_sites_search_runs_from_a_folder(browser, tmp_path):
+    """Browsers start no worker there; the site's own stand-in answers in a hidden frame, without network."""
+    shim = Path(__file__).resolve().parents[2] / "docs" / "iframe-worker.js"
+    assert f"polyfills: [{shim.name}]" in (shim.parents[1] / "mkdocs.yml").read_text("utf-8")
+    (tmp_path / "double.js").write_text("self.addEventListener('message', e => postMessage(2 * e.data))")
+    page = tmp_path / "page.html"
+    page.write_text(f'<!doctype html><body><script src="{shim.as_uri()}"></script>')
+    browser.get(page.as_uri())
+    ask = "const w = new Worker('double.js'); w.addEventListener('message', e => arguments[0](e.data));"
+    assert browser.execute_async_script(f"{ask} w.postMessage(21);") == 42
