@@ -5,9 +5,9 @@ import pytest
 
 import w2w
 
-from ..headless.conftest import few_orders, made_once_here
+from ..headless.conftest import all_orders, few_orders, made_once_here
 
-__all__ = ["few_orders", "made_once_here"]
+__all__ = ["all_orders", "few_orders", "made_once_here"]
 
 
 @pytest.fixture(scope="package")

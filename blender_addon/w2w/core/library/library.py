@@ -149,7 +149,7 @@ def read_library(
     else from the clip's folder inside the library, else from its file name (``Walking (2).fbx``,
     ``X Bot@Waving.fbx``); each animation of a file with several is labelled by its own name. `labels` is a
     csv with columns ``file`` and ``activity``, and if wanted ``subject``, ``source`` and ``motion_key``;
-    ``file`` is the path inside the library, or an end of it, such as the bare name, that only one clip has.
+    ``file`` is the path inside the library, or any unambiguous trailing part, such as the bare name.
     With columns ``caption`` and ``activity`` it labels clips by words of their captions. `exact_labels` keeps
     activities apart that differ only in case, spaces, underscores or hyphens.
 

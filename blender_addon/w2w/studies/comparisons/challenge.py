@@ -146,11 +146,11 @@ def table_of(judges: Sequence[Judge], methods: Mapping[str, Method]) -> list[lis
     for judge in judges:
         size = f"{len(judge.activities)}, {len(judge.sites)}"
         nothing = judged(judge, {judge.name: {("", site): 0.0 for site in judge.sites}})
-        blind = "" if judge.of_activities else f"{nothing.regret.at_random:.3f}"
+        at_random = "" if judge.of_activities else f"{nothing.regret.at_random:.3f}"
         by_activity = "" if judge.of_activities else f"{nothing.ceiling.value:.2f}"
         ceiling = f"{nothing.overall_ceiling.value:.2f}"
         rows.append(
-            [judge.name, "random", size, "0", ceiling, by_activity and "0", by_activity, blind, blind]
+            [judge.name, "random", size, "0", ceiling, by_activity and "0", by_activity, at_random, at_random]
         )
         for name, method in methods.items():
             found = judged(judge, method)
@@ -165,7 +165,7 @@ def table_of(judges: Sequence[Judge], methods: Mapping[str, Method]) -> list[lis
                 "" if judge.of_activities else _rho(found.mean_rho, found.mean_low, found.mean_high),
                 by_activity,
                 "" if judge.of_activities else regret,
-                blind,
+                at_random,
             ]
             rows.append([judge.name, name, size, *cells])
     return rows
