@@ -145,6 +145,9 @@ def test_the_lead_is_over_an_average_place_and_over_what_people_wear(patches, bu
     assert (
         said == f"It beats an average place on other clips by about {gain} (93 % sure) and a belt clip by .05"
     )
+    for lead, as_good in ((0.02, True), (0.03, False)):  # the same edge as in the sentence
+        close = answer(ScoredMap(ranked(np.where(head, 0.8 + lead, expected)), patches, bundled_body)).lead()
+        assert close.endswith("; a belt clip does as well") == as_good
     belt = answer(ScoredMap(ranked(np.where(hips, 0.8, 0.6)), patches, bundled_body)).lead()
     assert "belt clip" not in belt
     unknown = ranked(expected, errors=np.empty((0, 0)))

@@ -21,9 +21,6 @@ from .headline import mean_caution, per_cent, short
 OTHERS = 3
 """Most other products in the sentence."""
 
-SHOWN = 0.005
-"""Smallest F1 difference that two digits show."""
-
 PLURALS = {each.phrase for each in PRODUCTS.values() if not each.phrase.startswith(("a ", "an ", "the "))}
 """Products that are spoken of in the plural."""
 
@@ -151,7 +148,7 @@ class Answer(InShort):
         sure = f"{ahead} ({per_cent(self.chance)} sure)"
         if self.over_habit is None:
             return sure
-        if self.over_habit < SHOWN:
+        if does_as_well(self.over_habit):
             return f"{sure}; a {HABIT} does as well"
         return f"{sure} and a {HABIT} by {short(self.over_habit)}"
 
