@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import shutil
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -26,6 +28,23 @@ from .made_motions import MadeClip, make_clips, write_files
 settings.register_profile("everywhere", deadline=None)  # a busy machine is no failure
 settings.register_profile("ci", deadline=None, derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "everywhere")
+
+_ended: list[int] = []
+
+
+def pytest_sessionfinish(exitstatus: int) -> None:
+    """Note with which status the tests end."""
+    _ended.append(int(exitstatus))
+
+
+@atexit.register  # early, so called late
+def _leave() -> None:
+    """End here where Blender is loaded: its own exit may wait for ever for a thread of its sounds."""
+    if _ended and "bpy" in sys.modules:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(_ended[0])
+
 
 SHARED_DATA = Path(os.environ.get("W2W_SHARED_DATA", Path(__file__).resolve().parents[2] / "shared" / "data"))
 

@@ -1,15 +1,34 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Clips worked on in the tests' own process: a worker takes seconds to start."""
+"""Clips worked on in the tests' own process, and ranked with less care: both take seconds otherwise."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager, nullcontext
+from dataclasses import replace
 
 import pytest
 
+from w2w.core.ranking import stream
+from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.headless.runs import guard, workers
+
+MOST_ORDERS, CHOOSE_ALPHA = stream.MOST_ORDERS, Ridge.choose_alpha
+FEW_SENSORS = 3
+
+
+@contextmanager
+def ranked_roughly() -> Iterator[None]:
+    """A stream in the fewest orders, the ridge chosen by a few sensors: tests of more are the core's."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stream, "MOST_ORDERS", stream.FEWEST_ORDERS)
+        patch.setattr(Ridge, "choose_alpha", _by_few_sensors)
+        yield
+
+
+def _by_few_sensors(ridge: Ridge, *given) -> float:
+    return CHOOSE_ALPHA(replace(ridge, tuning_sensors=FEW_SENSORS), *given)
 
 
 class _Here:

@@ -12,7 +12,7 @@ from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
 
 from .command_line import cli
-from .here import clips_here
+from .here import clips_here, ranked_roughly
 
 ARM = (16, 18)
 LEG = (1, 4)
@@ -41,6 +41,6 @@ def make_door(folder: Path) -> None:
             rows.append(f"{activity}/{file.name},{activity},person {number % 2}")
     (folder / "labels.csv").write_text("\n".join(rows) + "\n")
     options = ["--patches", 24, "--no-pictures", "--no-report", "--workers", 1]
-    with clips_here():
+    with clips_here(), ranked_roughly():
         code, said = cli("run", folder / "MY_CLIPS", "--out", folder / "RESULTS", *options)
     assert code == 0, said

@@ -33,9 +33,9 @@ def make_run(data: Path, folder: Path, patches: int = N_PATCHES) -> Path:
     options = f"--patches {patches} --stride 0.5 --forbid foot --max 3 --target 0.85 --workers 1"
     with clips_here():
         code, said = cli("run", folder / "clips", "--out", out, "--no-pictures", *options.split())
-    if code:
-        raise RuntimeError(said)
-    why = draw_side_by_side([partial(write_blend, to=out)], out)[0]
+        if code:
+            raise RuntimeError(said)
+        why = draw_side_by_side([partial(write_blend, to=out)], out)[0]
     if why:
         raise RuntimeError(why)
     return out

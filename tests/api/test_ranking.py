@@ -410,6 +410,7 @@ def test_a_report_of_a_results_folder_is_that_of_the_command_line(door, tmp_path
     written.unlink()
 
 
+@pytest.mark.slow
 def test_a_report_of_a_ranking_says_what_was_ranked(library, few, tmp_path):
     """The answer, the sensor, the rate and the clips that the ranking is of."""
     narrow = replace(w2w.preset("bmi270"), name="my part")

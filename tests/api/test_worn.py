@@ -64,7 +64,7 @@ def test_sets_cards_and_table_need_no_body(ranking):
     assert [row["name"] for row in ranking._rows()] == list(ranking.names)
 
 
-@pytest.mark.later
+@pytest.mark.slow
 def test_only_places_of_known_names_are_drawn(ranking, tmp_path):
     assert ranking.picture is None
     assert "<img" not in ranking._repr_html_()

@@ -23,6 +23,7 @@ from w2w.core.library.library import Clip, Library
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking import stream
+from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
@@ -38,7 +39,7 @@ from w2w.headless.runs.folder import make_folders
 from w2w.headless.runs.study import write_config
 from w2w.report import page, still_picture
 
-from ..here import clips_here
+from ..here import CHOOSE_ALPHA, MOST_ORDERS, clips_here, ranked_roughly
 
 
 @pytest.fixture(scope="module")
@@ -77,21 +78,18 @@ def made_once_here(tmp_path_factory) -> Iterator[None]:
         yield
 
 
-MOST_ORDERS = stream.MOST_ORDERS
-
-
 @pytest.fixture(scope="module", autouse=True)
 def few_orders() -> Iterator[None]:
-    """A stream of clips in the fewest orders: tests of more of them are the core's."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stream, "MOST_ORDERS", stream.FEWEST_ORDERS)
+    """Ranked roughly: tests that rank with all care are the core's."""
+    with ranked_roughly():
         yield
 
 
 @pytest.fixture
 def all_orders(monkeypatch) -> None:
-    """As many orders of a stream as a program of its own draws, whose results are compared."""
+    """Ranked with all care, as by a program of its own, whose results are compared."""
     monkeypatch.setattr(stream, "MOST_ORDERS", MOST_ORDERS)
+    monkeypatch.setattr(Ridge, "choose_alpha", CHOOSE_ALPHA)
 
 
 HOSTILE = '<script>alert(1)</script> & "walk"</script><!--'
@@ -104,9 +102,10 @@ def drawn(made_once, bundled_body) -> Path:
     """Two studies whose features are drawn, on the same patches."""
 
     def make(folder: Path) -> None:
-        _drawn(bundled_body, folder / "plain", dict.fromkeys(ACTIVITIES, CLIPS))
         clips = {"arm_raise": 6, "sitting": 6, "jump": 2, "bow": 1, "kneel": 1}
-        _drawn(bundled_body, folder / "sparse", clips, "Smart <b>shirt</b>")
+        with ranked_roughly():
+            _drawn(bundled_body, folder / "plain", dict.fromkeys(ACTIVITIES, CLIPS))
+            _drawn(bundled_body, folder / "sparse", clips, "Smart <b>shirt</b>")
 
     return made_once("drawn", make)
 

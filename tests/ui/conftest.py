@@ -15,10 +15,10 @@ from scipy.spatial.transform import Rotation
 import w2w as extension
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
-from w2w.core.ranking import stream
 from w2w.ui.jobs import preferences
 from w2w.ui.study import signal_cache, state
 
+from ..here import ranked_roughly
 from ..made_run import make_run
 from .made_study import N_PATCHES
 
@@ -29,23 +29,31 @@ MOVES = {"waving": ("right_shoulder", 1.0), "kicking": ("left_hip", 1.0), "stepp
 
 @pytest.fixture(scope="package", autouse=True)
 def few_orders() -> Iterator[None]:
-    """A stream of clips in the fewest orders: tests of more of them are the core's."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stream, "MOST_ORDERS", stream.FEWEST_ORDERS)
+    """Ranked roughly: tests that rank with all care are the core's."""
+    with ranked_roughly():
         yield
 
 
+@pytest.fixture(scope="package")
+def registered() -> Iterator[None]:
+    """The extension, registered once: as in Blender, files come and go meanwhile."""
+    extension.register()
+    yield
+    extension.unregister()
+
+
 @pytest.fixture
-def blender(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def blender(
+    tmp_path_factory: pytest.TempPathFactory,
+    monkeypatch: pytest.MonkeyPatch,
+    registered: None,  # noqa: ARG001
+) -> None:
     """An empty file with the extension registered and a cache of its own."""
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)  # which leaves add-ons alone
     folders = {name: tmp_path_factory.mktemp(name) for name in ("signals", "bone_maps")}
     monkeypatch.setattr(preferences, "own_folder", folders.__getitem__)
     signal_cache._recordings.clear()
     monkeypatch.setattr(state, "GLANCE", -1.0)  # what changes is looked at again at once
-    extension.register()
-    yield
-    extension.unregister()
 
 
 @pytest.fixture(scope="session")

@@ -27,6 +27,7 @@ def baked(body: bpy.types.Object) -> int:
     return sum(state_of(clip, bake_settings(body.w2w)) == BAKED for clip in body.w2w.clips)
 
 
+@pytest.mark.later
 def test_one_press_leads_from_motions_to_sensors(library: Path) -> None:
     body = make_study(library, "motions")
     body.w2w.max_places = 1

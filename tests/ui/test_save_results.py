@@ -98,6 +98,7 @@ def hashes(out: Path) -> dict[str, str]:
     return {entry["file"]: entry["sha256"] for entry in used_clips(out)}
 
 
+@pytest.mark.later
 def test_a_saved_study_works_in_its_folder_and_opens_again(library: Path, tmp_path: Path) -> None:
     body = make_study(library)
     body.w2w.max_places = 1

@@ -108,6 +108,7 @@ def test_a_single_flipped_edge_is_another_mesh(smpl_faces, a_pose):
     assert recognise(smpl_faces[1:], a_pose[0]) is None
 
 
+@pytest.mark.slow
 def test_a_mirrored_mesh_is_numbered_as_the_person_it_shows(smpl_faces, a_pose):
     """Its left arm is the one at the left of its front, though the file's maker took it for the right."""
     mesh = recognise(smpl_faces, a_pose[0] * [-1, 1, 1])

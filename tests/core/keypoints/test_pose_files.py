@@ -20,6 +20,7 @@ from w2w.core.motion.motion import Motion, read_amass
 from w2w.core.motion.source import UnusableMotion
 from w2w.studies.datasets.utd_mhad import read_utd_mhad
 
+from ...rings import each_by_day
 from ...seen_joints import seen_as
 
 TOLD_BY_NAME = [name for name in JOINT_SETS if name not in ("mm-fit-17", "joint-centres")]
@@ -76,8 +77,10 @@ def test_a_joint_set_that_lacks_something_is_refused(joints, landmarks, wrong):
         JointSet("mine", (*whole.joints, *joints), held)
 
 
-@pytest.mark.parametrize("kind", ["csv", "npy", "npz", "json"])
-@pytest.mark.parametrize("name", TOLD_BY_NAME)
+KINDS = ["csv", "npy", "npz", "json"]
+
+
+@pytest.mark.parametrize(("name", "kind"), each_by_day(TOLD_BY_NAME, KINDS))
 def test_every_set_is_known_again_in_every_kind_of_file(tmp_path, bundled_body, walk, name, kind):
     positions = seen_as(JOINT_SETS[name], bundled_body, walk)
     found = read_joints(written(tmp_path, kind, name, positions, walk.rate))
@@ -213,7 +216,7 @@ def pictured(positions, width, scores):
 
 @pytest.mark.parametrize("width", [1920, 1], ids=["pixels", "parts of the picture"])
 @pytest.mark.parametrize("score", ["of the joint", "of the frame", "visibility", "none"])
-@pytest.mark.parametrize("kind", ["csv", "npy", "npz", "json"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_score_is_no_third_dimension(tmp_path, bundled_body, walk, kind, width, score):
     rng, shape = np.random.default_rng(0), (walk.n_frames, 17)
     scores = {

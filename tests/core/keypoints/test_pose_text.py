@@ -16,6 +16,7 @@ from w2w.core.motion.motion import demo_motions
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 
+from ...rings import each_by_day
 from ...seen_joints import seen_as
 
 HALPE = {
@@ -162,8 +163,11 @@ def as_dict(point):
     return dict(zip("xyz", map(float, point), strict=True)) | {"visibility": 0.9}
 
 
-@pytest.mark.parametrize("key", ["pose_world_landmarks", "poseWorldLandmarks", "worldLandmarks"])
-@pytest.mark.parametrize("nested", ["frames", "list", "pose", "several", "numbers"])
+KEYS = ["pose_world_landmarks", "poseWorldLandmarks", "worldLandmarks"]
+NESTED = ["frames", "list", "pose", "several", "numbers"]
+
+
+@pytest.mark.parametrize(("key", "nested"), each_by_day(KEYS, NESTED))
 def test_mediapipe(tmp_path, seen, key, nested):
     points = np.stack([seen[..., 0], -seen[..., 2], seen[..., 1]], axis=2)  # x right, y down
     of_frame = [row[:, :3].tolist() if nested == "numbers" else [as_dict(p) for p in row] for row in points]

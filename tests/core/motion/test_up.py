@@ -17,6 +17,7 @@ from w2w.core.motion.source import UnusableMotion
 from w2w.core.motion.up import TO_Z, UPS
 from w2w.scene.motion.load import look_up, read_motion, to_body
 
+from ...rings import each_by_day
 from ...seen_joints import seen_as
 
 HEADINGS = range(0, 360, 30)
@@ -118,8 +119,10 @@ def test_all_six_axes_can_be_given_for_poses_and_joints(tmp_path, clips, bundled
     np.testing.assert_allclose(source.positions @ TO_Z[source.up].T, expected, atol=1e-9)
 
 
-@pytest.mark.parametrize("up", ["y", "z", "-y", "x"])
-@pytest.mark.parametrize("joint_set", ["humanml3d-22", "human36m-17", "blazepose-33"])
+SOME_UPS, SOME_SETS = ["y", "z", "-y", "x"], ["humanml3d-22", "human36m-17", "blazepose-33"]
+
+
+@pytest.mark.parametrize(("up", "joint_set"), each_by_day(SOME_UPS, SOME_SETS))
 def test_joints_of_people_who_stand_are_read_whatever_is_up(tmp_path, clips, bundled_body, joint_set, up):
     for motion in clips:
         np.save(tmp_path / "a.npy", seen_as(JOINT_SETS[joint_set], bundled_body, motion) @ TO_Z[up])

@@ -15,6 +15,8 @@ from w2w.core.motion.up import TO_Z, UPS
 from w2w.core.readers.bvh import read_bvh
 from w2w.core.retargeting.retarget import BY_STRUCTURE, matched_joints, retarget
 
+from ...rings import each_by_day
+
 pytestmark = pytest.mark.filterwarnings("ignore:Gimbal lock")
 
 GAIT = "imu/gait/xsens_S02-Trial-Walk-1.bvh"
@@ -301,9 +303,10 @@ def test_offsets_that_are_no_pose_and_no_t_pose_at_all(tmp_path, bundled_body, s
     assert np.percentile(away, 95) < 15
 
 
-@pytest.mark.parametrize("z_up", [False, True])
-@pytest.mark.parametrize("degrees", range(0, 360, 45))
-@pytest.mark.parametrize("place", [(0.3, 0.2), (0.1, -0.95), (-1.0, 0.9)])
+PLACES = [(0.3, 0.2), (0.1, -0.95), (-1.0, 0.9)]
+
+
+@pytest.mark.parametrize(("z_up", "degrees", "place"), each_by_day([False, True], range(0, 360, 45), PLACES))
 def test_a_body_that_lies_is_not_stood_up(tmp_path, bundled_body, striding, z_up, degrees, place):
     """Lying on its back near the ground, in a y-up file or, as from Blender, one whose rest pose is z up."""
     lying = Rotation.from_euler("xz", [-90, degrees], degrees=True).as_matrix()

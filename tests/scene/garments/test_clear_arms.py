@@ -39,9 +39,8 @@ def test_arms_that_are_clear_stay_as_they_are(bundled_body):
     np.testing.assert_array_equal(with_clear_arms(bundled_body, motion).rotations, motion.rotations)
 
 
-@pytest.mark.parametrize(
-    ("side", "other"), [("left", "right"), pytest.param("right", "left", marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("side", "other"), [("left", "right"), ("right", "left")])
 def test_only_an_arm_that_is_sunk_is_turned_and_outward(bundled_body, side, other, monkeypatch):
     monkeypatch.setattr(clear, "ARM_AS_CLEAR", 0.0)
     motion = standing(bundled_body, **{side: 80.0})
