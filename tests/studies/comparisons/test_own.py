@@ -76,6 +76,10 @@ def test_other_names_are_told_by_tables(study, tmp_path):
     assert found.validation.real.activities == ("kicking", "stirring", "waving")
     with pytest.raises(ValueError, match="the recordings have no 'belt'; there are my glove"):
         own_protocol(renamed, study, Names({"belt": "waist"}, {}))
+    with pytest.raises(ValueError, match="the study has no 'flying'; there are kicking"):
+        own_protocol(renamed, study, Names({}, {"wavings": "flying"}))
+    with pytest.raises(ValueError, match=r'^no placement, sensor site or region is called "moon"'):
+        compared(study, worn(study), Names({PLACES[0]: "moon"}, {}))
 
 
 @pytest.mark.later
@@ -101,3 +105,5 @@ def test_what_is_wrong_gets_a_sentence(door, tmp_path):
     assert (code, "can be used: it holds no" in output) == (2, True)
     code, output = cli(*given, "--as", "nothing")
     assert (code, "--as must be mhad, umafall, dsads, upfall, not nothing" in output) == (2, True)
+    code, output = cli(*given, "--as", "upfall", "--sites", tmp_path / "sites.csv")
+    assert (code, "--as has names of its own" in output) == (2, True)

@@ -125,6 +125,8 @@ def own(
     with _published(console, out, labels, sites, activities) as folder:
         if data_set and data_set not in DATA_SETS:
             raise ValueError(f"--as must be {', '.join(DATA_SETS)}, not {data_set}")
+        if data_set and (labels or sites or activities):
+            raise ValueError("--as has names of its own: leave --labels, --sites and --activities out")
         study = StudyResults.load(results)
         with RunMonitor(console).step("reading, simulating and ranking"):
             if data_set:

@@ -96,7 +96,7 @@ def run_protocol(
                 protocol.background,
             )  # fmt: skip
         except ValueError as error:
-            if protocol.joints:
+            if protocol.joints or len(protocol.analyses) == 1:
                 raise
             why.append(f"{analysis.name}: {error}")
             told(f"Not done: {why[-1]}.")

@@ -43,10 +43,15 @@ def own_protocol(recordings: Recordings, study: StudyResults, names: Names) -> P
     Raises ValueError if a name of a place or an activity is neither's.
     """
     recorded = list(dict.fromkeys(one.activity for one in recordings))
-    for given, known in ((names.sites, recordings.places), (names.activities, recorded)):
-        if strange := [name for name in given if name not in known]:
-            raise ValueError(f"the recordings have no {strange[0]!r}; there are {', '.join(known)}")
     of_study = {same_label(clip.activity): clip.activity for clip in study.clips}
+    told = [*map(same_label, names.activities.values())]
+    for who, given, known in (
+        ("recordings have", names.sites, recordings.places),
+        ("recordings have", names.activities, recorded),
+        ("study has", told, of_study),
+    ):
+        if strange := [name for name in given if name not in known]:
+            raise ValueError(f"the {who} no {strange[0]!r}; there are {', '.join(known)}")
     real: dict[str, tuple[str, ...]] = {}
     for name in recorded:
         if shown := of_study.get(same_label(names.activities.get(name, name))):
