@@ -296,18 +296,16 @@ def _read(
 ) -> tuple[Motion, dict[str, Any]]:
     """Read a motion onto the body, with facts; ValueError if it cannot be used or lacks a module."""
     from ..scene.base.output import quiet_output
-    from ..scene.motion.load import read_motion, to_body
+    from ..scene.motion.load import Source, read_motion, to_body
 
     path = item.path
     try:
         if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
-            found = to_body(
-                Motion.load(path, pose.rate, pose.up, ups, pose.person), body
-            )  # keeps W2W's labels
+            source: Source = Motion.load(path, pose.rate, pose.up, ups, pose.person)  # keeps W2W's labels
         else:
             with _needs_blender(path.name), quiet_output():
                 source = read_motion(path, pose, ups, item.animation)
-            found = to_body(source, body, bone_maps)
+        found = to_body(source, body, bone_maps)
         return found.motion, found.facts()
     except (UnusableMotion, ValueError) as error:
         raise ValueError(in_python(str(error))) from error

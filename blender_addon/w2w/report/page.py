@@ -69,6 +69,7 @@ def _page(study: StudyResults, project: str | None) -> str:
     less = [each for each in answer["products"][NUMBERED:] if each["name"] in answer["compared_with"]]
     allowed = study.config().constraints.terms(study.patches).allowed
     skipped = (entry for entry in read_clip_list(study.out) if not is_used(entry))
+    rows = _activity_rows(utility, study.patches.names, patch)
     return (
         _environment()
         .get_template("page.html")
@@ -89,7 +90,7 @@ def _page(study: StudyResults, project: str | None) -> str:
             n_patches=len(study.patches),
             mean_title=headline.mean_title(utility),
             regions=best_regions(utility, study.patches, base, allowed),
-            activities=_activities(study, summary, patch),
+            activities=[{**row, **summary["activities"][row["name"]]} for row in rows],
             mistakes=_mistakes(utility, patch),
             skipped=sorted((entry["file"], entry["skipped"]) for entry in skipped),
             style=_style(),
@@ -138,12 +139,6 @@ def _environment() -> Environment:
 
 def _style() -> Markup:
     return Markup((PAGE / "style.css").read_text(encoding="utf-8"))
-
-
-def _activities(study: StudyResults, summary: dict[str, Any], best: int) -> list[dict[str, Any]]:
-    """Each tested activity: its clips, its own best spot, and how the recommended patch `best` does."""
-    rows = _activity_rows(study.utility, study.patches.names, best)
-    return [{**row, **summary["activities"][row["name"]]} for row in rows]
 
 
 def _activity_rows(utility: UtilityMap, names: Sequence[str], best: int) -> list[dict[str, Any]]:

@@ -98,8 +98,7 @@ def needs_on(cards: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _loss_content(loss: Loss) -> dict[str, Any]:
-    content = {"parameter": loss.knob, "value": loss.name, "f1": rounded(loss.f1)}
-    return content | cost_content(loss.cost)
+    return {"parameter": loss.knob, "value": loss.name, "f1": rounded(loss.f1)} | cost_content(loss.cost)
 
 
 def in_stream_content(expected: ExpectedF1 | None) -> dict[str, Any]:

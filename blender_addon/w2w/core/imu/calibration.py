@@ -31,13 +31,10 @@ def mounting(pairs: Sequence[Pair]) -> Rotation:
     for real, made in pairs:
         n = min(real.n_samples, made.n_samples)
         for name in ("acc", "gyr"):
-            values = [
-                butterworth(getattr(r, name)[:n, 0].T.astype(np.float64), r.rate, ALIGNED_BELOW_HZ, 2, True).T
-                for r in (real, made)
-            ]
-            size = np.sqrt((values[0] ** 2).mean()) + 1e-6
-            theirs.append(values[0] / size)
-            ours.append(values[1] / size)
+            worn, own = (smooth(getattr(r, name)[:n, 0], r.rate, ALIGNED_BELOW_HZ) for r in (real, made))
+            size = np.sqrt((worn**2).mean()) + 1e-6
+            theirs.append(worn / size)
+            ours.append(own / size)
     rotation, _ = Rotation.align_vectors(np.concatenate(theirs), np.concatenate(ours))
     return rotation
 
@@ -192,11 +189,11 @@ def _cut(recording: ImuRecording, part: slice) -> ImuRecording:
     return replace(recording, acc=recording.acc[part], gyr=recording.gyr[part])
 
 
-def smooth(values: np.ndarray, rate: float) -> np.ndarray:
-    """Signals (T, 3) below `FIT_BELOW_HZ`, in double precision."""
-    if rate / 2 <= FIT_BELOW_HZ:
+def smooth(values: np.ndarray, rate: float, below_hz: float = FIT_BELOW_HZ) -> np.ndarray:
+    """Signals (T, 3) below a frequency, in double precision."""
+    if rate / 2 <= below_hz:
         return values.astype(np.float64)
-    return butterworth(values.T.astype(np.float64), rate, FIT_BELOW_HZ, 2, zero_phase=True).T
+    return butterworth(values.T.astype(np.float64), rate, below_hz, 2, zero_phase=True).T
 
 
 def fit_tissue(pairs: Sequence[Pair]) -> tuple[Tissue | None, float]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..given import given_path
 from . import text_tables
-from .recording import FURTHER, READINGS, ImuRecording
+from .recording import FURTHER, LABELS, READINGS, ImuRecording
 from .vendor_formats import read_x_io, read_xsens_txt, write_x_io, write_xsens_txt
 
 COLUMNS = ("time_s", *(channel for reading in READINGS[:2] for channel in reading.channels))
@@ -45,16 +45,13 @@ def write_csv(
     values = {name: getattr(recording, name)[:, sensor].astype(np.float64) for name in readings}
     values["acc"] /= text_tables.unit_factor(text_tables.ACC_UNITS, acc_unit, "acc_unit")
     values["gyr"] /= text_tables.unit_factor(text_tables.GYR_UNITS, gyr_unit, "gyr_unit")
-    units = {f"{name}_unit": reading.unit for name, reading in readings.items()}
     facts = {
-        **units,
+        **{f"{name}_unit": reading.unit for name, reading in readings.items()},
         "acc_unit": acc_unit,
         "gyr_unit": gyr_unit,
         "rate_hz": recording.rate,
         "site": recording.sites[sensor] if recording.sites else "",
-        "activity": recording.activity,
-        "subject": recording.subject,
-        "clip": recording.clip,
+        **{name: getattr(recording, name) for name in LABELS},
     }
     lines = [f"# {name}: {json.dumps(value, ensure_ascii=False)}" for name, value in facts.items()]
     names = ["time_s", *(channel for reading in readings.values() for channel in reading.channels)]
@@ -91,7 +88,7 @@ def read_csv(path: str | Path) -> ImuRecording:
         rate=float(facts.get("rate_hz") or text_tables.rate_of_stamps(columns["time_s"], path, 1e-6)),
         sites=(facts["site"],) if facts.get("site") else (),
         **held,
-        **{name: facts.get(name, "") for name in ("activity", "subject", "clip")},
+        **{name: facts.get(name, "") for name in LABELS},
     )
 
 

@@ -160,8 +160,7 @@ def _middle(body: Body, words: str) -> int:
     members = np.flatnonzero(np.isin(codes, [names.index(region) for region in outer or regions]))
     points = body.vertices[members]
     # the middle of the surface, not of its vertices, which crowd where there is detail
-    area = _vertex_areas(body)[members]
-    middle = np.average(points, axis=0, weights=area)
+    middle = np.average(points, axis=0, weights=_vertex_areas(body)[members])
     return int(members[np.argmin(np.linalg.norm(points - middle, axis=1))])
 
 

@@ -267,8 +267,7 @@ def interpolation_weights(graph: StripGraph, centres: np.ndarray) -> csr_matrix:
         values = (1 - scaled) ** 4 * (4 * scaled + 1) / near
         blocks.append(csr_matrix((values, (row, column)), shape=distance.T.shape))
     weights = hstack(blocks, format="csr")
-    total = np.asarray(weights.sum(axis=1))
-    return weights.multiply(1 / total).tocsr().astype(np.float32)
+    return weights.multiply(1 / np.asarray(weights.sum(axis=1))).tocsr().astype(np.float32)
 
 
 TIE = 1e-9

@@ -148,8 +148,7 @@ def score_patches(
     f1_low, f1_high = np.concatenate(bounds, axis=1)
     mean_low, mean_high = np.quantile(samples, tail, axis=0).astype(np.float32)
     rank_low, rank_high = np.quantile(ranks, tail, axis=0, method="nearest").astype(np.int32)
-    bootstrap = Bootstrap(f1_low, f1_high, mean_low, mean_high, rank_low, rank_high, samples)
-    return np.concatenate(f1), bootstrap
+    return np.concatenate(f1), Bootstrap(f1_low, f1_high, mean_low, mean_high, rank_low, rank_high, samples)
 
 
 def _resampled_f1(units: ClipUnits, weights: np.ndarray, predictions: np.ndarray) -> np.ndarray:

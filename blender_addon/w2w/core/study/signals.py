@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A study's steps from a body and a motion to windows: patches, signals, features."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -86,14 +86,10 @@ def record_baked(
     ideal = synthesize(matrices, rate, config.synthesis)
     if on_cloth is not None:
         ideal = on_cloth.over(ideal, config.synthesis)
-    activity, subject, clip = labels
-    named = ImuRecording(ideal.acc, ideal.gyr, ideal.rate, patches.names, activity, subject, clip)
-    sensor = config.sensor_model()
-    further: dict[str, Any] = {
-        **further_signals(
-            matrices, rate, config.synthesis, sensor, config.further, clip, config.seed, first_sensor
-        )
-    }
+    named, sensor = ideal.labelled(patches.names, *labels), config.sensor_model()
+    further: Mapping[str, Any] = further_signals(
+        matrices, rate, config.synthesis, sensor, config.further, named.clip, config.seed, first_sensor
+    )
     return replace(sensor.apply(named, config.seed, first_sensor), **further)
 
 

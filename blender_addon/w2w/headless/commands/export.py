@@ -62,8 +62,7 @@ def export(
             raise ValueError(f"--for must be one of {', '.join(WRITERS)}, not {tool}")
         study = StudyResults.load(results)
         target = out or inside(results, f"export/{tool}")
-        say = lambda text: console.print(f"{capital(text)}.")  # noqa: E731
-        signals = _signals(study, tool, places, sensor, say)
+        signals = _signals(study, tool, places, sensor, lambda text: console.print(f"{capital(text)}."))
         check_whole(target)
     with (
         ending(NOTHING_TO_DO, console, "Nothing written: "),

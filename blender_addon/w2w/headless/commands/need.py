@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 from w2w.core.files import write_json
 from w2w.core.findings.advice_content import need_content, with_needs
 from w2w.core.findings.summary import PLACEMENTS, write_placements
@@ -16,10 +14,10 @@ from w2w.core.study.results import StudyResults
 from w2w.report.page import REPORT
 
 from .. import options
-from ..console import BUSY, USAGE, Terminal, ending
+from ..console import USAGE, Terminal, ending
 from ..options import argument, option
 from ..reports.console_tables import show_need
-from ..runs.folder import FolderBusyError, only_run
+from ..runs.folder import only_run
 from ..runs.own_files import check, listed
 from .report import write_report
 
@@ -56,12 +54,8 @@ def need(
     for one in found:
         show_need(one, console)
     if not place:
-        try:
-            with ending(USAGE, console), only_run(results / WORK):
-                _write(results, found)
-        except FolderBusyError as error:
-            console.print(str(error), style="red")
-            raise typer.Exit(BUSY) from error
+        with ending(USAGE, console), only_run(results / WORK):
+            _write(results, found)
         console.print(f"\nWritten to the cards of {results}")
 
 

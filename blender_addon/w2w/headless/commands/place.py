@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-import typer
 from rich.console import Console
 
 from w2w.core.files import UNFINISHED, folder_beside, write_json
@@ -29,11 +28,11 @@ from w2w.core.study.results import UTILITY, StudyResults
 from w2w.report.page import REPORT
 
 from .. import options
-from ..console import BUSY, USAGE, console_beside, ending, print_json
+from ..console import USAGE, console_beside, ending, print_json
 from ..options import AsJson, argument, option
 from ..reports import draw
 from ..reports.console_tables import show_answer, show_cautions, show_places, show_worn
-from ..runs.folder import HEATMAPS, FolderBusyError, only_run, picture_files
+from ..runs.folder import HEATMAPS, only_run, picture_files
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import check, listed, new_file
 from ..study_options import declared
@@ -187,29 +186,25 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
 
     Where another run or a foreign file is in the way, nothing is touched.
     """
-    try:
-        with ending(USAGE, console), only_run(out / WORK):
-            study = StudyResults.load(out, by=REDRAW)
-            utility, patches = ranked.utility, study.patches
-            check_redraw(study)
-            tables = ["config.json", "summary.json", PLACEMENTS, UTILITY, "utility.csv"]
-            content = advice_content(advice, utility, ranked.patches)
-            if np.array_equal(utility.weights, study.utility.weights):
-                content["cards"] = with_needs(content["cards"], needs_on(study.cards))
-            content |= map_content(ranked, study.config().placements, advice.answer.base.under)
-            content["cautions"] = [caution._asdict() for caution in _cautions(ranked, config)]
-            mark_changing(out, by=REDRAW)
-            with listed(out, tables):
-                write_map(out, utility, patches, advice.clusters)
-                write_placements(out, content["cards"], patches)
-                changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
-                for name, change in changes.items():
-                    write_json(out / name, {**json.loads((out / name).read_text(encoding="utf-8")), **change})
-            write_report(out, by=None)
-            failed = draw.draw_folder(out, study.utility.activities, RunMonitor(console))
-            mark_whole(out)
-    except FolderBusyError as error:
-        console.print(str(error), style="red")
-        raise typer.Exit(BUSY) from error
+    with ending(USAGE, console), only_run(out / WORK):
+        study = StudyResults.load(out, by=REDRAW)
+        utility, patches = ranked.utility, study.patches
+        check_redraw(study)
+        tables = ["config.json", "summary.json", PLACEMENTS, UTILITY, "utility.csv"]
+        content = advice_content(advice, utility, ranked.patches)
+        if np.array_equal(utility.weights, study.utility.weights):
+            content["cards"] = with_needs(content["cards"], needs_on(study.cards))
+        content |= map_content(ranked, study.config().placements, advice.answer.base.under)
+        content["cautions"] = [caution._asdict() for caution in _cautions(ranked, config)]
+        mark_changing(out, by=REDRAW)
+        with listed(out, tables):
+            write_map(out, utility, patches, advice.clusters)
+            write_placements(out, content["cards"], patches)
+            changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
+            for name, change in changes.items():
+                write_json(out / name, {**json.loads((out / name).read_text(encoding="utf-8")), **change})
+        write_report(out, by=None)
+        failed = draw.draw_folder(out, study.utility.activities, RunMonitor(console))
+        mark_whole(out)
     for name, why in failed.items():
         console.print(f"No {name}: {why}", style="yellow")

@@ -6,7 +6,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
-import typer
 from filelock import FileLock, Timeout
 
 from w2w.core.inside import ForeignFileError, inside
@@ -24,17 +23,15 @@ def status(out: Annotated[Path, argument("OUT", "The results folder of a run.")]
     Exit codes: 0 there is a run, 2 no run was ever started there, 4 a stopped run left OUT unfinished.
     """
     console = Terminal()
-    try:
+    with ending(USAGE, console):
         inside(out, f"{WORK}/lock")
-        state = read_state(out)
-    except ForeignFileError as error:
-        console.print(str(error), style="red")
-        raise typer.Exit(USAGE) from error
-    except (OSError, ValueError, TypeError, RecursionError) as error:
-        with ending(USAGE, console):
+        try:
+            state = read_state(out)
+        except ForeignFileError:
+            raise
+        except (OSError, ValueError, TypeError, RecursionError) as error:
             check_finished(out)
-        console.print(f"No run was started in {out}.", style="red")
-        raise typer.Exit(USAGE) from error
+            raise ValueError(f"No run was started in {out}.") from error
     running = is_running(out)
     console.print(describe(state, running))
     if not running:

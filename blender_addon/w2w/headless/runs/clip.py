@@ -125,9 +125,8 @@ def do_clip(task: ClipTask) -> ClipResult:
                 unfinished(path).unlink(missing_ok=True)
         if task.look() == looks:
             return result
-    return ClipResult(
-        task.clip, "it changes while it is being read: run again once nothing writes it", {}, ""
-    )
+    reason = "it changes while it is being read: run again once nothing writes it"
+    return ClipResult(task.clip, reason, {}, "")
 
 
 def _do_clip(task: ClipTask, looks: Looks) -> ClipResult:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import logging
+import operator
 import time
 from asyncio import CancelledError
 from collections.abc import Callable, Iterator, Sequence
@@ -193,7 +194,7 @@ def spread_over(scheduler: str) -> Spread | None:
             from distributed import KilledWorker
 
             shared = client.submit(_hold, work, pure=False)  # made again where its worker dies
-            futures = [client.submit(_do, shared, item, pure=False) for item in items]
+            futures = [client.submit(operator.call, shared, item, pure=False) for item in items]
             futures.reverse()
             try:
                 while futures:  # in order; no result is kept in memory
@@ -208,7 +209,3 @@ def spread_over(scheduler: str) -> Spread | None:
 
 def _hold(work: Callable[[Any], Any]) -> Callable[[Any], Any]:
     return work
-
-
-def _do(work: Callable[[Any], Any], item: Any) -> Any:
-    return work(item)

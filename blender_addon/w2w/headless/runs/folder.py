@@ -20,12 +20,13 @@ from w2w.core.findings.summary import PLACEMENTS
 from w2w.core.library.library import Library, unique_names
 from w2w.core.study.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide, mark_changing
 from w2w.core.study.clip_list import CLIP_LIST
+from w2w.core.study.results import UnfinishedError
 
 from .own_files import check, links_in, remove_own
 from .records import Records, given_names, read_records, tidy
 
 
-class FolderBusyError(Exception):
+class FolderBusyError(UnfinishedError):
     """Another run works in the folder; the message says which."""
 
 

@@ -4,7 +4,7 @@
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -101,22 +101,18 @@ class RunMonitor:
         self.log("step", step=step)
         self._write()
 
-    @contextmanager
-    def step(self, name: str, title: str = "") -> Iterator[None]:
+    def step(self, name: str, title: str = "") -> AbstractContextManager[object]:
         """Announce a step of unknown length and show that it runs while the block does."""
         columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-        with self._shown(name, title, columns):
-            yield
+        return self._shown(name, title, columns)
 
-    @contextmanager
-    def bar(self, name: str, total: int, title: str = "") -> Iterator[Callable[[int], None]]:
+    def bar(self, name: str, total: int, title: str = "") -> AbstractContextManager[Callable[[int], None]]:
         """Announce a step and show a bar while the block runs, which says how many steps it advances."""
         columns = (
             TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(),
             TextColumn("left"), TimeRemainingColumn(),
         )  # fmt: skip
-        with self._shown(name, title, columns, total) as advance:
-            yield advance
+        return self._shown(name, title, columns, total)
 
     def clip_done(self, result: ClipResult) -> None:
         self.state.done += 1

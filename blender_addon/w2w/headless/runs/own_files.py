@@ -10,7 +10,7 @@ gives away no file whose content he does not know. Everything is checked before 
 import os
 import shutil
 from collections.abc import Callable, Collection, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from tempfile import mkdtemp
 
@@ -74,12 +74,10 @@ def check(folder: Path, names: Iterable[str]) -> None:
     _refuse(folder, [name for name in dict.fromkeys(links) if name])
 
 
-@contextmanager
-def claimed(folder: Path, names: Iterable[str]) -> Iterator[None]:
+def claimed(folder: Path, names: Iterable[str]) -> AbstractContextManager[None]:
     """`check` names, and list the files that the block writes under them."""
     check(folder, names := list(names))
-    with listed(folder, names):
-        yield
+    return listed(folder, names)
 
 
 @contextmanager

@@ -106,8 +106,7 @@ def _on_this_machine(
             break
         suspects = [task for task in waiting if task.clip.name not in results and task.marker.exists()]
         for task in suspects:
-            late = timed_out(task.marker)
-            results[task.clip.name] = record_death(task) if late else try_alone(task, _once)
+            results[task.clip.name] = record_death(task) if timed_out(task.marker) else try_alone(task, _once)
             progress(results[task.clip.name])
         breaks = 0 if suspects else breaks + 1
         if breaks >= MAX_BREAKS:
