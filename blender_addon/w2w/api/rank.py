@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """W2W from Python: signals, simulated or of worn sensors, become a ranking of places."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import replace

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """W2W from Python: what to wear by a ranking, and the page that says it."""
 
-from __future__ import annotations
-
 from base64 import b64encode
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -185,8 +185,7 @@ def _stand_in(module: str, name: str) -> Any:
 
 
 class _ArrayUnpickler(pickle.Unpickler):
-    def find_class(self, module: str, name: str) -> Any:
-        return _stand_in(module, name)
+    find_class = staticmethod(_stand_in)
 
 
 _fill: Callable[[Any], None] = pickle._Unpickler.dispatch[pickle.BUILD[0]]
@@ -201,8 +200,7 @@ class _ResultUnpickler(pickle._Unpickler):  # joblib's own is one, too
         super().__init__(stream, encoding="latin1")
         self._stream, self._storage = stream, storage
 
-    def find_class(self, module: str, name: str) -> Any:
-        return _stand_in(module, name)
+    find_class = staticmethod(_stand_in)
 
     def persistent_load(self, pid: Any) -> np.ndarray:
         if self._storage is None:

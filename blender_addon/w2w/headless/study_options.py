@@ -165,16 +165,8 @@ class StudyOptions(DeclaredOptions):
         if not self.signals and (self.garment or inputs_of(self.classifier) != "features"):
             why = "garments" if self.garment else f"the classifier {self.classifier}"
             raise ValueError(f"--no-signals: {why} cannot do without them")
-        return Engine(
-            workers=self.workers,
-            scheduler=self.scheduler,
-            limit_s=self.clip_limit,
-            bone_maps=bone_maps,
-            memory=memory,
-            pose=pose,
-            verify=self.verify,
-            signals=self.signals,
-        )
+        as_given = {name: getattr(self, name) for name in ("workers", "scheduler", "verify", "signals")}
+        return Engine(**as_given, limit_s=self.clip_limit, bone_maps=bone_maps, memory=memory, pose=pose)
 
     def monitor(self, console: Console) -> RunMonitor:
         """The monitor for people, or for machines with --log-json."""

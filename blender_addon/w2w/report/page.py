@@ -191,10 +191,7 @@ def view_data(
     return {
         "titles": [headline.mean_title(utility), *(title(name) for name in utility.activities)],
         "level": utility.level,
-        "cautions": [
-            headline.mean_caution(utility),
-            *map(notes.few_clips, utility.tested_clips()),
-        ],
+        "cautions": [headline.mean_caution(utility), *map(notes.few_clips, utility.tested_clips())],
         "regions_listed": MOST_REGIONS,
         "colour_span": utility.colour_span,
         "corner": corner.round(6).tolist(),

@@ -54,15 +54,8 @@ def recognise(polygons: np.ndarray, vertices: np.ndarray) -> SmplMesh | None:
     """
     faces = [tuple(face[face >= 0].tolist()) for face in np.asarray(polygons)]
     sizes = Counter(map(len, faces))
-    if (
-        not NUMBERING.is_file()
-        or len(vertices) != N_VERTICES
-        or sizes
-        not in (
-            Counter({3: N_TRIANGLES}),
-            Counter({4: N_QUADS, 3: N_LONE_TRIANGLES}),
-        )
-    ):
+    fits = sizes in (Counter({3: N_TRIANGLES}), Counter({4: N_QUADS, 3: N_LONE_TRIANGLES}))
+    if not (fits and len(vertices) == N_VERTICES and NUMBERING.is_file()):
         return None
     # of a mesh listed clockwise, the first three corners of every face enclose a negative volume
     if volume(vertices - vertices.mean(axis=0), polygons[:, :3]) < 0:

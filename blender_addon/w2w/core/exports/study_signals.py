@@ -99,9 +99,8 @@ class WornClip:
 
     recording: ImuRecording
     motion: Motion  # at the recording's rate, T frames
-    orientations: (
-        np.ndarray
-    )  # (T, N, 3, 3), sensor to world, z up: recorded if the run records them, else true
+    # (T, N, 3, 3), sensor to world, z up: recorded if the run records them, else true
+    orientations: np.ndarray
     rest: np.ndarray  # (N, 3, 3): the same in the T-pose, as a calibration finds them
 
 

@@ -26,14 +26,7 @@ from ..study.clip_list import CLIP_LIST, Entry, write_clip_list
 from ..study.results import UTILITY, ClipResult, Study, StudyResults
 from ..windows.windows import WindowSpec
 from ..wording import plain_words
-from .advice_content import (
-    advice_content,
-    cost_content,
-    interval_content,
-    patch_content,
-    rounded,
-    with_needs,
-)
+from .advice_content import advice_content, cost_content, interval_content, patch_content, rounded, with_needs
 from .cautions import cautions
 from .notes import few_clips, label_content
 

@@ -6,8 +6,6 @@ accelerometer reads the specific force f = R^T (p'' - g) and a gyroscope the ang
 frame, the vee of R^T R'. At rest the sensor reads +9.81 along the axis that points up.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from numbers import Real
 from typing import Literal, Protocol

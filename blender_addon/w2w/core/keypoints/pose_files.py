@@ -62,9 +62,7 @@ def read_c3d_pose(path: Path) -> RawPose:
     except (OSError, KeyError, ValueError, IndexError, RuntimeError, StopIteration) as error:
         raise UnusableMotion(f"it cannot be read as C3D: {str(error).splitlines()[0]}") from error
     facts = PoseFacts(
-        rate if rate > 0 else None,
-        unit if unit in UNITS else None,
-        screen if screen in UPS else None,
+        rate if rate > 0 else None, unit if unit in UNITS else None, screen if screen in UPS else None
     )
     return _joint_centres(RawPose(positions, tuple(labels[: positions.shape[1]]), facts))
 

@@ -4,6 +4,7 @@
 import csv
 import json
 import re
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -73,11 +74,7 @@ def read_trc_pose(path: Path) -> RawPose:
     short = next((number for number, row in enumerate(rows, 1) if len(row) < 3 * len(names) - 3), None)
     if not names or short:
         raise UnusableMotion(f"its row {short} is cut short" if short else "it names no markers")
-    table = np.full((len(rows), 3 * len(names)), np.nan)
-    for number, row in enumerate(rows):
-        for place, cell in enumerate(row):
-            with suppress(ValueError):
-                table[number, place] = float(cell)
+    table = _floats(rows, (len(rows), 3 * len(names)))
     rate = float(head.get("DataRate", 0))
     facts = facts_of({"rate": rate if rate > 0 else None, "unit": head.get("Units")})
     return RawPose(table.reshape(len(rows), -1, 3), tuple(names), facts)
@@ -85,17 +82,22 @@ def read_trc_pose(path: Path) -> RawPose:
 
 def _numbers(lines: list[str], separator: str, width: int, decimal_comma: bool) -> np.ndarray:
     """Rows of numbers; empty cells and words such as ``nan`` are NaN."""
-    table = np.full((len(lines), width), np.nan)
-    for number, cells in enumerate(csv.reader(lines, delimiter=separator)):
+    rows = list(csv.reader(lines, delimiter=separator))
+    for number, cells in enumerate(rows, start=1):
         if len(cells) != width:
-            raise UnusableMotion(f"its row {number + 1} has {len(cells)} cells; the header has {width}")
+            raise UnusableMotion(f"its row {number} has {len(cells)} cells; the header has {width}")
+    if decimal_comma:
+        rows = [[cell.replace(",", ".") for cell in cells] for cells in rows]
+    return _floats(rows, (len(lines), width))
+
+
+def _floats(rows: Iterable[Iterable[str]], shape: tuple[int, int]) -> np.ndarray:
+    """A table of the cells' numbers; NaN in cells without one and where there is no cell."""
+    table = np.full(shape, np.nan)
+    for number, cells in enumerate(rows):
         for place, cell in enumerate(cells):
-            if decimal_comma:
-                cell = cell.replace(",", ".")
-            try:
+            with suppress(ValueError):
                 table[number, place] = float(cell)
-            except ValueError:
-                continue
     return table
 
 

@@ -138,10 +138,7 @@ def not_read_sentence(unread: Sequence[tuple[str, int]]) -> str:
 
 
 def read_library(
-    folder: str | Path,
-    labels: str | Path | None = None,
-    exact_labels: bool = False,
-    own_labels: bool = True,
+    folder: str | Path, labels: str | Path | None = None, exact_labels: bool = False, own_labels: bool = True
 ) -> Library:
     """Find the motion files of a folder and all folders below it, and label them.
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from numbers import Integral
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix, hstack
@@ -23,6 +24,7 @@ from .strip_graph import StripGraph
 DEFAULT_PATCHES = 512
 """How many patches the paper samples."""
 
+KEPT = ("vertices", "triangles", "labels", "regions", "seed")
 SPARSE_PARTS = ("data", "indices", "indptr")
 
 PATCH_ORDER = TEMPLATES / "patch_order.npy"
@@ -130,14 +132,8 @@ class PatchSet:
 
     def save(self, path: str | Path) -> None:
         """Write the patches to an npz file, whole or not at all."""
-        arrays = {
-            "vertices": self.vertices,
-            "triangles": self.triangles,
-            "labels": self.labels,
-            "regions": np.array(self.regions),
-            "seed": np.array(self.seed),
-            **{f"interpolation_{part}": getattr(self.interpolation, part) for part in SPARSE_PARTS},
-        }
+        arrays = {name: np.array(getattr(self, name)) for name in KEPT}
+        arrays |= {f"interpolation_{part}": getattr(self.interpolation, part) for part in SPARSE_PARTS}
         if self.own_names:
             arrays["own_names"] = np.array(self.own_names)
         write_npz(path, arrays)
@@ -152,18 +148,12 @@ class PatchSet:
             If the file does not hold patches.
         """
         sparse_parts = [f"interpolation_{part}" for part in SPARSE_PARTS]
-        needed = ("vertices", "triangles", "labels", "regions", "seed", *sparse_parts)
-        data = load_arrays(path, needed, "does not hold W2W patches", ("own_names",))
+        data = load_arrays(path, (*KEPT, *sparse_parts), "does not hold W2W patches", ("own_names",))
         shape = (len(data["labels"]), len(data["vertices"]))
-        return cls(
-            vertices=data["vertices"],
-            triangles=data["triangles"],
-            labels=data["labels"],
-            regions=tuple(str(region) for region in data["regions"]),
-            seed=int(data["seed"]),
-            interpolation=csr_matrix(tuple(data[part] for part in sparse_parts), shape=shape),
-            own_names=tuple(str(name) for name in data.get("own_names", ())),
-        )
+        kept: dict[str, Any] = {name: data[name] for name in KEPT}
+        kept |= {"regions": tuple(map(str, data["regions"])), "seed": int(data["seed"])}
+        spread = csr_matrix(tuple(data[part] for part in sparse_parts), shape=shape)
+        return cls(**kept, interpolation=spread, own_names=tuple(map(str, data.get("own_names", ()))))
 
 
 def sample_patches(body: Body, n: int = DEFAULT_PATCHES, seed: int = 0) -> PatchSet:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Find clips that show one and the same motion, so that none is tested on its own copy."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Sequence
 
@@ -13,9 +11,7 @@ from ..motion.signature import WIDTH
 
 
 def same_motion_groups(
-    clips: Sequence[str],
-    keys: Sequence[str] | None = None,
-    signatures: Sequence[np.ndarray] | None = None,
+    clips: Sequence[str], keys: Sequence[str] | None = None, signatures: Sequence[np.ndarray] | None = None
 ) -> np.ndarray:
     """Number the distinct motions among C clips, in order of appearance, shape (C,), int.
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How much F1 drops if a sensor is strapped on rotated and its classifier was trained on one that was not."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

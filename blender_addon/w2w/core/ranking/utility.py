@@ -291,14 +291,12 @@ def utility_map(
         f1=f1,
         **boot._asdict(),
         **vars(expected),
+        **{name: getattr(trial, name) for name in ("protocol", "left_out", "weights")},
         predictions=predictions,
         truth=truth,
         clip=clip[tested].astype(np.str_),
         level=LEVEL,
         classifier=model.name,
-        protocol=trial.protocol,
-        left_out=trial.left_out,
-        weights=weights,
         half_f1=np.array(halves, dtype=np.float32) if halves else None,
     )
 

@@ -14,9 +14,7 @@ from ..runs.own_files import new_file
 from .run import run
 
 
-def init(
-    file: Annotated[Path, argument("[FILE]", "A new TOML file.")] = Path("study.toml"),
-) -> None:
+def init(file: Annotated[Path, argument("[FILE]", "A new TOML file.")] = Path("study.toml")) -> None:
     """Write every option of a run with its help and default, to change and give to `w2w run --config`.
 
     Exit codes: 0 written, 2 FILE exists or cannot be written.

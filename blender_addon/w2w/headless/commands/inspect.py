@@ -169,12 +169,7 @@ def _about_source(
     rows = [("take", f"'{source.take}'"), ("skeleton", f"{len(bones)} bones, {matched}")]
     if source.other_takes:
         what = f"{len(source.other_takes)} that move are not used"
-        rows.append(
-            (
-                "other takes",
-                f"{what}: {quoted(source.other_takes)}; save each as a file of its own",
-            )
-        )
+        rows.append(("other takes", f"{what}: {quoted(source.other_takes)}; save each as a file of its own"))
     if source.people > 1:
         rows.append(("people", f"{source.people}; only one of them is used, the one that moves most"))
     if not source.rest_is_known:
