@@ -87,6 +87,17 @@ def folder_beside(path: Path) -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem[:40]}.", suffix=UNFINISHED)
 
 
+@contextmanager
+def new_folder(folder: Path) -> Iterator[Path]:
+    """Give the block a place for a folder, which takes the folder's once the block is done."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with folder_beside(folder) as temporary:
+        yield (made := Path(temporary, folder.name))
+        if folder.exists():
+            folder.rmdir()
+        made.replace(folder)
+
+
 def write_npz(path: str | Path, arrays: Mapping[str, Any], compress: bool = False) -> None:
     """Write arrays, but none of objects, to an npz file, atomically and with reproducible bytes."""
     method = ZIP_DEFLATED if compress else ZIP_STORED
@@ -224,12 +235,11 @@ def load_arrays(
     return arrays
 
 
-def read_npy(path: str | Path, check: Check | None = None) -> np.ndarray:
+def read_npy(path: Path, check: Check | None = None) -> np.ndarray:
     """Read an npy file of numbers or text; ValueError, with the file's name, if it is none or damaged.
 
     `check` is given the shape before the values are read.
     """
-    path = Path(path)
     try:
         with path.open("rb") as stream:
             if check is not None:

@@ -57,7 +57,7 @@ class BodyError(ValueError):
     """A file that W2W cannot adopt as a body; the message gives what was expected and what was found."""
 
 
-def load_body(path: str | Path, betas: np.ndarray | None = None) -> Body:
+def load_body(path: Path, betas: np.ndarray | None = None) -> Body:
     """Read a body from a file, into the T-pose, z up, facing -y, metres, soles on z = 0.
 
     The file is an official SMPL, SMPL-H or SMPL-X model (``.npz``, ``.pkl``); a mesh with SMPL's faces, in
@@ -67,7 +67,6 @@ def load_body(path: str | Path, betas: np.ndarray | None = None) -> Body:
 
     Raises BodyError, with what was expected and what was found, if it is none of these.
     """
-    path = Path(path)
     kind = path.suffix.lower()
     wanted = MODEL_ARRAYS if betas is None else (*MODEL_ARRAYS, SHAPES)
     if not path.is_file():
@@ -277,12 +276,11 @@ def _landmarks(template: Body) -> tuple[np.ndarray, np.ndarray]:
     return np.array(list(same.values())), np.array(list(same))
 
 
-def read_mesh(path: str | Path) -> tuple[np.ndarray, np.ndarray]:
+def read_mesh(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (V, 3) and polygons (F, 4) of an OBJ or PLY; -1 in the last column of triangles.
 
     Raises ValueError if the file is damaged, holds no faces, or faces of more than four corners.
     """
-    path = Path(path)
     vertices, polygons = _read_obj(path) if path.suffix.lower() == ".obj" else _read_ply(path)
     if len(vertices) == 0 or len(polygons) == 0:
         raise ValueError("it holds no mesh: no vertices or no faces")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ..files import folder_beside, write_json
+from ..files import new_folder, write_json
 from ..garments.cover import FITTED, Cover, save_covers
 from ..motion.motion import Motion
 from ..patches.patches import PatchSet
@@ -31,10 +31,8 @@ def write_folder(
     config. `progress` is given the fraction done; an exception from it ends the work.
     """
     check_new(folder)
-    folder.parent.mkdir(parents=True, exist_ok=True)
     old, clips = study.results, []
-    with folder_beside(folder) as temporary:
-        out = Path(temporary) / "results"
+    with new_folder(folder) as out:
         for name in FOLDERS:
             (out / name).mkdir(parents=True)
         if covers:
@@ -44,9 +42,6 @@ def write_folder(
             clips.append(_write_clip(out, clip, motion, place, old.patches))
         results = StudyResults(out, old.utility, old.patches, old.clips, old.parameters)
         write_findings(replace(study, clips=tuple(clips), results=results))
-        if folder.exists():
-            folder.rmdir()
-        out.replace(folder)
 
 
 def write_findings(study: Study) -> None:

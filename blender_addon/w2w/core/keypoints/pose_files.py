@@ -162,7 +162,7 @@ class JointPositions:
         return body.height * UNITS[self.unit] / fitted.scale if self.unit else None
 
 
-def read_joints(path: str | Path, given: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF) -> JointPositions:
+def read_joints(path: Path, given: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF) -> JointPositions:
     """Read joint positions: csv (columns ``left_hip_x``, ...), npy or npz (T, J, 3), json or c3d.
 
     The file is one that `is_joint_file` knows by its suffix. Facts that it lacks may lie in
@@ -171,7 +171,6 @@ def read_joints(path: str | Path, given: PoseFacts = NO_FACTS, ups: Ups = BY_ITS
 
     Raises UnusableMotion, with the reason, if it is another file, or its rate or joints are not known.
     """
-    path = Path(path)
     size_and_head(path)
     with reading(ValueError, MemoryError):
         raw = _READERS[path.suffix.lower()](path)

@@ -189,7 +189,7 @@ MAX_TURN = 1e4
 
 
 def read_amass(
-    path: str | Path,
+    path: Path,
     rate: float | None = None,
     up: Up | None = None,
     ups: Ups = BY_ITSELF,
@@ -204,7 +204,6 @@ def read_amass(
 
     Raises UnusableMotion if it is no such file, or holds a pose instead of a motion.
     """
-    path = Path(path)
     size_and_head(path)
     with reading(ValueError):
         arrays, people = _read_arrays(path, person)

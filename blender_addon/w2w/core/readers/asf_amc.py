@@ -63,12 +63,11 @@ def skeleton_file(path: Path) -> Path:
     raise UnusableMotion(f"an .amc needs the .asf of its skeleton in the same folder, and {what}")
 
 
-def read_amc(path: str | Path, rate: float | None = None) -> SourceMotion:
+def read_amc(path: Path, rate: float | None = None) -> SourceMotion:
     """Read a motion and the skeleton next to it: z up, in the file's own unit of length.
 
     `rate` is in frames per second; CMU's and HDM05's 120 by default. Raises UnusableMotion, with the reason.
     """
-    path = Path(path)
     rate = USUAL_RATE if rate is None else rate
     refuse_rate(rate)
     size_and_head(path)

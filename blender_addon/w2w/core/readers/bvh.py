@@ -17,14 +17,13 @@ LEAST_TURN = 0.1
 """Angles below it, in any unit, are a skeleton that is moved by positions, or still."""
 
 
-def read_bvh(path: str | Path, rate: float | None = None, up: Up | None = None) -> SourceMotion:
+def read_bvh(path: Path, rate: float | None = None, up: Up | None = None) -> SourceMotion:
     """Read a BVH file: z up, in its own unit, without T-poses at its ends, at rest as a person can be.
 
     `rate` and the axis `up` go before the file's own.
 
     Raises UnusableMotion, with the reason, if the file cannot be used.
     """
-    path = Path(path)
     text = read_bvh_text(path, rate)
     _refuse_radians(text)
     motion = as_it_stands(text, shown(path.stem))

@@ -84,13 +84,12 @@ class _Content(ElementTree.TreeBuilder):
             self.poses.setdefault(kind, frame)
 
 
-def read_mvnx(path: str | Path, rate: float | None = None) -> SourceMotion:
+def read_mvnx(path: Path, rate: float | None = None) -> SourceMotion:
     """Read the first person's motion: metres, z up, at rest in MVN's T-pose.
 
     `rate` goes before the file's own frames per second. Raises UnusableMotion, with the reason, if the
     file cannot be used.
     """
-    path = Path(path)
     size_and_head(path)
     content = _Content()
     try:

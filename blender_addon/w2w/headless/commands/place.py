@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 from rich.console import Console
 
-from w2w.core.files import UNFINISHED, folder_beside, write_json
+from w2w.core.files import UNFINISHED, new_folder, write_json
 from w2w.core.findings.advice_content import advice_content, needs_on, place_content, with_needs
 from w2w.core.findings.cautions import Caution, cautions
 from w2w.core.findings.summary import PLACEMENTS, map_content, write_map, write_placements
@@ -164,15 +164,10 @@ def wished_config(study: StudyResults, constraints: Constraints, wished: Mapping
 @contextmanager
 def copied(results: Path, folder: Path) -> Iterator[Path]:
     """A copy of a results folder to work in; it gets its name when the block is done."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with folder_beside(folder) as temporary:
-        copy = Path(temporary) / folder.name
+    with new_folder(folder) as copy:
         left = shutil.ignore_patterns(*LEFT_BEHIND, f".*{UNFINISHED}")
         shutil.copytree(results, copy, symlinks=True, ignore=left)
         yield copy
-        if folder.exists():
-            folder.rmdir()
-        copy.replace(folder)
 
 
 def check_redraw(study: StudyResults) -> None:
