@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from .wording import harmless, shown
+from .wording import harmless, restated, shown
 
 SEPARATORS = ",;\t|"
 
@@ -133,14 +133,12 @@ def decoded(path: Path) -> tuple[str, str]:
         raise CsvError(f"{shown(path)} cannot be read: {error.strerror}") from error
     if data.startswith(WORKBOOKS):
         raise CsvError(f"{shown(path)} is a spreadsheet's workbook, not a csv file: save it as CSV (UTF-8)")
-    try:
+    with restated(f"{shown(path)} is no text: save it as CSV (UTF-8)", UnicodeDecodeError, CsvError):
         for mark, encoding in BYTE_ORDER_MARKS:
             if data.startswith(mark):
                 return data.decode(encoding), ""
         if b"\0" in data[:200]:
             return data.decode("utf-16-be" if data[:1] == b"\0" else "utf-16-le"), ""
-    except UnicodeDecodeError as error:
-        raise CsvError(f"{shown(path)} is no text: save it as CSV (UTF-8)") from error
     try:
         return data.decode("utf-8"), ""
     except UnicodeDecodeError:

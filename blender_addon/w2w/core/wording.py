@@ -4,7 +4,8 @@
 import os
 import re
 import unicodedata
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
 from html import escape
 from itertools import chain, count as numbers_from
 from pathlib import PurePath
@@ -26,6 +27,26 @@ def count(noun: str, number: int) -> str:
     """
     plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
     return f"{number:,} {noun if number == 1 else plural}"
+
+
+Faults = type[Exception] | tuple[type[Exception], ...]
+
+
+@contextmanager
+def restated(sentence: str, faults: Faults, kind: type[Exception] = ValueError) -> Iterator[None]:
+    """Raise some errors as another, in a sentence; one that ends in a colon goes on with their own words.
+
+    Examples
+    --------
+    >>> with restated("the rate is no number:", ValueError):
+    ...     float("fast")
+    Traceback (most recent call last):
+    ValueError: the rate is no number: could not convert string to float: 'fast'
+    """
+    try:
+        yield
+    except faults as error:
+        raise kind(f"{sentence} {error}" if sentence.endswith(":") else sentence or str(error)) from error
 
 
 NAMED = 3

@@ -24,6 +24,7 @@ from w2w.core.motion.up import UPS
 from w2w.core.selection.constraints import Constraints, read_costs
 from w2w.core.study.config import RANKING
 from w2w.core.windows.windows import WindowSpec
+from w2w.core.wording import restated
 from w2w.scene.base.output import quiet_output
 
 from .blender import needs_blender
@@ -136,10 +137,8 @@ def _body(text: str, file: str, betas: str) -> Body:
 
 def _shape_parameter(word: str) -> tuple[str, float]:
     name, _, text = word.partition("=")
-    try:
+    with restated(f"'{word}' is not understood: write a shape as {EXAMPLE}", ValueError):
         value = float(text)
-    except ValueError:
-        raise ValueError(f"'{word}' is not understood: write a shape as {EXAMPLE}") from None
     if name not in SHAPE_PARAMETERS:
         raise ValueError(f"'{name}' is no shape parameter; there are {', '.join(SHAPE_PARAMETERS)}")
     return name, value
@@ -170,10 +169,8 @@ def wishes_over(
 def further_sensors(record: str, features: str, magnetic_dip: float) -> FurtherSensors:
     """`--record`, `--recognise-by` and `--magnetic-dip` as `FurtherSensors`; a ValueError names them."""
     recorded, recognised = (tuple(dict.fromkeys(words(text.lower()))) for text in (record, features))
-    try:
+    with restated("--record, --recognise-by, --magnetic-dip:", ValueError):
         return FurtherSensors(recorded, recognised, magnetic_dip)
-    except ValueError as error:
-        raise ValueError(f"--record, --recognise-by, --magnetic-dip: {error}") from error
 
 
 def read_or_preset(text: str) -> SensorModel:
@@ -189,10 +186,8 @@ def read_or_preset(text: str) -> SensorModel:
 
 def chosen_sensor(text: str) -> SensorModel:
     """The sensor that `--sensor` names; a ValueError says why there is none."""
-    try:
+    with restated("--sensor:", ValueError):
         return read_or_preset(text)
-    except ValueError as error:
-        raise ValueError(f"--sensor: {error}") from error
 
 
 def sensor_settings(text: str) -> dict[str, Any]:

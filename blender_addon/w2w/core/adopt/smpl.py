@@ -13,6 +13,7 @@ from ..body.landmarks import SENSOR_SITES
 from ..body.skeleton import BODY_HANDS, JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 from ..files import array_names
 from ..pickles import read_arrays, read_npz_member
+from ..wording import restated
 from .registration import register
 from .rest_pose import in_t_pose, metres_per_unit, on_the_ground, to_axes, with_smpl_shoulders
 from .topology import N_TRIANGLES, N_VERTICES, NUMBERING, SmplMesh, recognise
@@ -71,7 +72,7 @@ def load_body(path: Path, betas: np.ndarray | None = None) -> Body:
     wanted = MODEL_ARRAYS if betas is None else (*MODEL_ARRAYS, SHAPES)
     if not path.is_file():
         raise BodyError(f"{path} is not there: {EXPECTED}")
-    try:
+    with restated(f"{path}:", (ValueError, OSError, EOFError, zipfile.BadZipFile), BodyError):
         if kind in (".pkl", ".pickle"):
             with path.open("rb") as stream:
                 return body_from_model(read_arrays(stream, wanted), path.stem, betas)
@@ -81,8 +82,6 @@ def load_body(path: Path, betas: np.ndarray | None = None) -> Body:
             if betas is not None:
                 raise BodyError("a mesh has a shape of its own: betas need an official SMPL model")
             return body_from_mesh(*read_mesh(path), path.stem)
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise BodyError(f"{path}: {error}") from error
     raise BodyError(f"{path}: '{kind}' files hold no body that can be read here: {EXPECTED}")
 
 
@@ -302,10 +301,8 @@ def padded(corners: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 
 def _read_ply(path: Path) -> tuple[np.ndarray, list[list[int]]]:
     """Vertices and the corners of each polygon."""
-    try:
+    with restated("it is not a PLY file, damaged or cut short:", (PlyParseError, ValueError, MemoryError)):
         content = PlyData.read(str(path))
-    except (PlyParseError, ValueError, MemoryError) as error:
-        raise ValueError(f"it is not a PLY file, damaged or cut short: {error}") from error
     try:
         vertex, face = content["vertex"].data, content["face"].data
         vertices = np.column_stack([vertex[axis].astype(float) for axis in "xyz"])
@@ -321,14 +318,12 @@ def _read_obj(path: Path) -> tuple[np.ndarray, list[list[int]]]:
     positions, polygons = [], []
     for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
         kind, *fields = line.split("#", 1)[0].split() or [""]
-        try:
+        with restated(f"line {number} cannot be read as OBJ: {line.strip()[:60]!r}", ValueError):
             if kind == "v":
                 positions.append([float(field) for field in fields[:3]])
             elif kind == "f":
                 named = [int(field.partition("/")[0]) for field in fields]
                 polygons.append([name - 1 if name > 0 else len(positions) + name for name in named])
-        except ValueError as error:
-            raise ValueError(f"line {number} cannot be read as OBJ: {line.strip()[:60]!r}") from error
     if any(len(position) != 3 for position in positions):
         raise ValueError("a vertex has fewer than three coordinates")
     return np.array(positions, dtype=float).reshape(-1, 3), polygons

@@ -26,7 +26,7 @@ from typing import Any
 from ..body.body import template
 from ..files import write_json
 from ..given import given_path
-from ..wording import shown
+from ..wording import restated, shown
 from .sensor import SensorModel
 from .sensor_fields import GIVEN_ELSEWHERE, sensor_with
 
@@ -107,10 +107,8 @@ def read_sensor(path: str | Path) -> SensorModel:
     'mine'
     """
     path = given_path(path, "a sensor")
-    try:
+    with restated(f"{shown(path)}:", ValueError):
         return sensor_from(_content(path), path.stem)
-    except ValueError as error:
-        raise ValueError(f"{shown(path)}: {error}") from error
 
 
 def sensor_from(content: Any, name: str) -> SensorModel:
@@ -123,10 +121,8 @@ def sensor_from(content: Any, name: str) -> SensorModel:
     like = "ideal" if content.get("like") is None else content["like"]
     if not isinstance(like, str):
         raise ValueError(f"'like' must be the name of a preset, not {like}")
-    try:
+    with restated("'like':", ValueError):
         base = preset(like)
-    except ValueError as error:
-        raise ValueError(f"'like': {error}") from error
     model = sensor_with(base, content, name)
     if PRESETS.get(model.name, model) != model:
         raise ValueError(f"'name' must not be that of a preset ({model.name}) with other figures: change it")

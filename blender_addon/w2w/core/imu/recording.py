@@ -11,6 +11,7 @@ import numpy as np
 
 from ..files import read_arrays, write_npz
 from ..given import given_numbers
+from ..wording import restated
 
 
 @dataclass(frozen=True)
@@ -177,7 +178,7 @@ class ImuRecording:
         ValueError
             If the file is not a W2W recording.
         """
-        try:
+        with restated(f"{path} is not a W2W recording:", (ValueError, TypeError)):
             data = read_arrays(path, FIELDS, MAX_BYTES)
             missing = {"acc", "gyr", "rate"} - data.keys()
             if missing:
@@ -187,5 +188,3 @@ class ImuRecording:
             if "sites" in data:
                 given["sites"] = np.atleast_1d(data["sites"]).astype(str).tolist()
             return cls(rate=float(data["rate"]), **given)
-        except (ValueError, TypeError) as error:
-            raise ValueError(f"{path} is not a W2W recording: {error}") from error

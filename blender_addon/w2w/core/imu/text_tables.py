@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..files import write_text
+from ..wording import restated
 
 ACC_UNITS = {"m/s2": 1.0, "g": 9.80665}
 """Units of specific force, in m/s2."""
@@ -68,10 +69,8 @@ def read_table(lines: list[str], mark: str, needed: Iterable[str], path: str | P
     for number, row in enumerate(rows, start=1):
         if len(row) != len(names):
             raise ValueError(f"{path}: row {number} has {len(row)} fields where its header has {len(names)}")
-    try:
+    with restated(f"{path} has a field that is no number:", ValueError):
         table = np.array([[field.strip() or "nan" for field in row] for row in rows], dtype=np.float64)
-    except ValueError as error:
-        raise ValueError(f"{path} has a field that is no number: {error}") from error
     return {name: table[:, names.index(name)] for name in names}
 
 

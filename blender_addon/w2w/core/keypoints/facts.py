@@ -11,7 +11,7 @@ from typing import Any, Self
 
 from ..motion.source import UnusableMotion
 from ..motion.up import UPS, Up
-from ..wording import shown
+from ..wording import restated, shown
 from .joint_sets import JOINT_SETS
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
@@ -132,7 +132,5 @@ def side_car_facts(path: Path) -> PoseFacts:
         raise UnusableMotion(
             f"{name} next to it must be a JSON object with 'rate', 'unit', 'up', 'joint_set'"
         )
-    try:
+    with restated(f"{name} next to it:", ValueError, UnusableMotion):
         return facts_of(content)
-    except ValueError as error:
-        raise UnusableMotion(f"{name} next to it: {error}") from error

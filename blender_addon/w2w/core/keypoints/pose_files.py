@@ -21,7 +21,7 @@ from ..motion.source import (
 )
 from ..motion.up import BY_ITSELF, UPS, Kind, Up, Ups
 from ..pickles import read_npy_object
-from ..wording import shown
+from ..wording import restated, shown
 from .facts import IN_FILES, SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
 from .fit import CUTOFF_HZ, KeypointFit, fit_keypoints, seen_joints
 from .joint_sets import JOINT_SETS, JointSet
@@ -47,10 +47,8 @@ def read_c3d_pose(path: Path) -> RawPose:
 
     Raises UnusableMotion if ezc3d is missing, the file is damaged or holds markers alone.
     """
-    try:
+    with restated("C3D files are read by ezc3d (pip install ezc3d):", ImportError, UnusableMotion):
         import ezc3d
-    except ImportError as error:
-        raise UnusableMotion(f"C3D files are read by ezc3d (pip install ezc3d): {error}") from error
     try:
         content = ezc3d.c3d(str(path))
         point = content["parameters"]["POINT"]

@@ -14,6 +14,7 @@ import numpy as np
 from ..csv_tables import SEPARATORS, decoded
 from ..library.library import WORLD_KEYS, joint_columns
 from ..motion.source import UnusableMotion
+from ..wording import restated
 from .facts import PoseFacts, facts_of
 from .naming import RawPose
 
@@ -124,10 +125,8 @@ def read_json_pose(path: Path) -> RawPose:
 
     Raises UnusableMotion if it is neither.
     """
-    try:
+    with restated("it cannot be read as JSON:", (ValueError, RecursionError), UnusableMotion):
         content = json.loads(path.read_text(encoding="utf-8-sig"))
-    except (ValueError, RecursionError) as error:
-        raise UnusableMotion(f"it cannot be read as JSON: {error}") from error
     if (seen := _mediapipe(content)) is not None:
         return seen
     if not isinstance(content, dict):

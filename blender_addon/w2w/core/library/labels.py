@@ -18,7 +18,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
 from ..csv_tables import CsvError, CsvTable, read_table
-from ..wording import composed, harmless, plain_words, shown
+from ..wording import composed, harmless, plain_words, restated, shown
 
 
 class LibraryError(ValueError):
@@ -84,10 +84,8 @@ def read_labels(
 
     Raises LibraryError, naming the line, if the file cannot be understood.
     """
-    try:
+    with restated("", CsvError, LibraryError):
         table = read_table(path, ("file", "activity"), ("subject", "motion_key", "source"))
-    except CsvError as error:
-        raise LibraryError(str(error)) from error
     find = _Finder(folder, inside)
     rows: dict[str, dict[str, str]] = {}
     strangers, empty, named = [], [], set()

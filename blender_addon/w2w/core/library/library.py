@@ -138,7 +138,7 @@ def not_read_sentence(unread: Sequence[tuple[str, int]]) -> str:
 
 
 def read_library(
-    folder: Path, labels: Path | None = None, exact_labels: bool = False, own_labels: bool = True
+    folder: str | Path, labels: str | Path | None = None, exact_labels: bool = False, own_labels: bool = True
 ) -> Library:
     """Find the motion files of a folder and all folders below it, and label them.
 
@@ -152,6 +152,7 @@ def read_library(
 
     Raises LibraryError if the folder is missing or holds no motion files, or the csv cannot be understood.
     """
+    folder = Path(folder)
     if not folder.is_dir():
         raise LibraryError(f"{folder} is not a folder: give the folder that holds your motion files")
     motions, others = _motion_files(folder)
@@ -185,6 +186,7 @@ def read_library(
         sources |= {"names of animations"} if packs else set()
         labelled_by = listed(sorted(sources, reverse=True))
     else:
+        labels = Path(labels)
         labelled_by = f"the file {shown(labels.name)}{where}"
         try:
             nameable = [*inside, *dict.fromkeys(packs.values())]

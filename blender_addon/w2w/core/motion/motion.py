@@ -18,6 +18,7 @@ from ..filtering import butterworth, count_resampled
 from ..given import given_path
 from ..pickles import read_result
 from ..rotations import in_axes
+from ..wording import restated
 from .smpl_layouts import (
     MOTION_X,
     RESULT_KEYS,
@@ -147,11 +148,9 @@ class Motion:
         ValueError
             If it is no such file; the message says why.
         """
-        try:
+        with restated(f"{path} cannot be read as a motion:", (UnusableMotion, ValueError)):
             arrays, people = _read_arrays(given_path(path, "a motion"), person)
             motion = replace(_motion_of(arrays, rate, up, ups), people=people)
-        except (UnusableMotion, ValueError) as error:
-            raise ValueError(f"{path} cannot be read as a motion: {error}") from error
         labels = [str(arrays[name]) for name in LABELS if name in arrays]
         return motion.labelled(*labels) if len(labels) == len(LABELS) else motion
 

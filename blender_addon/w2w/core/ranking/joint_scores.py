@@ -7,6 +7,8 @@ are few for all features worn, it enters by its kernel between windows (`_Dual`;
 1998).
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -50,7 +52,11 @@ class JointScores:
     """
 
     def __init__(
-        self, features: np.ndarray, labels: np.ndarray, trainings: Sequence[Training], ridge: float
+        self,
+        features: np.ndarray,
+        labels: np.ndarray,
+        trainings: Sequence[Training],
+        ridge: float,
     ) -> None:
         self.n_patches, _, self._width = features.shape
         self._duals = [_Dual(features, labels, training, ridge) for training in trainings]

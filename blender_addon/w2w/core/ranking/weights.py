@@ -11,7 +11,7 @@ import numpy as np
 
 from ..csv_tables import read_table
 from ..library.labels import by_label, same_label
-from ..wording import shown
+from ..wording import restated, shown
 
 BACKGROUND = 0.0
 """Weight of an activity that sensors must not confuse with the others, but need not recognise."""
@@ -100,10 +100,8 @@ def read_weights(path: str | Path) -> tuple[tuple[str, float], ...]:
     weights: dict[str, float] = {}
     for line, row in read_table(path, ("activity", "weight")).rows:
         name, text = row["activity"], row["weight"]
-        try:
+        with restated(f"{shown(path)}, line {line}: '{text}' is no number", ValueError):
             weight = float(text)
-        except ValueError:
-            raise ValueError(f"{shown(path)}, line {line}: '{text}' is no number") from None
         if not (np.isfinite(weight) and weight >= 0):
             raise ValueError(f"{shown(path)}, line {line}: a weight is 0 (background) or more, not {text}")
         if not name:

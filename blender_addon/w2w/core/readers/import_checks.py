@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..motion.source import HIGHEST_RATE, LOWEST_RATE, UnusableMotion, reading, size_and_head
+from ..wording import restated
 
 MAGIC = b"glTF"
 JSON_CHUNK = 0x4E4F534A
@@ -245,10 +246,8 @@ def _by_usd(path: Path) -> float:
             "it is USD in binary form, whose frames a second cannot be read here: use Blender 4.4 or later, "
             "or save it as text, .usda"
         ) from None
-    try:
+    with restated("it is damaged: USD cannot read it", Tf.ErrorException, UnusableMotion):
         layer = Sdf.Layer.OpenAsAnonymous(str(path))
-    except Tf.ErrorException as error:
-        raise UnusableMotion("it is damaged: USD cannot read it") from error
     if layer is None:
         raise UnusableMotion("it is damaged: USD cannot read it")
     if parts := [part for part in layer.GetCompositionAssetDependencies() if part]:

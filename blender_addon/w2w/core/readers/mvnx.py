@@ -17,6 +17,7 @@ from ..motion.source import (
     refuse_too_long,
     size_and_head,
 )
+from ..wording import restated
 
 MVNX_SUFFIX = ".mvnx"
 
@@ -106,10 +107,8 @@ def _plain(tag: str) -> str:
 
 
 def _number(word: str) -> float:
-    try:
+    with restated(f"it holds '{word[:40]}' where a number should be", ValueError, UnusableMotion):
         return float(word)
-    except ValueError:
-        raise UnusableMotion(f"it holds '{word[:40]}' where a number should be") from None
 
 
 def _source(content: _Content, rate: float | None) -> SourceMotion:

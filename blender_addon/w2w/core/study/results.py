@@ -20,7 +20,7 @@ from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
 from ..threads import unthreaded_products
 from ..windows.inputs import PatchBlocks
-from ..wording import shown
+from ..wording import restated, shown
 from .clip_files import CHANGING, WORK, ClipWindows, FilesToRank, motion_file, ranking_inputs, signals_file
 from .clip_list import Entry, is_used, read_clip_list
 from .config import StudyConfig
@@ -92,10 +92,8 @@ class StudyResults:
 
     def config(self) -> StudyConfig:
         """The parameters of the run; ValueError if one in config.json is wrong, with what is allowed."""
-        try:
+        with restated(f"{self.out / 'config.json'}:", ValueError):
             return StudyConfig.from_dict(self.parameters)
-        except ValueError as error:
-            raise ValueError(f"{self.out / 'config.json'}: {error}") from error
 
     def body(self) -> Body:
         """The body of the study; ValueError if it is not there or no body."""

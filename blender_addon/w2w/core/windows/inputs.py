@@ -14,6 +14,7 @@ import numpy as np
 
 from ..files import DAMAGED, load_arrays, read_header
 from ..imu.recording import ImuRecording
+from ..wording import restated
 from .windows import WindowSpec, cut_windows, window_starts
 
 ITEM_BYTES = np.dtype(np.float32).itemsize
@@ -33,18 +34,15 @@ class StoredArray:
     @classmethod
     def find(cls, path: Path, name: str) -> Self:
         """Find an array that `files.write_npz` wrote; a ValueError if it holds none, or compresses it."""
-        try:
-            with ZipFile(path) as archive:
-                info = archive.getinfo(f"{name}.npy")
-                if info.compress_type != ZIP_STORED:
-                    raise ValueError(f"{path}: '{name}' is compressed and cannot be read in parts")
-                with path.open("rb") as stream:
-                    stream.seek(info.header_offset)
-                    stream.seek(sum(LOCAL_HEADER.unpack(stream.read(LOCAL_HEADER.size))), 1)
-                    shape, is_fortran, dtype = read_header(stream)
-                    offset = stream.tell()
-        except DAMAGED as error:
-            raise ValueError(f"{path} does not hold the array '{name}'") from error
+        with restated(f"{path} does not hold the array '{name}'", DAMAGED), ZipFile(path) as archive:
+            info = archive.getinfo(f"{name}.npy")
+            if info.compress_type != ZIP_STORED:
+                raise ValueError(f"{path}: '{name}' is compressed and cannot be read in parts")
+            with path.open("rb") as stream:
+                stream.seek(info.header_offset)
+                stream.seek(sum(LOCAL_HEADER.unpack(stream.read(LOCAL_HEADER.size))), 1)
+                shape, is_fortran, dtype = read_header(stream)
+                offset = stream.tell()
         held = offset + math.prod(shape) * dtype.itemsize <= path.stat().st_size
         if is_fortran or dtype != np.float32 or len(shape) != 3 or 0 in shape or not held:
             raise ValueError(f"{path}: '{name}' is not an array that W2W wrote")

@@ -21,6 +21,7 @@ from w2w.core.library.library import Library, unique_names
 from w2w.core.study.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide, mark_changing
 from w2w.core.study.clip_list import CLIP_LIST
 from w2w.core.study.results import UnfinishedError
+from w2w.core.wording import restated
 
 from .own_files import check, links_in, remove_own
 from .records import Records, given_names, read_records, tidy
@@ -79,11 +80,9 @@ def only_shard(folder: Path, shard: str) -> Iterator[None]:
 @contextmanager
 def preparing(folder: Path) -> Iterator[None]:
     """Hold the folder while a shard writes what all shards share; a FolderBusyError if a run holds it."""
-    try:
-        with FileLock(folder / LOCK, timeout=PREPARING_S):
-            yield
-    except Timeout as error:
-        raise FolderBusyError(f"another run works in {folder.parent}: wait for it") from error
+    busy = f"another run works in {folder.parent}: wait for it"
+    with restated(busy, Timeout, FolderBusyError), FileLock(folder / LOCK, timeout=PREPARING_S):
+        yield
 
 
 DIVIDED = ("motions", "signals", f"{WORK}/features")

@@ -36,6 +36,7 @@ from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import copies_among, rank_clips, same_motions
 from w2w.core.study.results import ClipResult, Study, StudyResults
 from w2w.core.study.signals import place_patches
+from w2w.core.wording import restated
 
 from .clip_task import ClipTask, Engine, digest_of_path
 from .cluster import spread_over
@@ -171,17 +172,13 @@ def _prepare(plan: RunPlan, body: Body, out: Path) -> PatchSet:
     config = plan.config
     bundled = bundled_targets().fit(body)
     forget_running(out, {clip.name for clip in plan.library.clips})
-    try:
+    with restated("", ValueError, StudyError):
         patches = place_patches(Body.bundled() if bundled else body, config)
         fit_garments(config, body, patches, out)
-    except ValueError as error:
-        raise StudyError(str(error)) from error
     save_new(body.save, out, f"{WORK}/body.npz")
     save_new(patches.save, out, f"{WORK}/patches.npz")
-    try:
+    with restated("the constraints cannot be met:", ValueError, StudyError):
         config.constraints.terms(patches)
-    except ValueError as error:
-        raise StudyError(f"the constraints cannot be met: {error}") from error
     return patches
 
 
