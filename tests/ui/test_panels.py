@@ -11,6 +11,7 @@ import bpy
 import pytest
 
 from w2w import ui
+from w2w.ui.jobs import text
 from w2w.ui.study.state import patches_of
 
 from .made_study import ALL_STEPS, make_study
@@ -64,3 +65,13 @@ def test_every_panel_draws_itself(library: Path, steps: str) -> None:
     context = view_of_panels()
     shown = {panel.__name__ for panel in PANELS if draw(panel, context) is not None}
     assert len(shown) >= (len(PANELS) - 1 if steps == ALL_STEPS else 6)
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"), [("walk_001", "walk_001"), ("dataset-1_bow_active_001", "dat…ve_001"), ("", "")]
+)
+def test_names_that_are_too_wide_lose_their_middle(
+    monkeypatch: pytest.MonkeyPatch, name: str, shown: str
+) -> None:
+    monkeypatch.setattr(text.blf, "dimensions", lambda _font, words: (len(words), 1))
+    assert text.shortened(name, 10) == shown

@@ -27,6 +27,15 @@ def wrapped(text: str, width: float) -> list[str]:
     return lines
 
 
+def shortened(text: str, width: float) -> str:
+    """The text without its middle if it is wider than `width` pixels: names of clips differ at their ends."""
+    blf.size(FONT, PANEL_POINTS * bpy.context.preferences.system.ui_scale)
+    shown, kept = text, len(text) - 1
+    while kept > 1 and blf.dimensions(FONT, shown)[0] > width:
+        shown, kept = f"{text[: kept // 3]}…{text[kept // 3 - kept :]}", kept - 1
+    return shown
+
+
 def styled(layout: bpy.types.UILayout, **look: Any) -> bpy.types.UILayout:
     """A layout with these of its properties set."""
     for name, value in look.items():

@@ -36,9 +36,12 @@ SCORES = (
     (ON_THESE, "F1 on These Clips", "What came out on these very clips, their noise included"),
 )
 
-SENSOR_NAMES = {"ideal": "Ideal (no errors)", "phone": "Smartphone", "watch": "Smartwatch"}
+SENSOR_NAMES = {
+    "ideal": "Ideal (no errors)", "phone": "Smartphone", "watch": "Smartwatch",
+    "xsens mtw awinda": "Xsens MTw Awinda", "paper": "Errors of the Paper",
+}  # fmt: skip
 
-SPELLED = {name: name.upper() if len(name) < 10 else name.title() for name in PRESETS} | SENSOR_NAMES
+SPELLED = {name: name.upper() for name in PRESETS} | SENSOR_NAMES
 SENSORS = [
     *((name, SPELLED[name], f"Signals as of {name}") for name in PRESETS),
     (sensors.OWN, "Own Part", "A part of your own: its figures are under Sensor and Bands"),

@@ -10,7 +10,7 @@ from ...core.wording import capital, count
 from ...scene.motion.source_beside import source_collections
 from ..files.open_results import misses_folder
 from ..jobs import jobs
-from ..jobs.text import draw_message, draw_progress, draw_text, styled
+from ..jobs.text import draw_message, draw_progress, draw_text, shortened, styled
 from ..steps.baking import UNBAKED
 from ..steps.body import draw_sliders
 from ..steps.motions import has_source, is_playing
@@ -31,6 +31,9 @@ from .base import (
 
 ICONS = {state.BAKED: "CHECKMARK", state.STALE: "FILE_REFRESH", state.FAILED: "ERROR"}
 """Icons of the clip states."""
+
+ROW_TAKEN = 150
+"""Pixels of the sidebar that a row of the list of clips has for no text, at a scale of 1."""
 
 
 class W2W_PT_main(W2WPanel, bpy.types.Panel):
@@ -122,8 +125,10 @@ class W2W_UL_clips(bpy.types.UIList):
         row = styled(layout.row(align=True), alert=found == state.FAILED)
         tick = "CHECKBOX_HLT" if item.selected else "CHECKBOX_DEHLT"
         row.prop(item, "selected", text="", emboss=False, icon=tick)
-        split = row.split(factor=1.0 if found == state.FAILED else 0.55)
-        split.label(text=Path(item.file).stem or item.name, translate=False)
+        share = 1.0 if found == state.FAILED else 0.55
+        room = share * (context.region.width - ROW_TAKEN * context.preferences.system.ui_scale)
+        split = row.split(factor=share)
+        split.label(text=shortened(Path(item.file).stem or item.name, room), translate=False)
         if found != state.FAILED:
             split.prop(item, "activity", text="", emboss=False, placeholder="activity")
         playing = state.playing_clip(data.id_data) == item
@@ -175,8 +180,8 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
                 draw_bone_map(layout.row(align=True))
             return
         layout.prop(clip, "subject")
-        skeleton = clip.skeleton or "own"
-        about = f"{clip.n_frames} frames at {clip.rate:g} fps, {skeleton} skeleton"
+        skeleton, activity = clip.skeleton or "own", clip.activity or "no activity"
+        about = f"{activity}, {clip.n_frames} frames at {clip.rate:g} fps, {skeleton} skeleton"
         draw_note(layout, context, f"{Path(clip.file).stem or clip.name}: {about}")
         row = layout.row(align=True)
         text, icon = ("Stop", "PAUSE") if is_playing(context, study.id_data) else ("Preview", "PLAY")

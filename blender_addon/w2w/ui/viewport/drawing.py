@@ -11,7 +11,9 @@ from bpy_extras.view3d_utils import location_3d_to_region_2d, region_2d_to_origi
 from gpu_extras.batch import batch_for_shader
 from mathutils import Vector
 
+from ...core.motion.skinning import triangle_frames
 from ...core.patches.patches import PatchSet
+from ...scene.base.body import matrix, moved, read_values
 from ...scene.base.patches import empties_by_patch
 from ..jobs.text import FONT
 from .framing import with_garments
@@ -77,6 +79,17 @@ def text(x: float, y: float, words: str, size: float, colour: Colour, align: str
     return width
 
 
+def dots(places: np.ndarray, colours: np.ndarray, size: float) -> None:
+    """Draw points of the world (K, 3), in colours (K, 3) in sRGB with a dark rim, behind what covers them."""
+    shader = gpu.shader.from_builtin("FLAT_COLOR")
+    gpu.state.depth_test_set("LESS_EQUAL")
+    for shades, wide in ((np.full_like(colours, 0.1), 1.6 * size), (colours, size)):
+        opaque = np.column_stack([shades, np.ones(len(shades))]).astype(np.float32)
+        gpu.state.point_size_set(wide)
+        batch_for_shader(shader, "POINTS", {"pos": places.astype(np.float32), "color": opaque}).draw(shader)
+    gpu.state.depth_test_set("NONE")
+
+
 def clipped(words: str, width: float, size: float) -> str:
     """A text cut to at most this width."""
     if width_of(words, size) <= width:
@@ -135,6 +148,16 @@ class Surface:
             return None
         place = self._evaluated.matrix_world @ self._evaluated.data.vertices[vertex].co
         return self._on_screen(place) if self._in_sight(place) else None
+
+    def above(self, height: float) -> np.ndarray:
+        """Points of the world (N, 3) so many metres over all patches; (0, 3) if unknown."""
+        if not self._whole:
+            return np.empty((0, 3))
+        vertices = self._evaluated.data.vertices
+        points = read_values(vertices, "co", 3 * len(vertices), np.float32).reshape(-1, 3)
+        points = moved(points, matrix(self._evaluated.matrix_world))
+        frames = triangle_frames(points[self._patches.triangles])
+        return frames[:, :3, 3] + height * frames[:, :3, 2]
 
     def _on_screen(self, place: Vector | None) -> Vector | None:
         return None if place is None else location_3d_to_region_2d(self._region, self._view, place)

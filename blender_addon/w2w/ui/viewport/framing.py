@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Look at the body: 3D views from the side of a spot, the Outliner without a row for each patch."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import bpy
@@ -36,6 +36,9 @@ BESIDE = 0.65
 
 DRAWN_AFTER = 0.3
 """Seconds until Outliners have drawn a new collection."""
+
+LEVELS = 8
+"""At least as many as an Outliner has: to fold the deepest alone would unfold it again."""
 
 SPARSE = 40
 """One in so many vertices is looked at to find what covers a body."""
@@ -172,18 +175,28 @@ def extent(items: Sequence[bpy.types.Object]) -> tuple[np.ndarray, np.ndarray]:
     return corners.min(axis=0), corners.max(axis=0)
 
 
-def fold_outliners() -> None:
-    """Fold every Outliner to what the top collections hold; a new collection is unfolded, however large."""
+def _outliners() -> Iterator[tuple[bpy.types.Window, bpy.types.Area]]:
+    """Every Outliner, and the window that it is in."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
-            if area.type == "OUTLINER" and area.spaces.active.display_mode == "VIEW_LAYER":
-                region = next(region for region in area.regions if region.type == "WINDOW")
-                with bpy.context.temp_override(window=window, area=area, region=region):
+            if area.type == "OUTLINER":
+                yield window, area
+
+
+def fold_outliners() -> None:
+    """Fold every Outliner to its top collections; a new collection is unfolded, however large."""
+    for window, area in _outliners():
+        if area.spaces.active.display_mode == "VIEW_LAYER":
+            region = next(region for region in area.regions if region.type == "WINDOW")
+            with bpy.context.temp_override(window=window, area=area, region=region):
+                for _ in range(LEVELS):
                     bpy.ops.outliner.show_one_level(open=False)
-                    bpy.ops.outliner.show_one_level()
+                bpy.ops.outliner.show_one_level()
 
 
 def fold_soon() -> None:
     """Fold the Outliners once they have drawn what is new: before, it is not in them."""
     if not bpy.app.background:
+        for _, area in _outliners():
+            area.tag_redraw()
         bpy.app.timers.register(fold_outliners, first_interval=DRAWN_AFTER)

@@ -8,13 +8,13 @@ import numpy as np
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
-from ...core.colours import colour_table
+from ...core.colours import colour_table, score_colours
 from ...core.patches.patches import PatchSet
 from ...scene.base.actions import FIRST_FRAME, key_rate
 from ...scene.base.patches import PATCH
 from ..study import lists, scores, signal_cache, state
 from .card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, HoverCard, on_one_scale
-from .drawing import Colour, Surface, bar_of_colours, clipped, disc, rectangle, ring, text, width_of
+from .drawing import Colour, Surface, bar_of_colours, clipped, disc, dots, rectangle, ring, text, width_of
 from .framing import FreeArea, free_area
 from .legend import Legend, left_of_legend, legend
 
@@ -34,10 +34,13 @@ BAR_TITLE, BAR_BOX = 96, 200
 
 NO_PICK = "Click a spot on the body first, with the tool Pick Patch (Ctrl Alt W)"
 
+DOT = 6
+"""Width of a patch's dot, pixels at a scale of 1."""
+
 OVER_HEAD = 0.08
 """Metres from a head to the name over it."""
 
-_handler: object | None = None
+_handlers: list[object] = []
 
 
 def picks(context: bpy.types.Context, body: bpy.types.Object) -> list[int]:
@@ -57,13 +60,9 @@ def picks(context: bpy.types.Context, body: bpy.types.Object) -> list[int]:
 def draw() -> None:
     """Draw everything; Blender calls this for each 3D view."""
     context = bpy.context
-    body = state.current_body(context)
-    space = context.space_data
-    if body is None or not context.scene.w2w.show_overlay or not space.overlay.show_overlays:
+    if (shown_body := _shown_body(context)) is None:
         return
-    patches = state.patches_of(body)
-    if patches is None or not body.visible_get():
-        return
+    (body, patches), space = shown_body, context.space_data
     scale = context.preferences.system.ui_scale
     chosen = [patch for patch in picks(context, body) if patch < len(patches)]
     cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
@@ -84,6 +83,31 @@ def draw() -> None:
         _draw_mark(surface, patch, number, scale)
     for card, x, y in placed:
         card.draw(x, y, fitting)
+
+
+def draw_patches() -> None:
+    """Draw the patches that are shown in the colours of their scores: Blender draws all empties in one."""
+    context = bpy.context
+    if (shown_body := _shown_body(context)) is None:
+        return
+    body, patches = shown_body
+    utility = state.utility_of(body.w2w)
+    if utility is None or not body.w2w.show_patches:
+        return
+    shown, size = legend(body.w2w, utility), body.w2w.patch_size
+    places = Surface(context, body, patches).above(size)
+    colours = score_colours(scores.shown_scores(body.w2w, utility), shown.low, shown.high, shown.colour_map)
+    dots(places, colours[: len(places)], DOT * context.preferences.system.ui_scale)
+
+
+def _shown_body(context: bpy.types.Context) -> tuple[bpy.types.Object, PatchSet] | None:
+    """The body that a 3D view shows with its overlay, and its patches; None without one."""
+    body = state.current_body(context)
+    wanted = context.scene.w2w.show_overlay and context.space_data.overlay.show_overlays
+    if body is None or not wanted or not body.visible_get():
+        return None
+    patches = state.patches_of(body)
+    return None if patches is None else (body, patches)
 
 
 def is_coloured(shading: bpy.types.View3DShading) -> bool:
@@ -239,14 +263,12 @@ def _card(
 
 def register() -> None:
     """Draw from now on."""
-    global _handler
     if not bpy.app.background:
-        _handler = bpy.types.SpaceView3D.draw_handler_add(draw, (), "WINDOW", "POST_PIXEL")
+        for function, when in ((draw, "POST_PIXEL"), (draw_patches, "POST_VIEW")):
+            _handlers.append(bpy.types.SpaceView3D.draw_handler_add(function, (), "WINDOW", when))
 
 
 def unregister() -> None:
     """Draw no more."""
-    global _handler
-    if _handler is not None:
-        bpy.types.SpaceView3D.draw_handler_remove(_handler, "WINDOW")
-        _handler = None
+    while _handlers:
+        bpy.types.SpaceView3D.draw_handler_remove(_handlers.pop(), "WINDOW")

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Other themes, languages, scales and sensors than Blender starts with, and an import that is cancelled.
+
+Needs what `test_window.py` needs; skips where one is missing. Pictures of themes and scales are for people.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from .sandbox import RESULTS, inside, run_in_window
+from .test_run_all_window import N_CLIPS, copy_clips
+
+OUT = RESULTS / "other_settings"
+OUTLINER = (1192, 290, 1330, 330)
+"""Lower end of the Outliner, right of its lines: a row there belongs to a list longer than ten."""
+
+VIEW = (250, 250, 640, 760)
+"""The body in the 3D view."""
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def report(shared_data: Path) -> dict[str, Any]:
+    """What the window showed."""
+    clips = copy_clips(shared_data, OUT)
+    return run_in_window("other_settings.py", OUT, {"W2W_CLIPS": inside(clips)})
+
+
+def picture(name: str, left: int, top: int, right: int, bottom: int) -> np.ndarray:
+    """Part of a picture as an array (H, W, 3)."""
+    with Image.open(OUT / "pictures" / f"{name}.png") as image:
+        return np.array(image.convert("RGB").crop((left, top, right, bottom))).astype(int)
+
+
+def test_an_import_cancelled_in_its_middle_leaves_nothing(report: dict[str, Any]) -> None:
+    assert report["messages"][0] == "Import Motions cancelled: nothing was changed"
+    assert report["left_by_cancel"] == [0, 0]
+    assert report["clips"] == N_CLIPS
+
+
+@pytest.mark.usefixtures("report")
+def test_patches_stay_folded_in_the_outliner() -> None:
+    assert np.ptp(picture("2_folded", *OUTLINER), axis=(0, 1)).max() < 60
+
+
+@pytest.mark.usefixtures("report")
+def test_patches_that_are_shown_have_the_colours_of_their_scores() -> None:
+    before, after = picture("2_folded", *VIEW), picture("2_patches", *VIEW)
+    changed = abs(after - before).max(axis=-1) > 20
+    coloured = changed & (np.ptp(after, axis=-1) > 60)
+    assert coloured.sum() > 300
+
+
+def test_an_own_part_is_chosen_from_the_menu(report: dict[str, Any]) -> None:
+    assert report["sensors"] == [["OWN", "own part"], ["bmi270", "bmi270"]]
+
+
+def test_the_sidebar_has_one_language(report: dict[str, Any]) -> None:
+    x, y, width, height = report["sidebar"]
+    english, german = (picture(f"5_{name}", x, y, x + width - 40, y + height) for name in ("en_US", "de_DE"))
+    assert (abs(english - german).max(axis=-1) > 40).mean() < 0.001
