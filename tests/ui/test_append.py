@@ -22,7 +22,7 @@ def bring(library: Path, folder: Path, link: bool) -> bpy.types.Object:
     name = make_study(library).name
     path = folder / "other.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     with bpy.data.libraries.load(str(path), link=link) as (_, brought):
         brought.objects = [name]
     bpy.context.scene.collection.objects.link(brought.objects[0])

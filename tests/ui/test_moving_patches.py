@@ -60,7 +60,7 @@ def test_a_usd_file_has_every_patch_with_its_f1_and_the_scene_is_as_before(
     assert bpy.ops.w2w.export_patches(filepath=str(path)) == {"FINISHED"}
     assert names() == before
     path = next(tmp_path.glob("patches.*"))
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     bpy.ops.wm.usd_import(filepath=str(path))
     brought = [item for item in bpy.data.objects if "Keyframes" in item.name]
     assert len(brought) == N_PATCHES

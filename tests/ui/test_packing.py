@@ -27,7 +27,7 @@ def test_a_saved_file_reopens_complete(library: Path, tmp_path: Path) -> None:
     chosen = [(place.patch, place.label) for place in body.w2w.chosen]
     path = str(tmp_path / "study.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     packing._unpacked.clear()
     bpy.ops.wm.open_mainfile(filepath=path)
     body = bpy.context.scene.w2w.body

@@ -119,7 +119,7 @@ def test_a_saved_study_works_in_its_folder_and_opens_again(library: Path, tmp_pa
     assert bpy.ops.w2w.locate_results(filepath=str(tmp_path / "away")) == {"FINISHED"}
     np.testing.assert_array_equal(signal_cache.recording(body.w2w.clips[2]).acc, acc)
     assert not to_bake(body.w2w)
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     assert bpy.ops.w2w.open_results(filepath=str(tmp_path / "away")) == {"FINISHED"}
     again = bpy.context.scene.w2w.body
     np.testing.assert_array_equal(utility_of(again.w2w).f1, f1)
