@@ -318,12 +318,14 @@ def _read_obj(path: Path) -> tuple[np.ndarray, list[list[int]]]:
     positions, polygons = [], []
     for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
         kind, *fields = line.split("#", 1)[0].split() or [""]
-        with restated(f"line {number} cannot be read as OBJ: {line.strip()[:60]!r}", ValueError):
+        try:
             if kind == "v":
                 positions.append([float(field) for field in fields[:3]])
             elif kind == "f":
                 named = [int(field.partition("/")[0]) for field in fields]
                 polygons.append([name - 1 if name > 0 else len(positions) + name for name in named])
+        except ValueError as error:
+            raise ValueError(f"line {number} cannot be read as OBJ: {line.strip()[:60]!r}") from error
     if any(len(position) != 3 for position in positions):
         raise ValueError("a vertex has fewer than three coordinates")
     return np.array(positions, dtype=float).reshape(-1, 3), polygons

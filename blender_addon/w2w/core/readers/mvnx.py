@@ -17,7 +17,6 @@ from ..motion.source import (
     refuse_too_long,
     size_and_head,
 )
-from ..wording import restated
 
 MVNX_SUFFIX = ".mvnx"
 
@@ -107,8 +106,10 @@ def _plain(tag: str) -> str:
 
 
 def _number(word: str) -> float:
-    with restated(f"it holds '{word[:40]}' where a number should be", ValueError, UnusableMotion):
+    try:  # called for each number of a file: a context would cost more than the reading
         return float(word)
+    except ValueError:
+        raise UnusableMotion(f"it holds '{word[:40]}' where a number should be") from None
 
 
 def _source(content: _Content, rate: float | None) -> SourceMotion:
