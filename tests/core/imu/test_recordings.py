@@ -138,6 +138,7 @@ def test_recordings_are_taken_by_number():
         found["a"]
     with pytest.raises(ValueError, match="name a place at least; there are wrist"):
         found.at()
+    assert found.at("wrist", "Wrist").places == ("wrist",)
 
 
 def test_a_table_is_brought_to_one_clock():

@@ -233,7 +233,7 @@ class Recordings(Sequence[ImuRecording]):
         for place in places:
             if plain_words(place) not in known:
                 raise ValueError(f"no sensor was worn at {place!r}; there are {', '.join(self.places)}")
-        chosen = [known.index(plain_words(place)) for place in places]
+        chosen = list(dict.fromkeys(known.index(plain_words(place)) for place in places))
         some = [one.at(chosen) for one in self]
         return replace(self, recordings=[one for one in some if not np.isnan(one.acc).all()])
 
