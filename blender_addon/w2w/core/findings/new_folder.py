@@ -9,9 +9,8 @@ from pathlib import Path
 from ..files import new_folder, write_json
 from ..garments.cover import FITTED, Cover, save_covers
 from ..motion.motion import Motion
-from ..patches.patches import PatchSet
 from ..study.clip_files import WORK, ClipWindows, features_file, motion_file, signals_file
-from ..study.results import ClipResult, Study, StudyResults, stored_recording
+from ..study.results import Study, StudyResults, stored_recording
 from .summary import config_content, write_results
 
 FOLDERS = ("motions", "signals", f"{WORK}/features")
@@ -37,9 +36,17 @@ def write_folder(
             (out / name).mkdir(parents=True)
         if covers:
             save_covers(out / FITTED, covers, [""] * len(covers))
-        for number, (clip, motion, place) in enumerate(zip(study.clips, motions, old.places, strict=True)):
+        for number, (result, motion, place) in enumerate(zip(study.clips, motions, old.places, strict=True)):
             progress(number / len(motions))
-            clips.append(_write_clip(out, clip, motion, place, old.patches))
+            clip = result.clip
+            if motion is not None:
+                motion.save(motion_file(out, clip.name))
+            labels = (clip.activity, clip.subject, clip.name)
+            stored_recording(*place).labelled(old.patches.names, *labels).save(signals_file(out, clip.name))
+            shutil.copyfile(features_file(*place), features_file(out, clip.name))
+            windows = ClipWindows.read(out, clip.name)
+            counts = {"windows": len(windows.is_test), "test_windows": int(windows.is_test.sum())}
+            clips.append(replace(result, details={**result.details, **counts}))
         results = StudyResults(out, old.utility, old.patches, old.clips, old.parameters)
         write_findings(replace(study, clips=tuple(clips), results=results))
 
@@ -57,18 +64,3 @@ def check_new(folder: Path) -> None:
     """Raise a ValueError if a folder for results holds something."""
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise ValueError(f"{folder} is not empty: choose a new folder for the results")
-
-
-def _write_clip(
-    out: Path, result: ClipResult, motion: Motion | None, place: tuple[Path, str], patches: PatchSet
-) -> ClipResult:
-    """Copy a clip's files, and return the clip with its numbers of windows in its details."""
-    clip = result.clip
-    if motion is not None:
-        motion.save(motion_file(out, clip.name))
-    labels = (clip.activity, clip.subject, clip.name)
-    stored_recording(*place).labelled(patches.names, *labels).save(signals_file(out, clip.name))
-    shutil.copyfile(features_file(*place), features_file(out, clip.name))
-    windows = ClipWindows.read(out, clip.name)
-    counts = {"windows": len(windows.is_test), "test_windows": int(windows.is_test.sum())}
-    return replace(result, details={**result.details, **counts})
