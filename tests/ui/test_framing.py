@@ -3,11 +3,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
+from mathutils import Vector
 
 from w2w.ui.jobs import jobs
+from w2w.ui.steps import patches
 from w2w.ui.viewport.framing import extent, frame
 
 pytestmark = pytest.mark.usefixtures("blender")
@@ -61,3 +65,27 @@ def test_a_body_in_a_box_comes_into_sight_and_the_panel_says_how() -> None:
     add_body()
     assert room.hide_get()
     assert jobs.message.text.startswith("Hidden to show the whole body: Cube")
+
+
+def test_a_view_through_the_camera_is_left() -> None:
+    view = jobs.views(bpy.context)[0].spaces.active.region_3d
+    view.view_perspective = "CAMERA"
+    add_body()
+    assert view.view_perspective == "PERSP"
+
+
+def test_a_click_on_what_covers_a_body_says_what_that_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    add_body()
+    add_box(1.0, (0, -1.5, 1))
+    bpy.context.view_layer.update()
+    monkeypatch.setattr(patches, "region_2d_to_origin_3d", lambda *_: Vector((0, -9, 1)))
+    monkeypatch.setattr(patches, "region_2d_to_vector_3d", lambda *_: Vector((0, 1, 0)))
+    said: list[str] = []
+    context = SimpleNamespace(
+        region=None, region_data=None, scene=bpy.context.scene,
+        evaluated_depsgraph_get=bpy.context.evaluated_depsgraph_get,
+    )  # fmt: skip
+    operator = SimpleNamespace(report=lambda _, text: said.append(text))
+    event = SimpleNamespace(mouse_region_x=0, mouse_region_y=0)
+    assert patches.W2W_OT_pick_patch.invoke(operator, context, event) == {"CANCELLED"}
+    assert said == ["'Cube' is no body: hide it (H) if it covers one"]
