@@ -117,6 +117,7 @@ WHEEL = packed({"lib-1.dist-info/METADATA": b"Name: lib"})
         ("blender_manifest.toml", b'platforms = ["', b'platforms = ["solaris-', "names the platforms"),
         ("blender_manifest.toml", b"./wheels/where_to_wear", b"./wheels/another", "names other wheels"),
         ("blender_manifest.toml", b'"2025-2026 ', b'"', "needs copyright"),
+        ("blender_manifest.toml", b'"SPDX:CC0-1.0"', b'"SPDX:CC-BY-4.0"', "which the platform does not take"),
         ("blender_manifest.toml", b' works best"', b' works best."', "ends in punctuation"),
         ("__init__.py", b"import sys\n", b"import sys\nsys.path.append('x')\n", "edits sys.path"),
         ("headless/run.py", b"", b"x", "it has, or lacks, headless/run.py"),
@@ -135,6 +136,7 @@ def test_a_zip_that_breaks_a_rule_is_told(
     [
         ("w2w/ui/more.py", b"", b'os.environ["OMP_NUM_THREADS"] = "1"', "the environment of all of Blender"),
         ("w2w/studies/rehab.py", b"", b"x", "belongs to the studies"),
+        ("w2w/templates/smpl_numbering.npz", b"", b"x", "whose licence the platform does not take"),
         ("headless/run.py", b"", b"x", "installs other packages"),
         ("METADATA", b"Requires-Dist: loky", b"Requires-Dist: nothere", "need nothere"),
     ],
