@@ -448,11 +448,15 @@ def test_parts_of_a_stream_are_each_clip_once(library):
     assert max(map(len, parts)) - min(map(len, parts)) <= 1
 
 
-def test_messages_name_parameters_of_python(tmp_path):
+def test_messages_name_parameters_of_python(tmp_path, shared_cases):
     np.savez(tmp_path / "walk.npz", poses=np.zeros((40, 72)), trans=np.zeros((40, 3)))
     with pytest.raises(ValueError, match=r"give pose=PoseFacts\(rate=\.\.\.\)") as told:
         w2w.load(tmp_path / "walk.npz")
     assert "--" not in str(told.value)
+    with pytest.raises(ValueError, match=r"give rate=\.\.\., or save it again"):
+        w2w.Motion.load(tmp_path / "walk.npz")
+    with pytest.raises(ValueError, match=r"^pose=PoseFacts\(person=\.\.\.\) chooses among people"):
+        w2w.load(shared_cases / "tpose_at_end.bvh", pose=w2w.PoseFacts(person=2))
 
 
 def test_what_blender_calls_is_no_name_for_others():

@@ -19,12 +19,13 @@ from ..core.keypoints.pose_files import NO_FACTS, JointPositions, joints_of
 from ..core.library.import_plan import plan_files
 from ..core.library.labels import LabelCheck
 from ..core.library.library import Clip, activity_of, is_joint_file, read_library
-from ..core.motion.motion import SMPL_SUFFIXES, Motion, smpl_motion
+from ..core.motion.motion import SMPL_SUFFIXES, Motion, labelled_motion, smpl_motion
 from ..core.motion.source import UnusableMotion
 from ..core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
 from ..core.readers.animations import Content, animations_in
 from ..core.retargeting.bone_maps import BoneMap
-from .notebook import in_python, tracked
+from ..core.wording import in_python
+from .notebook import tracked
 
 
 @dataclass(frozen=True, eq=False)
@@ -301,7 +302,7 @@ def _read(
     path = item.path
     try:
         if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
-            source: Source = Motion.load(path, pose.rate, pose.up, ups, pose.person)  # keeps W2W's labels
+            source: Source = labelled_motion(path, pose.rate, pose.up, ups, pose.person)  # keeps W2W's labels
         else:
             with _needs_blender(path.name), quiet_output():
                 source = read_motion(path, pose, ups, item.animation)

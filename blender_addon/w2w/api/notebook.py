@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Display in Python: progress in a notebook or on a terminal, rows as a table, messages without options."""
+"""Display in Python: progress in a notebook or on a terminal, rows as a table."""
 
-import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from html import escape
@@ -45,17 +44,6 @@ def _on_terminal(label: str) -> Callable[[float], None]:
             print(f"\r{label}: {percent} %", end="\n" if percent >= 100 else "", file=sys.stderr, flush=True)
 
     return show
-
-
-ONLY_ELSEWHERE = re.compile(r",? or (?:Up|Frame Rate) in Blender's import dialog")
-POSE_OPTION = re.compile(r"--pose-(rate|unit|up|joints)")
-
-
-def in_python(text: str) -> str:
-    """A message of the core in the words of the Python API: an option is the parameter that it stands for."""
-    names = {"joints": "joint_set"}
-    text = ONLY_ELSEWHERE.sub("", text).replace("(--person)", "pose=PoseFacts(person=...)")
-    return POSE_OPTION.sub(lambda found: f"pose=PoseFacts({names.get(found[1], found[1])}=...)", text)
 
 
 def tracked(items: Sequence[T], label: str) -> Iterator[T]:

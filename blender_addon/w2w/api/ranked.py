@@ -29,7 +29,8 @@ from ..core.selection.headline import doubted, mean_title
 from ..core.study.config import StudyConfig
 from ..core.study.ranking import LabelledClip, WindowLabels
 from ..core.windows.inputs import PatchBlocks
-from .notebook import Rows, in_python
+from ..core.wording import in_python
+from .notebook import Rows
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -150,3 +150,23 @@ class InShort:
 
     def _repr_html_(self) -> str:
         return f"<p>{escape(self.in_short())}</p>"
+
+
+ONLY_ELSEWHERE = re.compile(r",? or (?:Up|Frame Rate) in Blender's import dialog")
+OPTION = re.compile(r"--(?:pose-(rate|unit|up|joints)|(person))")
+
+
+def in_python(text: str, parameter: str = "pose=PoseFacts({}=...)") -> str:
+    """A message in the words of Python: an option is the parameter that it stands for.
+
+    Examples
+    --------
+    >>> in_python("give --pose-rate, or Frame Rate in Blender's import dialog", "{}=...")
+    'give rate=...'
+    """
+
+    def named(found: re.Match[str]) -> str:
+        name = found[1] or found[2]
+        return parameter.format({"joints": "joint_set"}.get(name, name))
+
+    return OPTION.sub(named, ONLY_ELSEWHERE.sub("", text))

@@ -18,7 +18,7 @@ from ..filtering import butterworth, count_resampled
 from ..given import given_path
 from ..pickles import read_result
 from ..rotations import in_axes
-from ..wording import restated
+from ..wording import in_python, restated
 from .smpl_layouts import (
     MOTION_X,
     RESULT_KEYS,
@@ -135,24 +135,36 @@ class Motion:
         path: str | Path,
         rate: float | None = None,
         up: Up | None = None,
-        ups: Ups = BY_ITSELF,
         person: int | None = None,
     ) -> Motion:
         """Read a motion of the 24 joints: a file of `save`, labels included, or an AMASS or SMPL npz.
 
-        `rate` and the axis `up` take precedence over the file's own; `ups` are the axes of its library and
-        `person` is as for `read_amass`.
+        `rate` and the axis `up` take precedence over the file's own; `person` is as for `read_amass`.
 
         Raises
         ------
         ValueError
             If it is no such file; the message says why.
         """
-        with restated(f"{path} cannot be read as a motion:", (UnusableMotion, ValueError)):
-            arrays, people = _read_arrays(given_path(path, "a motion"), person)
-            motion = replace(_motion_of(arrays, rate, up, ups), people=people)
-        labels = [str(arrays[name]) for name in LABELS if name in arrays]
-        return motion.labelled(*labels) if len(labels) == len(LABELS) else motion
+        try:
+            return labelled_motion(given_path(path, "a motion"), rate, up, person=person)
+        except ValueError as error:
+            raise ValueError(in_python(str(error), "{}=...")) from error
+
+
+def labelled_motion(
+    path: Path,
+    rate: float | None = None,
+    up: Up | None = None,
+    ups: Ups = BY_ITSELF,
+    person: int | None = None,
+) -> Motion:
+    """The motion that `Motion.load` reads; `ups` are the axes of its library."""
+    with restated(f"{path} cannot be read as a motion:", (UnusableMotion, ValueError)):
+        arrays, people = _read_arrays(path, person)
+        motion = replace(_motion_of(arrays, rate, up, ups), people=people)
+    labels = [str(arrays[name]) for name in LABELS if name in arrays]
+    return motion.labelled(*labels) if len(labels) == len(LABELS) else motion
 
 
 LABELS = ("activity", "subject", "clip")
