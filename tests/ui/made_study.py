@@ -16,8 +16,8 @@ ALL_STEPS = "motions patches signals utility"
 
 
 def make_study(library: Path, steps: str = ALL_STEPS) -> bpy.types.Object:
-    """A body taken through some steps; with patches, it is saved the first time and opened later."""
-    if "motions patches" not in steps or bpy.data.objects:
+    """A body taken through some steps; in an empty file, it is saved the first time and opened later."""
+    if bpy.data.objects:
         return take_through(library, steps)
     kept = library.with_name(f"{library.name} {steps}")
     with FileLock(f"{kept}.lock"):

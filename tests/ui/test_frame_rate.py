@@ -18,7 +18,7 @@ from w2w.ui.steps.baking import to_bake
 from w2w.ui.study import signal_cache
 
 from ..rings import by_day
-from .made_study import make_study
+from .made_study import take_through
 
 pytestmark = pytest.mark.usefixtures("blender")
 
@@ -29,7 +29,7 @@ CHARACTER = "mixamo/Conqster__TheBarMan/Walking.fbx"
 @pytest.fixture
 def take(shared_data: Path) -> Callable[[str], bpy.types.PropertyGroup]:
     """What imports a real clip into the list of the body."""
-    make_study(shared_data, "patches")
+    take_through(shared_data, "patches")
 
     def import_clip(file: str) -> bpy.types.PropertyGroup:
         path = shared_data / file

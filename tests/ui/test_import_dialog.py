@@ -12,7 +12,7 @@ import pytest
 from w2w.ui.jobs import jobs
 from w2w.ui.steps.import_dialog import LONGEST, draw_preview
 
-from .made_study import make_study
+from .made_study import make_study, take_through
 
 pytestmark = pytest.mark.usefixtures("blender")
 
@@ -33,7 +33,7 @@ def labels() -> dict[str, str]:
 
 
 def test_files_are_labelled_as_chosen(folder: Path) -> None:
-    body = make_study(folder, "")
+    body = take_through(folder, "")
     assert bpy.ops.w2w.import_labelled(directory=str(folder), labelled_by="FILE") == {"FINISHED"}
     assert labels()["waving 1.npz"] == "waving_1"
     bpy.ops.w2w.tick_clips(which="ALL")
@@ -47,7 +47,7 @@ def test_files_are_labelled_as_chosen(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_a_copy_is_left_out_and_files_in_the_list_are_not_taken_again(folder: Path) -> None:
-    body = make_study(folder, "")
+    body = take_through(folder, "")
     bpy.ops.w2w.import_labelled(directory=str(folder))
     assert [clip.problem for clip in body.w2w.clips if clip.problem] == [
         "it is the same file as waving/waving 0.npz"
@@ -61,14 +61,14 @@ def test_a_copy_is_left_out_and_files_in_the_list_are_not_taken_again(folder: Pa
 
 
 def test_the_same_file_dropped_twice_is_warned_of(folder: Path) -> None:
-    make_study(folder, "")
+    take_through(folder, "")
     for _ in range(2):
         bpy.ops.w2w.import_motions(directory=str(folder / "waving"), files=[{"name": "waving 1.npz"}])
     assert "'waving 1.npz' was in the list already: one motion twice flatters" in jobs.message.text
 
 
 def test_a_bad_csv_is_said(folder: Path) -> None:
-    make_study(folder, "")
+    take_through(folder, "")
     with pytest.raises(RuntimeError, match=r"gone\.csv"):
         bpy.ops.w2w.import_labelled(directory=str(folder), labelled_by="CSV", csv=str(folder / "gone.csv"))
 
@@ -88,7 +88,7 @@ def test_a_clip_without_an_activity_is_not_one(library: Path) -> None:
 
 @pytest.mark.slow
 def test_each_import_reads_the_labels_and_the_folder_anew(folder: Path) -> None:
-    make_study(folder, "")
+    take_through(folder, "")
     (folder / "labels.csv").write_text("file,activity\nwaving 1.npz,greeting\n")
     bpy.ops.w2w.import_labelled(directory=str(folder))
     assert labels() == {"waving 1.npz": "greeting"}
@@ -145,6 +145,6 @@ def test_a_long_preview_ends_with_how_many_more() -> None:
 
 @pytest.mark.slow
 def test_a_frame_rate_given_at_import_goes_before_the_files_own(folder: Path) -> None:
-    body = make_study(folder, "")
+    body = take_through(folder, "")
     bpy.ops.w2w.import_labelled(directory=str(folder), frame_rate=25.0)
     assert {(clip.rate, clip.given_rate) for clip in body.w2w.clips if not clip.problem} == {(25.0, 25.0)}

@@ -25,7 +25,7 @@ from w2w.ui.panels import menus
 from w2w.ui.steps import motion_import
 from w2w.ui.steps.motion_import import ImportItem, import_items, import_steps
 
-from .made_study import make_study, names_in_file
+from .made_study import make_study, names_in_file, take_through
 
 pytestmark = pytest.mark.usefixtures("blender")
 
@@ -88,7 +88,7 @@ def test_a_fault_of_ours_at_one_file_costs_that_file_alone(
         return read(path, *facts)
 
     monkeypatch.setattr(motion_import, "read_motion", faulty)
-    body = make_study(library, "motions")
+    body = take_through(library, "motions")
     problems = {clip.problem for clip in body.w2w.clips if clip.problem}
     assert problems == {"W2W failed on it, please report this: AttributeError: no bones"}
     assert sum(clip.action is not None for clip in body.w2w.clips) == 8

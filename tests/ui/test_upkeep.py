@@ -16,7 +16,7 @@ from w2w.ui.results import upkeep
 from w2w.ui.study.scores import colour_range
 from w2w.ui.study.state import current_body, patches_of, utility_of
 
-from .made_study import make_study
+from .made_study import make_study, take_through
 
 pytestmark = pytest.mark.usefixtures("blender")
 
@@ -72,7 +72,7 @@ def test_use_active_mesh_waits_for_object_mode(library: Path) -> None:
 
 def test_undo_and_redo_take_the_message_away(library: Path) -> None:
     bpy.ops.ed.undo_push(message="before")
-    make_study(library, "patches")
+    take_through(library, "patches")
     bpy.ops.ed.undo_push(message="Place Patches")
     assert jobs.message.text.startswith("Placed 24 patches")
     bpy.ops.ed.undo()
