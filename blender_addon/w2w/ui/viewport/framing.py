@@ -184,14 +184,15 @@ def _outliners() -> Iterator[tuple[bpy.types.Window, bpy.types.Area]]:
 
 
 def fold_outliners() -> None:
-    """Fold every Outliner to its top collections; a new collection is unfolded, however large."""
+    """Fold every Outliner to what the top collections hold; a new collection is unfolded, however large."""
     for window, area in _outliners():
         if area.spaces.active.display_mode == "VIEW_LAYER":
             region = next(region for region in area.regions if region.type == "WINDOW")
             with bpy.context.temp_override(window=window, area=area, region=region):
                 for _ in range(LEVELS):
                     bpy.ops.outliner.show_one_level(open=False)
-                bpy.ops.outliner.show_one_level()
+                for _ in ("the scene's collection", "those in it"):
+                    bpy.ops.outliner.show_one_level()
 
 
 def fold_soon() -> None:
