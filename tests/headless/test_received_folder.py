@@ -149,14 +149,14 @@ def listed(place: Path, name: str) -> None:
 
 
 def recorded(place: Path, name: str) -> None:
-    """A clip's record names a file."""
+    """Clips' records name a file: of all, for they lie in any order, and a shard reads its own clips'."""
 
     def change(text: str) -> str:
-        first, *rest = [line for line in text.splitlines() if line]
-        record = json.loads(first)
-        record["files"] = dict.fromkeys([name, *record["files"]], "0" * 64)
-        record["bytes"] = dict.fromkeys(record["files"], 13)
-        return "\n".join(["", json.dumps(record), *rest]) + "\n"
+        records = [json.loads(line) for line in text.splitlines() if line]
+        for record in records:
+            record["files"] = dict.fromkeys([name, *record["files"]], "0" * 64)
+            record["bytes"] = dict.fromkeys(record["files"], 13)
+        return "\n".join(["", *map(json.dumps, records)]) + "\n"
 
     edit(place / "out" / RECORDS, change)
 
