@@ -28,9 +28,6 @@ WORKERS = 2
 KERNEL_VALUES = 2**20
 """Values of kernels that are held at a time."""
 
-WORTH_THREADS = 100
-"""Windows: with fewer, starting threads costs more than they save."""
-
 
 class Training(NamedTuple):
     """Windows trained on, and windows tested on what was trained."""
@@ -125,9 +122,6 @@ class JointScores:
         return max(1, KERNEL_VALUES // most**2)
 
     def _parallel(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
-        if len(self.windows) < WORTH_THREADS:
-            yield from map(work, items)
-            return
         with ThreadPoolExecutor(WORKERS) as pool:
             yield from pool.map(work, items)
 
