@@ -227,9 +227,8 @@ def smpl_motion(poses: np.ndarray, trans: np.ndarray, rate: float, up: Up | None
     Raises UnusableMotion if they are no motion; the message says why.
     """
     refuse_rate(rate)
-    with reading(ValueError, TypeError):
-        given = {"poses": np.asarray(poses, np.float64), "trans": np.asarray(trans, np.float64)}
-        return _motion_of(given, rate, up, BY_ITSELF)
+    with reading(ValueError):
+        return _motion_of({"poses": poses, "trans": trans}, rate, up, BY_ITSELF)
 
 
 def _motion_of(arrays: dict[str, np.ndarray], rate: float | None, up: Up | None, ups: Ups) -> Motion:

@@ -10,20 +10,16 @@ are few for all features worn, it enters by its kernel between windows (`_Dual`;
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from itertools import chain, islice, pairwise
-from typing import Any, NamedTuple
+from itertools import chain, pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from ..blas import add_square, multiply, multiply_lower, solve_positive
-from ..threads import chunks, unthreaded_products
+from ..threads import chunks, for_each, n_threads, unthreaded_products
 from .classifiers.discriminant import averaging, deviation, few, summing, with_ridge
-
-WORKERS = 2
-"""Threads."""
 
 KERNEL_VALUES = 2**20
 """Values of kernels that are held at a time."""
@@ -68,14 +64,12 @@ class JointScores:
         `judge` is given scores (V, A), float32: logarithms of the classes' probabilities, but for a term that
         all classes share. It is called from several threads.
         """
-        candidates = list(candidates)
+        candidates, wide = list(candidates), self._is_wide(len(worn))
         with unthreaded_products():
-            wide = self._is_wide(len(worn))
             add = self.adding_by_kernels(worn) if wide else self.adding_by_features(worn)
-            at_once = min(self._at_once, len(candidates) // WORKERS + 1) if wide else 1
-            parts = [candidates[rows] for rows in chunks(len(candidates), at_once)]
-            judged = self._parallel(lambda part: list(map(judge, add(part))), parts)
-            return list(chain.from_iterable(judged))
+        at_once = min(self._at_once, len(candidates) // n_threads() + 1) if wide else 1
+        parts = [candidates[rows] for rows in chunks(len(candidates), at_once)]
+        return list(chain.from_iterable(for_each(lambda part: list(map(judge, add(part))), parts)))
 
     def _is_wide(self, worn: int) -> bool:
         """Whether some training has few windows, or fewer than features worn."""
@@ -88,7 +82,7 @@ class JointScores:
 
     def adding_by_kernels(self, worn: Sequence[int]) -> Callable[[Sequence[int]], Iterable[np.ndarray]]:
         """Scores (V, A) by the patches worn and one more, for each of some, if windows are few."""
-        bases = list(self._parallel(lambda dual: dual.kernels(worn).summed(), self._duals))
+        bases = for_each(lambda dual: dual.kernels(worn).summed(), self._duals)
 
         def add(candidates: Sequence[int]) -> np.ndarray:
             pairs = zip(self._duals, bases, strict=True)
@@ -107,23 +101,16 @@ class JointScores:
             return list(dual.of_firsts(some, sizes))
 
         parts = [orders[part] for part in chunks(len(orders), self._at_once)]
-        with unthreaded_products():
-            results = self._parallel(scores, [(some, dual) for some in parts for dual in self._duals])
-            for _ in parts:
-                of_duals = islice(results, len(self._duals))
-                yield from zip(
-                    *(np.concatenate(of_size, axis=1) for of_size in zip(*of_duals, strict=True)), strict=True
-                )
+        found = for_each(scores, [(some, dual) for some in parts for dual in self._duals])
+        for rows in chunks(len(found), len(self._duals)):
+            of_sizes = (np.concatenate(of_size, axis=1) for of_size in zip(*found[rows], strict=True))
+            yield from zip(*of_sizes, strict=True)
 
     @property
     def _at_once(self) -> int:
         """Sets whose kernels are held at a time."""
         most = max(len(dual.training.trained) for dual in self._duals)
         return max(1, KERNEL_VALUES // most**2)
-
-    def _parallel(self, work: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
-        with ThreadPoolExecutor(WORKERS) as pool:
-            yield from pool.map(work, items)
 
 
 class _Kernels(NamedTuple):
