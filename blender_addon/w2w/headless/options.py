@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Parsing of options: bodies, wishes for sensors, the sensor and its signals, windows, poses from video."""
 
+import inspect
 import math
 import os
 import re
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial, wraps
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -22,7 +25,6 @@ from w2w.core.keypoints.facts import UNITS, PoseFacts, facts_of
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.motion.up import UPS
 from w2w.core.selection.constraints import Constraints, read_costs
-from w2w.core.study.config import RANKING
 from w2w.core.windows.windows import WindowSpec
 from w2w.core.wording import restated
 from w2w.scene.base.output import quiet_output
@@ -38,8 +40,6 @@ EXAMPLE = "'female', 'male height=1.9 weight=95' or the path of an SMPL file"
 
 CORES = os.cpu_count() or 1
 
-PANEL = "What motion files do not say"
-
 
 def option(about: str, *names: str, **other: Any) -> Any:
     """An option with its help, names other than its parameter's, and more for Typer."""
@@ -51,42 +51,63 @@ def argument(name: str, about: str) -> Any:
     return typer.Argument(metavar=name, help=about)
 
 
+pose_option = partial(option, rich_help_panel="What motion files do not say")
+
 AsJson = Annotated[bool, option("Print what was found as JSON instead, for programs.", "--json")]
 
-PoseRate = Annotated[
-    float | None,
-    option(
-        "Frames per second of all files, whatever they say (for amc files 120 by default).",
-        min=1,
-        max=2000,
-        rich_help_panel=PANEL,
-    ),
-]
-PoseUnit = Annotated[str, option(f"Unit of joint positions: {', '.join(UNITS)}.", rich_help_panel=PANEL)]
-PoseUp = Annotated[
-    str,
-    option(
-        f"Axis of the files that points up: {', '.join(UPS)}.  [default: by format, or all files together]",
-        rich_help_panel=PANEL,
-    ),
-]
-PoseJoints = Annotated[
-    str, option(f"Joint set of joint positions: {', '.join(JOINT_SETS)}.", rich_help_panel=PANEL)
-]
-Person = Annotated[
-    int | None,
-    option("Which of several people in a result of video; 1 is seen longest.", min=1, rich_help_panel=PANEL),
-]
 
-Stride = Annotated[
-    float | None,
-    option(
-        "Stride of the training windows, seconds.  [default: half the window]",
-        min=0.05,
-        show_default=False,
-        rich_help_panel=RANKING,
-    ),
-]
+@dataclass(frozen=True)
+class PoseOptions:
+    """The options that say what motion files do not."""
+
+    pose_rate: Annotated[
+        float | None,
+        pose_option(
+            "Frames per second of all files, whatever they say (for amc files 120 by default).",
+            min=1,
+            max=2000,
+        ),
+    ] = None
+    pose_unit: Annotated[str, pose_option(f"Unit of joint positions: {', '.join(UNITS)}.")] = ""
+    pose_up: Annotated[
+        str,
+        pose_option(
+            f"Axis of the files that points up: {', '.join(UPS)}.  "
+            "[default: by format, or all files together]"
+        ),
+    ] = ""
+    pose_joints: Annotated[str, pose_option(f"Joint set of joint positions: {', '.join(JOINT_SETS)}.")] = ""
+    person: Annotated[
+        int | None, pose_option("Which of several people in a result of video; 1 is seen longest.", min=1)
+    ] = None
+
+    def pose(self) -> PoseFacts:
+        """The facts about the files; a ValueError says which is unknown."""
+        given = {"rate": self.pose_rate, "unit": self.pose_unit, "up": self.pose_up}
+        return replace(facts_of(given | {"joint_set": self.pose_joints}), person=self.person)
+
+
+def with_options(group: type) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Add every option of a dataclass to a command's own; it gets them as `asked`."""
+    shared = inspect.signature(group).parameters
+
+    def extended(command: Callable[..., None]) -> Callable[..., None]:
+        own = dict(inspect.signature(command, eval_str=True).parameters)
+        del own["asked"]
+        both = (*own.values(), *shared.values())
+        parameters = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in both]
+
+        @wraps(command)
+        def wrapped(**given: Any) -> None:
+            asked = group(**{name: given.pop(name) for name in shared})
+            command(**given, asked=asked)
+
+        del wrapped.__wrapped__  # its signature is another
+        vars(wrapped)["__signature__"] = inspect.Signature(parameters)
+        wrapped.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+        return wrapped
+
+    return extended
 
 
 def words(text: str) -> tuple[str, ...]:
@@ -214,8 +235,3 @@ def window_spec(window: float, stride: float | None) -> WindowSpec:
         longest = f"the window's length (--window {window:g})"
         raise ValueError(f"--stride must be at most {longest}, not {stride:g}")
     return WindowSpec.of_length(window, stride)
-
-
-def pose_facts(rate: float | None, unit: str, up: str, joints: str, person: int | None = None) -> PoseFacts:
-    """The options for joint positions as `PoseFacts`; a ValueError says which is unknown."""
-    return replace(facts_of({"rate": rate, "unit": unit, "up": up, "joint_set": joints}), person=person)

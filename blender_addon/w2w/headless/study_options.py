@@ -2,9 +2,7 @@
 """The options of every command that runs a study, defined once: `run` and `study mixamo` have them all."""
 
 import functools
-import inspect
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass, field, make_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_origin
@@ -18,7 +16,7 @@ from w2w.core.ranking.utility import inputs_of, unavailable
 from w2w.core.ranking.weights import read_weights
 from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.selection.constraints import Constraints
-from w2w.core.study.config import FILES, StudyConfig
+from w2w.core.study.config import FILES, RANKING, StudyConfig
 
 from . import options
 from .options import option
@@ -84,7 +82,7 @@ DEFAULTS = DeclaredOptions()
 
 
 @dataclass(frozen=True)
-class StudyOptions(DeclaredOptions):
+class StudyOptions(options.PoseOptions, DeclaredOptions):
     """The options of a study: its parameters, and how it is run."""
 
     bodies: Annotated[
@@ -96,7 +94,15 @@ class StudyOptions(DeclaredOptions):
         ),
     ] = "neutral"
     workers: Annotated[int, option("Clips processed in parallel.", min=1)] = options.CORES
-    stride: options.Stride = None
+    stride: Annotated[
+        float | None,
+        option(
+            "Stride of the training windows, seconds.  [default: half the window]",
+            min=0.05,
+            show_default=False,
+            rich_help_panel=RANKING,
+        ),
+    ] = None
     bone_map: Annotated[
         list[Path] | None,
         option(
@@ -108,11 +114,6 @@ class StudyOptions(DeclaredOptions):
         bool,
         option("Keep activities apart that differ only in case, spaces, '_' or '-'.", rich_help_panel=FILES),
     ] = False
-    pose_rate: options.PoseRate = None
-    pose_unit: options.PoseUnit = ""
-    pose_up: options.PoseUp = ""
-    pose_joints: options.PoseJoints = ""
-    person: options.Person = None
     pictures: Annotated[bool, run_option("Render heatmaps and save study.blend.")] = True
     report: Annotated[bool, run_option("Write report.html.")] = True
     clip_limit: Annotated[float, run_option("Time limit per clip, seconds.", min=1)] = LIMIT_S
@@ -158,10 +159,8 @@ class StudyOptions(DeclaredOptions):
 
     def engine(self) -> Engine:
         """The engine for the clips; a ValueError or OSError if a bone map or a pose option is wrong."""
-        joints = self.pose_unit, self.pose_up, self.pose_joints
-        pose = options.pose_facts(self.pose_rate, *joints, self.person)
+        pose, memory = self.pose(), round(self.clip_memory * 2**30)
         bone_maps = tuple(BoneMap.load(path) for path in self.bone_map or ())
-        memory = round(self.clip_memory * 2**30)
         if not self.signals and (self.garment or inputs_of(self.classifier) != "features"):
             why = "garments" if self.garment else f"the classifier {self.classifier}"
             raise ValueError(f"--no-signals: {why} cannot do without them")
@@ -175,22 +174,3 @@ class StudyOptions(DeclaredOptions):
         console.quiet = True
         say_for_machines(lambda code: event_line("finished", exit_code=code, problem=STOPPED))
         return RunMonitor(console, EventLog(sys.stdout))
-
-
-def with_study_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add every option of `StudyOptions` to a command's own; it gets them as `asked`."""
-    own = dict(inspect.signature(command, eval_str=True).parameters)
-    del own["asked"]
-    shared = inspect.signature(StudyOptions).parameters
-    both = (*own.values(), *shared.values())
-    parameters = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in both]
-
-    @functools.wraps(command)
-    def wrapped(**given: Any) -> None:
-        asked = StudyOptions(**{name: given.pop(name) for name in shared})
-        command(**given, asked=asked)
-
-    del wrapped.__wrapped__  # its signature is another
-    vars(wrapped)["__signature__"] = inspect.Signature(parameters)
-    wrapped.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-    return wrapped

@@ -12,23 +12,14 @@ from w2w.core.imu.synthesis import FOLDED_BACK
 from w2w.core.wording import count, shown
 
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
-from ..options import (
-    Person,
-    PoseJoints,
-    PoseRate,
-    PoseUnit,
-    PoseUp,
-    argument,
-    chosen_sensor,
-    option,
-    pose_facts,
-)
+from ..options import PoseOptions, argument, chosen_sensor, option, with_options
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import new_file
 from ..runs.own_sensor import Simulator, files_together, read_pairs
 from ..study_options import DEFAULTS, declared
 
 
+@with_options(PoseOptions)
 def calibrate_sensor(
     real: Annotated[
         Path,
@@ -52,11 +43,8 @@ def calibrate_sensor(
     ] = 0.5,
     band: Annotated[float, declared("band")] = DEFAULTS.band,
     root_band: Annotated[float | None, declared("root_band")] = None,
-    pose_rate: PoseRate = None,
-    pose_unit: PoseUnit = "",
-    pose_up: PoseUp = "",
-    pose_joints: PoseJoints = "",
-    person: Person = None,
+    *,
+    asked: PoseOptions,
 ) -> None:
     """Fit how a sensor sat, its soft tissue and its noise to a few minutes of your own recordings.
 
@@ -73,9 +61,7 @@ def calibrate_sensor(
             raise ValueError(f"--out must end in .json, as --sensor expects it, not {shown(out.name)}")
         new_file(out)
         files = files_together(real, motion)
-        simulate = Simulator(
-            patch, band, root_band, pose_facts(pose_rate, pose_unit, pose_up, pose_joints, person)
-        )
+        simulate = Simulator(patch, band, root_band, asked.pose())
     with ending(NOTHING_TO_DO, console, "Not calibrated: "):
         with RunMonitor(console).step("reading and simulating"):
             pairs, left_out = read_pairs(files, simulate)

@@ -32,7 +32,7 @@ from w2w.core.wording import listed, shown
 from w2w.scene.motion.load import look_up
 
 from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
-from ..options import AsJson, Person, PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts
+from ..options import AsJson, PoseOptions, argument, option, with_options
 from ..runs.workers import load_alone
 
 RATE_TAKEN = {
@@ -42,6 +42,7 @@ RATE_TAKEN = {
 """Kinds of files without a rate, and why one is taken."""
 
 
+@with_options(PoseOptions)
 def inspect(
     file: Annotated[Path, argument("FILE", "A motion file: FBX, BVH, AMC, npz, or joints.")],
     library: Annotated[
@@ -49,12 +50,9 @@ def inspect(
     ] = None,
     labels: Annotated[Path | None, option("The csv with its labels, as for 'w2w run'.")] = None,
     bone_map: Annotated[list[Path] | None, option("Bone map of your own rig (JSON).")] = None,
-    pose_rate: PoseRate = None,
-    pose_unit: PoseUnit = "",
-    pose_up: PoseUp = "",
-    pose_joints: PoseJoints = "",
-    person: Person = None,
     as_json: AsJson = False,
+    *,
+    asked: PoseOptions,
 ) -> None:
     """Say what a motion file holds, and whether and how 'w2w run' would use it.
 
@@ -64,7 +62,7 @@ def inspect(
     body = Body.bundled()
     with ending(USAGE, console):
         label = label_said(file, library, labels)
-        pose = pose_facts(pose_rate, pose_unit, pose_up, pose_joints, person)
+        pose = asked.pose()
         bone_maps = [BoneMap.load(path) for path in bone_map or ()]
         files = [(shown(file.name), file)]
         if library is not None:

@@ -16,15 +16,15 @@ from w2w.scene.motion.load import look_up
 
 from ..config_file import take_options
 from ..console import NOTHING_TO_DO, Terminal
-from ..options import argument, option, words
+from ..options import argument, option, with_options, words
 from ..reports.console_tables import show_labels
 from ..runs.own_files import keep_apart
 from ..runs.study import RunPlan
-from ..study_options import RUN, StudyOptions, with_study_options
+from ..study_options import RUN, StudyOptions
 from .execute import ended, execute_bodies, execute_shard, ready_for, refused
 
 
-@with_study_options
+@with_options(StudyOptions)
 def run(
     library: Annotated[
         Path,

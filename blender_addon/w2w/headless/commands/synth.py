@@ -15,12 +15,13 @@ from w2w.core.wording import shown
 
 from .. import options
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
-from ..options import Person, PoseJoints, PoseRate, PoseUnit, PoseUp, argument, option, pose_facts
+from ..options import PoseOptions, argument, option, with_options
 from ..runs.own_files import new_file
 from ..runs.workers import load_alone
 from ..study_options import DEFAULTS, declared
 
 
+@with_options(PoseOptions)
 def synth(
     clip: Annotated[Path, argument("CLIP", "A motion file: FBX, BVH, AMC, npz, or joints.")],
     patch: Annotated[str, option("Where it sits: 'left wrist', 'sternum', 'pocket', a patch's name.")],
@@ -39,11 +40,8 @@ def synth(
     acc_unit: Annotated[str, option("m/s2 or g.")] = "m/s2",
     gyr_unit: Annotated[str, option("rad/s or deg/s.")] = "rad/s",
     seed: Annotated[int, declared("seed", help="Seed of the sensor's errors.")] = 0,
-    pose_rate: PoseRate = None,
-    pose_unit: PoseUnit = "",
-    pose_up: PoseUp = "",
-    pose_joints: PoseJoints = "",
-    person: Person = None,
+    *,
+    asked: PoseOptions,
 ) -> None:
     """Write what one sensor would record of one clip: specific force and angular velocity, sensor frame.
 
@@ -63,8 +61,7 @@ def synth(
             further=_recorded_too(record, magnetic_dip, kind),
             seed=seed,
         )
-        pose = pose_facts(pose_rate, pose_unit, pose_up, pose_joints, person)
-        body = Body.bundled()
+        pose, body = asked.pose(), Body.bundled()
         patches = sensor_at(body, patch, lambda body: place_patches(body, config))
     name = shown(clip.name)
     with ending(NOTHING_TO_DO, console, f"No signal of {name}: "):

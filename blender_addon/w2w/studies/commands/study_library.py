@@ -10,10 +10,11 @@ from w2w.core.library.library import Library, read_library
 from w2w.core.study.results import StudyResults
 from w2w.headless.commands.execute import ended, execute_bodies, ready_for, refused
 from w2w.headless.console import NOTHING_TO_DO
+from w2w.headless.options import with_options
 from w2w.headless.reports.console_tables import show_labels
 from w2w.headless.runs.own_files import claimed, keep_apart
 from w2w.headless.runs.study import RunPlan
-from w2w.headless.study_options import StudyOptions, with_study_options
+from w2w.headless.study_options import StudyOptions
 
 from ..comparisons.library import LABELS, labelled_by_name, study_library, with_enough, write_labels
 from ..comparisons.library_report import PAGE, WRITTEN, write_library
@@ -22,7 +23,7 @@ from .consoles import wide_console
 ADDED = (LABELS, *WRITTEN)
 
 
-@with_study_options
+@with_options(StudyOptions)
 def library(
     libraries: Annotated[
         list[Path],

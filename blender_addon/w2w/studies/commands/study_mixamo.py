@@ -18,9 +18,10 @@ from w2w.core.ranking.weights import check_counting
 from w2w.core.study.results import StudyResults
 from w2w.core.study.signals import place_patches
 from w2w.headless.commands.execute import execute_bodies, ready_for, refused
+from w2w.headless.options import with_options
 from w2w.headless.runs.own_files import claimed, keep_apart
 from w2w.headless.runs.study import RunPlan
-from w2w.headless.study_options import StudyOptions, with_study_options
+from w2w.headless.study_options import StudyOptions
 
 from ..placements.activity_groups import (
     FEWEST_MOTIONS,
@@ -43,7 +44,7 @@ WRITTEN = (TABLES, COMPARISON, *PAGES)
 VERDICTS = {1: "better", 0: "cannot be told", -1: "worse"}
 
 
-@with_study_options
+@with_options(StudyOptions)
 def mixamo(
     library: Annotated[Path, typer.Argument(metavar="LIBRARY", help="Folder of motion files.")],
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results; made if missing.")],
