@@ -18,8 +18,8 @@ from ..core.keypoints.naming import RawPose
 from ..core.keypoints.pose_files import NO_FACTS, JointPositions, joints_of
 from ..core.library.import_plan import plan_files
 from ..core.library.labels import LabelCheck
-from ..core.library.library import Clip, activity_of, is_joint_file, read_library
-from ..core.motion.motion import SMPL_SUFFIXES, Motion, labelled_motion, smpl_motion
+from ..core.library.library import Clip, activity_of, read_library
+from ..core.motion.motion import Motion, smpl_motion
 from ..core.motion.source import UnusableMotion
 from ..core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
 from ..core.readers.animations import Content, animations_in
@@ -297,15 +297,11 @@ def _read(
 ) -> tuple[Motion, dict[str, Any]]:
     """Read a motion onto the body, with facts; ValueError if it cannot be used or lacks a module."""
     from ..scene.base.output import quiet_output
-    from ..scene.motion.load import Source, read_motion, to_body
+    from ..scene.motion.load import read_motion, to_body
 
-    path = item.path
     try:
-        if path.suffix.lower() in SMPL_SUFFIXES and not is_joint_file(path):
-            source: Source = labelled_motion(path, pose.rate, pose.up, ups, pose.person)  # keeps W2W's labels
-        else:
-            with _needs_blender(path.name), quiet_output():
-                source = read_motion(path, pose, ups, item.animation)
+        with _needs_blender(item.path.name), quiet_output():
+            source = read_motion(item.path, pose, ups, item.animation)
         found = to_body(source, body, bone_maps)
         return found.motion, found.facts()
     except (UnusableMotion, ValueError) as error:

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from ..given import given_path
+from ..motion.motion import LABELS
 from . import text_tables
-from .recording import FURTHER, LABELS, READINGS, ImuRecording
+from .recording import FURTHER, READINGS, ImuRecording
 from .vendor_formats import read_x_io, read_xsens_txt, write_x_io, write_xsens_txt
 
 COLUMNS = ("time_s", *(channel for reading in READINGS[:2] for channel in reading.channels))

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..files import read_arrays, write_npz
 from ..given import given_numbers
+from ..motion.motion import LABELS
 from ..wording import restated
 
 
@@ -36,8 +37,6 @@ READINGS = (
 FURTHER = {reading.name: len(reading.channels) for reading in READINGS[2:]}
 """Readings besides acc and gyr -> the numbers in a sample of each."""
 
-
-LABELS = ("activity", "subject", "clip")
 FIELDS = ("acc", "gyr", "rate", "sites", *LABELS, *FURTHER)
 MAX_BYTES = 8 * 2**30
 """No recording is larger; hours of hundreds of sensors are less."""

@@ -12,10 +12,11 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import numpy as np
 
 from ..given import clip_number, given_numbers, given_path
+from ..motion.motion import LABELS
 from ..wording import listed, plain_words, shown
 from .clock import at_times, shared_times
 from .formats import read_recording
-from .recording import LABELS, READINGS, ImuRecording
+from .recording import READINGS, ImuRecording
 from .recording_folder import LABEL_FILE, SUFFIXES, label_rows, labelled_by, recording_files
 
 if TYPE_CHECKING:

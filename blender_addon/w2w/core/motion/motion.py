@@ -18,7 +18,7 @@ from ..filtering import butterworth, count_resampled
 from ..given import given_path
 from ..pickles import read_result
 from ..rotations import in_axes
-from ..wording import in_python, restated
+from ..wording import in_python
 from .smpl_layouts import (
     MOTION_X,
     RESULT_KEYS,
@@ -146,25 +146,12 @@ class Motion:
         ValueError
             If it is no such file; the message says why.
         """
+        path = given_path(path, "a motion")
         try:
-            return labelled_motion(given_path(path, "a motion"), rate, up, person=person)
-        except ValueError as error:
-            raise ValueError(in_python(str(error), "{}=...")) from error
-
-
-def labelled_motion(
-    path: Path,
-    rate: float | None = None,
-    up: Up | None = None,
-    ups: Ups = BY_ITSELF,
-    person: int | None = None,
-) -> Motion:
-    """The motion that `Motion.load` reads; `ups` are the axes of its library."""
-    with restated(f"{path} cannot be read as a motion:", (UnusableMotion, ValueError)):
-        arrays, people = _read_arrays(path, person)
-        motion = replace(_motion_of(arrays, rate, up, ups), people=people)
-    labels = [str(arrays[name]) for name in LABELS if name in arrays]
-    return motion.labelled(*labels) if len(labels) == len(LABELS) else motion
+            return _labelled(path, rate, up, BY_ITSELF, person)
+        except (UnusableMotion, ValueError) as error:
+            why = in_python(str(error), "{}=...")
+            raise ValueError(f"{path} cannot be read as a motion: {why}") from error
 
 
 LABELS = ("activity", "subject", "clip")
@@ -206,7 +193,7 @@ def read_amass(
     ups: Ups = BY_ITSELF,
     person: int | None = None,
 ) -> Motion:
-    """Read an AMASS-style npz or a `.smpl` file, without labels.
+    """Read an AMASS-style npz or a `.smpl` file, with the labels of `Motion.save` if it holds them.
 
     AMASS files (Mahmood et al. 2019) hold ``poses`` (T, 72, 156 or 165) as axis-angle, or ``root_orient`` and
     ``pose_body``, ``trans`` (T, 3) in metres and ``mocap_framerate``. Their world is z up, that of `.smpl`
@@ -217,8 +204,15 @@ def read_amass(
     """
     size_and_head(path)
     with reading(ValueError):
-        arrays, people = _read_arrays(path, person)
-    return replace(_motion_of(arrays, rate, up, ups), people=people)
+        return _labelled(path, rate, up, ups, person)
+
+
+def _labelled(path: Path, rate: float | None, up: Up | None, ups: Ups, person: int | None) -> Motion:
+    """The motion that `read_amass` reads."""
+    arrays, people = _read_arrays(path, person)
+    motion = replace(_motion_of(arrays, rate, up, ups), people=people)
+    labels = [str(arrays[name]) for name in LABELS if name in arrays]
+    return motion.labelled(*labels) if len(labels) == len(LABELS) else motion
 
 
 def smpl_motion(poses: np.ndarray, trans: np.ndarray, rate: float, up: Up | None = None) -> Motion:

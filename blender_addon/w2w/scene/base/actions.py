@@ -8,15 +8,13 @@ from scipy.spatial.transform import Rotation
 
 from ...core.body.body import Body
 from ...core.body.skeleton import JOINT_NAMES
-from ...core.motion.motion import Motion
+from ...core.motion.motion import LABELS, Motion
 from ...core.rotations import continuous_quaternions, in_axes
 from .body import armature_of, body_space, editing, matrix, read_values
 from .fcurves import BONE_PATH, LINEAR, Curves, action_curves, basis_matrices, curves_by_owner, rescale
 from .module import bpy
 
 FIRST_FRAME = 1.0
-LABELS = ("activity", "subject", "clip")
-"""Custom properties of an action that keep the motion's labels."""
 
 CONSTANT = 1e-7
 """Channels that change less than float32 resolves are keyed once."""
