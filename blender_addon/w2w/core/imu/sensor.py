@@ -224,7 +224,8 @@ class SensorModel:
         full = np.zeros(recording.acc.shape[:2], dtype=bool)
         for values, triad in ((recording.acc, self.accelerometer), (recording.gyr, self.gyroscope)):
             if triad.full_scale is not None:
-                full |= np.abs(values).max(axis=2) >= triad.full_scale - triad.resolution
+                at_end = np.abs(values) >= triad.full_scale - triad.resolution
+                full |= at_end[..., 0] | at_end[..., 1] | at_end[..., 2]  # any(axis=2) takes 7 times as long
         return float(full.mean())
 
     def sits(self, streams: SensorStreams) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -141,9 +141,8 @@ def _rests(turned: np.ndarray, rest: np.ndarray | None) -> np.ndarray:
 
 def shows_rest(turned: np.ndarray, rest: np.ndarray) -> np.ndarray:
     """The frames, shape (T,), in which joints (T, J, 3, 3) stand to the first as in a rest pose (J, 3, 3)."""
-    away = turned @ rest.swapaxes(-1, -2)
-    against = away[:, :1].swapaxes(-1, -2) @ away
-    cosine = (np.trace(against, axis1=-2, axis2=-1) - 1) / 2
+    with_first = np.tensordot(turned[:, 0] @ rest[0].T, rest, (2, 1))  # (T, 3, J, 3)
+    cosine = (np.einsum("tjab,tajb->tj", turned, with_first) - 1) / 2
     return cosine.min(axis=1) > RESTING
 
 
