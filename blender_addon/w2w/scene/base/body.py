@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A body in the scene: its mesh, its armature of 24 SMPL-named bones, and back again."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import NamedTuple
 
@@ -154,8 +154,7 @@ def editing(armature: bpy.types.Object) -> Iterator[bpy.types.ArmatureEditBones]
     """Bones of an armature to make and move: that goes in edit mode only, on an active, visible object."""
     hidden = armature.hide_get()
     with same_selection():
-        for item in bpy.context.selected_objects:  # armatures would go into edit mode along with this one
-            item.select_set(False)
+        select(())  # armatures would go into edit mode along with this one
         armature.hide_set(False)
         bpy.context.view_layer.objects.active = armature
         bpy.ops.object.mode_set(mode="EDIT")
@@ -174,11 +173,16 @@ def same_selection() -> Iterator[None]:
     try:
         yield
     finally:
-        for item in bpy.context.selected_objects:
-            item.select_set(False)
-        for item in selected:
-            item.select_set(True)
+        select(selected)
         objects.active = active
+
+
+def select(items: Iterable[bpy.types.Object]) -> None:
+    """Select these objects and no others."""
+    for item in bpy.context.selected_objects:
+        item.select_set(False)
+    for item in items:
+        item.select_set(True)
 
 
 def _bone_tails(joints: np.ndarray) -> np.ndarray:

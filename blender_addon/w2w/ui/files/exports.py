@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Export: map, table, signals and report of the panel's study, as Python and the command line write them."""
 
-import tempfile
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -20,13 +18,13 @@ from ...core.selection.headline import doubted, mean_title
 from ...core.study.results import StudyResults, stored_recording
 from ...scene.base.playback import EvaluatedVertices
 from ...scene.presentation import facing, stage
-from ..jobs.jobs import Step, Steps, in_thread, on_body, part, show_error, start
+from ..jobs.jobs import Step, Steps, in_thread, on_body
 from ..steps.baking import ranked_clips
 from ..study import counting, lists, operators, scores, signal_cache, state
 from ..viewport.framing import MARGIN, extent, with_garments
 from ..viewport.legend import legend
 from ..viewport.overlay import picks
-from .save_results import save_steps
+from .save_results import with_saved
 
 SUFFIXES = {"npz": ".npz", "csv": ".csv", "xsens": ".txt", "x-io": ""}
 
@@ -122,6 +120,8 @@ def table_steps(mesh: bpy.types.Object, path: Path) -> Steps:
 @on_body
 def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None, kind: str) -> Steps:
     """Write the signals of some patches, a file each, or of all patches, a file a clip."""
+    if chosen == []:
+        raise ValueError("Click a spot on the body first, with the tool Pick Patch")
     patches, clips = state.placed_patches(mesh), ranked_clips(mesh.w2w)
     names = unique_names([f"{clip.name}.npz" for clip in clips])
     ends: dict[int | None, str] = {None: ".npz"}
@@ -155,19 +155,14 @@ def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None,
 
 @on_body
 def report_steps(mesh: bpy.types.Object, path: Path) -> Steps:
-    """Save the study for a while, and write its report in a thread."""
+    """Write the report."""
 
-    def write(progress: Callable[[float], None]) -> None:
+    def page(study: StudyResults) -> str:
         from ...report.page import report_page  # jinja2 is slow to import
 
-        page = report_page(StudyResults.load(folder))
-        progress(1.0)  # ends it here if the job was cancelled
-        write_text(path, page)
+        return report_page(study)
 
-    with tempfile.TemporaryDirectory(prefix="w2w_report_") as temporary:
-        folder = Path(temporary) / "results"
-        yield from part(save_steps(mesh, folder), 0.0, 0.7)
-        yield from in_thread(write, f"writing {path.name}", 0.7, 1.0)
+    write_text(path, (yield from with_saved(mesh, page, f"writing {path.name}")))
     return f"Saved the report: {path}"
 
 
@@ -217,10 +212,8 @@ class W2W_OT_export_report(Export, bpy.types.Operator):
     write = staticmethod(report_steps)
 
 
-class W2W_OT_export_signals(operators.AsksForFolder, operators.OnBody, bpy.types.Operator):
+class W2W_OT_export_signals(operators.AsksForFolder, operators.StartsJob, bpy.types.Operator):
     """Save what sensors would have recorded: of the patch looked at, or of all patches, a file a clip"""
-
-    bl_options = {"REGISTER"}
 
     which: EnumProperty(
         name="Patches",
@@ -242,13 +235,9 @@ class W2W_OT_export_signals(operators.AsksForFolder, operators.OnBody, bpy.types
         baked = state.patches_of(body) is not None and ranked_clips(body.w2w)
         return "" if baked else "Bake the signals first (step 4)"
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        body = state.polled_body(context)
-        chosen = [patch for patch in picks(context, body) if patch < len(state.placed_patches(body))]
-        if self.which == "PICKED" and not chosen:
-            return show_error(self, "Click a spot on the body first, with the tool Pick Patch")
-        steps = signal_steps(body, self.path(), chosen if self.which == "PICKED" else None, self.kind)
-        return start(self, context, self.bl_label, steps)
+    def steps(self, body: bpy.types.Object) -> Steps:
+        picked = [patch for patch in picks(bpy.context, body) if patch < len(state.placed_patches(body))]
+        return signal_steps(body, self.path(), picked if self.which == "PICKED" else None, self.kind)
 
 
 class W2W_MT_export(bpy.types.Menu):

@@ -9,7 +9,7 @@ from bpy.props import EnumProperty
 
 from ...core.imu.virtual import at_patches
 from ...scene.bake import PatchBaker
-from ...scene.base.body import same_selection
+from ...scene.base.body import same_selection, select
 from ...scene.keyed_patches import keyed_empties
 from ..jobs.jobs import Step, Steps, as_steps, on_body, part
 from ..study import lists, operators, scores, state
@@ -64,10 +64,7 @@ def usd_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     collection = yield from part(key_steps(mesh, chosen), 0.0, 0.9)
     try:
         with same_selection():
-            for item in bpy.context.selected_objects:
-                item.select_set(False)
-            for item in collection.objects:
-                item.select_set(True)
+            select(collection.objects)
             bpy.ops.wm.usd_export(
                 filepath=str(path),
                 selected_objects_only=True,
@@ -83,7 +80,6 @@ class W2W_OT_bake_patches(operators.StartsJob, operators.OnPatches, bpy.types.Op
     """Copy patches as empties with a key in every frame of the clip that plays, free of the body"""
 
     bl_label = "Bake to Keyframes"
-    bl_options = {"REGISTER"}
 
     which: EnumProperty(
         name="Which",

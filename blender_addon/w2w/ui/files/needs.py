@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How cheap the recommended sensors may be: what `w2w need` does, on the cards of the panel."""
 
-import tempfile
-from pathlib import Path
 from typing import Any
 
 import bpy
@@ -10,9 +8,9 @@ import bpy
 from ...core.findings.advice_content import need_content, with_needs
 from ...core.study.choosing import needed
 from ...core.study.results import StudyResults
-from ..jobs.jobs import Steps, in_thread, on_body, part
+from ..jobs.jobs import Steps, on_body
 from ..study import lists, operators
-from .save_results import save_steps
+from .save_results import with_saved
 
 
 def missing_for_needs(body: bpy.types.Object) -> str:
@@ -22,15 +20,12 @@ def missing_for_needs(body: bpy.types.Object) -> str:
 
 @on_body
 def need_steps(mesh: bpy.types.Object) -> Steps:
-    """Save the study for a while, find in a thread what its sensors need, and keep it with their cards."""
+    """Find what the study's sensors need, and keep it with their cards."""
 
-    def find(_: object) -> list[dict[str, Any]]:
-        return [need_content(one) for one in needed(StudyResults.load(folder))]
+    def find(study: StudyResults) -> list[dict[str, Any]]:
+        return [need_content(one) for one in needed(study)]
 
-    with tempfile.TemporaryDirectory(prefix="w2w_need_") as temporary:
-        folder = Path(temporary) / "results"
-        yield from part(save_steps(mesh, folder), 0.0, 0.5)
-        found = yield from in_thread(find, "trying cheaper sensors", 0.5, 1.0)
+    found = yield from with_saved(mesh, find, "trying cheaper sensors")
     content = lists.advice_of(mesh.w2w) or {}
     lists.keep_advice(mesh.w2w, content | {"cards": with_needs(content.get("cards", ()), found)})
     return ". ".join(f"{need['place']}: {need['sentence'] or 'these clips tell nothing'}" for need in found)

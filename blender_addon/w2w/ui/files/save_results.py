@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Save Results: the panel's study as a results folder, which the command line and Python read."""
 
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 import bpy
 
@@ -12,12 +14,14 @@ from ...core.findings.new_folder import check_new, write_folder
 from ...core.library.library import Clip, Library, unique_names
 from ...core.motion.motion import Motion
 from ...core.study.clip_files import signals_key
-from ...core.study.results import ClipResult, Study
+from ...core.study.results import ClipResult, Study, StudyResults
 from ...scene.base.actions import read_action
 from ...scene.base.body import armature_of
 from ..jobs.jobs import Step, Steps, in_thread, on_body, part
 from ..steps.choosing import advised_steps, counted_clips
 from ..study import counting, garments, lists, operators, state
+
+T = TypeVar("T")
 
 
 class W2W_OT_save_results(
@@ -76,6 +80,16 @@ def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Step
     if left_out:
         return f"{text}, ranked anew without {', '.join(sorted(left_out))}"
     return f"{text}, ranked anew by the new weights" if reweighed else text
+
+
+def with_saved(
+    mesh: bpy.types.Object, work: Callable[[StudyResults], T], text: str
+) -> Generator[Step, None, T]:
+    """Save the study for a while, and do work on what was saved in a thread."""
+    with tempfile.TemporaryDirectory(prefix="w2w_saved_") as temporary:
+        folder = Path(temporary) / "results"
+        yield from part(save_steps(mesh, folder), 0.0, 0.6)
+        return (yield from in_thread(lambda _: work(StudyResults.load(folder)), text, 0.6, 1.0))
 
 
 def _saved(clip: bpy.types.PropertyGroup, name: str) -> ClipResult:

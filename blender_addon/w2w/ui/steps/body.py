@@ -13,7 +13,7 @@ from ...core.body.body import Body
 from ...core.body.shapes import RANGES, shaped
 from ...core.wording import capital
 from ...scene.base.actions import reshape_body
-from ...scene.base.body import add_body, armature_of, body_of
+from ...scene.base.body import add_body, armature_of, body_of, select
 from ...scene.body.adopt import adopt_mesh
 from ...scene.files.study_file import has_record
 from ..jobs import jobs
@@ -213,7 +213,5 @@ def make_study(context: bpy.types.Context, mesh: bpy.types.Object) -> None:
 
 def select_only(context: bpy.types.Context, item: bpy.types.Object) -> None:
     """Select one object and make it active."""
-    for selected in context.selected_objects:
-        selected.select_set(False)
-    item.select_set(True)
+    select((item,))
     context.view_layer.objects.active = item

@@ -9,6 +9,7 @@ from bpy.props import BoolProperty, IntProperty
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 
 from ...core.study.signals import place_patches as sample
+from ...scene.base.body import select
 from ...scene.base.patches import empties_by_patch, place_patches, remove_patches
 from ...scene.base.playback import EvaluatedVertices
 from ...scene.files.packing import pack
@@ -130,8 +131,7 @@ def pick(
         study.compared = patch
     else:
         study.picked, study.compared = patch, -1
-        for item in context.selected_objects:
-            item.select_set(False)
+        select(())
     empty = empties_by_patch(study.patch_collection).get(patch)
     if empty is not None and empty.visible_get():
         empty.select_set(True)
