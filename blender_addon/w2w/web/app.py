@@ -29,6 +29,7 @@ from w2w.core.inside import inside
 from w2w.core.library.library import LABELS
 from w2w.core.patches.body_parts import ALL, PRODUCTS
 from w2w.core.ranking.stream import Stream
+from w2w.core.selection.joint import grow_unwished
 from w2w.core.selection.set_tests import SetTests
 from w2w.core.study.choosing import advised, advised_by, compared, prepared_tests, ranked_again, stream_in
 from w2w.core.study.clip_files import WORK
@@ -222,7 +223,7 @@ class App:
         if name.startswith(".") or not path.is_file():
             raise RefusedError(404, "There is no such file")
         if name == REPORT:
-            self.work.prepare(study.results, choose_again)
+            self.work.prepare(study.results, get_ready)
             return FileResponse(path, headers={"content-security-policy": report_policy()})
         kind = mimetypes.guess_type(name)[0] if path.suffix in (".png", ".csv", ".json") else None
         return FileResponse(path, media_type=kind or "application/octet-stream", filename=path.name)
@@ -352,6 +353,14 @@ def _opened(
     study = StudyResults.load(out)
     config = study.config()
     return study, prepared_tests(study, config), stream_in(study, config), {}
+
+
+def get_ready(out: Path) -> None:
+    """Choose as the run did, and find what other wishes need, too."""
+    choose_again(out, {"compare": ""})
+    tests = _opened(out, (out / "summary.json").stat().st_mtime_ns)[1]
+    if tests:
+        grow_unwished(tests)
 
 
 def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:

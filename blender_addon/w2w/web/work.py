@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import ExitStack, suppress
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from w2w.core.library.library import is_motion
 from w2w.headless.runs.workers import Workers, local_executor
@@ -152,15 +152,15 @@ class Work:
             with (study.folder / EVENTS).open("a", encoding="utf-8") as stream:
                 stream.write(json.dumps(ended) + "\n")
 
-    def prepare(self, out: Path, choose: Callable[[Path, dict[str, Any]], object]) -> None:
-        """Choose once as the run did while nobody waits for it: what it finds, other wishes need, too."""
+    def prepare(self, out: Path, get_ready: Callable[[Path], None]) -> None:
+        """Get ready to choose in a study while nobody waits for it."""
 
-        async def chosen() -> None:
+        async def ready() -> None:
             with suppress(ValueError, OSError):
-                await self.chooser.ask(choose, out, {"compare": ""})
+                await self.chooser.ask(get_ready, out)
 
         if self._preparing is None or self._preparing.done():
-            self._preparing = asyncio.create_task(chosen())
+            self._preparing = asyncio.create_task(ready())
 
     def judge(self, study: Study) -> None:
         """Judge all files of a study that are not judged yet."""

@@ -71,6 +71,18 @@ def test_the_first_and_the_first_two_are_what_adding_gives(library):
         np.testing.assert_allclose(scores, every[::2], rtol=1e-5)  # summed in other steps
 
 
+@pytest.mark.parametrize("kept", [0, 3, N])  # kernels, in memory
+def test_what_is_kept_changes_nothing(library, monkeypatch, kept):
+    features, labels, trainings = library
+    monkeypatch.setattr("w2w.core.ranking.joint_scores.KEPT_VALUES", kept * 40**2)
+    joint, new = (JointScores(features, labels, trainings, RIDGE) for _ in range(2))
+    for worn in ([2], [2, 4], [2, 4, 1]):
+        scores = joint.of_added(worn, [0, 3, 5], np.copy)
+        again = joint.of_added(worn, [5, 3, 0], np.copy)
+        np.testing.assert_array_equal(scores, again[::-1])
+    np.testing.assert_array_equal(scores, new.of_added(worn, [0, 3, 5], np.copy))
+
+
 def test_an_activity_without_training_is_never_named(library):
     features, labels, _ = library
     seen = np.flatnonzero(labels[:40] != 2)

@@ -152,6 +152,8 @@ def test_a_further_wish_finds_what_it_would_find_first_and_searches_without_wish
     fresh = prepare(*library())
     one, other = (replace(terms(2, allowed=np.arange(N) != left), unwished=terms(2)) for left in (0, 5))
     choose_together(fresh, alone(tests), one, target=1.0)
+    joint.grow_unwished(fresh)
+    assert [len(search.up_to(6)[0]) for search in fresh.searches.values()] == [terms(2).max_size]
     begun = []
     search = joint._Search.__init__
     monkeypatch.setattr(

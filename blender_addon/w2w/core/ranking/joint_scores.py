@@ -24,6 +24,9 @@ from .classifiers.discriminant import averaging, deviation, few, summing, with_r
 KERNEL_VALUES = 2**20
 """Values of kernels that are held at a time."""
 
+KEPT_VALUES = 2**21
+"""Values of kernels that a training keeps: in memory, 8 MB."""
+
 
 class Training(NamedTuple):
     """Windows trained on, and windows tested on what was trained."""
@@ -125,6 +128,10 @@ class _Kernels(NamedTuple):
     tested_means: np.ndarray  # (S, v, A)
     means_means: np.ndarray  # (S, A): of each class mean with itself
 
+    def copy(self) -> _Kernels:
+        """These in memory of their own."""
+        return _Kernels(*(products.copy() for products in self))
+
     def plus(self, others: _Kernels) -> _Kernels:
         """These, with others added in place: sets with one more patch."""
         for own, other in zip(self, others, strict=True):
@@ -146,9 +153,21 @@ class _Dual:
         self._counts = np.bincount(self._labels, minlength=self.n_activities).astype(np.float32)
         self._average = averaging(self._labels, self.n_activities).toarray()
         self.ridge = np.float32(ridge * len(self._labels))
+        self._kept: dict[int, _Kernels] = {}
 
     def kernels(self, patches: Sequence[int]) -> _Kernels:
-        """Kernels of each patch."""
+        """Kernels of each patch; those found first are kept, as the next step wants most of them again."""
+        due = [patch for patch in patches if patch not in self._kept]
+        found = self._found(due)
+        of_due = dict(zip(due, map(_Kernels._make, zip(*found, strict=True)), strict=True))
+        room = max(KEPT_VALUES // len(self._labels) ** 2 - len(self._kept), 0)
+        self._kept.update({patch: of_due[patch].copy() for patch in due[:room]})
+        if len(due) == len(patches):
+            return found
+        every = [of_due.get(patch) or self._kept[patch] for patch in patches]
+        return _Kernels(*map(np.stack, zip(*every, strict=True)))
+
+    def _found(self, patches: Sequence[int]) -> _Kernels:
         rows = np.asarray(patches, dtype=int)[:, None]
         seen = self._features[rows, self.training.trained]
         means = self._average @ seen

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from itertools import chain
+from itertools import chain, product
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ import scipy
 
 from ..imu.recording import ImuRecording
 from ..imu.sensor import SensorModel
-from ..threads import unthreaded_products
+from ..threads import for_each, unthreaded_products
 from ..windows.features import window_features
 from ..windows.stream import NO_CLIP, stream_windows
 from ..windows.windows import WindowSpec, cut_windows
@@ -178,17 +178,20 @@ class Stream:
         self, recordings: Sequence[ImuRecording], patches: Sequence[int], n_orders: int
     ) -> _Windows:
         """Windows of all folds' streams in drawn orders, all tested; the last label is standing."""
-        standing, signals, owners, parts = self.standing[patches], [], [], []
-        for order in range(n_orders):
-            for fold in np.unique(self.fold).tolist():
-                here = np.flatnonzero(self.fold == fold)
-                draw = (self.seed, order, fold)
-                some = [recordings[number] for number in here]
-                read, owner = stream_windows(some, standing, self.sensor, self.spec.length_s, draw)
-                signals.append(read)
-                owners.append(np.where(owner == NO_CLIP, len(self.weights), self.activity[here[owner]]))
-                parts.append(np.tile([fold, order], (len(owner), 1)))
-        labels, (folds, orders) = np.concatenate(owners), np.concatenate(parts).T
+        standing = self.standing[patches]
+
+        def played(order_and_fold: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+            order, fold = order_and_fold
+            here = np.flatnonzero(self.fold == fold)
+            some = [recordings[number] for number in here]
+            draw = (self.seed, order, fold)
+            signals, owner = stream_windows(some, standing, self.sensor, self.spec.length_s, draw)
+            return signals, np.where(owner == NO_CLIP, len(self.weights), self.activity[here[owner]])
+
+        drawn = list(product(range(n_orders), np.unique(self.fold).tolist()))
+        signals, owners = zip(*for_each(played, drawn), strict=True)
+        labels = np.concatenate(owners)
+        orders, folds = np.repeat(np.array(drawn), [len(owner) for owner in owners], axis=0).T
         features = _by_patch(patches, signals, recordings[0].rate)
         return _Windows(labels, folds, np.ones(len(labels), dtype=bool), orders, features)
 
@@ -203,16 +206,19 @@ class Stream:
             alone = [[patch] for patch in windows.features]
             self._ridges[kind] = Ridge().choose_alpha(windows.of(alone), *how)
         predicted = np.empty((len(sets), int(windows.is_test.sum())), dtype=np.int16)
-        for size in {len(worn) for worn in sets}:
+
+        def predict(size: int) -> None:
             rows = [row for row, worn in enumerate(sets) if len(worn) == size]
             model = Ridge(alphas=(self._ridges[kind] * size,))
             predicted[rows] = model.predict_folds(windows.of([sets[row] for row in rows]), *how).T
+
+        for_each(predict, sorted({len(worn) for worn in sets}))
         return predicted
 
 
 def _by_patch(patches: Sequence[int], signals: Sequence[np.ndarray], rate: float) -> dict[int, np.ndarray]:
     """Features (W, D) by patch of windows (W, N, samples, 6), which come in parts."""
-    features = np.concatenate([_described(one, rate) for one in signals])
+    features = np.concatenate(for_each(lambda one: _described(one, rate), signals))
     return {patch: features[:, number] for number, patch in enumerate(patches)}
 
 

@@ -180,6 +180,12 @@ def _search(
     return tests.searches[key]
 
 
+def grow_unwished(tests: SetTests) -> None:
+    """Grow the sets without wishes that are known to the largest: wishes are held against them."""
+    for search in tests.searches.values():
+        search.up_to(LARGEST_SET)
+
+
 def choose_together(
     tests: SetTests,
     expected: Sequence[np.ndarray],

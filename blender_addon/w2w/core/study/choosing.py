@@ -158,4 +158,4 @@ def _turns(study: StudyResults, config: StudyConfig, patches: Sequence[int]) -> 
 
     cut = np.concatenate(for_each(cut_out, numbers))
     rate, protocol = config.synthesis.rate_hz, labels.protocol(config)
-    return [may_turn(cut[:, card], rate, protocol, DROP) for card in range(len(patches))]
+    return for_each(lambda card: may_turn(cut[:, card], rate, protocol, DROP), range(len(patches)))

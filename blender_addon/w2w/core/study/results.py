@@ -30,6 +30,9 @@ from .signals import record
 UTILITY = "utility.npz"
 """The whole ranking, with its intervals, confusions and predictions."""
 
+HELD_BYTES = 2**28
+"""Bytes of recordings from which no more stay in memory."""
+
 MOST_ACTIONS, SHOWN = 100, 3
 """Clips up to which the Blender file holds the motions of all, and how many an activity it holds of more."""
 
@@ -115,11 +118,18 @@ class StudyResults:
         """
         kept = signals_file(*self.places[clip])
         if kept.exists():
-            whole = ImuRecording.load(kept)
+            whole = self._read.get(clip) or ImuRecording.load(kept)
+            if sum(one.acc.nbytes + one.gyr.nbytes for one in self._read.values()) < HELD_BYTES:
+                self._read[clip] = whole
             return whole if patches is None else whole.at(patches)
         body, config = self._made_by
         with unthreaded_products():
             return record(body, self.patches, self.motion(self.clips[clip].name), config, chosen=patches)
+
+    @cached_property
+    def _read(self) -> dict[int, ImuRecording]:
+        """Recordings that stay in memory: a choice reads all clips at patches that it finds step by step."""
+        return {}
 
     @cached_property
     def _made_by(self) -> tuple[Body, StudyConfig]:
