@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from w2w.core.colours import colour_table
-from w2w.drawing.heatmap import SPARE, VIEW_PIXELS, VIEW_SIZE, Scale, heatmap_figure, subset_figure
+from w2w.core.colours import Scale, colour_table
+from w2w.drawing.heatmap import SPARE, VIEW_PIXELS, VIEW_SIZE, heatmap_figure, subset_figure
 from w2w.drawing.page import BADGE, DPI, MARGIN, apart
 
 from ..rings import by_day

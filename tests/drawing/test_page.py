@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from w2w.core.body.body import Body
+from w2w.core.colours import Scale
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.classifiers.ridge import Ridge
@@ -31,12 +32,12 @@ SIX = np.linspace(0.2, 0.9, 6)
 
 
 def _heatmap(path, name):
-    heatmap.heatmap_figure(path, [VIEW, VIEW], name, heatmap.Scale(0.2, 0.9, name, name), name)
+    heatmap.heatmap_figure(path, [VIEW, VIEW], name, Scale(0.2, 0.9, name, name), name)
 
 
 def _subset(path, name):
     markers = [(0, 20, 30), (1, 20, 30)]
-    scale, names = heatmap.Scale(0.2, 0.9, name, name), [name, name]
+    scale, names = Scale(0.2, 0.9, name, name), [name, name]
     heatmap.subset_figure(path, [VIEW, VIEW], name, scale, markers, names, [0.5, 0.6], names, 0.9, name)
 
 
@@ -80,7 +81,7 @@ def _score_maps(path, name):
 
 def _drawing(path, name):
     patches = sample_patches(Body.bundled(), 6)
-    heatmap.draw_heatmap(path, Body.bundled(), patches, SIX, name, name, name)
+    heatmap.draw_heatmap(path, Body.bundled(), patches, SIX, name, Scale.of(SIX, title=name), name)
 
 
 KINDS = [_heatmap, _subset, _panel, _placement, _signal, _sweep, _confusions, _score_maps, _drawing]

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.colours import NEUTRAL_GREY, patch_colours, score_colours
+from w2w.core.colours import NEUTRAL_GREY, Scale, score_colours
 from w2w.core.motion.skinning import patch_matrices
 from w2w.scene.base.patches import patch_empties
 from w2w.scene.files.study_file import FILES, RECORD, write_study
@@ -46,7 +46,8 @@ def attribute_colours(mesh, name):
 
 def test_each_activity_and_the_mean_is_a_colour_attribute(body_in_scene, patches, scores):
     mesh = body_in_scene.mesh
-    names = add_heatmaps(mesh, patches, scores, ACTIVITIES, scores.mean(axis=1), low=0.0, high=1.0)
+    mean = scores.mean(axis=1)
+    names = add_heatmaps(mesh, patches, scores, ACTIVITIES, mean, scale=lambda _: Scale(0.0, 1.0))
     assert names == ["Expected F1", *(f"Expected F1: {name}" for name in ACTIVITIES)] == heatmap_names(mesh)
     for name, values in zip(names[1:], scores.T, strict=True):
         expected = score_colours(patches.to_vertices(values), 0, 1)
@@ -55,9 +56,9 @@ def test_each_activity_and_the_mean_is_a_colour_attribute(body_in_scene, patches
 
 def test_a_heatmap_s_own_range_is_that_of_its_patches(patches, scores):
     values = scores[:, 0]
-    own = patch_colours(patches, values)
-    np.testing.assert_array_equal(own, patch_colours(patches, values, values.min(), values.max()))
-    assert np.abs(own - patch_colours(patches, values, 0, 1)).max() > 0.1
+    own = Scale.of(values).colours(patches, values)
+    np.testing.assert_array_equal(own, Scale(values.min(), values.max()).colours(patches, values))
+    assert np.abs(own - Scale(0, 1).colours(patches, values)).max() > 0.1
 
 
 def test_scores_that_hardly_differ_look_alike_unless_asked_for(body_in_scene, patches):
@@ -65,18 +66,19 @@ def test_scores_that_hardly_differ_look_alike_unless_asked_for(body_in_scene, pa
     mesh = body_in_scene.mesh
     (name,) = add_heatmaps(mesh, patches, np.empty((len(patches), 0)), (), values)
     np.testing.assert_allclose(
-        attribute_colours(mesh, name), patch_colours(patches, values, 0.5, 0.6), atol=1.1 / 255
+        attribute_colours(mesh, name), Scale(0.5, 0.6).colours(patches, values), atol=1.1 / 255
     )
-    add_heatmaps(mesh, patches, np.empty((len(patches), 0)), (), values, span=0.5)
+    none = np.empty((len(patches), 0))
+    add_heatmaps(mesh, patches, none, (), values, scale=lambda scores: Scale.of(scores, 0.5))
     np.testing.assert_allclose(
-        attribute_colours(mesh, name), patch_colours(patches, values, 0.3, 0.8), atol=1.1 / 255
+        attribute_colours(mesh, name), Scale(0.3, 0.8).colours(patches, values), atol=1.1 / 255
     )
 
 
 def test_patches_without_a_score_are_grey_and_spoil_no_other(patches):
     values = np.full(len(patches), 0.6)
     values[[7, 20]] = np.nan
-    colours = patch_colours(patches, values, 0, 1)
+    colours = Scale(0, 1).colours(patches, values)
     grey = (colours == NEUTRAL_GREY).all(axis=1)
     np.testing.assert_array_equal(grey, np.isin(patches.labels, [7, 20]))
     np.testing.assert_allclose(

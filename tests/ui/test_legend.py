@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.colours import DIFFERENCE_MAP, LEAST_SPAN, colour_table, difference_range
+from w2w.core.colours import DIFFERENCE_MAP, LEAST_SPAN, Scale, colour_table
 from w2w.scene import heatmap
 from w2w.ui.study.scores import shown_scores
 from w2w.ui.study.state import patches_of, utility_of
@@ -60,8 +60,9 @@ def test_the_difference_follows_what_is_shown_and_ticked_and_goes(library: Path)
 
 
 def test_differences_reach_as_far_to_both_sides() -> None:
-    assert difference_range(np.array([-0.3, 0.1, np.nan])) == (-0.3, 0.3)
-    assert difference_range(np.zeros(4)) == (-LEAST_SPAN / 2, LEAST_SPAN / 2)
+    for values, reach in ((np.array([-0.3, 0.1, np.nan]), 0.3), (np.zeros(4), LEAST_SPAN / 2)):
+        scale = Scale.of_difference(values)
+        assert (scale.low, scale.high) == (-reach, reach)
 
 
 @pytest.mark.parametrize(

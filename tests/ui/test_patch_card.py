@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from w2w.core.colours import Scale
 from w2w.core.imu.recording import ImuRecording
 from w2w.ui.viewport.card import WIDTH, HoverCard, on_one_scale
 from w2w.ui.viewport.framing import FreeArea
@@ -14,7 +15,7 @@ from w2w.ui.viewport.overlay import BAR_BOX, fitting_scale, place_cards
 
 def card(recording: ImuRecording | None, patch: int) -> HoverCard:
     return HoverCard(
-        "A", (1, 1, 1, 1), "wrist", (), (), np.zeros(0), 0.0, 1.0, "viridis", recording, patch, "", 0.0
+        "A", (1, 1, 1, 1), "wrist", (), (), np.zeros(0), Scale(0.0, 1.0), recording, patch, "", 0.0
     )
 
 

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.colours import patch_colours, score_range
+from w2w.core.colours import Scale
 from w2w.scene.heatmap import BESIDE, DIFFERENCE
 from w2w.ui.results import upkeep
 from w2w.ui.steps.patches import spot_at
@@ -44,15 +44,15 @@ def test_two_activities_stand_side_by_side_on_one_scale(library: Path) -> None:
     assert bpy.ops.w2w.side_by_side() == {"FINISHED"}
     study.view, study.beside_view = "A1", "A3"
     first, third = utility.expected_f1[:, 0], utility.expected_f1[:, 2]
-    ends = score_range(np.concatenate([first, third]), utility.colour_span)
-    np.testing.assert_allclose(colours(body), patch_colours(patches, first, *ends), atol=STEP)
-    np.testing.assert_allclose(colours(study.beside), patch_colours(patches, third, *ends), atol=STEP)
+    shared = Scale.of(np.concatenate([first, third]), utility.colour_span)
+    np.testing.assert_allclose(colours(body), shared.colours(patches, first), atol=STEP)
+    np.testing.assert_allclose(colours(study.beside), shared.colours(patches, third), atol=STEP)
     shown = legend(study, utility)
     assert (shown.name, shown.beside) == (utility.activities[0], utility.activities[2])
-    assert (shown.low, shown.high) == pytest.approx(ends)
+    assert (shown.low, shown.high) == pytest.approx((shared.low, shared.high))
     study.scores, study.colour_map = "ON_THESE", "magma"
-    ends = score_range(utility.f1[:, [0, 2]], utility.colour_span)
-    expected = patch_colours(patches, utility.f1[:, 2], *ends, "magma")
+    shared = Scale.of(utility.f1[:, [0, 2]], utility.colour_span, colour_map="magma")
+    expected = shared.colours(patches, utility.f1[:, 2])
     np.testing.assert_allclose(colours(study.beside), expected, atol=STEP)
     study.scores, study.colour_map, study.view = "EXPECTED", "viridis", "MEAN"
     assert bpy.ops.w2w.side_by_side() == {"FINISHED"}
@@ -87,8 +87,8 @@ def test_another_body_s_result_stands_beside_on_the_same_body(library: Path, fin
     utility, theirs = utility_of(study), utility_of(other.w2w)
     assert legend(study, utility).beside == f"{theirs.activities[1]} ({other.name})"
     both = np.concatenate([utility.expected_mean, theirs.expected_f1[:, 1]])
-    ends = score_range(both, utility.colour_span)
-    expected = patch_colours(patches_of(other), theirs.expected_f1[:, 1], *ends)
+    shared = Scale.of(both, utility.colour_span)
+    expected = shared.colours(patches_of(other), theirs.expected_f1[:, 1])
     np.testing.assert_allclose(colours(study.beside), expected, atol=STEP)
     other.w2w.scores = "ON_THESE"  # its own colours only: what is compared is of one kind
     np.testing.assert_allclose(colours(study.beside), expected, atol=STEP)

@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.colours import patch_colours
+from w2w.core.colours import Scale
 from w2w.core.ranking.utility import CLASSIFIERS
 from w2w.core.selection import headline
 from w2w.core.selection.answer import ScoredMap, answer, best_single
@@ -104,11 +104,15 @@ def test_heatmaps_show_the_expected_f1_or_that_of_these_clips(library: Path) -> 
         return values.reshape(-1, 4)[:, :3]
 
     step, span = 1.1 / 255, utility.colour_span
-    np.testing.assert_allclose(shown(), patch_colours(patches, utility.expected_mean, span=span), atol=step)
+    np.testing.assert_allclose(
+        shown(), Scale.of(utility.expected_mean, span).colours(patches, utility.expected_mean), atol=step
+    )
     body.w2w.scores = "ON_THESE"
     assert body.data.color_attributes.active_color.name == "F1 on these clips"
     assert len(body.data.color_attributes) == 4
-    np.testing.assert_allclose(shown(), patch_colours(patches, utility.mean, span=span), atol=step)
+    np.testing.assert_allclose(
+        shown(), Scale.of(utility.mean, span).colours(patches, utility.mean), atol=step
+    )
 
 
 def test_the_panel_warns_where_sources_and_activities_coincide(library: Path) -> None:

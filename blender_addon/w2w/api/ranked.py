@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.body.body import Body
+from ..core.colours import Scale
 from ..core.csv_tables import apart, csv_text
 from ..core.files import write_text
 from ..core.findings.cautions import Caution, cautions, heaviest_first, worn_cautions
@@ -231,9 +232,8 @@ class Ranked:
         what = "patch" if self.recordings is None else "place"
         subtitle = doubted(self.utility, f"Best {what}: {self.names[best]} ({scores[best]:.2f})")
         label = "Expected F1" if expected else "F1 on these clips"
+        scale = Scale.of(scores, self.utility.colour_span, label)
         body, patches, scores = (
             (self.body, self.patches, scores) if self.body else shown_on(self.names, scores)
         )
-        return draw_heatmap(
-            path, body, patches, scores, title, subtitle, label, span=self.utility.colour_span
-        )
+        return draw_heatmap(path, body, patches, scores, title, scale, subtitle)

@@ -2,7 +2,9 @@
 """Scores as colours: one perceptual colour map for every heatmap, colour bar and overlay."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
+from typing import Self
 
 import numpy as np
 
@@ -51,22 +53,36 @@ def score_colours(scores: np.ndarray, low: float, high: float, colour_map: str =
     return colours
 
 
-def patch_colours(
-    patches: PatchSet,
-    scores: np.ndarray,
-    low: float | None = None,
-    high: float | None = None,
-    colour_map: str = COLOUR_MAP,
-    span: float = LEAST_SPAN,
-) -> np.ndarray:
-    """Colours (V, 3) of a body's vertices from scores (N,) of its patches, spread smoothly between them.
+@dataclass(frozen=True)
+class Scale:
+    """Meaning of a map's colours: scores from `low` to `high`, called `title`; a legend adds the `note`."""
 
-    A patch without a score (NaN) has grey ground. The range is by default that of the patches'
-    scores; see `score_colours` and `score_range`.
-    """
-    own_low, own_high = score_range(scores, span)
-    low, high = own_low if low is None else low, own_high if high is None else high
-    return score_colours(patches.to_vertices(scores), low, high, colour_map)
+    low: float
+    high: float
+    title: str = "F1"
+    note: str = ""
+    colour_map: str = COLOUR_MAP
+
+    @classmethod
+    def of(
+        cls, scores: np.ndarray, span: float = LEAST_SPAN, title: str = "F1", colour_map: str = COLOUR_MAP
+    ) -> Self:
+        """The scale of the scores' own range, at least `span` wide; if it is wider, the note says so."""
+        low, high = score_range(scores, span)
+        return cls(low, high, title, span_note(scores, low, high), colour_map)
+
+    @classmethod
+    def of_difference(cls, scores: np.ndarray) -> Self:
+        """The scale of differences of scores, as far from none on both sides."""
+        reach = max(float(np.nanmax(np.abs(scores), initial=0.0)), LEAST_SPAN / 2)
+        return cls(-reach, reach, "Difference of F1", colour_map=DIFFERENCE_MAP)
+
+    def colours(self, patches: PatchSet, scores: np.ndarray) -> np.ndarray:
+        """Colours (V, 3) of a body's vertices from scores (N,) of its patches, spread smoothly between them.
+
+        A patch without a score (NaN) has grey ground.
+        """
+        return score_colours(patches.to_vertices(scores), self.low, self.high, self.colour_map)
 
 
 def score_range(scores: np.ndarray | Sequence[float], span: float = LEAST_SPAN) -> tuple[float, float]:
@@ -82,12 +98,6 @@ def score_range(scores: np.ndarray | Sequence[float], span: float = LEAST_SPAN) 
     if low >= 0 and high <= 1:
         end = min(max(end, 0.0), 1.0 - span)
     return end, end + span
-
-
-def difference_range(scores: np.ndarray) -> tuple[float, float]:
-    """Differences of scores at the two ends of their colours: as far from none on both sides."""
-    reach = max(float(np.nanmax(np.abs(scores), initial=0.0)), LEAST_SPAN / 2)
-    return -reach, reach
 
 
 def span_note(scores: np.ndarray | Sequence[float], low: float, high: float) -> str:

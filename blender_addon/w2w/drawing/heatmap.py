@@ -2,7 +2,6 @@
 """Finished pictures of heatmaps and chosen sensors, ready for a slide or a paper."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
 from ..core.body.body import Body
-from ..core.colours import COLOUR_MAP, LEAST_SPAN, colour_table, patch_colours, score_range, span_note
+from ..core.colours import Scale, colour_table
 from ..core.patches.patches import PatchSet
 from . import page
 from .body import BodyPictures, common_crop, size_for
@@ -37,29 +36,14 @@ SIDES = {"Front": ("R", "L"), "Back": ("L", "R")}
 """Which of the body's sides is on the left and on the right of a view."""
 
 
-@dataclass(frozen=True)
-class Scale:
-    """Meaning of the colours: scores from `low` to `high`, called `label`; `note` is below the colour bar."""
-
-    low: float
-    high: float
-    label: str = "F1"
-    note: str = ""
-    colour_map: str = COLOUR_MAP
-
-
 def draw_heatmap(
     path: str | Path | None,
     body: Body,
     patches: PatchSet,
     scores: np.ndarray,
     title: str,
+    scale: Scale,
     subtitle: str = "",
-    label: str = "F1",
-    low: float | None = None,
-    high: float | None = None,
-    colour_map: str = COLOUR_MAP,
-    span: float = LEAST_SPAN,
 ) -> Figure:
     """Draw scores of patches on the front and the back of a body.
 
@@ -72,26 +56,16 @@ def draw_heatmap(
         Of the same body.
     scores : ndarray, shape (N,)
         NaN where a patch has none.
-    title, subtitle : str
-    label : str
-        What the colours stand for.
-    low, high : float, optional
-        Scores at the two ends of the colours; the scores' own range by default.
-    colour_map : str
-        A name in `colours.COLOUR_MAPS`.
-    span : float
-        F1 that the scores' own range spans at least; where it does, the legend says where they lie.
+    title : str
+    scale : Scale
+    subtitle : str
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    own_low, own_high = score_range(scores, span)
-    note = span_note(scores, own_low, own_high) if low is None and high is None else ""
-    low, high = own_low if low is None else low, own_high if high is None else high
-    colours = patch_colours(patches, scores, low, high, colour_map)
-    views = BodyPictures(body, size_for(body, VIEW_PIXELS)).coloured(colours)
-    return heatmap_figure(path, views, title, Scale(low, high, label, note, colour_map), subtitle)
+    views = BodyPictures(body, size_for(body, VIEW_PIXELS)).coloured(scale.colours(patches, scores))
+    return heatmap_figure(path, views, title, scale, subtitle)
 
 
 @page.OWN_STYLE
@@ -137,7 +111,7 @@ def subset_figure(
         here = [index for index, marker in enumerate(markers) if marker[0] == number]
         anchors = np.array([markers[index][1:] for index in here]).reshape(-1, 2)
         page.draw_markers(axes, anchors, here, pixels_an_inch)
-    page.draw_list(figure, column, names, scores, scale.label, target, page.MARGIN, VIEW_SIZE, cards)
+    page.draw_list(figure, column, names, scores, scale.title, target, page.MARGIN, VIEW_SIZE, cards)
     page.save(figure, path)
 
 
@@ -216,6 +190,6 @@ def _draw_bar(figure: Figure, left: float, scale: Scale) -> None:
     axes.set_xticks([])
     axes.tick_params(length=0, pad=5, labelsize=9.5, labelcolor=page.INK, labelfontfamily=page.FONT)
     axes.spines[:].set_visible(False)
-    page.write(figure, left, bottom + height + 0.2, scale.label, size=11, weight="bold")
+    page.write(figure, left, bottom + height + 0.2, scale.title, size=11, weight="bold")
     note = scale.note.replace(" ", "\n", 1)
     page.write(figure, left, bottom - 0.22, note, size=8.5, color=page.FAINT, va="top")

@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image
 
 from ..core.body.body import Body
-from ..core.colours import patch_colours, score_range
+from ..core.colours import Scale
 from ..core.study.results import StudyResults
 from ..drawing.body import BodyPictures, common_crop, size_for
 
@@ -23,9 +23,9 @@ COLOURS = 160
 def still_picture(study: StudyResults, body: Body, first: list[int], together: list[int]) -> dict[str, Any]:
     """Front and back, coloured by expected F1, and where numbered discs for two lists of patches belong."""
     utility, patches = study.utility, study.patches
-    low, high = score_range(utility.expected_mean, utility.colour_span)
+    scale = Scale.of(utility.expected_mean, utility.colour_span)
     pictures = BodyPictures(body, size_for(body, PIXELS))
-    views = pictures.coloured(patch_colours(patches, utility.expected_mean, low, high))
+    views = pictures.coloured(scale.colours(patches, utility.expected_mean))
     top, bottom, left, right = common_crop(views)
     both = np.concatenate([view[top:bottom, left:right] for view in views], axis=1)
     stream = io.BytesIO()
@@ -44,8 +44,8 @@ def still_picture(study: StudyResults, body: Body, first: list[int], together: l
         "picture": f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode('ascii')}",
         "width": both.shape[1],
         "height": both.shape[0],
-        "low": low,
-        "high": high,
+        "low": scale.low,
+        "high": scale.high,
         "first": marks(first),
         "first_named": named,
         "set": marks(together),

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Expected F1 as colour attributes of a body's mesh, and a second map on a copy next to the body."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ..core.colours import COLOUR_MAP, DIFFERENCE_MAP, LEAST_SPAN, difference_range, patch_colours
+from ..core.colours import Scale
 from ..core.patches.patches import PatchSet
 from .base.body import matrix, moved, rest_vertices
 from .base.module import bpy
@@ -37,33 +37,27 @@ def add_heatmaps(
     utility_f1: np.ndarray,
     activities: Sequence[str],
     mean: np.ndarray,
-    low: float | None = None,
-    high: float | None = None,
-    colour_map: str = COLOUR_MAP,
     title: str = MEAN,
-    span: float = LEAST_SPAN,
+    scale: Callable[[np.ndarray], Scale] = Scale.of,
 ) -> list[str]:
     """Paint colour attributes on the mesh for the mean (N,) and each activity (N, A), and show the mean.
 
-    Heatmaps of an earlier call are replaced. `low` and `high` are the scores at the ends of the colour map, a
-    name in `colours.COLOUR_MAPS`; by default each heatmap has its own range, of at least `span`. `title` says
-    what the scores are: `MEAN` or `ON_THESE_CLIPS`. Returns the names of the attributes: the mean, then the
+    Heatmaps of an earlier call are replaced. `title` says what the scores are: `MEAN` or `ON_THESE_CLIPS`,
+    and `scale` gives the colours of each heatmap's. Returns the names of the attributes: the mean, then the
     activities. Raises `ValueError` if the patches do not fit the mesh.
     """
     check_patches(mesh, patches)
     remove_heatmaps(mesh)
     names = _attribute_names(activities, title)
     for name, scores in zip(names, np.column_stack([mean, utility_f1]).T, strict=True):
-        paint_colours(mesh.data, name, patch_colours(patches, scores, low, high, colour_map, span))
+        paint_colours(mesh.data, name, scale(scores).colours(patches, scores))
     show_heatmap(mesh, names[0])
     return names
 
 
 def add_difference(mesh: bpy.types.Object, patches: PatchSet, scores: np.ndarray) -> None:
     """Paint the difference of two heatmaps, in addition to those of `add_heatmaps`, in its own colours."""
-    paint_colours(
-        mesh.data, DIFFERENCE, patch_colours(patches, scores, *difference_range(scores), DIFFERENCE_MAP)
-    )
+    paint_colours(mesh.data, DIFFERENCE, Scale.of_difference(scores).colours(patches, scores))
 
 
 def show_heatmap(mesh: bpy.types.Object, name: str) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from w2w.core.colours import patch_colours, score_range, span_note
+from w2w.core.colours import Scale, score_range, span_note
 from w2w.core.study.ranking import LabelledClip
 from w2w.core.study.results import StudyResults
 from w2w.headless.reports.draw import draw_side_by_side, marked_set, write_pictures
@@ -70,7 +70,7 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
     low, high = scale.low, scale.high
     assert (low, high) == score_range(utility.expected_mean, utility.colour_span)
     assert scale.note == span_note(utility.expected_mean, low, high)
-    assert scale.label == "Expected F1"
+    assert scale.title == "Expected F1"
     assert drawn["set"][0] == scale
     assert subtitle.endswith(f"Best spot: {best['name']} ({best['expected_f1']:.2f} on other clips)")
     scores = utility.expected_f1[:, utility.activities.index("arm_raise")]
@@ -78,7 +78,7 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
     assert (scale.low, scale.high) == score_range(scores, utility.colour_span)
     assert study.patches.names[scores.argmax()] in subtitle
     np.testing.assert_array_equal(
-        coloured[-1], patch_colours(study.patches, utility.expected_mean, low, high)
+        coloured[-1], Scale(low, high).colours(study.patches, utility.expected_mean)
     )
     cards = {card["patch"]: card for card in study.summary["cards"]}
     worn = [place["patch"] for place in study.summary["worn_together"]["places"]]

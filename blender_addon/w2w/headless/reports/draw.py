@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from w2w.core.colours import patch_colours, score_range, span_note
+from w2w.core.colours import Scale
 from w2w.core.files import folder_beside
 from w2w.core.selection.answer import best_single
 from w2w.core.selection.headline import doubted, mean_title
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     import numpy as np
 
     from w2w.drawing.body import BodyPictures  # Pillow is slow to import
-    from w2w.drawing.heatmap import Scale
 
 BLEND = "study.blend"
 
@@ -115,7 +114,7 @@ def _counted(files: Sequence[Path], advance: Callable[[int], None]) -> Iterator[
 def write_pictures(out: Path, to: Path) -> None:
     """Draw `heatmaps/*.png` of a finished study, one for each activity, the mean and the set, in a folder."""
     from w2w.drawing.body import BodyPictures, size_for
-    from w2w.drawing.heatmap import VIEW_PIXELS, Scale, heatmap_figure  # matplotlib is slow to import
+    from w2w.drawing.heatmap import VIEW_PIXELS, heatmap_figure  # matplotlib is slow to import
 
     study = StudyResults.load(out, by=None)
     utility = study.utility
@@ -129,9 +128,8 @@ def write_pictures(out: Path, to: Path) -> None:
     with ThreadPoolExecutor(1) as pages:  # the next body is coloured while the last one's page is made
         drawn = []
         for name, title, scores, spot in maps:
-            low, high = score_range(scores, utility.colour_span)
-            scale = Scale(low, high, EXPECTED, span_note(scores, low, high))
-            views = shaded.coloured(patch_colours(study.patches, scores, low, high))
+            scale = Scale.of(scores, utility.colour_span, EXPECTED)
+            views = shaded.coloured(scale.colours(study.patches, scores))
             best_spot = f"Best spot: {study.patches.names[spot]} ({scores[spot]:.2f} on other clips)"
             subtitle = doubted(utility, best_spot)
             path = to / HEATMAPS / f"{name}.png"

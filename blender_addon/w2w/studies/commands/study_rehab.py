@@ -11,7 +11,7 @@ import numpy as np
 import typer
 
 from w2w.core.body.body import Body
-from w2w.core.colours import patch_colours, score_range
+from w2w.core.colours import Scale
 from w2w.core.library.library import Library, read_library
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.answer import best_single
@@ -148,14 +148,14 @@ def draw_figure(out: Path, subset: Subset) -> None:
 
     study = StudyResults.load(out)
     utility, patches, body = study.utility, study.patches, study.body()
-    scale = score_range(utility.expected_f1, utility.colour_span)
+    scale = Scale.of(utility.expected_f1, utility.colour_span)
     order = list(subset.order[:MAX_LISTED])
 
     shaded = BodyPictures(body)
 
     def drawn(scores: np.ndarray, heading: str, best: int) -> Map:
         note = f"best: {patches.names[best]} ({scores[best]:.2f})"
-        return Map(shaded.coloured(patch_colours(patches, scores, *scale)), heading, note)
+        return Map(shaded.coloured(scale.colours(patches, scores)), heading, note)
 
     activities = []
     for number, heading in headings(utility):
@@ -174,7 +174,7 @@ def draw_figure(out: Path, subset: Subset) -> None:
         markers,
         [patches.names[patch] for patch in order],
         subset.mean_max_after_each[: len(order)],
-        scale,
+        (scale.low, scale.high),
         subset.target,
     )
 

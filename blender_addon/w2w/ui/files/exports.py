@@ -52,16 +52,11 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     study, utility, patches = mesh.w2w, state.ranking_of(mesh), state.placed_patches(mesh)
     values, shown, body = scores.shown_scores(study, utility), legend(study, utility), state.body_as_run(mesh)
     title, subtitle = heading(mesh)
-    one_scale = scores.minus_index(study) >= 0 or study.fix_range or scores.beside_of(study) is not None
 
     def draw(_: object) -> None:
         from ...drawing.heatmap import draw_heatmap  # matplotlib is slow to import
 
-        draw_heatmap(
-            path, body, patches, values, title, subtitle, label=shown.title, colour_map=shown.colour_map,
-            low=shown.low if one_scale else None, high=shown.high if one_scale else None,
-            span=utility.colour_span,
-        )  # fmt: skip
+        draw_heatmap(path, body, patches, values, title, shown, subtitle)
 
     yield from in_thread(draw, f"drawing {path.name}", 0.0, 1.0)
     return f"Saved the map: {path}"
@@ -71,7 +66,7 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
 def presentation_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Render the posed body from the front and from behind, then lay legend and badges around it."""
     from ...drawing.body import ViewFrame
-    from ...drawing.heatmap import VIEW_PIXELS, Scale, subset_figure  # matplotlib is slow to import
+    from ...drawing.heatmap import VIEW_PIXELS, subset_figure  # matplotlib is slow to import
 
     study, patches = mesh.w2w, state.placed_patches(mesh)
     rows = list(lists.leading(study))
@@ -92,13 +87,12 @@ def presentation_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     shown, advice = legend(study, state.ranking_of(mesh)), lists.advice_of(study) or {}
     words = {card["patch"]: card["in_words"] for card in advice.get("cards") or ()}
     named = [row.label for row in rows], [row.f1 for row in rows], [words.get(row.patch, "") for row in rows]
-    scale = Scale(shown.low, shown.high, shown.title, shown.note, shown.colour_map)
     title, subtitle = heading(mesh)
     if scores.view_index(study) == 0 and scores.minus_index(study) < 0:  # the badges are of this answer
         subtitle = lists.answer_of(study).get("sentence", subtitle)
 
     def draw(_: object) -> None:
-        subset_figure(path, views, title, scale, markers, *named, subtitle=subtitle)
+        subset_figure(path, views, title, shown, markers, *named, subtitle=subtitle)
 
     yield from in_thread(draw, f"drawing {path.name}", 0.6, 1.0)
     return f"Saved the picture: {path}"

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
-from ...core.colours import score_range
+from ...core.colours import Scale, score_range
 from ...core.findings.advice_content import answer_content, place_content
 from ...core.findings.cautions import cautions
 from ...core.ranking.utility import UtilityMap
@@ -100,14 +100,14 @@ def paint(body: bpy.types.Object, follow: bool = True) -> None:
     if body.data.is_editmode:  # colours cannot be reached there: they follow when it is left
         _waiting.add(body.name)
         return
-    low, high = None, None
+    shared = None
     if study.fix_range or scores.beside_of(study) is not None:
-        low, high = scores.colour_range(study, utility)
+        shared = scores.scale_of(study, utility)
     f1, mean = scores.activity_scores(study, utility), scores.mean_scores(study, utility)
     name = heatmap.MEAN if study.scores == scores.EXPECTED else heatmap.ON_THESE_CLIPS
     heatmap.add_heatmaps(
-        body, patches, f1, utility.activities, mean,
-        low=low, high=high, colour_map=study.colour_map, title=name, span=utility.colour_span,
+        body, patches, f1, utility.activities, mean, name,
+        lambda own: shared or Scale.of(own, utility.colour_span, colour_map=study.colour_map),
     )  # fmt: skip
     if scores.minus_index(study) >= 0:
         heatmap.add_difference(body, patches, scores.shown_scores(study, utility))

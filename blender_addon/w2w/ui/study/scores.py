@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ...core.colours import score_range, span_note
+from ...core.colours import Scale
 from ...core.ranking.costs import costs_at, does_as_well
 from ...core.ranking.utility import UtilityMap
 from ...core.ranking.weights import mean_over
@@ -114,21 +114,12 @@ def view_of(study: Group, view: str) -> int:
     return index if index <= len(study.activities) else -1
 
 
-def colour_range(study: Group, utility: UtilityMap) -> tuple[float, float]:
-    """F1 at the two ends of the colours, which both maps share."""
+def scale_of(study: Group, utility: UtilityMap) -> Scale:
+    """The colours of the map that is shown, which the second one shares."""
+    title = "Expected F1" if study.scores == EXPECTED else "F1 on these clips"
     if study.fix_range:
-        return min(study.range_low, study.range_high), max(study.range_low, study.range_high)
-    return score_range(_with_beside(study, utility), utility.colour_span)
-
-
-def range_note(study: Group, utility: UtilityMap) -> str:
-    """The colour bar's note if its colours span more than the scores, else ""."""
-    if study.fix_range:
-        return ""
-    return span_note(_with_beside(study, utility), *colour_range(study, utility))
-
-
-def _with_beside(study: Group, utility: UtilityMap) -> np.ndarray:
-    """The scores that are shown, those of the second map included."""
+        low, high = sorted((study.range_low, study.range_high))
+        return Scale(low, high, title, colour_map=study.colour_map)
     scores, beside = shown_scores(study, utility), beside_scores(study)
-    return scores if beside is None else np.concatenate([scores.ravel(), beside])
+    both = scores if beside is None else np.concatenate([scores, beside])
+    return Scale.of(both, utility.colour_span, title, study.colour_map)

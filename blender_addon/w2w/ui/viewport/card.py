@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...core.colours import score_colours
+from ...core.colours import Scale, score_colours
 from ...core.imu.recording import ImuRecording
 from .drawing import Colour, clipped, polyline, rectangle, text, width_of
 
@@ -38,9 +38,7 @@ class HoverCard:
     lines: tuple[str, ...]  # below the title
     activities: tuple[str, ...]
     f1: np.ndarray  # (A,), of length 0 before a ranking
-    low: float  # F1 at the ends of the colours
-    high: float
-    colour_map: str
+    scale: Scale  # of the bars' colours
     recording: ImuRecording | None  # the clip's signals, if baked
     patch: int
     clip: str  # what the signals show, or why there are none
@@ -96,7 +94,7 @@ class HoverCard:
         longest = max(width_of(activity, 11 * scale) for activity in self.activities)
         label, number = min(longest + 8 * scale, 0.6 * column), 30 * scale
         full = column - label - number - MARGIN * scale
-        shades = score_colours(self.f1, self.low, self.high, self.colour_map)
+        shades = score_colours(self.f1, self.scale.low, self.scale.high, self.scale.colour_map)
         for index, (activity, f1) in enumerate(zip(self.activities, self.f1, strict=True)):
             x, y = left + (index // rows) * column, top - (index % rows) * LINE * scale
             text(x, y, clipped(activity, label - 6 * scale, 11 * scale), 11 * scale, PALE)

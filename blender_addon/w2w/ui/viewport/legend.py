@@ -2,11 +2,11 @@
 """Beside a body's map: the legend of its colours, a second map on a copy, and the user's own character."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import bpy
 
-from ...core.colours import DIFFERENCE_MAP, difference_range, patch_colours
+from ...core.colours import Scale
 from ...core.ranking.utility import UtilityMap
 from ...scene import heatmap
 from ...scene.body import character
@@ -21,16 +21,12 @@ MARK_RADIUS = 1.5
 """Radius of a sensor's ball on a character, in lengths of a patch's axes."""
 
 
-class Legend(NamedTuple):
-    """Title, numbers and note next to the colours."""
+@dataclass(frozen=True)
+class Legend(Scale):
+    """The colours of the heatmap that is shown, with what stands next to them."""
 
-    name: str
-    title: str
-    low: float
-    high: float
-    colour_map: str
-    note: str
-    number: str
+    name: str = ""
+    number: str = ".2f"
     """Format of scores."""
     beside: str = ""
     """Name of the second map."""
@@ -42,11 +38,10 @@ def legend(study: bpy.types.PropertyGroup, utility: UtilityMap) -> Legend:
     outdated = "out of date" if state.outdated_at_a_glance(study.id_data) else ""
     if scores.minus_index(study) >= 0:
         name = f"{name} minus {map_name(study, scores.minus_index(study))}"
-        low, high = difference_range(scores.shown_scores(study, utility))
-        return Legend(name, "Difference of F1", low, high, DIFFERENCE_MAP, note=outdated, number="+.2f")
-    title = "Expected F1" if study.scores == scores.EXPECTED else "F1 on these clips"
-    (low, high), note = scores.colour_range(study, utility), outdated or scores.range_note(study, utility)
-    return Legend(name, title, low, high, study.colour_map, note, number=".2f", beside=name_of(study))
+        scale = Scale.of_difference(scores.shown_scores(study, utility))
+        return Legend(**vars(scale) | {"note": outdated}, name=name, number="+.2f")
+    scale = scores.scale_of(study, utility)
+    return Legend(**vars(scale) | {"note": outdated or scale.note}, name=name, beside=name_of(study))
 
 
 def left_of_legend(width: float, left: float, right: float, bodies: Sequence[float]) -> float:
@@ -75,8 +70,8 @@ def paint(body: bpy.types.Object) -> None:
             study.beside = None
         return
     shown, patches = other.id_data, state.patches_of(other.id_data)
-    utility, own, values = state.utility_of(other), state.utility_of(study), scores.beside_scores(study)
-    if patches is None or utility is None or own is None or values is None or shown.data.is_editmode:
+    own, values = state.utility_of(study), scores.beside_scores(study)
+    if patches is None or own is None or values is None or shown.data.is_editmode:
         return
     same = len(body.data.vertices) == len(patches.labels)
     model = body if same else shown  # two maps on one body, if it can be
@@ -84,9 +79,7 @@ def paint(body: bpy.types.Object) -> None:
         remove_beside([study.beside])
         study.beside = add_beside(body, model)
     follow(study.beside, body, model)
-    low, high = scores.colour_range(study, own)
-    colours = patch_colours(patches, values, low, high, study.colour_map, utility.colour_span)
-    paint_beside(study.beside, heatmap.MEAN, colours)
+    paint_beside(study.beside, heatmap.MEAN, scores.scale_of(study, own).colours(patches, values))
 
 
 def bodies_beside(body: bpy.types.Object) -> list[bpy.types.Object]:

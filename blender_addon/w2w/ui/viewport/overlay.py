@@ -8,7 +8,7 @@ import numpy as np
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
-from ...core.colours import colour_table, score_colours
+from ...core.colours import Scale, colour_table, score_colours
 from ...core.patches.patches import PatchSet
 from ...scene.base.actions import FIRST_FRAME, key_rate
 from ...scene.base.patches import PATCH
@@ -247,16 +247,15 @@ def _card(
     else:
         shows = f"{clip.activity}: {clip.name}" if clip.activity else clip.name
     lines: tuple[str, ...] = (f"patch {patch}, not ranked yet",)
-    f1, limits = np.zeros(0), (0.0, 1.0)
+    f1, colours = np.zeros(0), Scale(0.0, 1.0, colour_map=study.colour_map)
     if utility is not None:
         lines, values = scores.patch_lines(study, utility, patch), scores.activity_scores(study, utility)
         f1 = values[patch]
-        limits = scores.colour_range(study, utility) if study.fix_range else limits
+        colours = scores.scale_of(study, utility) if study.fix_range else colours
     return HoverCard(
         mark=mark, colour=colour, title=patches.names[patch], lines=lines,
         activities=utility.activities if utility is not None else (),
-        f1=f1, low=limits[0], high=limits[1], colour_map=study.colour_map,
-        recording=recording, patch=patch, clip=shows,
+        f1=f1, scale=colours, recording=recording, patch=patch, clip=shows,
         time=(context.scene.frame_current_final - FIRST_FRAME) / key_rate(clip and clip.action),
     )  # fmt: skip
 
