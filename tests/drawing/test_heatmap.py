@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from w2w.core.colours import Scale, colour_table
 from w2w.drawing.heatmap import SPARE, VIEW_PIXELS, VIEW_SIZE, heatmap_figure, subset_figure
-from w2w.drawing.page import BADGE, DPI, MARGIN, apart
+from w2w.drawing.page import BADGE, DPI, MARGIN, SensorList, apart
 
 from ..rings import by_day
 
@@ -87,8 +87,8 @@ def test_a_body_of_the_page_s_own_pixels_is_not_scaled(tmp_path, short):
 
 @pytest.mark.parametrize(("view", "column", "row"), [(0, 100, 60), (1, 200, 250), (1, 150, 150)])
 def test_a_marker_is_on_its_place(views, tmp_path, view, column, row):
-    arguments = (views, "Chosen", SCALE, [(view, column, row)], ["left wrist"], [0.8], [""])
-    subset_figure(tmp_path / "subset.png", *arguments)
+    arguments = (views, "Chosen", SCALE, [(view, column, row)])
+    subset_figure(tmp_path / "subset.png", *arguments, SensorList(["left wrist"], [0.8], [""]))
     image = read(tmp_path / "subset.png")
     x, y = on_page(image, view, column, row)
     ring = np.linspace(0, 2 * np.pi, 60)
@@ -107,7 +107,8 @@ def test_nothing_is_cut_however_long_the_names(views, tmp_path, count):
     places = [(number % 2, 100 + 8 * number, 60) for number in range(count)]
     names = [f"{number} left lower leg lateral, quite near to the ankle" for number in range(count)]
     scores = np.linspace(0.5, 1, count)
-    subset_figure(tmp_path / "a.png", views, LONG, SCALE, places, names, scores, names, 0.9, LONG * 2)
+    sensors = SensorList(names, scores, names, 0.9)
+    subset_figure(tmp_path / "a.png", views, LONG, SCALE, places, sensors, LONG * 2)
     heatmap_figure(tmp_path / "b.png", views, LONG, Scale(0.98765, 0.98769, "Mean F1"), LONG * 2)
     assert_white_edge(read(tmp_path / "a.png"))
     assert_white_edge(read(tmp_path / "b.png"))
@@ -120,17 +121,19 @@ def test_mathematics_in_names_is_just_text(views, tmp_path):
 
 def test_the_same_content_gives_the_same_bytes(views, tmp_path):
     for name in ("one.png", "two.png"):
-        one = [(0, 100, 60)], ["left wrist"], [0.8], ["a card"]
-        subset_figure(tmp_path / name, views, "Chosen", SCALE, *one, target=0.9)
+        one = SensorList(["left wrist"], [0.8], ["a card"], 0.9)
+        subset_figure(tmp_path / name, views, "Chosen", SCALE, [(0, 100, 60)], one)
     assert (tmp_path / "one.png").read_bytes() == (tmp_path / "two.png").read_bytes()
 
 
 @pytest.mark.parametrize(("count", "shown"), [(3, True), (4, False)])
 def test_cards_are_drawn_where_there_is_room_for_all(views, tmp_path, count, shown):
     names, scores, markers = ["patch"] * count, [0.5] * count, [(0, 100.0, 100.0)] * count
-    subset_figure(tmp_path / "plain.png", views, "Title", SCALE, markers, names, scores, [""] * count)
+    plain = SensorList(names, scores, [""] * count)
+    subset_figure(tmp_path / "plain.png", views, "Title", SCALE, markers, plain)
     cards = ["Left forearm, 85 % of the way from elbow crease to wrist crease. " * 2] * count
-    subset_figure(tmp_path / "cards.png", views, "Title", SCALE, markers, names, scores, cards)
+    sensors = plain._replace(cards=cards)
+    subset_figure(tmp_path / "cards.png", views, "Title", SCALE, markers, sensors)
     assert ((tmp_path / "plain.png").read_bytes() != (tmp_path / "cards.png").read_bytes()) is shown
 
 

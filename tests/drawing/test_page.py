@@ -15,6 +15,7 @@ from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study.config import StudyConfig
 from w2w.drawing import heatmap, signal_figure
+from w2w.drawing.page import SensorList
 from w2w.studies.comparisons import figures
 from w2w.studies.placements import placement_figure
 from w2w.studies.placements.score_table import ScoreRow
@@ -38,7 +39,8 @@ def _heatmap(path, name):
 def _subset(path, name):
     markers = [(0, 20, 30), (1, 20, 30)]
     scale, names = Scale(0.2, 0.9, name, name), [name, name]
-    heatmap.subset_figure(path, [VIEW, VIEW], name, scale, markers, names, [0.5, 0.6], names, 0.9, name)
+    sensors = SensorList(names, [0.5, 0.6], names, 0.9)
+    heatmap.subset_figure(path, [VIEW, VIEW], name, scale, markers, sensors, name)
 
 
 def _panel(path, name):

@@ -90,17 +90,12 @@ def subset_figure(
     title: str,
     scale: Scale,
     markers: Sequence[page.Marker],
-    names: Sequence[str],
-    scores: Sequence[float],
-    cards: Sequence[str],
-    target: float | None = None,
+    sensors: page.SensorList,
     subtitle: str = "",
 ) -> None:
     """Write a picture of chosen sensors: a heatmap with numbered markers and a list next to it.
 
-    `markers` are places of the sensors, in order of choice, from `BodyPictures.locate`. `scores`, from 0 to
-    1, are reached with the sensors up to each one, and `target` is drawn as a line. `cards` are the places of
-    the sensors in words.
+    `markers` are places of the sensors, in order of choice, from `BodyPictures.locate`.
     """
     figure, crop, column = _page(views, title, subtitle, scale, page.LIST_COLUMN)
     top, bottom, first, last = crop
@@ -111,7 +106,7 @@ def subset_figure(
         here = [index for index, marker in enumerate(markers) if marker[0] == number]
         anchors = np.array([markers[index][1:] for index in here]).reshape(-1, 2)
         page.draw_markers(axes, anchors, here, pixels_an_inch)
-    page.draw_list(figure, column, names, scores, scale.title, target, page.MARGIN, VIEW_SIZE, cards)
+    page.draw_list(figure, sensors, scale.title, (column, page.MARGIN), VIEW_SIZE)
     page.save(figure, path)
 
 

@@ -6,7 +6,7 @@ import zlib
 from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -164,27 +164,30 @@ def _draw_badge(axes: Axes, centre: tuple[float, float], number: int) -> None:
     )  # fmt: skip
 
 
+class SensorList(NamedTuple):
+    """Sensors in order of choice, each with the score (0 to 1) of all up to it, and its place in words."""
+
+    names: Sequence[str]
+    scores: Sequence[float]
+    cards: Sequence[str] = ()
+    target: float | None = None
+    """Score to reach, drawn as a line."""
+
+
 def draw_list(
-    figure: Figure,
-    left: float,
-    names: Sequence[str],
-    scores: Sequence[float],
-    label: str,
-    target: float | None,
-    bottom: float,
-    height: float,
-    cards: Sequence[str] = (),
+    figure: Figure, sensors: SensorList, label: str, corner: tuple[float, float], height: float
 ) -> None:
     """Draw a row for each sensor: its badge, its name, a bar of the score reached with it, and its card.
 
-    Cards are left out if there is no room for all.
+    Cards are left out if there is no room for all; `corner` is the lower left one.
     """
+    names, scores, cards, target = sensors
     width = LIST_COLUMN - 0.3
     room = (height - 0.55) / len(names)
     if room < CARD_ROW:
         cards = ()
     row = min(CARD_ROW if cards else ROW, room)
-    axes = axes_at(figure, left, bottom, width, height)
+    axes = axes_at(figure, *corner, width, height)
     axes.set(xlim=(0, width), ylim=(0, height))
     start, stop, top = 0.34, width - 0.45, height - 0.3
     axes.text(start, height - 0.12, f"{label} reached", fontsize=9.5, color=FAINT, fontfamily=FONT)

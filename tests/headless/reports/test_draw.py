@@ -56,7 +56,7 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
         drawn[path.stem] = (title, scale, subtitle)
 
     def subset(_path, _views, _title, scale, *given):
-        drawn["set"] = (scale, given[3])
+        drawn["set"] = (scale, given[1].cards)
 
     monkeypatch.setattr("w2w.drawing.body.BodyPictures", Pictures)
     monkeypatch.setattr("w2w.drawing.heatmap.heatmap_figure", figure)

@@ -176,6 +176,7 @@ def _draw_worn(
     study: StudyResults, to: Path, shaded: BodyPictures, views: list[np.ndarray], scale: Scale
 ) -> None:
     from w2w.drawing.heatmap import subset_figure  # matplotlib is slow to import
+    from w2w.drawing.page import SensorList
 
     shown, body = marked_set(study), shaded.body
     order = shown.order[:MAX_LISTED]
@@ -186,15 +187,7 @@ def _draw_worn(
     subtitle = shown.sentence
     if len(order) < len(shown.order):
         subtitle += f" (the first {len(order)} of {len(shown.order)} patches shown)"
-    subset_figure(
-        to / HEATMAPS / f"{SUBSET}.png",
-        views,
-        f"Where to wear {count('sensor', len(shown.order))}",
-        scale,
-        shaded.locate(places, normals),
-        [card["sensor"] for card in cards],
-        shown.scores[: len(order)],
-        [card["in_words"] for card in cards],
-        shown.target,
-        subtitle,
-    )
+    names, words = ([card[part] for card in cards] for part in ("sensor", "in_words"))
+    sensors = SensorList(names, shown.scores[: len(order)], words, shown.target)
+    title, markers = f"Where to wear {count('sensor', len(shown.order))}", shaded.locate(places, normals)
+    subset_figure(to / HEATMAPS / f"{SUBSET}.png", views, title, scale, markers, sensors, subtitle)

@@ -96,9 +96,8 @@ def panel_figure(
         anchors = np.array([markers[index][1:] for index in here]).reshape(-1, 2)
         page.draw_markers(view, anchors, here, pixels_an_inch)
     bottom = top - HEAD - CAPTION - large
-    page.draw_list(
-        figure, right + wide + GAP, names, scores, "Best-of F1", target, bottom=bottom, height=large
-    )
+    sensors = page.SensorList(names, scores, target=target)
+    page.draw_list(figure, sensors, "Best-of F1", (right + wide + GAP, bottom), large)
     _draw_scale(figure, scale)
     page.save(figure, path)
 

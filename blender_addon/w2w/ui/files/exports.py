@@ -67,6 +67,7 @@ def presentation_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Render the posed body from the front and from behind, then lay legend and badges around it."""
     from ...drawing.body import ViewFrame
     from ...drawing.heatmap import VIEW_PIXELS, subset_figure  # matplotlib is slow to import
+    from ...drawing.page import SensorList
 
     study, patches = mesh.w2w, state.placed_patches(mesh)
     rows = list(lists.leading(study))
@@ -86,13 +87,14 @@ def presentation_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     markers = [(int(view), float(x), float(y)) for view, (x, y) in zip(best, places, strict=True)]
     shown, advice = legend(study, state.ranking_of(mesh)), lists.advice_of(study) or {}
     words = {card["patch"]: card["in_words"] for card in advice.get("cards") or ()}
-    named = [row.label for row in rows], [row.f1 for row in rows], [words.get(row.patch, "") for row in rows]
+    cards = [words.get(row.patch, "") for row in rows]
+    sensors = SensorList([row.label for row in rows], [row.f1 for row in rows], cards)
     title, subtitle = heading(mesh)
     if scores.view_index(study) == 0 and scores.minus_index(study) < 0:  # the badges are of this answer
         subtitle = lists.answer_of(study).get("sentence", subtitle)
 
     def draw(_: object) -> None:
-        subset_figure(path, views, title, shown, markers, *named, subtitle=subtitle)
+        subset_figure(path, views, title, shown, markers, sensors, subtitle)
 
     yield from in_thread(draw, f"drawing {path.name}", 0.6, 1.0)
     return f"Saved the picture: {path}"
