@@ -36,7 +36,7 @@ Script = Generator[None, None, None]
 
 
 class Driver:
-    """Mouse, keyboard and eyes on the first window.
+    """Mouse, keyboard and eyes on a window, the first unless `number` is set.
 
     Parameters
     ----------
@@ -47,12 +47,13 @@ class Driver:
     def __init__(self, pictures: Path) -> None:
         self.pictures = pictures
         self.pictures.mkdir(parents=True, exist_ok=True)
+        self.number = 0
         self.seen: dict[str, float] = {}  # heights in the panel where buttons stood when last passed
 
     @property
     def window(self) -> bpy.types.Window:
-        """The main window."""
-        return bpy.context.window_manager.windows[0]
+        """The window."""
+        return bpy.context.window_manager.windows[self.number]
 
     @property
     def area(self) -> bpy.types.Area:
@@ -80,8 +81,8 @@ class Driver:
                 raise TimeoutError(f"waited {seconds} s for {condition}")
             yield
 
-    def event(self, kind: str, value: str, x: int, y: int, **keys: bool) -> Script:
-        """One event, and a turn for its handlers."""
+    def event(self, kind: str, value: str, x: int, y: int, **keys: bool | str) -> Script:
+        """One event, and a turn for its handlers; `keys` are keys held down, and `unicode` a letter."""
         self.window.event_simulate(kind, value, x=x, y=y, **keys)
         yield
 
@@ -239,8 +240,22 @@ class Driver:
         x, y = yield from self.reach(wanted, across)
         yield from self.click(x, y)
 
-    def choose_folder(self, folder: Path) -> Script:
-        """Go to a folder in the file browser, which has a window of its own, and accept it."""
+    def fill_in(self, wanted: str, text: str, across: float = BUTTON) -> Script:
+        """Click into a field, type over what it holds, press Return."""
+        x, y = yield from self.reach(wanted, across)
+        yield from self.click(x, y)
+        yield from self.turns(5)
+        yield from self.event("A", "PRESS", x, y, ctrl=True)
+        yield from self.event("A", "RELEASE", x, y, ctrl=True)
+        for letter in text:
+            yield from self.event("A", "PRESS", x, y, unicode=letter)
+            yield from self.event("A", "RELEASE", x, y)
+        yield from self.event("RET", "PRESS", x, y)
+        yield from self.event("RET", "RELEASE", x, y)
+        yield from self.turns(5)
+
+    def choose_folder(self, folder: Path, name: str = "") -> Script:
+        """Go to a folder, or a file in it, in the file browser, which has its own window, and accept it."""
         manager = bpy.context.window_manager
         yield from self.until(lambda: len(manager.windows) > 1, 20)
         yield from self.turns(5)
@@ -248,6 +263,8 @@ class Driver:
         area = next(area for area in window.screen.areas if area.type == "FILE_BROWSER")
         area.spaces.active.params.directory = f"{folder}/".encode()
         yield from self.turns(5)
+        if name:
+            area.spaces.active.params.filename = name
         region = next(region for region in area.regions if region.type == "WINDOW")
         with bpy.context.temp_override(window=window, area=area, region=region):
             bpy.ops.file.execute()

@@ -57,8 +57,43 @@ def test_patches_that_are_shown_have_the_colours_of_their_scores() -> None:
     assert coloured.sum() > 300
 
 
+def test_two_maps_are_shown_whole_beside_a_wide_sidebar_and_in_local_view(report: dict[str, Any]) -> None:
+    assert report["widened"] > 150
+    left, right, bottom, top = report["free"]
+    for body in report["shown"]:
+        assert all(left < x < right and bottom < y < top for x, y in body["spots"])
+        x, y = body["middle"]
+        assert np.ptp(picture("2_wide", x - 2, y - 2, x + 3, y + 3), axis=-1).min() > 40  # it has a colour
+
+
+def test_a_badge_goes_with_what_covers_it(report: dict[str, Any]) -> None:
+    assert report["badge_in_sight"] == [True, False]
+
+
 def test_an_own_part_is_chosen_from_the_menu(report: dict[str, Any]) -> None:
     assert report["sensors"] == [["OWN", "own part"], ["bmi270", "bmi270"]]
+
+
+def test_an_own_part_is_edited_undone_saved_and_loaded(report: dict[str, Any]) -> None:
+    started, typed, dragged, undone, loaded = report["edited"]
+    assert started[:2] == ["OWN", "own part"]
+    assert typed == ["OWN", "wrist pod", 4.0, started[3]]
+    assert dragged[3] > typed[3]
+    assert undone == typed
+    assert report["saved"] == ["wrist_pod.json"]
+    assert loaded == typed
+
+
+def test_a_pen_that_slides_picks_where_it_came_down(report: dict[str, Any]) -> None:
+    (chest,), (first, thigh) = report["tapped"]
+    assert "chest" in chest
+    assert (first, "thigh" in thigh) == (chest, True)
+
+
+def test_a_click_picks_the_same_patch_in_two_windows_at_two_scales(report: dict[str, Any]) -> None:
+    assert len(report["picked"]) == 4
+    assert len(set(report["picked"])) == 1
+    assert report["picked"][0] >= 0
 
 
 def test_the_sidebar_has_one_language(report: dict[str, Any]) -> None:

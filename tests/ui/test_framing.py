@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from types import SimpleNamespace
 
 import bpy
@@ -12,7 +13,8 @@ from mathutils import Vector
 
 from w2w.ui.jobs import jobs
 from w2w.ui.steps import patches
-from w2w.ui.viewport.framing import extent, frame
+from w2w.ui.viewport import framing
+from w2w.ui.viewport.framing import SENSOR, extent, frame
 
 pytestmark = pytest.mark.usefixtures("blender")
 
@@ -72,6 +74,44 @@ def test_a_view_through_the_camera_is_left() -> None:
     view.view_perspective = "CAMERA"
     add_body()
     assert view.view_perspective == "PERSP"
+
+
+def seen_at(body: bpy.types.Object) -> np.ndarray:
+    """Where the corners of a body's box are in the 3D view's region, shape (8, 2), pixels."""
+    (area,) = jobs.views(bpy.context)
+    region = next(part for part in area.regions if part.type == "WINDOW")
+    space, (low, high) = area.spaces.active, extent([body])
+    view = space.region_3d
+    corners = np.array(list(product(*zip(low, high, strict=True))))
+    seen = (corners - np.array(view.view_location)) @ np.array(view.view_rotation.to_matrix())
+    size = np.array([region.width, region.height])
+    return size / 2 + seen[:, :2] / (view.view_distance - seen[:, 2:]) * size.max() * space.lens / SENSOR
+
+
+@pytest.mark.parametrize(("units", "length"), [("METRIC", 1.0), ("METRIC", 0.01), ("IMPERIAL", 0.3048)])
+@pytest.mark.parametrize("sidebar", [0, 700])
+def test_bodies_are_shown_whole_beside_a_large_sidebar_whatever_the_units(
+    monkeypatch: pytest.MonkeyPatch, units: str, length: float, sidebar: int
+) -> None:
+    free_area = framing.free_area
+
+    def beside_sidebar(*given: object) -> framing.FreeArea:
+        free = free_area(*given)
+        return free._replace(right=free.right - sidebar)
+
+    monkeypatch.setattr(framing, "free_area", beside_sidebar)
+    (area,) = jobs.views(bpy.context)
+    free = beside_sidebar(area, next(part for part in area.regions if part.type == "WINDOW"))
+    unit = bpy.context.scene.unit_settings
+    unit.system, unit.scale_length = units, length
+    first, second = add_body(), add_body()
+    for bodies in ([second], [first, second]):
+        frame(bodies)
+        spots = np.concatenate([seen_at(body) for body in bodies])
+        assert (spots > (free.left, free.bottom)).all()
+        assert (spots < (free.right, free.top)).all()
+        wide, tall = np.ptp(spots, axis=0)
+        assert max(wide / (free.right - free.left), tall / (free.top - free.bottom)) > 0.6  # as large as fits
 
 
 def test_a_click_on_what_covers_a_body_says_what_that_is(monkeypatch: pytest.MonkeyPatch) -> None:

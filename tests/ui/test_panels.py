@@ -12,6 +12,8 @@ import pytest
 
 from w2w import ui
 from w2w.ui.jobs import text
+from w2w.ui.panels import steps
+from w2w.ui.panels.steps import FIELD_MARGINS
 from w2w.ui.study.state import patches_of
 
 from .made_study import ALL_STEPS, make_study
@@ -47,11 +49,11 @@ def view_of_panels() -> SimpleNamespace:
     return SimpleNamespace(region=region, **{name: getattr(bpy.context, name) for name in names})
 
 
-@pytest.mark.parametrize("steps", ["", "motions", "motions patches", ALL_STEPS])
-def test_every_panel_draws_itself(library: Path, steps: str) -> None:
-    body = make_study(library, steps)
+@pytest.mark.parametrize("stage", ["", "motions", "motions patches", ALL_STEPS])
+def test_every_panel_draws_itself(library: Path, stage: str) -> None:
+    body = make_study(library, stage)
     study = body.w2w
-    if steps == ALL_STEPS:
+    if stage == ALL_STEPS:
         assert bpy.ops.w2w.side_by_side() == {"FINISHED"}
         study.own.add().name = "pod"
         study.picked = int(patches_of(body).labels[0])
@@ -64,7 +66,7 @@ def test_every_panel_draws_itself(library: Path, steps: str) -> None:
         study.record = {"magnetometer"}
     context = view_of_panels()
     shown = {panel.__name__ for panel in PANELS if draw(panel, context) is not None}
-    assert len(shown) >= (len(PANELS) - 1 if steps == ALL_STEPS else 6)
+    assert len(shown) >= (len(PANELS) - 1 if stage == ALL_STEPS else 6)
 
 
 @pytest.mark.parametrize(
@@ -75,3 +77,14 @@ def test_names_that_are_too_wide_lose_their_middle(
 ) -> None:
     monkeypatch.setattr(text.blf, "dimensions", lambda _font, words: (len(words), 1))
     assert text.shortened(name, 10) == shown
+
+
+@pytest.mark.parametrize(
+    ("longest", "share"), [("bow", 0.3), ("load_carrying", (13 + FIELD_MARGINS) / 70), ("a" * 60, 0.6)]
+)
+def test_a_row_of_clips_leaves_the_longest_activity_room(
+    monkeypatch: pytest.MonkeyPatch, longest: str, share: float
+) -> None:
+    monkeypatch.setattr(steps, "width_of", lambda words, _: len(words))
+    study = SimpleNamespace(activities=[SimpleNamespace(name="run"), SimpleNamespace(name=longest)])
+    assert steps.activity_share(study, 70, 1.0) == pytest.approx(share)

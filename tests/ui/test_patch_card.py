@@ -10,7 +10,10 @@ from w2w.core.colours import Scale
 from w2w.core.imu.recording import ImuRecording
 from w2w.ui.viewport.card import WIDTH, HoverCard, on_one_scale
 from w2w.ui.viewport.framing import FreeArea
-from w2w.ui.viewport.overlay import BAR_BOX, fitting_scale, place_cards
+from w2w.ui.viewport.overlay import fitting_scale, place_cards
+
+LEGEND = 130.0
+"""Width of a legend at a scale of 1, pixels."""
 
 
 def card(recording: ImuRecording | None, patch: int) -> HoverCard:
@@ -45,12 +48,16 @@ def test_two_cards_are_drawn_whole_and_leave_the_legend_its_room(
         np.ones((50, 2, 3), np.float32), np.ones((50, 2, 3), np.float32), 60.0, ("a", "b")
     )
     cards, free = [card(recording, 0), card(recording, 1)], FreeArea(50.0, 50.0 + width, 20.0, 20.0 + height)
-    fitting = fitting_scale(cards, free, scale)
+    fitting = fitting_scale(cards, LEGEND, free, scale)
     placed = place_cards(cards, free, fitting)
     assert len(placed) == 2
     right = max(x + WIDTH * fitting for _, x, _ in placed)
     top = max(y + shown.height(fitting) for shown, _, y in placed)
-    assert right <= free.right
+    assert right + LEGEND * fitting <= free.right
     assert top <= free.top
-    if fitting > 0.6 * scale and width > 1000 * scale:
-        assert right <= free.right - BAR_BOX * scale
+
+
+def test_a_legend_alone_is_as_large_as_the_window_says_or_fits() -> None:
+    free = FreeArea(0.0, 300.0, 0.0, 800.0)
+    assert fitting_scale([], LEGEND, free, 1.7) == 1.7
+    assert 120 < LEGEND * fitting_scale([], LEGEND, free._replace(right=150.0), 1.7) < 130

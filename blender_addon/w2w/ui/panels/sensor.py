@@ -7,15 +7,17 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
-from ...core.imu.presets import PRESETS, preset, read_sensor, write_sensor
+from ...core.imu.presets import preset, read_sensor, write_sensor
 from ...core.imu.recording import FURTHER
 from ...core.imu.synthesis import FOLDED_BACK
+from ...core.inside import file_name
 from ...core.ranking.utility import inputs_of
 from ...core.wording import capital
 from ..jobs import jobs
 from ..jobs.text import draw_text, styled
 from ..study import garments, operators, sensors, state
 from .base import Layout, PartPanel, draw_warning, form
+from .properties import SENSORS
 
 
 class W2W_OT_start_sensor(operators.OnBody, bpy.types.Operator):
@@ -23,9 +25,7 @@ class W2W_OT_start_sensor(operators.OnBody, bpy.types.Operator):
 
     bl_label = "Start from Preset"
 
-    like: EnumProperty(
-        name="Preset", description="Whose figures to take", items=[(name, name, "") for name in PRESETS]
-    )
+    like: EnumProperty(name="Preset", description="Whose figures to take", items=SENSORS[:-1])
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         sensors.keep_own_sensor(body.w2w, preset(self.like))
@@ -53,6 +53,10 @@ class W2W_OT_save_sensor(operators.OnBody, bpy.types.Operator, ExportHelper):
     bl_options = {"REGISTER"}
     filename_ext = ".json"
     filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        self.filepath = f"{file_name(sensors.own_sensor(state.polled_body(context).w2w).name)}.json"
+        return super().invoke(context, event)
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> str:
         path = Path(bpy.path.abspath(self.filepath))

@@ -10,13 +10,14 @@ from ...core.wording import capital, count
 from ...scene.motion.source_beside import source_collections
 from ..files.open_results import misses_folder
 from ..jobs import jobs
-from ..jobs.text import draw_message, draw_progress, draw_text, shortened, styled
+from ..jobs.text import PANEL_POINTS, draw_message, draw_progress, draw_text, shortened, styled
 from ..steps.baking import UNBAKED
 from ..steps.body import draw_sliders
 from ..steps.motions import has_source, is_playing
 from ..steps.run_all import TITLE as RUN_ALL, missing_for_all
 from ..study import signal_cache, state
 from ..study.counting import Group
+from ..viewport.drawing import width_of
 from .base import (
     Body,
     Layout,
@@ -32,8 +33,8 @@ from .base import (
 ICONS = {state.BAKED: "CHECKMARK", state.STALE: "FILE_REFRESH", state.FAILED: "ERROR"}
 """Icons of the clip states."""
 
-ROW_TAKEN = 150
-"""Pixels of the sidebar that a row of the list of clips has for no text, at a scale of 1."""
+ROW_TAKEN, FIELD_MARGINS = 126, 18
+"""Pixels that a row of the list of clips, and a field in it, have for no text, at a scale of 1."""
 
 
 class W2W_PT_main(W2WPanel, bpy.types.Panel):
@@ -125,10 +126,12 @@ class W2W_UL_clips(bpy.types.UIList):
         row = styled(layout.row(align=True), alert=found == state.FAILED)
         tick = "CHECKBOX_HLT" if item.selected else "CHECKBOX_DEHLT"
         row.prop(item, "selected", text="", emboss=False, icon=tick)
-        share = 1.0 if found == state.FAILED else 0.55
-        room = share * (context.region.width - ROW_TAKEN * context.preferences.system.ui_scale)
+        scale = context.preferences.system.ui_scale
+        room = context.region.width - ROW_TAKEN * scale
+        share = 1.0 if found == state.FAILED else 1 - activity_share(data, room, scale)
         split = row.split(factor=share)
-        split.label(text=shortened(Path(item.file).stem or item.name, room), translate=False)
+        shown = shortened(Path(item.file).stem or item.name, share * room - FIELD_MARGINS * scale)
+        split.label(text=shown, translate=False)
         if found != state.FAILED:
             split.prop(item, "activity", text="", emboss=False, placeholder="activity")
         playing = state.playing_clip(data.id_data) == item
@@ -136,6 +139,12 @@ class W2W_UL_clips(bpy.types.UIList):
         if found == state.BAKED and signal_cache.is_lost(item):
             mark = ICONS[state.STALE]
         row.label(text="", icon="PLAY" if playing else mark)
+
+
+def activity_share(study: Group, room: float, scale: float) -> float:
+    """The part of a row of clips that the longest name of an activity needs, from .3 to .6."""
+    longest = max((width_of(row.name, PANEL_POINTS * scale) for row in study.activities), default=0.0)
+    return min(max((longest + FIELD_MARGINS * scale) / max(room, 1.0), 0.3), 0.6)
 
 
 class W2W_PT_motions(StepPanel, bpy.types.Panel):

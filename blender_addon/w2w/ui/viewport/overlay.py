@@ -22,9 +22,6 @@ MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0
 BADGE: Colour = (0.1, 0.1, 0.1, 1.0)
 PIN: Colour = (0.35, 0.85, 1.0, 1.0)
 BAR_WIDTH, BAR_HEIGHT = 16, 190
-READABLE = 0.6
-"""Scale of cards, as a share of that of the window, from which on they leave the legend its room."""
-
 BAR_TICKS = 5
 GIZMO = 190
 """Height of Blender's own buttons at the top right, pixels at a scale of 1."""
@@ -67,14 +64,15 @@ def draw() -> None:
     chosen = [patch for patch in picks(context, body) if patch < len(patches)]
     cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
     free = free_area(context.area, context.region)
-    fitting = fitting_scale(cards, free, scale)
-    placed = place_cards(on_one_scale(cards), free, fitting)
     utility, outdated = state.utility_of(body.w2w), state.outdated_at_a_glance(body)
-    if utility is not None and is_coloured(space.shading):
-        shown = legend(body.w2w, utility)
+    shown = legend(body.w2w, utility) if utility is not None and is_coloured(space.shading) else None
+    fitting = fitting_scale(cards, 0.0 if shown is None else _box(shown), free, scale)
+    placed = place_cards(on_one_scale(cards), free, fitting)
+    if shown is not None:
         heads = _heads(context, (body, body.w2w.beside) if shown.beside else ())
         right_of_cards = max((x + WIDTH * fitting for _, x, _ in placed), default=free.left)
-        _draw_colour_bar(shown, free._replace(left=right_of_cards), heads, scale)
+        top = free.top - GIZMO * scale
+        _draw_colour_bar(shown, free._replace(left=right_of_cards, top=top), heads, fitting)
         _draw_names(shown, heads, scale)
     surface = Surface(context, body, patches)
     _draw_chosen(surface, body.w2w, scale, GREY if outdated else PALE)
@@ -130,19 +128,24 @@ def _heads(context: bpy.types.Context, bodies: Sequence[bpy.types.Object]) -> li
     return [] if None in points else points
 
 
+def _names(shown: Legend, scale: float) -> list[str]:
+    """The names of the maps in a legend, the second one's first."""
+    return [clipped(name, BAR_BOX * scale, 12 * scale) for name in (shown.beside, shown.name) if name]
+
+
+def _box(shown: Legend, scale: float = 1.0) -> float:
+    """Width of a legend, pixels."""
+    names = [width_of(name, 12 * scale) for name in _names(shown, scale)]
+    return max(*names, width_of(shown.note, 10 * scale), BAR_TITLE * scale) + 2 * MARGIN * scale
+
+
 def _draw_colour_bar(shown: Legend, free: FreeArea, heads: list[Vector], scale: float) -> None:
     """Draw title, colours and numbers over the bottom, at the right or between two bodies."""
     low, high, note = shown.low, shown.high, shown.note
-    names = [clipped(name, BAR_BOX * scale, 12 * scale) for name in (shown.beside, shown.name) if name]
-    widths = [width_of(name, 12 * scale) for name in names]
-    box = max(*widths, width_of(note, 10 * scale), BAR_TITLE * scale) + 24 * scale
-    margin = 12 * scale
+    names, box, margin = _names(shown, scale), _box(shown, scale), MARGIN * scale
     foot = 16 * scale if note else 0.0
-    others = (76 + 16 * len(names)) * scale + foot
-    room = free.top - free.bottom - others - GIZMO * scale
+    room = free.top - free.bottom - (76 + 16 * len(names)) * scale - foot
     width, height = BAR_WIDTH * scale, max(min(BAR_HEIGHT * scale, room), 3 * BAR_WIDTH * scale)
-    if box > free.right - free.left:
-        return
     left_edge = left_of_legend(box, free.left + margin, free.right - margin, [head.x for head in heads])
     left, bottom = left_edge + margin, free.bottom + 30 * scale + foot
     tall = height + (46 + 16 * len(names)) * scale + foot
@@ -167,18 +170,16 @@ def _draw_names(shown: Legend, heads: list[Vector], scale: float) -> None:
         text(point.x, point.y, name, 13 * scale, PALE, "CENTER")
 
 
-def fitting_scale(cards: Sequence[HoverCard], free: FreeArea, scale: float) -> float:
-    """The scale, at most this one, at which all cards find room: next to the legend if they stay readable."""
-    whole, height = free.right - free.left - MARGIN * scale, free.top - free.bottom
-    heights = [card.height(1.0) + MARGIN for card in cards] or [1.0]
+def fitting_scale(cards: Sequence[HoverCard], box: float, free: FreeArea, scale: float) -> float:
+    """The scale, at most this one, at which all cards find room next to a legend of the width `box`."""
+    heights = [card.height(1.0) + MARGIN for card in cards]
 
-    def fitting(width: float) -> float:
-        stacked = min(width / (WIDTH + MARGIN), height / (sum(heights) + MARGIN))
-        abreast = min(width / (len(heights) * (WIDTH + MARGIN)), height / (max(heights) + MARGIN))
-        return min(scale, 0.99 * max(stacked, abreast))
+    def fitting(columns: int, tall: float) -> float:
+        wide = MARGIN + columns * (WIDTH + MARGIN) + box + MARGIN
+        return min((free.right - free.left) / wide, (free.top - free.bottom) / (tall + MARGIN))
 
-    beside = fitting(whole - (BAR_BOX + 2 * MARGIN) * scale)
-    return beside if beside > READABLE * scale else fitting(whole)
+    stacked, abreast = fitting(len(cards[:1]), sum(heights)), fitting(len(cards), max(heights, default=0))
+    return min(scale, 0.99 * max(stacked, abreast))
 
 
 def place_cards(cards: list[HoverCard], free: FreeArea, scale: float) -> list[tuple[HoverCard, float, float]]:
