@@ -4,13 +4,13 @@
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..body.skeleton import JOINT_NAMES, Y_UP_TO_Z_UP
 from ..files import write_text
 from ..imu.vendor_formats import write_orientation_sto, write_xsens_txt
 from ..inside import file_name
 from ..motion.skinning import joint_transforms
+from ..rotations import continuous_quaternions
 from .study_signals import WornClip, WornSignals
 
 
@@ -56,9 +56,4 @@ def write_trc(path: Path, positions: np.ndarray, rate: float) -> None:
 
 def _quaternions(clip: WornClip) -> np.ndarray:
     """w, x, y, z, continuous in time, shape (T, N, 4)."""
-    shape = clip.orientations.shape[:2]
-    turns = Rotation.from_matrix(clip.orientations.reshape(-1, 3, 3))
-    quaternions = turns.as_quat(scalar_first=True).reshape(*shape, 4)
-    flips = np.where((quaternions[1:] * quaternions[:-1]).sum(axis=-1, keepdims=True) < 0, -1.0, 1.0)
-    quaternions[1:] *= np.cumprod(flips, axis=0)
-    return quaternions
+    return np.moveaxis(continuous_quaternions(clip.orientations), 0, -1)
