@@ -88,13 +88,12 @@ class PoseOptions:
 
 
 def with_options(group: type) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Add every option of a dataclass to a command's own; it gets them as `asked`."""
+    """Give a command every option of a dataclass in the place of its parameter `asked`."""
     shared = inspect.signature(group).parameters
 
     def extended(command: Callable[..., None]) -> Callable[..., None]:
-        own = dict(inspect.signature(command, eval_str=True).parameters)
-        del own["asked"]
-        both = (*own.values(), *shared.values())
+        own = inspect.signature(command, eval_str=True).parameters
+        both = (each for name in own for each in (shared.values() if name == "asked" else (own[name],)))
         parameters = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in both]
 
         @wraps(command)

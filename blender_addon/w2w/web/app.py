@@ -34,8 +34,8 @@ from w2w.core.selection.set_tests import SetTests
 from w2w.core.study.choosing import advised, advised_by, compared, prepared_tests, ranked_again, stream_in
 from w2w.core.study.clip_files import WORK
 from w2w.core.study.results import StudyResults
-from w2w.headless.commands.place import wished_config
-from w2w.headless.options import wishes_over, words
+from w2w.headless.commands.place import FIGURES, Wishes
+from w2w.headless.options import words
 from w2w.report.page import PAGE, REPORT
 
 from .guard import Doors, Guard, report_policy
@@ -58,9 +58,8 @@ LOOK_EVERY_S = 0.5
 
 PICTURE = "heatmaps/mean.png"
 
-WISHES = "target", "every_activity", "max_places"
-WORDS = "only", "forbid", "must"
-"""Wishes that `place` takes, and those of them that name places."""
+WORDS = "only", "forbid", "must", "background"
+"""Wishes that `place` takes besides figures."""
 
 
 class App:
@@ -202,7 +201,7 @@ class App:
         study, wishes = self._study(request), await _object(request)
         if not study.answer() or study.waits:
             raise RefusedError(409, "The study has no results yet: run it first")
-        if unknown := wishes.keys() - {*WISHES, *WORDS, "background", "compare"}:
+        if unknown := wishes.keys() - {*FIGURES, *WORDS, "compare"}:
             raise RefusedError(400, f"there is no wish {min(unknown)[:80]!r}")
         given = {**dict.fromkeys(wishes, ""), **checked_parameters({**wishes, "compare": ""})}
         given["compare"] = str(wishes.get("compare", ""))
@@ -369,12 +368,8 @@ def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
     if wishes["compare"]:
         scores = compared(study, words(wishes["compare"]))
         return {"compared": [place_content(score, study.patches) for score in scores]}
-    only, forbid, must = (wishes.get(name) for name in WORDS)
-    constraints = wishes_over(study.config().constraints, only, forbid, must, None)
-    wished = {name: wishes.get(name) or None for name in WISHES}
-    if "background" in wishes:
-        wished["background"] = words(wishes["background"])
-    config = wished_config(study, constraints, wished)
+    figures = {name: wishes.get(name) or None for name in FIGURES}
+    config = Wishes(**figures, **{name: wishes.get(name) for name in WORDS}).over(study)
     again = ranked_again(study, config)
     same = again.utility is study.utility
     advice = advised_by(study, config, tests, stream, turned) if same else advised(again, config)

@@ -3,9 +3,9 @@
 
 import json
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,7 +19,6 @@ from w2w.core.findings.summary import PLACEMENTS, map_content, write_map, write_
 from w2w.core.garments.cover import garment_sentence
 from w2w.core.ranking.weights import check_counting, read_weights
 from w2w.core.selection.advice import Advice
-from w2w.core.selection.constraints import Constraints
 from w2w.core.study.choosing import advised, compared, ranked_again
 from w2w.core.study.clip_files import WORK, mark_changing, mark_whole
 from w2w.core.study.clip_list import is_used
@@ -29,7 +28,7 @@ from w2w.report.page import REPORT
 
 from .. import options
 from ..console import USAGE, console_beside, ending, print_json
-from ..options import AsJson, argument, option
+from ..options import AsJson, argument, option, with_options
 from ..reports import draw
 from ..reports.console_tables import show_answer, show_cautions, show_places, show_worn
 from ..runs.folder import HEATMAPS, only_run, picture_files
@@ -41,19 +40,24 @@ from .report import write_report
 REDRAW = "place --redraw"
 """Name of the command for the note in a folder that is being changed."""
 
+FIGURES = ("target", "every_activity", "max_places")
+"""Wishes that are parameters as they are."""
+
 LEFT_BEHIND = ("lock", "holder", "running")
 """Parts of the work folder that belong to the process at work: they are not copied."""
 
 
-def place(
-    results: Annotated[Path, argument("RESULTS", "Results folder of a finished run.")],
-    target: Annotated[float | None, declared("target")] = None,
-    every_activity: Annotated[float | None, declared("every_activity")] = None,
-    only: Annotated[str | None, declared("only")] = None,
-    forbid: Annotated[str | None, declared("forbid")] = None,
-    must: Annotated[str | None, declared("must")] = None,
-    max_places: Annotated[int | None, declared("max_places")] = None,
-    costs: Annotated[Path | None, declared("costs")] = None,
+@dataclass(frozen=True)
+class Wishes:
+    """The options that choose again under other parameters; None is the run's own."""
+
+    target: Annotated[float | None, declared("target")] = None
+    every_activity: Annotated[float | None, declared("every_activity")] = None
+    only: Annotated[str | None, declared("only")] = None
+    forbid: Annotated[str | None, declared("forbid")] = None
+    must: Annotated[str | None, declared("must")] = None
+    max_places: Annotated[int | None, declared("max_places")] = None
+    costs: Annotated[Path | None, declared("costs")] = None
     background: Annotated[
         str | None,
         option(
@@ -61,8 +65,29 @@ def place(
             show_default=False,
             rich_help_panel=WISHES,
         ),
-    ] = None,
-    weights: Annotated[Path | None, declared("weights")] = None,
+    ] = None
+    weights: Annotated[Path | None, declared("weights")] = None
+
+    def over(self, study: StudyResults) -> StudyConfig:
+        """A study's parameters under these wishes; a ValueError says which is wrong."""
+        run = study.config()
+        given: dict[str, Any] = {
+            name: getattr(self, name) for name in FIGURES if getattr(self, name) is not None
+        }
+        if self.background is not None:
+            given["background"] = options.words(self.background)
+        if self.weights is not None:
+            given["weights"] = read_weights(self.weights)
+        places = options.wishes_over(run.constraints, self.only, self.forbid, self.must, self.costs)
+        config = replace(run, **given, constraints=places)
+        check_counting({clip.activity for clip in study.clips}, config.background, config.weights)
+        return config
+
+
+@with_options(Wishes)
+def place(
+    results: Annotated[Path, argument("RESULTS", "Results folder of a finished run.")],
+    asked: Wishes,
     compare: Annotated[
         str, option("Compare these, one sensor each, and choose nothing: 'ring, necklace, left thigh front'.")
     ] = "",
@@ -110,15 +135,7 @@ def place(
             if out is not None:
                 write_json(out, content)
             return
-        constraints = options.wishes_over(study.config().constraints, only, forbid, must, costs)
-        wished: dict[str, Any] = {
-            "target": target,
-            "every_activity": every_activity,
-            "max_places": max_places,
-            "background": None if background is None else options.words(background),
-            "weights": None if weights is None else read_weights(weights),
-        }
-        config = wished_config(study, constraints, wished)
+        config = asked.over(study)
         if folder is not None and folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise ValueError(f"--out {folder} is not empty: give a new folder, or a json file")
         if folder is None:
@@ -151,14 +168,6 @@ def _cautions(study: StudyResults, config: StudyConfig) -> list[Caution]:
     return cautions(
         study.utility, study.clips, (entry for entry in study.listed if is_used(entry)), config, worn
     )
-
-
-def wished_config(study: StudyResults, constraints: Constraints, wished: Mapping[str, Any]) -> StudyConfig:
-    """A study's parameters under other wishes, None for the run's own; a ValueError says which is wrong."""
-    given = {name: value for name, value in wished.items() if value is not None}
-    config = replace(study.config(), **given, constraints=constraints)
-    check_counting({clip.activity for clip in study.clips}, config.background, config.weights)
-    return config
 
 
 @contextmanager
