@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Base classes of panels: those of the five steps say what they wait for and what their buttons did."""
 
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import bpy
 
@@ -9,18 +9,14 @@ from ..jobs import jobs
 from ..jobs.text import draw_outcome, draw_text, styled
 from ..study.state import current_body, is_ranked, missing_for_patches, outdated_at_a_glance, polled_body
 
-if TYPE_CHECKING:
-    from bpy.types import Panel as Mixin
-else:
-    Mixin = object
-
 Body = bpy.types.Object | None
 Layout: TypeAlias = bpy.types.UILayout
 
 
-class W2WPanel(Mixin):
+class W2WPanel:
     """A panel in the tab W2W."""
 
+    layout: Layout
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "W2W"
