@@ -59,7 +59,9 @@ def test_no_file_is_imported_in_one_turn_of_the_window(
     watch("to_body", motion_import.to_body)
     body = make_study(library, "")
     files = ("mixamo/Conqster__TheBarMan/Walking.fbx", "bvh/bandai_namco/dataset-1_walk_active_001.bvh")
-    items = [ImportItem(shared_data / file, f"walk {number}", "walking") for number, file in enumerate(files)]
+    items = [
+        ImportItem(shared_data / file, file, f"walk {number}", "walking") for number, file in enumerate(files)
+    ]
     turns = [[len(body.w2w.clips), len(threads)] for _ in import_steps(body, items)]
     assert threads == [("read_motion", True), ("to_body", False), ("read_motion", False), ("to_body", False)]
     assert [0, 1] in turns  # the FBX file has been read, and is not written yet
@@ -97,7 +99,7 @@ def test_a_fault_of_ours_at_one_file_costs_that_file_alone(
 def test_a_later_import_spells_labels_as_the_list_does(library: Path) -> None:
     body = make_study(library, "motions")
     item = import_items(plan_folder(library))[0]
-    for _ in import_steps(body, [item._replace(activity=f" {item.activity.upper()} ")]):
+    for _ in import_steps(body, [replace(item, activity=f" {item.activity.upper()} ")]):
         pass
     assert body.w2w.clips[len(body.w2w.clips) - 1].activity == item.activity
 

@@ -245,7 +245,7 @@ class W2W_OT_use_scene_animation(ImportDialog, bpy.types.Operator):
                 activity = import_plan.activity_of_action(take.name, armature.name)
                 if self.labelled_by == ONE:
                     activity = self.activity.strip()
-                item = ImportItem(Path(), take.name, activity, take=take)
+                item = ImportItem(Path(), "", take.name, activity, take=take)
                 if item.taken_from in listed and not self.again:
                     known.append(take.name)
                 else:

@@ -3,8 +3,8 @@
 
 import json
 from collections.abc import Generator, Iterable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import bpy
 
@@ -14,6 +14,7 @@ from ...core.findings.cautions import ODD, cut_sentence
 from ...core.keypoints.facts import PoseFacts
 from ...core.library.import_plan import ImportPlan, same_files
 from ...core.library.labels import same_label
+from ...core.library.library import Clip
 from ...core.motion.source import reason_of
 from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN, Up, Ups, mostly_head_down
 from ...core.retargeting.bone_maps import BoneMap
@@ -27,18 +28,13 @@ from ..jobs.jobs import Step, Steps, as_steps, in_thread, on_body, part
 from ..study import lists, state
 
 
-class ImportItem(NamedTuple):
+@dataclass(frozen=True)
+class ImportItem(Clip):
     """A file or a take of the scene to import, and its labels."""
 
-    path: Path
-    name: str
-    activity: str
-    subject: str = ""
-    motion_key: str = ""
     take: SceneTake | None = None
     rate: float = 0.0  # frames per second of the file, whatever it says; 0 where its own is right
     up: Up | None = None  # axis of the file that points up, where that is given
-    animation: str = ""  # the one that it is, of a file that holds several
 
     @property
     def shown(self) -> str:
@@ -53,12 +49,7 @@ class ImportItem(NamedTuple):
 
 def import_items(plan: ImportPlan, rate: float = 0.0, up: Up | None = None) -> list[ImportItem]:
     """Files that a plan would import, with labels, a frame rate that is not 0, and the axis that is up."""
-    return [
-        ImportItem(
-            clip.path, clip.name, clip.activity, clip.subject, clip.motion_key, None, rate, up, clip.animation
-        )
-        for clip in plan.clips
-    ]
+    return [ImportItem(**vars(clip), rate=rate, up=up) for clip in plan.clips]
 
 
 def listed_files(mesh: bpy.types.Object) -> list[Path]:
@@ -110,11 +101,11 @@ def import_steps(
                 unlabelled += not item.activity
             except Exception as error:  # even a fault of ours costs this clip alone
                 failed += 1
-                _add_failed(mesh, item._replace(name=item.shown), reason_of(error))
+                _add_failed(mesh, replace(item, name=item.shown), reason_of(error))
         if mostly_head_down(down):
             raise ValueError(f"Nothing is imported: {UPSIDE_DOWN}")
         for name, reason in left_out:
-            _add_failed(mesh, ImportItem(Path(), name, ""), reason)
+            _add_failed(mesh, ImportItem(Path(), "", name, ""), reason)
     except BaseException:
         remove_clips(mesh, range(before, len(mesh.w2w.clips)))
         raise
@@ -148,7 +139,8 @@ def _spelled_as_listed(study: bpy.types.PropertyGroup, items: Sequence[ImportIte
     activities = {same_label(clip.activity): clip.activity for clip in study.clips}
     subjects = {same_label(clip.subject): clip.subject for clip in study.clips}
     return [
-        item._replace(
+        replace(
+            item,
             activity=activities.get(same_label(item.activity), item.activity),
             subject=subjects.get(same_label(item.subject), item.subject),
         )

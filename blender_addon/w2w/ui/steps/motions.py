@@ -96,7 +96,7 @@ class W2W_OT_add_armature_motion(operators.OnBody, bpy.types.Operator):
             retargeted = to_body(take, body_of(mesh), saved_maps())
         except jobs.EXPECTED as error:
             raise ValueError(f"{source.name}: {error}") from error
-        add_clip(mesh, retargeted, ImportItem(Path(), source.name, ""))
+        add_clip(mesh, retargeted, ImportItem(Path(), "", source.name, ""))
         mesh.w2w.clip_index = len(mesh.w2w.clips) - 1
         jobs.dismiss()
 
