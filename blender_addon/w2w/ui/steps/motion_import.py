@@ -129,6 +129,7 @@ def _retarget(
         source = yield from as_steps(read_scene_take(item.take), text, 0.0, 0.8)
     elif is_through_blender(item.path):
         source = read()
+        yield Step(0.8, text)  # the rest is for another turn: Blender's own importer takes one whole
     else:
         source = yield from in_thread(read, text, 0.0, 0.8)
     return (yield from in_thread(lambda _: to_body(source, body, maps), text, 0.8, 1.0))
