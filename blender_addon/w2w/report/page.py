@@ -4,7 +4,6 @@
 import base64
 import json
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ from ..core.findings import notes
 from ..core.findings.summary import MOST_REGIONS, best_regions
 from ..core.imu.wearing import wearing_sentences
 from ..core.patches.body_parts import PRODUCT_NAMED, PRODUCTS
-from ..core.patches.naming import names_on, resolve
+from ..core.patches.naming import FAR_M, nearest_patch, places_on
 from ..core.patches.patches import PatchSet
 from ..core.ranking.costs import costs_at, does_as_well
 from ..core.ranking.utility import UtilityMap
@@ -231,9 +230,11 @@ def _words(body: Body, patches: PatchSet) -> dict[str, list[int]]:
         there = {side: at[product.name, side] for side in product.sides if (product.name, side) in at}
         patches_of[word] = list(there.values())
         patches_of |= {f"{side} {word}": [patch] for side, patch in there.items() if side}
-    for name in names_on(body):
-        with suppress(ValueError):  # words of a region that has no patch near
-            patches_of.setdefault(name, [resolve(name, body, patches, lambda _: None)])
+    own = list(map(str.lower, patches.names))
+    for name, vertex in places_on(body).items():
+        patch, away = nearest_patch(vertex, body, patches)
+        if name in own or away <= FAR_M:
+            patches_of.setdefault(name, [own.index(name) if name in own else patch])
     return patches_of
 
 

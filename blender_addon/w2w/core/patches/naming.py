@@ -7,6 +7,7 @@ map it means the nearest patch, if that is near enough.
 
 import warnings
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from difflib import get_close_matches
 from functools import cache, lru_cache
 from typing import NamedTuple
@@ -114,11 +115,20 @@ def nearest_patch(vertex: int, body: Body, patches: PatchSet) -> Nearest:
     return Nearest(patch, float(away))
 
 
-def names_on(body: Body) -> list[str]:
-    """Names that `place` knows on a body, but for spots: placements, products, sites, words of regions."""
+@lru_cache(maxsize=4)
+def places_on(body: Body) -> dict[str, int]:
+    """Vertex of each name that `place` knows on a body, but for spots: placements, products, sites, regions.
+
+    Words of a region are names, too. The last few bodies' are kept.
+    """
     regions = regions_of(body)[1]
     stems = {" ".join(some) for region in regions for some in _runs(region.split())}
-    return sorted({*_region_by_name(), *(site.name.lower() for site in SENSOR_SITES), *stems})
+    names = sorted({*_region_by_name(), *(site.name.lower() for site in SENSOR_SITES), *stems})
+    places = {}
+    for name in names:
+        with suppress(ValueError):  # a body may lack a region
+            places[name] = place(name, body)
+    return places
 
 
 def _runs(words: list[str]) -> Iterator[list[str]]:
