@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import atexit
+import gc
 import os
 import shutil
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # beside other workers a second thread only waits, busily
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # beside other workers a second thread only waits, busily
 
 import numpy as np
 import pytest
@@ -30,6 +31,12 @@ settings.register_profile("ci", deadline=None, derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "everywhere")
 
 _ended: list[int] = []
+
+
+def pytest_collection_finish() -> None:
+    """Spare each garbage collection from now on what has been imported and collected."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_sessionfinish(exitstatus: int) -> None:

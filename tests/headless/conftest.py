@@ -39,6 +39,7 @@ from w2w.headless.runs.folder import make_folders
 from w2w.headless.runs.study import write_config
 from w2w.report import page, still_picture
 
+from ..command_line import cli
 from ..here import CHOOSE_ALPHA, MOST_ORDERS, clips_here, ranked_roughly
 
 
@@ -92,6 +93,10 @@ def all_orders(monkeypatch) -> None:
     monkeypatch.setattr(Ridge, "choose_alpha", CHOOSE_ALPHA)
 
 
+QUICKLY = (
+    *("--patches", "6", "--workers", "1", "--no-pictures"),
+    *("--folds", "2", "--max", "1", "--window", "1"),
+)
 HOSTILE = '<script>alert(1)</script> & "walk"</script><!--'
 ACTIVITIES = (HOSTILE, "arm_raise", "sitting")
 CLIPS, WINDOWS, PLACES = 6, 4, 48
@@ -168,6 +173,19 @@ def motions(made_once, tmp_path) -> Path:
         "motions", lambda folder: write_motions(folder / "motions", {"slow": 0.5, "fast": 2.0}, 4)
     )
     return shutil.copytree(made / "motions", tmp_path / "motions")
+
+
+@pytest.fixture(scope="session")
+def quick_run(made_once) -> Path:
+    """A folder with eight motions in `library` and their results, ranked by `QUICKLY`, in `out`."""
+
+    def make(folder: Path) -> None:
+        write_motions(folder / "library", {"slow": 0.5, "fast": 2.0}, 4)
+        with clips_here(), ranked_roughly():
+            code, said = cli("run", folder / "library", "--out", folder / "out", *QUICKLY)
+        assert code == 0, said
+
+    return made_once("quick run", make)
 
 
 def write_motions(library: Path, paces: dict[str, float], clips: int) -> None:

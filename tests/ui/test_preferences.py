@@ -15,12 +15,13 @@ from w2w.ui.jobs import preferences
 pytestmark = pytest.mark.usefixtures("blender")
 
 
-def test_threads_are_w2ws_own_affair() -> None:
+def test_threads_are_w2ws_own_affair(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
     before, chosen = dict(os.environ), SimpleNamespace(threads=1)
-    usual = n_threads()
+    assert n_threads() == 2
     preferences._limit_threads(chosen, bpy.context)
     assert n_threads() == 1
     chosen.threads = 0
     preferences._limit_threads(chosen, bpy.context)
-    assert n_threads() == usual
+    assert n_threads() == 2
     assert dict(os.environ) == before  # Cycles and other add-ons read it

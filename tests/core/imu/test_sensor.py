@@ -333,6 +333,7 @@ def test_soft_tissue_rings_at_its_frequency_and_keeps_gravity():
 
 def test_noise_belongs_to_the_sensor_not_to_its_company(monkeypatch):
     truth = moving(n_sensors=40)
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
     together = FULL.apply(truth, seed=11)
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     np.testing.assert_array_equal(FULL.apply(truth, seed=11).acc, together.acc)

@@ -48,11 +48,6 @@ def study(library, out, *options):
     return run("run", library, "--out", out, "--labels", library / "labels.csv", "--patches", 16, *options)
 
 
-@pytest.fixture(scope="module", autouse=True)
-def few_orders():
-    """As many orders of a stream as a program of its own draws: what both make is compared."""
-
-
 @pytest.fixture(scope="module")
 def library(shared_data, made_once):
     return made_once("clips of a run", partial(_library, shared_data))
@@ -173,13 +168,15 @@ def test_the_config_names_versions_and_inputs(finished, library):
 
 
 @pytest.mark.slow
-def test_the_same_input_gives_the_same_bytes_whatever_the_workers(finished, library, tmp_path):
-    """A program of its own has two workers."""
+@pytest.mark.usefixtures("one_worker", "all_orders")
+def test_the_same_input_gives_the_same_bytes_whatever_the_workers(library, tmp_path):
+    """A program of its own has two workers, and draws no pictures."""
+    assert study(library, tmp_path / "here", "--workers", 1).exit_code == 0
     options = ["--labels", library / "labels.csv", "--patches", "16", "--workers", "2", "--no-pictures"]
     command = [sys.executable, "-m", "headless", "run", library, "--out", tmp_path / "out", *options]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert hashes(tmp_path / "out") == hashes(finished[0])
+    assert hashes(tmp_path / "out") == hashes(tmp_path / "here")
 
 
 @pytest.mark.slow

@@ -17,29 +17,26 @@ from w2w.headless.study_options import StudyOptions
 from ...command_line import cli
 from ...drifting import WithDrift
 from ...robustness.resume import UNLIKE
-from ..conftest import write_motions
+from ..conftest import QUICKLY, write_motions
 
-OPTIONS = ["--patches", "8", "--workers", "1", "--no-pictures", "--window", "1"]
-
-RANKED = ["--folds", "2", "--max", "1"]
-
-QUICK = [*RANKED, "--no-report"]
+QUICK = ["--no-report"]
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
 
 def run(library, out, *options):
-    code, said = cli("run", library, "--out", out, *OPTIONS, *options)
+    code, said = cli("run", library, "--out", out, *QUICKLY, *options)
     assert code == 0, said
     return said
 
 
 @pytest.fixture
-def ranked(motions, tmp_path, monkeypatch):
+def ranked(quick_run, tmp_path, monkeypatch):
     """A library with results, and how often the study was ranked after that."""
     library, out, times = tmp_path / "library", tmp_path / "out", []
-    shutil.copytree(motions, library)
-    run(library, out, *RANKED)
+    for folder in (library, out):
+        shutil.copytree(quick_run / folder.name, folder)
+    assert "Nothing has changed" in run(library, out)  # it knows the copies by their looks from now on
     rank = execute.rank_study
     monkeypatch.setattr(execute, "rank_study", lambda *given: (times.append(1), rank(*given))[1])
     return library, out, times
@@ -52,7 +49,7 @@ def test_sizes_and_times_tell_that_nothing_has_changed(ranked, monkeypatch):
 
     def looked_into():
         read.clear()
-        assert "Nothing has changed" in run(library, out, *RANKED)
+        assert "Nothing has changed" in run(library, out)
         return bool(read)
 
     motion, features = sorted(library.rglob("*.npz"))[0], sorted((out / ".w2w" / "features").iterdir())[0]
@@ -62,7 +59,7 @@ def test_sizes_and_times_tell_that_nothing_has_changed(ranked, monkeypatch):
     motion.touch()
     assert looked_into()
     assert not looked_into()
-    assert run(library, out, *RANKED, "--log-json").count('"event": "clip"') == 8
+    assert run(library, out, "--log-json").count('"event": "clip"') == 8
     content = bytearray(features.read_bytes())
     content[-1] ^= 1
     features.write_bytes(content)  # as long as it was
@@ -215,7 +212,7 @@ def hashes(out):
 def test_motions_that_are_read_otherwise_are_ranked_anew(ranked):
     library, out, times = ranked
     before = (out / "utility.csv").read_bytes()
-    assert "Nothing has changed" not in run(library, out, *RANKED, "--pose-rate", "20")
+    assert "Nothing has changed" not in run(library, out, "--pose-rate", "20")
     assert len(times) == 1
     assert (out / "utility.csv").read_bytes() != before
 
@@ -237,29 +234,29 @@ def test_a_new_parameter_has_signals_made_anew_with_no_more_than_its_declaration
 def test_the_same_command_ranks_only_what_has_changed(ranked):
     library, out, times = ranked
     before, answer = hashes(out), json.loads((out / "summary.json").read_text())["answer"]
-    said = run(library, out, *RANKED)
+    said = run(library, out)
     assert f"{answer['sentence']} Nothing has changed since the last run" in said
     sorted((out / "signals").iterdir())[0].unlink()  # made again as it was
-    assert "Nothing has changed" in run(library, out, *RANKED)
+    assert "Nothing has changed" in run(library, out)
     assert hashes(out) == before
     assert not times
 
     clips = sorted(library.rglob("*.npz"))
     (out / "report.html").unlink()
-    run(library, out, *RANKED)
+    run(library, out)
     assert len(times) == 1
     assert hashes(out) == before
     assert CliRunner().invoke(APP, ["place", str(out), "--max", "2", "--redraw"]).exit_code == 0
-    run(library, out, *RANKED)
+    run(library, out)
     assert len(times) == 2
     (out / ".w2w" / "current.json").write_text("{")
-    run(library, out, *RANKED)
+    run(library, out)
     assert len(times) == 3
     clips[0].rename(clips[-1].with_name("moved.npz"))
-    run(library, out, *RANKED)
+    run(library, out)
     assert len(times) == 4
     clips[1].unlink()
-    run(library, out, *RANKED, "--folds", "3")
+    run(library, out, "--folds", "3")
     assert len(times) == 5
-    assert "Nothing has changed" in run(library, out, *RANKED, "--folds", "3")
+    assert "Nothing has changed" in run(library, out, "--folds", "3")
     assert len(times) == 5

@@ -25,17 +25,16 @@ from ...command_line import cli
 from ...here import clips_here
 from ...rings import by_day
 from ...robustness.resume import UNLIKE, hashes
-from ..conftest import write_motions
+from ..conftest import QUICKLY
 
 ROOT = Path(__file__).resolve().parents[3]
-OPTIONS = ["--patches", "6", "--workers", "1", "--no-pictures", "--folds", "2", "--max", "1"]
-FIRST, SECOND = ["--window", "1"], ["--window", "2"]
+OTHER = ["--window", "2"]
 SENTENCE = "holds an unfinished run: run the same command again to finish it, or wait if it is still running"
 KILLS = 30
 
 
-def run(library, out, options):
-    return cli("run", library, "--out", out, *OPTIONS, *options)
+def run(library, out, options=()):
+    return cli("run", library, "--out", out, *QUICKLY, *options)
 
 
 class Moments:
@@ -71,15 +70,6 @@ def here():
         yield
 
 
-@pytest.fixture(scope="module")
-def first(tmp_path_factory):
-    """A library and its results."""
-    folder = tmp_path_factory.mktemp("first")
-    write_motions(folder / "library", {"slow": 0.5, "fast": 2.0}, 4)
-    assert run(folder / "library", folder / "old", FIRST)[0] == 0
-    return folder
-
-
 def results(out):
     """Hashes of all that is read of a study, without half-written files and W2W's notes of its runs."""
     notes = (*UNLIKE, "written.sha256", "changing")
@@ -96,7 +86,7 @@ def cut_short(clip):
 
 
 CHANGES = {
-    "other windows": (SECOND, None),
+    "other windows": (OTHER, None),
     "other folds": (["--folds", "3"], None),
     "other patches": (["--seed", "3"], None),
     "a clip less": ([], Path.unlink),
@@ -123,16 +113,16 @@ def seen_during(moments, out, work):
 
 
 @pytest.mark.parametrize("change", by_day(BY_DAY, CHANGES))
-def test_at_every_moment_results_are_whole_or_said_to_be_unfinished(moments, first, tmp_path, change):
+def test_at_every_moment_results_are_whole_or_said_to_be_unfinished(moments, quick_run, tmp_path, change):
     library, out, new = (tmp_path / name for name in ("library", "out", "new"))
-    shutil.copytree(first / "library", library)
-    shutil.copytree(first / "old", out)
+    shutil.copytree(quick_run / "library", library)
+    shutil.copytree(quick_run / "out", out)
     options, changed = CHANGES[change]
     if changed is not None:
         changed(library / "slow" / "slow_3.npz")
-    assert run(library, new, FIRST + options)[0] == 0
-    seen = seen_during(moments, out, lambda: run(library, out, FIRST + options))
-    whole = (results(first / "old"), results(new))
+    assert run(library, new, options)[0] == 0
+    seen = seen_during(moments, out, lambda: run(library, out, options))
+    whole = (results(quick_run / "out"), results(new))
     assert all(unfinished or found in whole for unfinished, found in seen)
     assert seen[-1] == (False, whole[1])
     assert hashes(out) == hashes(new)
@@ -141,29 +131,31 @@ def test_at_every_moment_results_are_whole_or_said_to_be_unfinished(moments, fir
 
 
 @pytest.mark.slow
-def test_a_first_run_is_said_to_be_unfinished_from_its_first_file_to_its_last(moments, first, tmp_path):
+def test_a_first_run_is_said_to_be_unfinished_from_its_first_file_to_its_last(moments, quick_run, tmp_path):
     out = tmp_path / "out"
-    seen = seen_during(moments, out, lambda: run(first / "library", out, FIRST))
-    whole = results(first / "old")
+    seen = seen_during(moments, out, lambda: run(quick_run / "library", out))
+    whole = results(quick_run / "out")
     assert all(unfinished or found in ({}, whole) for unfinished, found in seen)
     assert seen[-1] == (False, whole)
 
 
 @pytest.mark.parametrize(("problem", "said"), [(EngineError("gone"), True), (StudyError("no"), False)])
-def test_a_run_without_result_leaves_a_folder_that_is_not_read(first, tmp_path, monkeypatch, problem, said):
+def test_a_run_without_result_leaves_a_folder_that_is_not_read(
+    quick_run, tmp_path, monkeypatch, problem, said
+):
     out = tmp_path / "out"
-    shutil.copytree(first / "old", out)
+    shutil.copytree(quick_run / "out", out)
 
     def fails(*_):
         raise problem
 
     with monkeypatch.context() as patch:
         patch.setattr(execute, "rank_study", fails)
-        assert run(first / "library", out, [*FIRST, "--folds", "3"])[0] == 1
+        assert run(quick_run / "library", out, ["--folds", "3"])[0] == 1
     code, text = cli("place", out)
     assert (code, SENTENCE in text) == ((4, True) if said else (2, False))
-    assert run(first / "library", out, FIRST)[0] == 0
-    assert hashes(out) == hashes(first / "old")
+    assert run(quick_run / "library", out)[0] == 0
+    assert hashes(out) == hashes(quick_run / "out")
 
 
 def doors(out, beside, drawn=False):
@@ -201,9 +193,9 @@ def streamed(out):
     return [hashlib.sha256(np.ascontiguousarray(one.acc)).hexdigest() for one in w2w.stream(out)]
 
 
-def test_every_reader_says_that_a_run_is_unfinished_and_the_same_command_finishes_it(first, tmp_path):
+def test_every_reader_says_that_a_run_is_unfinished_and_the_same_command_finishes_it(quick_run, tmp_path):
     out = tmp_path / "out"
-    shutil.copytree(first / "old", out)
+    shutil.copytree(quick_run / "out", out)
     mark_changing(out)
     before = hashes(out)
     said = doors(out, tmp_path / "doors", drawn=True)
@@ -211,8 +203,8 @@ def test_every_reader_says_that_a_run_is_unfinished_and_the_same_command_finishe
     assert (code, SENTENCE in text) == (4, True)
     assert set(said.values()) == {None}
     assert hashes(out) == before
-    assert "Nothing has changed" in run(first / "library", out, FIRST)[1]
-    assert hashes(out) == hashes(first / "old")
+    assert "Nothing has changed" in run(quick_run / "library", out)[1]
+    assert hashes(out) == hashes(quick_run / "out")
     assert None not in doors(out, tmp_path / "finished").values()
     (out / ".w2w" / "state.json").unlink()
     mark_changing(out)
@@ -221,16 +213,16 @@ def test_every_reader_says_that_a_run_is_unfinished_and_the_same_command_finishe
 
 @pytest.mark.slow
 def test_a_choice_that_was_half_written_is_finished_by_the_same_command_or_by_the_run(
-    moments, first, tmp_path, monkeypatch
+    moments, quick_run, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(place.draw, "draw_folder", lambda *_: {})
     choice = ["--redraw", "--max", "1", "--background", "slow"]
     monkeypatch.setattr(place, "check_counting", lambda *_: None)
     drawn, out = tmp_path / "drawn", tmp_path / "out"
-    shutil.copytree(first / "old", drawn)
-    shutil.copytree(first / "old", out)
+    shutil.copytree(quick_run / "out", drawn)
+    shutil.copytree(quick_run / "out", out)
     assert cli("place", drawn, *choice)[0] == 0
-    whole, states = (results(first / "old"), results(drawn)), []
+    whole, states = (results(quick_run / "out"), results(drawn)), []
     assert whole[0] != whole[1]
 
     def see():
@@ -247,16 +239,16 @@ def test_a_choice_that_was_half_written_is_finished_by_the_same_command_or_by_th
             assert cli("place", state, *choice)[0] == 0
             assert results(state) == whole[1]
         else:
-            assert run(first / "library", state, FIRST)[0] == 0
+            assert run(quick_run / "library", state)[0] == 0
             assert results(state) == whole[0]
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("all_orders")
-def test_killed_at_drawn_moments_every_reader_has_one_study_or_says_so(first, tmp_path):
-    library, out = first / "library", tmp_path / "out"
+def test_killed_at_drawn_moments_every_reader_has_one_study_or_says_so(quick_run, tmp_path):
+    library, out = quick_run / "library", tmp_path / "out"
     answers = []
-    for options in (FIRST, SECOND):
+    for options in ([], OTHER):
         assert run(library, out, options)[0] == 0
         shutil.copytree(out, tmp_path / f"study_{len(answers)}")
         answers.append(doors(out, tmp_path / f"doors_{len(answers)}"))
@@ -269,7 +261,7 @@ def test_killed_at_drawn_moments_every_reader_has_one_study_or_says_so(first, tm
         shutil.copytree(tmp_path / "study_0", out)
         began = read_state(out).started
         process = subprocess.Popen(
-            [sys.executable, "-m", "headless", "run", library, "--out", out, *OPTIONS, *SECOND],
+            [sys.executable, "-m", "headless", "run", library, "--out", out, *QUICKLY, *OTHER],
             cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
         )  # fmt: skip
         while process.poll() is None and read_state(out).started == began:
@@ -292,6 +284,6 @@ def test_killed_at_drawn_moments_every_reader_has_one_study_or_says_so(first, tm
             assert said in (None, answers[0][name], answers[1][name]), (kill, name, status)
         shutil.rmtree(out)
         shutil.copytree(copy, out)
-        assert run(library, out, SECOND)[0] == 0
+        assert run(library, out, OTHER)[0] == 0
         assert hashes(out) == expected
     assert unfinished > 0
