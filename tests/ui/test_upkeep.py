@@ -70,7 +70,11 @@ def test_use_active_mesh_waits_for_object_mode(library: Path) -> None:
     assert bpy.ops.w2w.use_mesh.poll()
 
 
-def test_undo_and_redo_take_the_message_away(library: Path) -> None:
+def test_undo_and_redo_take_the_message_away_and_fold_patches_that_come_back(
+    library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folded: list[bool] = []
+    monkeypatch.setattr(upkeep, "fold_soon", lambda: folded.append(True))
     bpy.ops.ed.undo_push(message="before")
     take_through(library, "patches")
     bpy.ops.ed.undo_push(message="Place Patches")
@@ -78,8 +82,10 @@ def test_undo_and_redo_take_the_message_away(library: Path) -> None:
     bpy.ops.ed.undo()
     assert jobs.message is None
     jobs.message = jobs.Message("Ranked", False)
+    assert not folded
     bpy.ops.ed.redo()
     assert jobs.message is None
+    assert folded == [True]
 
 
 def test_a_message_does_not_outlive_its_file(library: Path, tmp_path: Path) -> None:

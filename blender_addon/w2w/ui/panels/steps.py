@@ -33,7 +33,7 @@ from .base import (
 ICONS = {state.BAKED: "CHECKMARK", state.STALE: "FILE_REFRESH", state.FAILED: "ERROR"}
 """Icons of the clip states."""
 
-ROW_TAKEN, FIELD_MARGINS = 126, 18
+ROW_TAKEN, FIELD_MARGINS = 126, 14
 """Pixels that a row of the list of clips, and a field in it, have for no text, at a scale of 1."""
 
 

@@ -10,6 +10,7 @@ from ...scene.body.character import MARK
 from ...scene.heatmap import BESIDE, remove_beside
 from ..jobs import jobs
 from ..study import state
+from ..viewport.framing import fold_soon
 from . import results
 
 BUSY = 0.5
@@ -19,11 +20,29 @@ _counts: dict[str, int] = {}
 """Number of objects of each scene at the last look."""
 
 
+_placed: set[int] = set()
+"""Collections of patches before undo or redo."""
+
+
+@bpy.app.handlers.persistent
+def undoing(*_: object) -> None:
+    """Note which patches there are before undo or redo."""
+    _placed.clear()
+    _placed.update(_patch_collections())
+
+
 @bpy.app.handlers.persistent
 def undone(*_: object) -> None:
-    """After undo or redo the panel's message is out of date: clear it."""
+    """After undo or redo, clear the panel's message, which is out of date; fold patches that came back."""
     if jobs.running is None:
         jobs.dismiss()
+    if _patch_collections() - _placed:
+        fold_soon()
+
+
+def _patch_collections() -> set[int]:
+    bodies = (body for scene in bpy.data.scenes for body in state.bodies(scene))
+    return {home.session_uid for body in bodies if (home := body.w2w.patch_collection) is not None}
 
 
 @bpy.app.handlers.persistent
@@ -102,6 +121,8 @@ def _lost_marks(kept: set[bpy.types.Object]) -> Iterator[bpy.types.Object]:
 
 
 HANDLERS = (
+    (bpy.app.handlers.undo_pre, undoing),
+    (bpy.app.handlers.redo_pre, undoing),
     (bpy.app.handlers.undo_post, undone),
     (bpy.app.handlers.redo_post, undone),
     (bpy.app.handlers.load_post, loaded),
