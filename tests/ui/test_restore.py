@@ -106,6 +106,15 @@ def test_patches_ride_on_the_triangles_of_the_run(opened: bpy.types.Object, fini
     assert angle < 0.01
 
 
+def test_patches_of_a_run_are_folded_in_the_outliner(
+    finished_run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folded: list[bool] = []
+    monkeypatch.setattr(restore, "fold_soon", lambda: folded.append(True))
+    open_file(finished_run / "study.blend")
+    assert folded == [True]
+
+
 def test_a_click_on_the_skin_picks_the_runs_patch(opened: bpy.types.Object, finished_run: Path) -> None:
     run = StudyResults.load(finished_run)
     depsgraph = bpy.context.evaluated_depsgraph_get()

@@ -23,6 +23,7 @@ from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
 from ...scene.files.study_file import read_record, remove_record
 from ..study import declared, lists, sensors, signal_cache, state
+from ..viewport.framing import fold_soon
 from . import own_placements, results
 
 KEPT = {*ODD, "source", "cloth_frames"}
@@ -58,6 +59,7 @@ def restore(mesh: bpy.types.Object) -> str:
     study.results_near = os.curdir
     fill(mesh, run, clips)
     remove_record(mesh)
+    fold_soon()
     return opened_text(mesh)
 
 
