@@ -33,8 +33,8 @@ from .base import (
 ICONS = {state.BAKED: "CHECKMARK", state.STALE: "FILE_REFRESH", state.FAILED: "ERROR"}
 """Icons of the clip states."""
 
-ROW_TAKEN, FIELD_MARGINS = 126, 14
-"""Pixels that a row of the list of clips, and a field in it, have for no text, at a scale of 1."""
+ROW_TAKEN, NAME_MARGINS, FIELD_MARGINS = 126, 14, 18
+"""Pixels that a row of the list of clips, a name and a field in it have for no text, at a scale of 1."""
 
 
 class W2W_PT_main(W2WPanel, bpy.types.Panel):
@@ -130,7 +130,7 @@ class W2W_UL_clips(bpy.types.UIList):
         room = context.region.width - ROW_TAKEN * scale
         share = 1.0 if found == state.FAILED else 1 - activity_share(data, room, scale)
         split = row.split(factor=share)
-        shown = shortened(Path(item.file).stem or item.name, share * room - FIELD_MARGINS * scale)
+        shown = shortened(Path(item.file).stem or item.name, share * room - NAME_MARGINS * scale)
         split.label(text=shown, translate=False)
         if found != state.FAILED:
             split.prop(item, "activity", text="", emboss=False, placeholder="activity")

@@ -184,14 +184,16 @@ def _outliners() -> Iterator[tuple[bpy.types.Window, bpy.types.Area]]:
 
 
 def fold_outliners() -> None:
-    """Fold every Outliner to what the top collections hold; a new collection is unfolded, however large."""
+    """Fold every Outliner to what the top collections hold, or to these where patches are one of them."""
     for window, area in _outliners():
+        top, bodies = set(window.scene.collection.children), state.bodies(window.scene)
+        shown = 1 if any(body.w2w.patch_collection in top for body in bodies) else 2
         if area.spaces.active.display_mode == "VIEW_LAYER":
             region = next(region for region in area.regions if region.type == "WINDOW")
             with bpy.context.temp_override(window=window, area=area, region=region):
                 for _ in range(LEVELS):
                     bpy.ops.outliner.show_one_level(open=False)
-                for _ in ("the scene's collection", "those in it"):
+                for _ in range(shown):
                     bpy.ops.outliner.show_one_level()
 
 
