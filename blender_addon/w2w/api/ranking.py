@@ -14,6 +14,7 @@ import numpy as np
 
 from ..core.files import write_text
 from ..core.findings.new_folder import write_findings
+from ..core.given import given_path
 from ..core.library.library import Clip, Library
 from ..core.patches.card import DROP
 from ..core.ranking.pooling import Pooling
@@ -227,6 +228,7 @@ class Ranking(Ranked):
         """
         from ..report.page import report_page, worn_page  # jinja2 is slow to import
 
+        path = given_path(path, "a report")
         if self.recordings is not None:
             cautions = [caution.sentence() for caution in self.cautions]
             said = {"cautions": cautions, "skipped": self.skipped, "names": self.names}

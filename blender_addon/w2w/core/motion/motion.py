@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -252,10 +252,16 @@ def _up(arrays: dict[str, np.ndarray], rotations: np.ndarray, pelvis: np.ndarray
     if "bodyPose" in arrays:
         return "y"
     frames = np.linspace(0, len(pelvis) - 1, min(SEEN_FRAMES, len(pelvis))).astype(int)
-    _, joints = posed_joints(Body.bundled().joints, rotations[frames], pelvis[frames])
+    _, joints = posed_joints(_rest_joints(), rotations[frames], pelvis[frames])
     sides = {part: [JOINT_INDEX[f"{side}_{part}"] for side in ("left", "right")] for part in LIMBS}
     seen = Sight.of(joints, {part: joints[:, both] for part, both in sides.items()})
     return ups.of(AMASS if "global_orient" not in arrays else SMPLX, seen)
+
+
+@cache
+def _rest_joints() -> np.ndarray:
+    """The bundled body's joints in its rest pose, (24, 3)."""
+    return Body.bundled().joints
 
 
 def _read_arrays(path: Path, person: int | None) -> tuple[dict[str, np.ndarray], int]:
