@@ -10,25 +10,36 @@ from dataclasses import replace
 
 import pytest
 
-from w2w.core.ranking import stream
+from w2w.core.ranking import halves, stream
 from w2w.core.ranking.classifiers.ridge import Ridge
+from w2w.core.selection import promise
 from w2w.headless.runs import guard, workers
 
-MOST_ORDERS, CHOOSE_ALPHA = stream.MOST_ORDERS, Ridge.choose_alpha
+CHOOSE_ALPHA = Ridge.choose_alpha
 FEW_SENSORS = 3
-
-
-@contextmanager
-def ranked_roughly() -> Iterator[None]:
-    """A stream in the fewest orders, the ridge chosen by a few sensors: tests of more are the core's."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stream, "MOST_ORDERS", stream.FEWEST_ORDERS)
-        patch.setattr(Ridge, "choose_alpha", _by_few_sensors)
-        yield
 
 
 def _by_few_sensors(ridge: Ridge, *given) -> float:
     return CHOOSE_ALPHA(replace(ridge, tuning_sensors=FEW_SENSORS), *given)
+
+
+ROUGHLY = (
+    (stream, "MOST_ORDERS", stream.FEWEST_ORDERS),
+    (halves, "SET_HALVINGS", 1),
+    (promise, "RANDOM_SETS", 2),
+    (Ridge, "choose_alpha", _by_few_sensors),
+)
+"""Where each thing is that costs care, and less of it."""
+CAREFULLY = tuple((where, name, getattr(where, name)) for where, name, _ in ROUGHLY)
+
+
+@contextmanager
+def ranked_roughly() -> Iterator[None]:
+    """A stream in the fewest orders, sets by one halving, the ridge by a few sensors: more are the core's."""
+    with pytest.MonkeyPatch.context() as patch:
+        for there in ROUGHLY:
+            patch.setattr(*there)
+        yield
 
 
 class _Here:

@@ -22,8 +22,6 @@ from w2w.core.findings.summary import write_results
 from w2w.core.library.library import Clip, Library
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
-from w2w.core.ranking import stream
-from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
@@ -40,7 +38,7 @@ from w2w.headless.runs.study import write_config
 from w2w.report import page, still_picture
 
 from ..command_line import cli
-from ..here import CHOOSE_ALPHA, MOST_ORDERS, clips_here, ranked_roughly
+from ..here import CAREFULLY, clips_here, ranked_roughly
 
 
 @pytest.fixture(scope="module")
@@ -89,8 +87,8 @@ def few_orders() -> Iterator[None]:
 @pytest.fixture
 def all_orders(monkeypatch) -> None:
     """Ranked with all care, as by a program of its own, whose results are compared."""
-    monkeypatch.setattr(stream, "MOST_ORDERS", MOST_ORDERS)
-    monkeypatch.setattr(Ridge, "choose_alpha", CHOOSE_ALPHA)
+    for there in CAREFULLY:
+        monkeypatch.setattr(*there)
 
 
 QUICKLY = (

@@ -73,7 +73,7 @@ def _make(place, lies, library, out, workers):
     before = Path.cwd()
     os.chdir(place)
     options = ["--out", out, "--labels", f"{library}/labels.csv", "--patches", 8, "--no-pictures"]
-    done = w2w("run", library, *options, "--workers", workers, "--window", 60, "--title", "My <shirt>")
+    done = w2w("run", library, *options, "--workers", workers, "--window", 12, "--title", "My <shirt>")
     os.chdir(before)
     assert done.exit_code == 0, done.output
     (place / "said.txt").write_text(" ".join(done.output.split()), encoding="utf-8")
@@ -136,8 +136,8 @@ def test_windows_long_for_the_clips_are_warned_of(ran):
     out, output = ran
     windows = json.loads((out / "summary.json").read_text())["windows"]
     median = windows.pop("median_clip_s")
-    assert windows == {"length_s": 60.0, "stride_s": 30.0, "clips_shorter": 7}
-    warning = f"windows of 60 s are {60 / median:.1f} times as long as the median clip ({median:.1f} s)"
+    assert windows == {"length_s": 12.0, "stride_s": 6.0, "clips_shorter": 7}
+    warning = f"windows of 12 s are {12 / median:.1f} times as long as the median clip ({median:.1f} s)"
     assert warning in output
     assert warning in (out / "report.html").read_text(encoding="utf-8")
 

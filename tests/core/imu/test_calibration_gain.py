@@ -28,7 +28,7 @@ def test_recordings_are_left_out_otherwise():
 
 
 def test_a_single_recording_is_halved():
-    what, found = held_out([pair(seconds=30, late_s=-0.1)])
+    what, found = held_out([pair(seconds=15, late_s=-0.1)])
     assert (what, len(found)) == ("half", 2)
     assert all(one.force[1] > 0.9 for one in found)
 

@@ -34,7 +34,7 @@ def test_labels_shuffled_by_clip_give_chance():
     features, activity, clip, is_test = library(clips_per_activity=20, signal=(3.0, 3.0, 3.0))
     label_of = activity[np.searchsorted(clip, np.arange(clip.max() + 1))]
     means = []
-    for seed in range(8):
+    for seed in range(4):
         shuffled = np.random.default_rng(seed).permutation(label_of)[clip]
         means.append(
             utility_map(
