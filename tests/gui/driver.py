@@ -64,6 +64,12 @@ class Driver:
         """A region of the 3D view."""
         return next(region for region in self.area.regions if region.type == kind)
 
+    def foot_of_outliner(self) -> list[int]:
+        """Where the lower left corner of the Outliner is in a picture."""
+        (area,) = (area for area in self.window.screen.areas if area.type == "OUTLINER")
+        region = next(region for region in area.regions if region.type == "WINDOW")
+        return [region.x, self.window.height - region.y]
+
     def turns(self, count: int = 2) -> Script:
         """Let Blender handle events and redraw."""
         for _ in range(count):

@@ -61,7 +61,9 @@ def open_file(driver: Driver) -> Script:
         bpy.ops.wm.open_mainfile(filepath=str(RUN / "study.blend"))
     yield from driver.turns(10)
     yield from open_tab(driver)
+    yield from driver.turns(60)
     yield from driver.look("1_opened")
+    report["outliner"] = driver.foot_of_outliner()
     report["opened"] = found()
 
 

@@ -67,9 +67,7 @@ def look_at_patches(driver: Driver) -> Script:
     yield from driver.press("w2w.run_all")
     yield from idle(driver)
     yield from driver.turns(60)
-    (area,) = (area for area in driver.window.screen.areas if area.type == "OUTLINER")
-    region = next(region for region in area.regions if region.type == "WINDOW")
-    report["outliner"] = [region.x, driver.window.height - region.y]  # its lower left corner in a picture
+    report["outliner"] = driver.foot_of_outliner()
     yield from driver.look("2_folded")
     study().show_patches = True
     yield from driver.look("2_patches")

@@ -11,7 +11,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 
 PROJECT = Path(__file__).resolve().parents[2]
 SANDBOX = Path(os.environ.get("W2W_BLENDER_SANDBOX", PROJECT / ".sandbox" / "blender-4.3"))
@@ -102,3 +104,12 @@ def run_in_window(
     (out / "blender.log").write_text(done.stdout + done.stderr)
     assert done.returncode == 0, (done.stdout + done.stderr)[-3000:]
     return json.loads((out / "report.json").read_text())
+
+
+def is_outliner_folded(picture: Path, foot: tuple[int, int]) -> bool:
+    """Whether the lower part of an Outliner, above `foot` in a picture, lists hardly any objects."""
+    left, bottom = foot
+    with Image.open(picture) as image:
+        part = np.array(image.convert("RGB").crop((left, bottom - 130, left + 140, bottom))).astype(int)
+    of_objects = (np.ptp(part, axis=-1) > 40).any(axis=1)  # lines of pixels with an icon, orange or dimmed
+    return int(of_objects.sum()) < 50  # one of the armature has 16, and six patches 90

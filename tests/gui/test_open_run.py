@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from ..made_run import make_run
-from .sandbox import RESULTS, inside, newest_zip, run_in_window
+from .sandbox import RESULTS, inside, is_outliner_folded, newest_zip, run_in_window
 
 OUT = RESULTS / "run"
 N_PATCHES = 512
@@ -57,6 +57,10 @@ def test_the_panel_shows_the_run(report: dict[str, Any], results: Path, way: str
     assert found["regions"] == 8
     assert found["heatmaps"] == 4
     assert found["up_to_date"]
+
+
+def test_patches_of_a_run_are_folded_in_the_outliner(report: dict[str, Any]) -> None:
+    assert is_outliner_folded(OUT / "pictures" / "1_opened.png", report["outliner"])
 
 
 def test_a_row_of_the_ranking_can_be_clicked(report: dict[str, Any]) -> None:
