@@ -16,7 +16,7 @@ ACTIVITIES = ("bow", "run", "walk-left")
 N_PATCHES = 48
 
 
-def make_run(data: Path, folder: Path, patches: int = N_PATCHES) -> Path:
+def make_run(data: Path, folder: Path, patches: int = N_PATCHES, *more: str) -> Path:
     """Run `w2w run` into a folder and save its study.blend; the pictures beside it are left out.
 
     Returns
@@ -32,7 +32,7 @@ def make_run(data: Path, folder: Path, patches: int = N_PATCHES) -> Path:
     out = folder / "results"
     options = f"--patches {patches} --stride 0.5 --forbid foot --max 3 --target 0.85 --workers 1"
     with clips_here():
-        code, said = cli("run", folder / "clips", "--out", out, "--no-pictures", *options.split())
+        code, said = cli("run", folder / "clips", "--out", out, "--no-pictures", *options.split(), *more)
         if code:
             raise RuntimeError(said)
         why = draw_side_by_side([partial(write_blend, to=out)], out)[0]

@@ -21,24 +21,32 @@ PRECIOUS = b"years of work"
 pytestmark = pytest.mark.usefixtures("motions")
 
 
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory, drawn_results, shared_data):
+    """Something of each kind that commands read."""
+    folder = tmp_path_factory.mktemp("kept")
+    shutil.copytree(drawn_results, folder / "results")
+    shutil.copy(next((shared_data / "bvh").rglob("*.bvh")), folder / "clip.bvh")
+    groups = "activity,group\nslow,communicative_gesture\nfast,communicative_gesture\n"
+    (folder / "groups.csv").write_text(groups)
+    (folder / "weights.csv").write_text("activity,weight\nsitting,2\n")
+    (folder / "sensor.json").write_text("{}")
+    (folder / "real.csv").write_text("time_s\n")
+    (folder / "gait").mkdir()
+    np.savez(folder / "data.npz", x=np.zeros(3))
+    assert cli("sensors", "bmi270", "--out", folder / "mine.json")[0] == 0
+    return folder
+
+
 @pytest.fixture
-def place(tmp_path, drawn_results, shared_data, monkeypatch):
-    """A working directory with something of each kind that commands read; no work can begin in it."""
+def place(tmp_path, kept, monkeypatch):
+    """A working directory with a copy of that; no work can begin in it."""
 
     def begun(*_):
         raise AssertionError("work began")
 
-    monkeypatch.chdir(tmp_path)
+    monkeypatch.chdir(shutil.copytree(kept, tmp_path, dirs_exist_ok=True))
     monkeypatch.setattr(workers, "local_executor", begun)
-    shutil.copytree(drawn_results, "results")
-    shutil.copy(next((shared_data / "bvh").rglob("*.bvh")), "clip.bvh")
-    Path("groups.csv").write_text("activity,group\nslow,communicative_gesture\nfast,communicative_gesture\n")
-    Path("weights.csv").write_text("activity,weight\nsitting,2\n")
-    Path("sensor.json").write_text("{}")
-    Path("real.csv").write_text("time_s\n")
-    Path("gait").mkdir()
-    np.savez("data.npz", x=np.zeros(3))
-    assert cli("sensors", "bmi270", "--out", "mine.json")[0] == 0
     return tmp_path
 
 

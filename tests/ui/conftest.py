@@ -81,7 +81,10 @@ def _write_library(folder: Path) -> None:
 @pytest.fixture(scope="package")
 def finished_run(shared_data: Path, made_once: Callable[..., Path], few_orders: None) -> Path:  # noqa: ARG001
     """The results folder of a run over real BVH clips and a broken one."""
-    return made_once("overnight", lambda folder: make_run(shared_data, folder, N_PATCHES)) / "results"
+    return (
+        made_once("overnight", lambda folder: make_run(shared_data, folder, N_PATCHES, "--no-report"))
+        / "results"
+    )
 
 
 @pytest.fixture
