@@ -118,16 +118,18 @@ class StudyResults:
         """
         kept = signals_file(*self.places[clip])
         if kept.exists():
-            whole = self._read.get(clip) or ImuRecording.load(kept)
-            if sum(one.acc.nbytes + one.gyr.nbytes for one in self._read.values()) < HELD_BYTES:
-                self._read[clip] = whole
-            return whole if patches is None else whole.at(patches)
+            if patches is None:
+                return ImuRecording.load(kept)
+            whole = self._held.get(clip) or ImuRecording.load(kept)
+            if sum(one.acc.nbytes + one.gyr.nbytes for one in self._held.values()) < HELD_BYTES:
+                self._held[clip] = whole
+            return whole.at(patches)
         body, config = self._made_by
         with unthreaded_products():
             return record(body, self.patches, self.motion(self.clips[clip].name), config, chosen=patches)
 
     @cached_property
-    def _read(self) -> dict[int, ImuRecording]:
+    def _held(self) -> dict[int, ImuRecording]:
         """Recordings that stay in memory: a choice reads all clips at patches that it finds step by step."""
         return {}
 
