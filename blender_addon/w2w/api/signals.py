@@ -170,7 +170,8 @@ def stream(
 ) -> Iterator[ImuRecording]:
     """Read the signals of a run's clips, one after another, in memory for one.
 
-    If `w2w run --no-signals` kept none, they are made again from the motions, the same to the last bit.
+    If `w2w run --no-signals` kept none, they are made again from the motions: the same to the last bit,
+    or at `placements` but for single samples that are one step of the sensor off.
 
     Parameters
     ----------

@@ -140,7 +140,7 @@ def test_every_clip_has_its_own_north_and_sensors_do_not_depend_on_their_company
     sensor, matrices = preset("phone"), turning()
     whole = read(EVERY, sensor, matrices)
     for name, values in whole.items():
-        alone = further_signals(matrices[:, 1:], RATE, SETTINGS, sensor, EVERY, "a clip", 3, first_sensor=1)
+        alone = further_signals(matrices[:, 1:], RATE, SETTINGS, sensor, EVERY, "a clip", 3, [1, 2])
         np.testing.assert_allclose(alone[name], values[:, 1:], rtol=1e-6, atol=1e-4)
 
 

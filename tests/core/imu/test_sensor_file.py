@@ -153,7 +153,7 @@ def test_a_fixed_misalignment_is_the_sensors_own_in_every_clip():
     assert not np.array_equal(*(anew.apply(clip, 0).acc for clip in clips))
     assert not np.array_equal(fixed.apply(clips[0], 1).acc, first)  # another seed, another wearing
     part = ImuRecording(still[:, 2:], np.zeros_like(still[:, 2:]), 50.0, clip="one")
-    np.testing.assert_array_equal(fixed.apply(part, 0, first_sensor=2).acc, first[:, 2:])
+    np.testing.assert_array_equal(fixed.apply(part, 0, [2, 3]).acc, first[:, 2:])
 
 
 def test_a_worn_sensors_turn_is_that_of_all_sensors_in_every_clip(tmp_path):

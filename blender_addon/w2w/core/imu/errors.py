@@ -3,6 +3,7 @@
 
 import hashlib
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any, cast
 
@@ -59,9 +60,9 @@ class _Words(ISeedSequence):
 
 
 class SensorStreams:
-    """Random numbers of a range of sensors: one stream per sensor and part, in any order of the calls."""
+    """Random numbers of sensors: one stream per sensor and part, in any order of the calls."""
 
-    def __init__(self, seed: int, clip: str, sensors: range) -> None:
+    def __init__(self, seed: int, clip: str, sensors: Sequence[int]) -> None:
         self.seed, self.clip, self.sensors = seed, clip, sensors
         digest = hashlib.sha256(clip.encode("utf-8")).digest()
         entropy = [seed, *np.frombuffer(digest[:16], dtype="<u4").tolist()]
@@ -69,8 +70,12 @@ class SensorStreams:
         # doi:10.1145/2063384.2063405); each sensor takes whole steps of the counter
         key = np.random.SeedSequence(entropy).generate_state(2, np.uint64)
         steps = -(-len(PARTS) * SFC64_WORDS // PHILOX_WORDS)
-        counter = np.random.Philox(key=key, counter=steps * sensors.start)
-        words = counter.random_raw(PHILOX_WORDS * steps * len(sensors)).reshape(len(sensors), -1)
+        first, last = min(sensors), max(sensors)
+        counter = np.random.Philox(key=key, counter=steps * first)
+        words = counter.random_raw(PHILOX_WORDS * steps * (last - first + 1)).reshape(
+            -1, PHILOX_WORDS * steps
+        )
+        words = words[np.subtract(sensors, first)]
         self._states = words[:, : len(PARTS) * SFC64_WORDS].reshape(-1, len(PARTS), SFC64_WORDS)
         self._constants = self.normal("constants", 39)
 

@@ -2,6 +2,7 @@
 """Sensors that some parts have besides accelerometer and gyroscope: orientation, magnetometer, barometer."""
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,13 +102,14 @@ def further_signals(
     further: FurtherSensors,
     clip: str,
     seed: int,
-    first_sensor: int = 0,
+    sensors: Sequence[int] | None = None,
 ) -> dict[str, np.ndarray]:
     """Readings of these sensors on moving frames that also carry `sensor`: (samples, N, values), float32.
 
     Orientation comes as quaternions w, x, y, z from the sensor's frame to the clip's world; the magnetic
     field in the sensor's frame, microtesla; pressure, Pa. They share the mounting, misalignment and losses of
-    `sensor`, and the rate and band limit of `settings`. Poses are (T, N, 4, 4), at `rate` frames per second.
+    `sensor`, and the rate and band limit of `settings`. Poses are (T, N, 4, 4), at `rate` frames per second;
+    `sensors` are their numbers, if they are a part of a larger set.
 
     Raises ValueError if the sensor has a rate of its own.
     """
@@ -118,8 +120,9 @@ def further_signals(
     n_frames, n_sensors = poses.shape[:2]
     n_samples = count_resampled(n_frames, rate, settings.rate_hz)
     signals = {name: np.empty((n_samples, n_sensors, FURTHER[name]), np.float32) for name in further.record}
+    numbers = range(n_sensors) if sensors is None else sensors
     for part in chunks(n_sensors, CHUNK_SENSORS):
-        streams = SensorStreams(seed, clip, range(first_sensor + part.start, first_sensor + part.stop))
+        streams = SensorStreams(seed, clip, numbers[part])
         turned, heights = _placed(poses[:, part], rate, settings, sensor, streams)
         for name, values in signals.items():
             values[:, part] = _READ[name](turned, heights, further, streams, sensor.is_ideal)
@@ -142,7 +145,7 @@ def _placed(
     poses: np.ndarray, rate: float, settings: Synthesis, sensor: SensorModel, streams: SensorStreams
 ) -> tuple[Rotation, np.ndarray]:
     """Turns from sensor to world, sample by sample and sensor by sensor, and heights (samples, n)."""
-    first = streams.sensors.start
+    first = streams.sensors[0]
     positions, quaternions = decompose(poses, first)
     bridge(positions, quaternions, rate, settings.max_gap_s, first)
     n_samples = count_resampled(poses.shape[0], rate, settings.rate_hz)

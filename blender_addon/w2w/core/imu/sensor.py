@@ -176,7 +176,7 @@ class SensorModel:
         """Whether it has no error of any kind."""
         return replace(self, name="ideal", rate_hz=None) == SensorModel()
 
-    def apply(self, recording: ImuRecording, seed: int, first_sensor: int = 0) -> ImuRecording:
+    def apply(self, recording: ImuRecording, seed: int, sensors: Sequence[int] | None = None) -> ImuRecording:
         """This sensor's readings of a motion whose true signals the recording holds.
 
         Parameters
@@ -186,15 +186,16 @@ class SensorModel:
         seed : int
             At least 0. Random numbers depend on the seed, the recording's clip and the sensor's number
             alone, not on how the sensors are shared out among calls or workers.
-        first_sensor : int
-            Number of the recording's first sensor, if it is a part of a larger set.
+        sensors : sequence of int, optional
+            Numbers of the recording's sensors, if they are a part of a larger set.
 
         Returns
         -------
         ImuRecording
         """
-        if seed < 0 or first_sensor < 0:
-            raise ValueError(f"seed and first_sensor must not be negative: {seed}, {first_sensor}")
+        numbers = range(recording.n_sensors) if sensors is None else sensors
+        if seed < 0 or min(numbers, default=0) < 0:
+            raise ValueError(f"seed and sensors' numbers must not be negative: {seed}, {sensors}")
         rate = self.rate_hz or recording.rate
         n_samples = count_resampled(recording.n_samples, recording.rate, rate)
         acc = np.empty((n_samples, recording.n_sensors, 3), dtype=np.float32)
@@ -202,8 +203,7 @@ class SensorModel:
         size = max(1, CHUNK_VALUES // (6 * recording.n_samples))
 
         def fill(chunk: slice) -> None:
-            sensors = range(first_sensor + chunk.start, first_sensor + chunk.stop)
-            streams = SensorStreams(seed, recording.clip, sensors)
+            streams = SensorStreams(seed, recording.clip, numbers[chunk])
             # sensor by sensor, (n, 3, T)
             true_acc = np.ascontiguousarray(recording.acc[:, chunk].transpose(1, 2, 0))
             true_gyr = np.ascontiguousarray(recording.gyr[:, chunk].transpose(1, 2, 0))

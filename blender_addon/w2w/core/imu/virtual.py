@@ -43,29 +43,29 @@ def record_motion(
     The same as `synthesize` on `patch_matrices` and `SensorModel.apply` on the whole, to rounding; named
     after the patches and labelled as the motion. `seed` is that of the sensors' errors.
     """
+    numbers = range(len(patches.triangles)) if chosen is None else [int(number) for number in chosen]
     rate = sensor.rate_hz or settings.rate_hz
     n_ideal = count_resampled(motion.n_frames, motion.rate, settings.rate_hz)
     n_samples = count_resampled(n_ideal, settings.rate_hz, rate)
     sizes = {"acc": 3, "gyr": 3} | {name: FURTHER[name] for name in further.record}
-    signals: dict[str, Any] = {  # zeros: parts without a chosen sensor stay as they are
-        name: np.zeros((n_samples, len(patches.triangles), size), np.float32) for name, size in sizes.items()
+    signals: dict[str, Any] = {
+        name: np.empty((n_samples, len(numbers), size), np.float32) for name, size in sizes.items()
     }
     transforms = skinning_transforms(body, motion)
     size = max(1, min(SENSORS_AT_ONCE, BYTES_AT_ONCE // (24 * n_ideal)))
-    for start in range(0, len(patches.triangles), size):
+    for start in range(0, len(numbers), size):
         part = slice(start, start + size)
-        if chosen is not None and not any(start <= patch < start + size for patch in chosen):
-            continue
-        poses = _SkinnedPatches(body, transforms, patches.triangles[part])
+        poses = _SkinnedPatches(body, transforms, patches.triangles[list(numbers[part])])
         ideal = replace(synthesize(poses, motion.rate, settings), clip=motion.clip)
-        read = sensor.apply(ideal, seed, first_sensor=start)
+        read = sensor.apply(ideal, seed, numbers[part])
         signals["acc"][:, part], signals["gyr"][:, part] = read.acc, read.gyr
-        others = further_signals(poses, motion.rate, settings, sensor, further, motion.clip, seed, start)
+        others = further_signals(
+            poses, motion.rate, settings, sensor, further, motion.clip, seed, numbers[part]
+        )
         for name, values in others.items():
             signals[name][:, part] = values
-    whole = ImuRecording(rate=rate, **signals)
-    whole = whole.labelled(patches.names, motion.activity, motion.subject, motion.clip)
-    return whole if chosen is None else whole.at(chosen)
+    names = tuple(patches.names[number] for number in numbers)
+    return ImuRecording(rate=rate, **signals).labelled(names, motion.activity, motion.subject, motion.clip)
 
 
 class _SkinnedPatches:

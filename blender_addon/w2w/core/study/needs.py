@@ -221,7 +221,7 @@ class Place:
     def _tried(self, config: StudyConfig) -> _Tried:
         """Train and test with a config's part and windows."""
         part = config.sensor_model()
-        cut = [cut_windows(part.apply(one, config.seed, self.patch), config.windows) for one in self.seen]
+        cut = [cut_windows(part.apply(one, config.seed, [self.patch]), config.windows) for one in self.seen]
         signals = np.concatenate([windows.signals[:, 0] for windows in cut])
         features = window_features(signals[None], own_rate(config))[0]  # as sensors of one window: faster
         labels = WindowLabels.of(self.clips, [ClipWindows(one.is_test, NO_SIGNATURE) for one in cut])

@@ -114,7 +114,8 @@ class StudyResults:
     def recording(self, clip: int, patches: Sequence[int] | None = None) -> ImuRecording:
         """Recording of a clip, by its number, from the sensors on all patches or some.
 
-        It is read if the run kept it, else made again from the motion, the same to the last bit.
+        It is read if the run kept it, else made again from the motion: on all patches the same to the last
+        bit, on some but for single samples that are one step of the sensor off.
         """
         kept = signals_file(*self.places[clip])
         if kept.exists():

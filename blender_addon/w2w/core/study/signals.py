@@ -69,14 +69,14 @@ def record_baked(
     config: StudyConfig,
     root: np.ndarray | None = None,
     on_cloth: ClothSensors | None = None,
-    first_sensor: int = 0,
+    sensors: Sequence[int] | None = None,
 ) -> ImuRecording:
     """Recording of sensors on all patches of a surface that Blender has moved.
 
     `matrices`, shape (T, N, 4, 4), are the patches' in the world, `labels` activity, subject and clip.
-    `first_sensor` is the number of the first if the patches are the last of a larger set. `root`, shape
-    (T, 3), is the path of the body's root in the world. ValueError if it is to be band-limited and not known,
-    or if the motion is too short for the synthesis.
+    `sensors` are the patches' numbers if they are a part of a larger set. `root`, shape (T, 3), is the path
+    of the body's root in the world. ValueError if it is to be band-limited and not known, or if the motion is
+    too short for the synthesis.
     """
     if config.root_band_hz is not None and config.root_band_hz < rate / 2:
         if root is None or on_cloth is not None:
@@ -88,9 +88,9 @@ def record_baked(
         ideal = on_cloth.over(ideal, config.synthesis)
     named, sensor = ideal.labelled(patches.names, *labels), config.sensor_model()
     further: Mapping[str, Any] = further_signals(
-        matrices, rate, config.synthesis, sensor, config.further, named.clip, config.seed, first_sensor
+        matrices, rate, config.synthesis, sensor, config.further, named.clip, config.seed, sensors
     )
-    return replace(sensor.apply(named, config.seed, first_sensor), **further)
+    return replace(sensor.apply(named, config.seed, sensors), **further)
 
 
 def describe(recording: ImuRecording, config: StudyConfig) -> tuple[np.ndarray, np.ndarray]:

@@ -87,8 +87,9 @@ def _bake_clip(mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, first: 
     bake = yield from as_steps(baker.by_frame(clip.action), f"{name}, evaluated by Blender", 0.0, 0.8)
 
     def work(progress: Callable[[float], None]) -> str:
+        baked = range(first, first + len(baker.patches))
         recording = record_baked(
-            bake.matrices, bake.rate, baker.patches, labels, config, bake.root, bake.on_cloth, first
+            bake.matrices, bake.rate, baker.patches, labels, config, bake.root, bake.on_cloth, baked
         )
         progress(0.5)
         windows = describe(recording, config)
