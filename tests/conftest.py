@@ -32,11 +32,14 @@ settings.load_profile("ci" if os.environ.get("CI") else "everywhere")
 
 _ended: list[int] = []
 
+gc.disable()  # until tests are collected
+
 
 def pytest_collection_finish() -> None:
     """Spare each garbage collection from now on what has been imported and collected."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def pytest_sessionfinish(exitstatus: int) -> None:
