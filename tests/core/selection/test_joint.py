@@ -10,6 +10,7 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 
 from w2w.core.ranking.stream import ExpectedF1, StreamF1
 from w2w.core.selection import joint, set_tests
+from w2w.core.selection.constraints import Terms
 from w2w.core.selection.headline import short
 from w2w.core.selection.joint import ByHalves, GrownSet, choose_together
 from w2w.core.selection.promise import Promises, promise_in_stream
@@ -31,6 +32,29 @@ def tests():
 def test_the_second_patch_tells_what_the_first_cannot(tests):
     order = grown(tests.whole, terms(2)).up_to(2)
     assert sorted(patch // 4 for patch in order) == [0, 1]
+
+
+class Judged:
+    """Tests that give each candidate a value by number, whatever is worn."""
+
+    def __init__(self, values):
+        self.values = np.array(values)
+
+    def added(self, _worn, candidates, _worst):
+        return self.values[candidates]
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_a_hairs_breadth_does_not_decide_between_patches_that_do_alike(seed):
+    values = np.array([0.96, 0.962, 0.955, 0.964, 0.9, 0.963]) + np.random.default_rng(seed).normal(
+        0, 3e-4, 6
+    )
+    under = Terms(np.ones(6, bool), [], np.ones(6), 3, rarity=np.array([4, 1, 0, 2, 3, 5]))
+    assert GrownSet(Judged(values), under, values).up_to(3) == (1, 3, 0)
+    dear = replace(under, cost=np.array([1.0, 1.001, 1, 1, 1, 1]))
+    assert GrownSet(Judged(values), dear, values).up_to(3) == (3, 0, 5)  # of what does alike, the cheaper
+    plain = GrownSet(Judged(values), replace(under, rarity=None), values).up_to(1)
+    assert plain == (int(values.argmax()),)
 
 
 @pytest.mark.slow

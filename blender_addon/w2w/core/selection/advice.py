@@ -125,7 +125,9 @@ def _at_products(terms: Terms, products: dict[int, str], constraints: Constraint
 
     All that are allowed if a wish says which patches to use, or no product sits on any.
     """
-    sits = np.isin(np.arange(len(terms.allowed)), list(products))
+    rarity = np.full(len(terms.allowed), len(products))
+    rarity[list(products)] = np.arange(len(products))
+    sits, terms = rarity < len(products), replace(terms, rarity=rarity)
     if constraints != Constraints():
         every = np.ones(len(sits), bool)
         free = Terms(every, [], every.astype(float), terms.max_size)

@@ -22,6 +22,7 @@ class Terms:
     required: list[np.ndarray]  # numbers of patches; one of each array must be chosen
     cost: np.ndarray  # (N,), positive
     max_size: int
+    rarity: np.ndarray | None = None  # (N,): of patches that do alike, the lowest is taken
     unwished: "Terms | None" = None  # the terms if nothing were wished; None if nothing is
 
 

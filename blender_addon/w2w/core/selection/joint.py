@@ -37,9 +37,10 @@ OF_HALVES = 128
 class GrownSet:
     """A set that grows by the patch with which the classifier separates activities best.
 
-    The first patch is chosen by `first` (N,). The best of the candidates tried stay candidates for further
-    patches; if the `worst` separated activity decides instead of the mean, all do, because the worst changes
-    each time. `among` is how many candidates are tried, all by default.
+    Of patches that do alike in two digits it takes the cheapest, then the least rare: a hair's breadth does
+    not decide. The first patch is chosen by `first` (N,). The best of the candidates tried stay candidates
+    for further patches; if the `worst` separated activity decides instead of the mean, all do, because the
+    worst changes each time. `among` is how many candidates are tried, all by default.
     """
 
     def __init__(
@@ -61,7 +62,7 @@ class GrownSet:
                 break
             value = self._tests.added(order, tried, self._worst) if order else self._first[tried]
             gain = (value - self._area) / terms.cost[tried]
-            best = int(gain.argmax())
+            best = self._best(tried, gain)
             if order:
                 self._area = float(value[best])
                 if not missing and not self._worst:
@@ -69,6 +70,13 @@ class GrownSet:
                     self.candidates = np.sort(tried[np.argsort(-gain, kind="stable")[:most]])
             order.append(int(tried[best]))
         return tuple(order[:size])
+
+    def _best(self, tried: np.ndarray, gain: np.ndarray) -> int:
+        """Number among the patches tried of that to take, by what each gains for its cost."""
+        alike = np.flatnonzero(as_shown(gain.max() - gain) == 0)
+        patches, terms = tried[alike], self._terms
+        rarity = np.zeros(len(alike)) if terms.rarity is None else terms.rarity[patches]
+        return int(alike[np.lexsort((-gain[alike], rarity, terms.cost[patches]))[0]])
 
 
 @dataclass(frozen=True)
