@@ -15,7 +15,7 @@ import scipy
 
 from ..imu.presets import PRESETS
 from ..imu.recording import ImuRecording
-from ..imu.virtual import at_patches, record_motion
+from ..imu.virtual import record_motion
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.costs import Cost, as_shown, judged, reach_of
 from ..ranking.f1 import score_patches, try_patches
@@ -125,13 +125,12 @@ def needs(
     usual = at_rate(config, own_rate(config))
     body, clips = study.body(), [study.clips[number] for number in numbers]
     called = tuple(study.patches.names[patch] for patch in patches)
-    chosen = replace(at_patches(study.patches, list(patches)), own_names=called)
     with unthreaded_products():
+        motions = (measured(study.motion(clip.name), config) for clip in clips)
+        ideal = (record_motion(body, study.patches, one, usual.synthesis, chosen=patches) for one in motions)
         seen = [
-            record_motion(body, chosen, measured(study.motion(clip.name), config), usual.synthesis).labelled(
-                called, clip.activity, clip.subject, clip.name
-            )
-            for clip in clips
+            one.labelled(called, clip.activity, clip.subject, clip.name)
+            for one, clip in zip(ideal, clips, strict=True)
         ]
         return [
             at.completed(at.need(place))
