@@ -90,12 +90,12 @@ from w2w.headless.runs.guard import guarded, untimed
 with guarded(0.5, marker=Path(sys.argv[1])):
     if sys.argv[2] == "slow folder":
         with untimed():
-            time.sleep(1.5)
+            time.sleep(0.8)
     elif sys.argv[2] == "slow clip":
         time.sleep(30)
     elif sys.argv[2] == "both":
         with untimed():
-            time.sleep(1.5)
+            time.sleep(0.8)
         time.sleep(30)
 """
 

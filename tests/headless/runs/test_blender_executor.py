@@ -52,7 +52,7 @@ def executor():
 
 
 def test_calls_are_done_in_other_processes_at_the_same_time(executor):
-    pids = {executor.submit(_pid_after, 0.5) for _ in range(4)}
+    pids = {executor.submit(_pid_after, 0.2) for _ in range(4)}
     found = {future.result(timeout=HANG_S) for future in pids}
     assert len(found) == 2
     assert os.getpid() not in found
@@ -92,7 +92,7 @@ signal.signal(signal.SIGPIPE, signal.SIG_DFL)
 executor = BlenderExecutor(1, [sys.executable])
 pid = executor.submit(os.getpid).result()
 os.kill(pid, signal.SIGKILL)
-time.sleep(1)
+time.sleep(0.3)
 print(type(executor.submit(os.getpid).exception()).__name__)
 """
     done = subprocess.run(
