@@ -6,7 +6,8 @@ import pytest
 
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
-from w2w.core.ranking.pooling import LEAST, UNLEARNED, Pooling
+from w2w.core.patches.strip_graph import SkinDistances
+from w2w.core.ranking.pooling import LEAST, LOST, MIRROR_M, UNLEARNED, WIDTH_M, Pooling, _kernel
 
 pytestmark = pytest.mark.later
 
@@ -42,6 +43,14 @@ def halves(maps, noise, n=4, seed=0):
 
 def test_a_constant_stays_as_it_is(pooling):
     np.testing.assert_allclose(pooling.apply(np.full((2, N), 0.7)), 0.7)
+
+
+def test_patches_too_far_to_be_measured_weigh_nothing(body, patches, pooling):
+    far = SkinDistances.of(body, patches.vertices)
+    assert (far.between > LOST * WIDTH_M).mean() > 0.5
+    every = Pooling(_kernel(far.between, WIDTH_M), _kernel(far.to_mirror_image, MIRROR_M))
+    maps = np.random.default_rng(5).random((30, N))
+    np.testing.assert_array_equal(pooling.apply(maps), every.apply(maps))
 
 
 def test_of_noise_between_sides_the_least_is_kept(pooling):

@@ -176,14 +176,17 @@ AT_ONCE = 4
 
 @dataclass(frozen=True, eq=False)
 class SkinDistances:
-    """Geodesic distances between patches of a body at rest, metres; infinite between pieces of the mesh."""
+    """Geodesic distances between patches of a body at rest, metres; infinite beyond a reach.
+
+    Distances between pieces of the mesh are infinite, too.
+    """
 
     between: np.ndarray  # (N, N)
     to_mirror_image: np.ndarray  # (N, N), from the mirror image of the row's patch to the column's patch
 
     @classmethod
-    def of(cls, body: Body, centres: np.ndarray) -> SkinDistances:
-        """Measure them between patches centred at vertices (N,) of a body.
+    def of(cls, body: Body, centres: np.ndarray, reach: float = np.inf) -> SkinDistances:
+        """Measure those up to a reach between patches centred at vertices (N,) of a body.
 
         A body without a mirror map is reflected in its middle plane.
         The last few are kept, since they take seconds.
@@ -192,16 +195,18 @@ class SkinDistances:
             images = KDTree(body.vertices).query(body.vertices[centres] * [-1, 1, 1])[1]
         else:
             images = body.mirror[centres]
-        return _measured(StripGraph.of(body.vertices, body.faces), tuple(centres), tuple(images))
+        return _measured(StripGraph.of(body.vertices, body.faces), tuple(centres), tuple(images), reach)
 
 
 @lru_cache(maxsize=KEPT)
-def _measured(graph: StripGraph, centres: tuple[int, ...], images: tuple[int, ...]) -> SkinDistances:
+def _measured(
+    graph: StripGraph, centres: tuple[int, ...], images: tuple[int, ...], reach: float
+) -> SkinDistances:
     distances = []
     for sources in (centres, images):
         # some sources at a time: a window has its turn in between
         starts = range(0, len(sources), AT_ONCE)
-        rows = [graph.distances(np.array(sources[at : at + AT_ONCE]))[:, centres] for at in starts]
+        rows = [graph.distances(np.array(sources[at : at + AT_ONCE]), reach)[:, centres] for at in starts]
         distances.append(np.concatenate(rows))
         distances[-1].flags.writeable = False
     return SkinDistances(*distances)

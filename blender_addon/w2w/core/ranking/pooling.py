@@ -19,6 +19,9 @@ choose, deliver the same within noise on five libraries (docs/evidence/ranking.m
 MIRROR_M = 0.04
 """Width of the kernel that reads a map at mirror images, which lie between patches."""
 
+LOST = 10.0
+"""Widths from which weights, 2e-22 and less, are lost in rounding."""
+
 UNLEARNED = 0.2
 """Share of the difference between sides that is kept if a library cannot be halved."""
 
@@ -38,12 +41,8 @@ class Pooling:
         """Pooling over the skin of a body at rest; none without a body."""
         if body is None:
             return cls.none(len(patches))
-        return cls.over(SkinDistances.of(body, patches.vertices))
-
-    @classmethod
-    def over(cls, skin: SkinDistances, width_m: float = WIDTH_M) -> Pooling:
-        """Pooling over skin with known distances."""
-        return cls(_kernel(skin.between, width_m), _kernel(skin.to_mirror_image, MIRROR_M))
+        skin = SkinDistances.of(body, patches.vertices, LOST * max(WIDTH_M, MIRROR_M))
+        return cls(_kernel(skin.between, WIDTH_M), _kernel(skin.to_mirror_image, MIRROR_M))
 
     @classmethod
     def none(cls, n_patches: int) -> Pooling:
