@@ -14,6 +14,7 @@ import numpy as np
 
 from ..files import DAMAGED, load_arrays, read_header
 from ..imu.recording import ImuRecording
+from ..threads import chunks
 from ..wording import restated
 from .windows import WindowSpec, cut_windows, window_starts
 
@@ -156,17 +157,21 @@ def for_each_patch(
     workers: int,
     budget: int,
     progress: Callable[[float], None] | None,
+    at_once: int = 1,
 ) -> None:
-    """Call `work` in threads with each patch and its windows (W, ...), within a budget of bytes held.
+    """Call `work` in threads with the number of a patch and its windows (1, W, ...).
 
-    `progress` is given the fraction done.
+    With `at_once`, it is the first of that many patches, with the windows of all. No more than a budget of
+    bytes is held. `progress` is given the fraction done.
     """
     with ThreadPoolExecutor(workers) as pool:
         for first, last in spans(source, budget):
             held = source.patches(first, last).swapaxes(0, 1)
-            for done, _ in enumerate(pool.map(work, range(first, last), held), start=first + 1):
+            parts = chunks(last - first, at_once)
+            calls = pool.map(work, (first + part.start for part in parts), (held[part] for part in parts))
+            for part, _ in zip(parts, calls, strict=True):
                 if progress is not None:
-                    progress(done / source.shape[1])
+                    progress((first + part.stop) / source.shape[1])
             del held  # before the next is read
 
 

@@ -42,8 +42,8 @@ def test_scores_equal_the_definition(width, way):
         )
         trained = Discriminant.by_features(within.T @ within, whole, means, windows, RIDGES)
     else:
-        trained = Discriminant.by_windows(inputs.astype(np.float32), member.astype(np.float32), RIDGES)
-    found = trained.scores(tested.astype(np.float32)).transpose(1, 2, 0)
+        trained = Discriminant.by_windows(inputs[None].astype(np.float32), member.astype(np.float32), RIDGES)
+    found = trained.scores(tested[None].astype(np.float32))[0].transpose(1, 2, 0)
     for scores, ridge in zip(found, RIDGES, strict=True):
         wanted = by_definition(inputs, member, ridge, tested)
         assert np.isneginf(scores[:, -1]).all()

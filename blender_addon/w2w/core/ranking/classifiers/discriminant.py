@@ -44,59 +44,64 @@ def averaging(group: np.ndarray, n_groups: int) -> csr_array:
 
 
 class Discriminant:
-    """A training, with several ridges.
+    """Trainings of P patches on the same windows, with several ridges.
 
-    Built from class means (A, D), training windows per class (A,) (a class with none is never predicted) and
-    slopes (A, D), one per ridge, in single precision.
+    Built from class means (P, A, D), training windows per class (A,) (a class with none is never predicted)
+    and slopes (P, A, D), one per ridge, in single precision.
     """
 
     def __init__(self, means: np.ndarray, windows: np.ndarray, slopes: Iterable[np.ndarray]) -> None:
-        self._slopes = np.stack(tuple(slopes), axis=1)
-        self._offsets = -0.5 * np.einsum("ad,ard->ar", means, self._slopes)
-        self._offsets[windows == 0] = -np.inf
+        self._slopes = np.stack(tuple(slopes), axis=2)
+        self._offsets = -0.5 * np.einsum("pad,pard->par", means, self._slopes)
+        self._offsets[:, windows == 0] = -np.inf
 
     @classmethod
     def by_features(
         cls, within: np.ndarray, whole: np.ndarray, means: np.ndarray, windows: np.ndarray, ridges: np.ndarray
     ) -> Discriminant:
-        """Train from sums over the training windows, in single precision.
+        """Train one patch from sums over the training windows, in single precision.
 
         `within` (D, D) holds products of features about their class means, the upper triangle; `whole` (D,)
         squares of features about whatever `means` (A, D) are about.
         """
         count = np.float32(windows.sum())
         unit = np.minimum(count * deviation(np.diag(within) / count, whole / count) ** 2, KEPT_OUT)
-        return cls(means, windows, (_solved(within, ridge * unit, count * means) for ridge in ridges))
+        solved = (_solved(within, ridge * unit, count * means)[None] for ridge in ridges)
+        return cls(means[None], windows, solved)
 
     @classmethod
     def by_windows(cls, inputs: np.ndarray, member: np.ndarray, ridges: np.ndarray) -> Discriminant:
-        """Train from windows (n, D), their classes as rows (n, A) of ones and zeros, and ridges.
+        """Train from windows (P, n, D), their classes as rows (n, A) of ones and zeros, and ridges.
 
         By Woodbury's identity a matrix of windows is solved, not of features (Saunders, Gammerman and
-        Vovk 1998).
+        Vovk 1998). Several patches at once take a third of the time.
         """
-        count, windows = np.float32(len(inputs)), member.sum(axis=0)
+        count, windows = np.float32(len(member)), member.sum(axis=0)
         means = (member / np.maximum(windows, 1)).T @ inputs
         within = inputs - member @ means
-        scale = deviation(*(np.einsum("nd,nd->d", rows, rows) / count for rows in (within, inputs)))
+        scale = deviation(*(np.einsum("pnd,pnd->pd", rows, rows) / count for rows in (within, inputs)))
+        scale = scale[:, None]
         scaled, within = means / scale, within / scale
-        kernel = np.zeros((len(inputs),) * 2, dtype=np.float32)
-        add_square(kernel, within.T)
-        kernel /= count
-        seen = scaled @ within.T
+        kernels = np.zeros((len(inputs), len(member), len(member)), dtype=np.float32)
+        for kernel, rows in zip(kernels, within, strict=True):
+            add_square(kernel, rows.T)
+        kernels /= count
+        seen = scaled @ within.swapaxes(1, 2)
 
         def slopes(ridge: float) -> np.ndarray:
-            shared = solve_positive(with_ridge(kernel.copy(), ridge), seen) @ within
+            pairs = zip(kernels, seen, strict=True)
+            solved = [solve_positive(with_ridge(kernel.copy(), ridge), aims) for kernel, aims in pairs]
+            shared = np.stack(solved) @ within
             return (scaled - shared / count) / (np.float32(ridge) * scale)
 
         return cls(means, windows, map(slopes, ridges))
 
     def scores(self, inputs: np.ndarray) -> np.ndarray:
-        """Scores (A, ridges, v) of windows (v, D)."""
-        slopes = self._slopes.reshape(-1, inputs.shape[1])
-        scores = multiply(slopes, inputs.T).reshape(*self._offsets.shape, -1)
-        scores += self._offsets[..., None]
-        return scores
+        """Scores (P, A, ridges, v) of windows (P, v, D)."""
+        slopes = self._slopes.reshape(len(inputs), -1, inputs.shape[2])
+        pairs = zip(slopes, inputs, strict=True)
+        scores = np.stack([multiply(of_patch, rows.T) for of_patch, rows in pairs])
+        return scores.reshape(*self._offsets.shape, -1) + self._offsets[..., None]
 
 
 def _solved(within: np.ndarray, ridge: np.ndarray, aims: np.ndarray) -> np.ndarray:

@@ -77,7 +77,8 @@ class EstimatorClassifier:
         else:
             fresh = deepcopy
 
-        def predict(patch: int, given: np.ndarray) -> None:
+        def predict(patch: int, inputs: np.ndarray) -> None:
+            given = inputs[0]
             for train, test in splits:
                 fitted = fresh(self.estimator)
                 fitted.fit(given[train], labels[train])

@@ -21,6 +21,8 @@ INNER_FOLDS = 4
 """Parts into which a fold's training windows are dealt to choose its ridge."""
 WINDOWS_AT_ONCE = 4096
 """Windows of a patch added up or scored at once, so that memory does not grow with the library."""
+VALUES_AT_ONCE = 2**20
+"""Features of several patches that are trained on together, where windows are few."""
 
 
 @dataclass(frozen=True)
@@ -99,12 +101,17 @@ class Ridge:
         predictions, for sensors in any order and from several threads.
         """
         sums, alphas = _Splits(labels, block, splits), np.full((len(splits), 1), alpha)
+        source = as_blocks(features)
+        n_windows, n_patches, width = source.shape
+        share = -(-n_patches // (2 * self.workers))  # each thread has two parts or more
+        at_once = max(1, min(VALUES_AT_ONCE // (n_windows * width), share))
 
-        def predict(sensor: int, inputs: np.ndarray) -> None:
-            receive(sensor, sums.predicted(inputs, alphas))
+        def predict(first: int, inputs: np.ndarray) -> None:
+            for sensor, found in enumerate(sums.predicted(inputs, alphas), start=first):
+                receive(sensor, found)
 
         with unthreaded_products():
-            for_each_patch(as_blocks(features), predict, self.workers, self.block_bytes, progress)
+            for_each_patch(source, predict, self.workers, self.block_bytes, progress, at_once)
 
     def choose_alpha(
         self, features: np.ndarray | PatchBlocks, labels: np.ndarray, fold: np.ndarray, is_test: np.ndarray
@@ -129,7 +136,8 @@ class Ridge:
 
         def accuracies(sensor: int) -> np.ndarray:
             correct = np.zeros((len(splits), len(self.alphas), sums.n_classes))
-            for split, rows, activities in sums.predicted(source.patches(sensor, sensor + 1)[:, 0], alphas):
+            inputs = source.patches(sensor, sensor + 1).swapaxes(0, 1)
+            for split, rows, activities in sums.predicted(inputs, alphas)[0]:
                 actual = labels[rows]
                 right = activities == actual  # by ridge
                 correct[split] += [np.bincount(actual, row, minlength=sums.n_classes) for row in right]
@@ -180,34 +188,60 @@ class _Splits:
         self._few: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._rooms = local()
 
-    def predicted(self, inputs: np.ndarray, alphas: np.ndarray) -> Iterator[Predictions]:
-        """Predictions for some tested windows at a time, by each ridge of the split in `alphas`."""
-        centre = inputs.mean(axis=0)
-        is_few = few(self.n_trained, inputs.shape[1])
+    def predicted(self, inputs: np.ndarray, alphas: np.ndarray) -> list[list[Predictions]]:
+        """Predictions for each patch of some (P, W, D), by each ridge of the split in `alphas`."""
+        found: list[list[Predictions]] = [[] for _ in inputs]
+        centre = inputs.mean(axis=1, keepdims=True)
+        is_few = few(self.n_trained, inputs.shape[2])
+        for number in np.flatnonzero(is_few).tolist():
+            if number not in self._few:  # the windows it trains on, and their classes as ones and zeros
+                some = np.flatnonzero(self.trained[number][self._blocks])
+                self._few[number] = some, np.eye(self.n_classes, dtype=np.float32)[self.labels[some]]
+            some, member = self._few[number]
+            trained = Discriminant.by_windows(_single(inputs[:, some] - centre), member, alphas[number])
+            self._score(trained, number, inputs, centre, found)
+        if not is_few.all():
+            for patch in range(len(inputs)):
+                one = slice(patch, patch + 1)
+                self._add_by_features(~is_few, inputs[one], centre[one], alphas, found[one])
+        return found
+
+    def _add_by_features(
+        self,
+        chosen: np.ndarray,
+        inputs: np.ndarray,
+        centre: np.ndarray,
+        alphas: np.ndarray,
+        found: list[list[Predictions]],
+    ) -> None:
+        """Add one patch's predictions in splits that train on many windows."""
         class_means = self._share * sum(
-            summing(self.labels[windows], self.n_classes) @ inputs[windows] for windows, _ in self._pieces
+            summing(self.labels[windows], self.n_classes) @ inputs[0, windows] for windows, _ in self._pieces
         )
-        kept = self._of_splits(~is_few, inputs, class_means)
-        about_centre = _single(class_means - centre)
-        for number, (rows, ridges) in enumerate(zip(self.tested, alphas, strict=True)):
-            if is_few[number]:
-                if number not in self._few:  # the windows it trains on, and their classes as ones and zeros
-                    some = np.flatnonzero(self.trained[number][self._blocks])
-                    self._few[number] = some, np.eye(self.n_classes, dtype=np.float32)[self.labels[some]]
-                some, member = self._few[number]
-                trained = Discriminant.by_windows(_single(inputs[some] - centre), member, ridges)
-            else:
-                trained = _by_features(next(kept), about_centre, self._windows[number], ridges)
-            for first in range(0, len(rows), WINDOWS_AT_ONCE):
-                some = rows[first : first + WINDOWS_AT_ONCE]
-                scores = trained.scores(_single(inputs[some] - centre))
-                yield Predictions(number, some, scores.argmax(axis=0))
+        about_centre, sums = _single(class_means - centre[0]), self._of_splits(chosen, inputs[0], class_means)
+        for number, of_split in zip(np.flatnonzero(chosen).tolist(), sums, strict=True):
+            trained = _by_features(of_split, about_centre, self._windows[number], alphas[number])
+            self._score(trained, number, inputs, centre, found)
+
+    def _score(
+        self,
+        trained: Discriminant,
+        number: int,
+        inputs: np.ndarray,
+        centre: np.ndarray,
+        found: list[list[Predictions]],
+    ) -> None:
+        """Add each patch's predictions of the windows that a split tests."""
+        rows = self.tested[number]
+        for first in range(0, len(rows), WINDOWS_AT_ONCE):
+            some = rows[first : first + WINDOWS_AT_ONCE]
+            named = trained.scores(_single(inputs[:, some] - centre)).argmax(axis=1).astype(np.int16)
+            for of_patch, activities in zip(found, named, strict=True):
+                of_patch.append(Predictions(number, some, activities))
 
     def _of_splits(self, chosen: np.ndarray, inputs: np.ndarray, class_means: np.ndarray) -> Iterator[_Sums]:
         """Sums over the blocks that each of some splits trains on."""
         n_splits, width = int(chosen.sum()), inputs.shape[1]
-        if not n_splits:
-            return iter(())
         of_blocks = self._room("blocks", self._n_blocks, width)
         of_splits = self._room("splits", n_splits, width)
         for sums in of_blocks:
