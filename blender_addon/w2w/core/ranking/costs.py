@@ -12,6 +12,9 @@ from .utility import UtilityMap
 AS_GOOD = 0.02
 """Largest expected cost of a place that does as well as another."""
 
+EQUAL = 0.0025
+"""Expected F1 by which places differ no more than another seed of the folds makes them differ."""
+
 DOES_AS_WELL = "does as well"
 """The verdict on such a place."""
 

@@ -11,7 +11,7 @@ from ..body.body import Body
 from ..patches.body_parts import PRODUCT_NAMED, PRODUCTS, Product, great_part, side_of
 from ..patches.naming import FAR_M, nearest_patch, place, resolve
 from ..patches.patches import PatchSet
-from ..ranking.costs import Cost, as_shown, cost, does_as_well
+from ..ranking.costs import EQUAL, Cost, cost, does_as_well
 from ..ranking.expected import LIKELY, SURE
 from ..ranking.stream import ExpectedF1, Stream
 from ..ranking.utility import UtilityMap
@@ -300,12 +300,9 @@ def _best_first(scores: Iterable[PlaceScore]) -> tuple[PlaceScore, ...]:
 
 
 def _recommended(commonest_first: Sequence[PlaceScore]) -> PlaceScore | None:
-    """The best product; of several that are equal in the two digits of a cost, the commonest.
-
-    Otherwise the seed of the folds would decide between equals.
-    """
+    """The best product, or the commonest of its equals: else the seed of the folds would decide."""
     most = max((score.expected for score in commonest_first), default=0.0)
-    return next((score for score in commonest_first if as_shown(most - score.expected) == 0), None)
+    return next((score for score in commonest_first if most - score.expected <= EQUAL), None)
 
 
 @lru_cache(maxsize=4)
