@@ -45,12 +45,15 @@ def test_a_constant_stays_as_it_is(pooling):
     np.testing.assert_allclose(pooling.apply(np.full((2, N), 0.7)), 0.7)
 
 
-def test_patches_too_far_to_be_measured_weigh_nothing(body, patches, pooling):
+@pytest.mark.parametrize("count", [N, 12, 3])
+def test_patches_too_far_to_be_measured_weigh_nothing(body, count):
+    patches = sample_patches(body, count)
     far = SkinDistances.of(body, patches.vertices)
     assert (far.between > LOST * WIDTH_M).mean() > 0.5
     every = Pooling(_kernel(far.between, WIDTH_M), _kernel(far.to_mirror_image, MIRROR_M))
-    maps = np.random.default_rng(5).random((30, N))
-    np.testing.assert_array_equal(pooling.apply(maps), every.apply(maps))
+    maps = np.random.default_rng(5).random((30, count))
+    assert np.isfinite(every.apply(maps)).all()
+    np.testing.assert_array_equal(Pooling.on(body, patches).apply(maps), every.apply(maps))
 
 
 def test_of_noise_between_sides_the_least_is_kept(pooling):

@@ -176,9 +176,9 @@ AT_ONCE = 4
 
 @dataclass(frozen=True, eq=False)
 class SkinDistances:
-    """Geodesic distances between patches of a body at rest, metres; infinite beyond a reach.
+    """Geodesic distances between patches of a body at rest, metres; infinite between pieces of the mesh.
 
-    Distances between pieces of the mesh are infinite, too.
+    Those beyond a reach are infinite, too, from places that have a patch within half of it.
     """
 
     between: np.ndarray  # (N, N)
@@ -208,5 +208,7 @@ def _measured(
         starts = range(0, len(sources), AT_ONCE)
         rows = [graph.distances(np.array(sources[at : at + AT_ONCE]), reach)[:, centres] for at in starts]
         distances.append(np.concatenate(rows))
+        for row in np.flatnonzero(distances[-1].min(axis=1) > reach / 2):
+            distances[-1][row] = graph.distances(sources[row])[list(centres)]
         distances[-1].flags.writeable = False
     return SkinDistances(*distances)
