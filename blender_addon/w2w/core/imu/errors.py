@@ -70,11 +70,9 @@ class SensorStreams:
         # doi:10.1145/2063384.2063405); each sensor takes whole steps of the counter
         key = np.random.SeedSequence(entropy).generate_state(2, np.uint64)
         steps = -(-len(PARTS) * SFC64_WORDS // PHILOX_WORDS)
-        first, last = min(sensors), max(sensors)
+        width, first = PHILOX_WORDS * steps, min(sensors)
         counter = np.random.Philox(key=key, counter=steps * first)
-        words = counter.random_raw(PHILOX_WORDS * steps * (last - first + 1)).reshape(
-            -1, PHILOX_WORDS * steps
-        )
+        words = counter.random_raw(width * (max(sensors) - first + 1)).reshape(-1, width)
         words = words[np.subtract(sensors, first)]
         self._states = words[:, : len(PARTS) * SFC64_WORDS].reshape(-1, len(PARTS), SFC64_WORDS)
         self._constants = self.normal("constants", 39)

@@ -124,12 +124,11 @@ def needs(
             )
     usual = at_rate(config, own_rate(config))
     body, clips = study.body(), [study.clips[number] for number in numbers]
-    called = tuple(study.patches.names[patch] for patch in patches)
     with unthreaded_products():
         motions = (measured(study.motion(clip.name), config) for clip in clips)
         ideal = (record_motion(body, study.patches, one, usual.synthesis, chosen=patches) for one in motions)
         seen = [
-            one.labelled(called, clip.activity, clip.subject, clip.name)
+            one.labelled(one.sites, clip.activity, clip.subject, clip.name)
             for one, clip in zip(ideal, clips, strict=True)
         ]
         return [

@@ -97,8 +97,8 @@ class Ridge:
     ) -> None:
         """Predict the tested windows of each split by a ridge.
 
-        `block` (W,) is as `halves.plan` gives it. `receive` is given a sensor's number and an iterator of its
-        predictions, for sensors in any order and from several threads.
+        `block` (W,) is as `halves.plan` gives it. `receive` is given a sensor's number and its predictions,
+        for sensors in any order and from several threads.
         """
         sums, alphas = _Splits(labels, block, splits), np.full((len(splits), 1), alpha)
         source = as_blocks(features)
