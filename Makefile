@@ -7,7 +7,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # Programs in tools/ import each other.
 export PYTHONSAFEPATH :=
 
-.PHONY: check arithmetic demo docs notebooks test test-slow test-studies docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
+.PHONY: check arithmetic demo docs notebooks test test-processors test-slow test-studies docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
 ifeq ($(origin BLENDER),command line)
@@ -30,8 +30,14 @@ arithmetic:
 	.venv/bin/python -m pytest -q -n 2 --dist worksteal -m "not slow and not later" tests/core tests/drawing tests/test_mirror.py \
 		--ignore=tests/core/adopt
 
+BY_DAY = $(if $(TESTS),$(TESTS),$(addprefix --ignore=,$(IN_BROWSER)) --ignore=tests/studies)
 test: setup lint
-	.venv/bin/python -m pytest -n 2 --dist worksteal -m "not slow" $(if $(TESTS),$(TESTS),$(addprefix --ignore=,$(IN_BROWSER)) --ignore=tests/studies)
+	.venv/bin/python -m pytest -n 2 --dist worksteal -m "not slow" $(BY_DAY)
+
+# What compares bits, as on each kind of processor that this one can be: OpenBLAS rounds by its kind.
+test-processors: setup
+	@set -e; kinds=$$(.venv/bin/python -m tests.bits); for kind in $$kinds; do echo "=== as on $$kind"; \
+		OPENBLAS_CORETYPE=$$kind .venv/bin/python -m pytest -n 2 --dist worksteal -q -m "bits and not slow" $(BY_DAY); done
 
 # Data sets, protocols and the paper's studies have a suite of their own.
 test-studies: setup

@@ -24,6 +24,7 @@ from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet, sample_patches
 
+from .bits import comparing
 from .made_motions import MadeClip, make_clips, write_files
 
 settings.register_profile("everywhere", deadline=None)  # a busy machine is no failure
@@ -40,6 +41,19 @@ def pytest_collection_finish() -> None:
     gc.collect()
     gc.freeze()
     gc.enable()
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Spare `-m bits` the import of modules that compare none."""
+    if config.option.markexpr.startswith("bits") and collection_path.is_file():
+        return not comparing(collection_path) or None
+    return None
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark the tests that compare bits."""
+    if getattr(item, "originalname", "") in comparing(item.path):
+        item.add_marker("bits")
 
 
 def pytest_sessionfinish(exitstatus: int) -> None:
