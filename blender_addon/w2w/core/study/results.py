@@ -122,7 +122,8 @@ class StudyResults:
             if patches is None:
                 return ImuRecording.load(kept)
             whole = self._held.get(clip) or ImuRecording.load(kept)
-            if sum(one.acc.nbytes + one.gyr.nbytes for one in self._held.values()) < HELD_BYTES:
+            held = tuple(self._held.values())  # other threads add to it meanwhile
+            if sum(one.acc.nbytes + one.gyr.nbytes for one in held) < HELD_BYTES:
                 self._held[clip] = whole
             return whole.at(patches)
         body, config = self._made_by
