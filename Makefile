@@ -30,7 +30,7 @@ arithmetic:
 	.venv/bin/python -m pytest -q -n 2 --dist worksteal -m "not slow and not later" tests/core tests/drawing tests/test_mirror.py \
 		--ignore=tests/core/adopt
 
-BY_DAY = $(if $(TESTS),$(TESTS),$(addprefix --ignore=,$(IN_BROWSER)) --ignore=tests/studies)
+BY_DAY = $(if $(TESTS),$(TESTS),$(addprefix --ignore=,$(IN_BROWSER)) --ignore=packages/studies/tests)
 test: setup lint
 	.venv/bin/python -m pytest -n 2 --dist worksteal -m "not slow" $(BY_DAY)
 
@@ -41,7 +41,7 @@ test-processors: setup
 
 # Data sets, protocols and the paper's studies have a suite of their own.
 test-studies: setup
-	.venv/bin/python -m pytest -n 3 --dist worksteal -m "not slow" tests/studies
+	.venv/bin/python -m pytest -n 3 --dist worksteal -m "not slow" packages/studies/tests
 
 # The tests that take longest by themselves: networks trained, runs killed at drawn moments, whole trials.
 test-slow: setup

@@ -37,7 +37,7 @@ from w2w.core.windows.features import feature_names
 from w2w.core.windows.inputs import FeatureFiles
 from w2w.headless.runs.cluster import spread_over
 from w2w.headless.runs.workers import spread_here
-from w2w.studies.paper.subsets import checked_terms
+from w2w_studies.paper.subsets import checked_terms
 
 ACTIVITIES = 24
 DISTINCT_BYTES = 100 * 2**20

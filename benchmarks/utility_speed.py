@@ -42,8 +42,8 @@ from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.study.results import StudyResults
 from w2w.core.windows.features import window_features
 from w2w.core.windows.windows import WindowSpec, cut_windows
-from w2w.studies.classifiers.multi3net.classifier import Multi3Net
-from w2w.studies.classifiers.trees import extra_trees
+from w2w_studies.classifiers.multi3net.classifier import Multi3Net
+from w2w_studies.classifiers.trees import extra_trees
 
 ACTIVITIES = 24
 CLIPS = 589
@@ -147,7 +147,7 @@ def benchmark_networks(windows: np.ndarray, classes: int, repeats: int = 5) -> d
     import torch
     from torch.nn.functional import cross_entropy
 
-    from w2w.studies.classifiers.multi3net.network import Examples, Network
+    from w2w_studies.classifiers.multi3net.network import Examples, Network
 
     torch.set_num_threads(1)
     settings = Multi3Net()

@@ -17,7 +17,7 @@ from w2w.core.imu.presets import preset
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel, Triad
 from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
-from w2w.studies.paper.differences import synthesize_by_differences
+from w2w_studies.paper.differences import synthesize_by_differences
 
 PICTURES = Path(__file__).resolve().parent / "pictures"
 AXES = ("x", "y", "z")

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from w2w.core.retargeting.bone_maps import BONE_MAPS
-from w2w.studies.rehab.skeleton import BONE_INDEX, BONE_PARENTS, BONES, Figure
+from w2w_studies.rehab.skeleton import BONE_INDEX, BONE_PARENTS, BONES, Figure
 
 SECONDS = 3.0
 SPEED = 1.2

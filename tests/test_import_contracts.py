@@ -14,7 +14,7 @@ PLANTED = {
     "w2w/ui/jobs/text.py": "w2w.headless.commands.report",
     "w2w/core/wording.py": "w2w.scene.heatmap",
     "w2w/scene/heatmap.py": "w2w.ui.study.state",
-    "w2w/api/ranking.py": "w2w.studies.paper.sets",
+    "w2w/api/ranking.py": "w2w_studies.paper.sets",
     "w2w/headless/runs/study.py": "w2w.ui.study.state",
     "w2w/drawing/page.py": "bpy",
 }

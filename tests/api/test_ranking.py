@@ -15,8 +15,8 @@ from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.naming import place
 from w2w.core.selection.answer import answer
 from w2w.core.selection.headline import short
-from w2w.studies.paper.joint_test import multi_sensor_check
-from w2w.studies.paper.subsets import exact_subset, greedy_subset
+from w2w_studies.paper.joint_test import multi_sensor_check
+from w2w_studies.paper.subsets import exact_subset, greedy_subset
 
 from ..clip_lists import skipped_clips
 from ..command_line import cli

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import w2w
-from w2w.studies.comparisons.unpaired import real_side
-from w2w.studies.datasets.dsads import DSADS_ACTIVITIES, DSADS_RATE, DSADS_SITES
-from w2w.studies.validation.dsads import DSADS
+from w2w_studies.comparisons.unpaired import real_side
+from w2w_studies.datasets.dsads import DSADS_ACTIVITIES, DSADS_RATE, DSADS_SITES
+from w2w_studies.validation.dsads import DSADS
 
 PACES = {"walking": 1.0, "running": 2.5, "still": 0.0}
 

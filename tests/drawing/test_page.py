@@ -16,14 +16,14 @@ from w2w.core.ranking.utility import utility_map
 from w2w.core.study.config import StudyConfig
 from w2w.drawing import heatmap, signal_figure
 from w2w.drawing.page import SensorList
-from w2w.studies.comparisons import figures
-from w2w.studies.placements import placement_figure
-from w2w.studies.placements.score_table import ScoreRow
-from w2w.studies.rehab import panel_figure
-from w2w.studies.sweep.cases import Case
-from w2w.studies.sweep.figure import sweep_figure
-from w2w.studies.sweep.report import SweptCase
-from w2w.studies.sweep.sensitivity import compare_maps
+from w2w_studies.comparisons import figures
+from w2w_studies.placements import placement_figure
+from w2w_studies.placements.score_table import ScoreRow
+from w2w_studies.rehab import panel_figure
+from w2w_studies.sweep.cases import Case
+from w2w_studies.sweep.figure import sweep_figure
+from w2w_studies.sweep.report import SweptCase
+from w2w_studies.sweep.sensitivity import compare_maps
 
 from ..rings import by_day
 

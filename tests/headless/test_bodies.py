@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from w2w.core.body.skeleton import N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 from w2w.headless.app import APP
 from w2w.headless.options import parse_bodies
-from w2w.studies.commands.demo_library import write_demo_library
+from w2w_studies.commands.demo_library import write_demo_library
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 

@@ -20,8 +20,8 @@ from w2w.headless.app import APP
 from w2w.headless.options import _folder_name
 from w2w.headless.runs import study, workers as runs_workers
 from w2w.headless.runs.folder import picture_names
-from w2w.studies.placements.score_table import ScoreRow, score_table
-from w2w.studies.placements.score_text import _cell, write_scores
+from w2w_studies.placements.score_table import ScoreRow, score_table
+from w2w_studies.placements.score_text import _cell, write_scores
 
 from ..clip_lists import skipped_clips
 

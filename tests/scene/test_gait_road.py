@@ -8,8 +8,8 @@ pytest.importorskip("bpy")
 
 from w2w.core.motion.motion import smoothed_root
 from w2w.core.retargeting.retarget import retarget
-from w2w.studies.datasets.gait import read_gait
-from w2w.studies.experiments import gait
+from w2w_studies.datasets.gait import read_gait
+from w2w_studies.experiments import gait
 
 LOWPASS_HZ = 10.0
 

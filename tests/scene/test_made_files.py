@@ -11,7 +11,7 @@ from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.retargeting.retarget import BY_STRUCTURE, retarget
 from w2w.scene.motion.load import read_motion
 from w2w.scene.motion.takes import find_takes, imported
-from w2w.studies.rehab.skeleton import BONE_INDEX
+from w2w_studies.rehab.skeleton import BONE_INDEX
 
 from ..made_motions import FILES, PLAYED_BY, SPEED
 

@@ -45,7 +45,7 @@ PREFIX = "w2w-run-"
 
 def _show_version(asked: bool) -> None:
     if asked:
-        from w2w.core.findings.summary import versions  # NumPy and more, which few commands need at once
+        from ..core.findings.summary import versions  # NumPy and more, which few commands need at once
 
         print(versions()["w2w"])
         raise typer.Exit

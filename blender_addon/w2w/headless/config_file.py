@@ -12,9 +12,9 @@ from typing import Any, get_args
 
 import typer
 
-from w2w.core.parameters import parameters_of
-from w2w.core.study.config import StudyConfig
-from w2w.core.wording import shown
+from ..core.parameters import parameters_of
+from ..core.study.config import StudyConfig
+from ..core.wording import shown
 
 PATHS = {each.path: name for name, each in parameters_of(StudyConfig).items()}
 PATHS[("windows", "stride_s")] = "stride"

@@ -10,10 +10,10 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from w2w.core.findings.notes import left_out_sentences
-from w2w.core.motion.source import UnusableMotion
-from w2w.core.study.results import UnfinishedError
-from w2w.core.wording import harmless
+from ..core.findings.notes import left_out_sentences
+from ..core.motion.source import UnusableMotion
+from ..core.study.results import UnfinishedError
+from ..core.wording import harmless
 
 NOTHING_TO_DO = 1
 """No result; a sentence on the screen says why."""

@@ -14,21 +14,20 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from w2w.core.body.body import Body
-from w2w.core.body.shapes import MORPHOLOGIES, shaped
-from w2w.core.files import load_arrays, reserved
-from w2w.core.imu.further import FurtherSensors
-from w2w.core.imu.presets import PRESETS, preset, read_sensor
-from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.synthesis import CONVENTIONS, Synthesis
-from w2w.core.keypoints.facts import UNITS, PoseFacts, facts_of
-from w2w.core.keypoints.joint_sets import JOINT_SETS
-from w2w.core.motion.up import UPS
-from w2w.core.selection.constraints import Constraints, read_costs
-from w2w.core.windows.windows import WindowSpec
-from w2w.core.wording import restated
-from w2w.scene.base.output import quiet_output
-
+from ..core.body.body import Body
+from ..core.body.shapes import MORPHOLOGIES, shaped
+from ..core.files import load_arrays, reserved
+from ..core.imu.further import FurtherSensors
+from ..core.imu.presets import PRESETS, preset, read_sensor
+from ..core.imu.sensor import SensorModel
+from ..core.imu.synthesis import CONVENTIONS, Synthesis
+from ..core.keypoints.facts import UNITS, PoseFacts, facts_of
+from ..core.keypoints.joint_sets import JOINT_SETS
+from ..core.motion.up import UPS
+from ..core.selection.constraints import Constraints, read_costs
+from ..core.windows.windows import WindowSpec
+from ..core.wording import restated
+from ..scene.base.output import quiet_output
 from .blender import needs_blender
 
 GENDERS = {"neutral": 0.0, "female": -1.0, "male": 1.0}
@@ -146,7 +145,7 @@ def _body(text: str, file: str, betas: str) -> Body:
         return shaped(Body.bundled(), gender=GENDERS[gender], **dict(map(_shape_parameter, shape)))
     if Path(file).suffix:
         with needs_blender():
-            from w2w.scene.body.adopt import adopt_file
+            from ..scene.body.adopt import adopt_file
 
         with quiet_output():
             return adopt_file(file, _betas(betas) if betas else None)

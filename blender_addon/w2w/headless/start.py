@@ -12,8 +12,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from w2w.core.wording import harmless
-
+from ..core.wording import harmless
 from .blender import find_libraries
 from .stopping import stop_on_signals
 

@@ -10,14 +10,13 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 import typer
 from rich.console import Console
 
-from w2w.core.parameters import Parameter, parameters_of
-from w2w.core.patches.own_placements import read_placements
-from w2w.core.ranking.utility import inputs_of, unavailable
-from w2w.core.ranking.weights import read_weights
-from w2w.core.retargeting.bone_maps import BoneMap
-from w2w.core.selection.constraints import Constraints
-from w2w.core.study.config import FILES, RANKING, StudyConfig
-
+from ..core.parameters import Parameter, parameters_of
+from ..core.patches.own_placements import read_placements
+from ..core.ranking.utility import inputs_of, unavailable
+from ..core.ranking.weights import read_weights
+from ..core.retargeting.bone_maps import BoneMap
+from ..core.selection.constraints import Constraints
+from ..core.study.config import FILES, RANKING, StudyConfig
 from . import options
 from .options import option
 from .runs.clip_task import Engine

@@ -23,21 +23,20 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from w2w.core.findings.advice_content import advice_content, place_content
-from w2w.core.imu.presets import PRESETS
-from w2w.core.inside import inside
-from w2w.core.library.library import LABELS
-from w2w.core.patches.body_parts import ALL, PRODUCTS
-from w2w.core.ranking.stream import Stream
-from w2w.core.selection.joint import grow_unwished
-from w2w.core.selection.set_tests import SetTests
-from w2w.core.study.choosing import advised, advised_by, compared, prepared_tests, ranked_again, stream_in
-from w2w.core.study.clip_files import WORK
-from w2w.core.study.results import StudyResults
-from w2w.headless.commands.place import FIGURES, Wishes
-from w2w.headless.options import words
-from w2w.report.page import PAGE, REPORT
-
+from ..core.findings.advice_content import advice_content, place_content
+from ..core.imu.presets import PRESETS
+from ..core.inside import inside
+from ..core.library.library import LABELS
+from ..core.patches.body_parts import ALL, PRODUCTS
+from ..core.ranking.stream import Stream
+from ..core.selection.joint import grow_unwished
+from ..core.selection.set_tests import SetTests
+from ..core.study.choosing import advised, advised_by, compared, prepared_tests, ranked_again, stream_in
+from ..core.study.clip_files import WORK
+from ..core.study.results import StudyResults
+from ..headless.commands.place import FIGURES, Wishes
+from ..headless.options import words
+from ..report.page import PAGE, REPORT
 from .guard import Doors, Guard, report_policy
 from .study import INPUT, Study, checked_parameters
 from .uploads import MOST_FILES, PIECE, SUFFIXES, RefusedError, own_name, store, unpack

@@ -16,8 +16,7 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from w2w.report.page import PAGE
-
+from ..report.page import PAGE
 from .uploads import RefusedError
 
 COOKIE = "w2w_token"

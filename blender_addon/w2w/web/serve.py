@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from w2w.core.files import write_text
-from w2w.headless.console import BUSY, NOTHING_TO_DO, USAGE, Terminal
-from w2w.headless.options import option
+from ..core.files import write_text
+from ..headless.console import BUSY, NOTHING_TO_DO, USAGE, Terminal
+from ..headless.options import option
 
 MEGABYTE = 10**6
 

@@ -13,19 +13,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self, TypeGuard
 
-from w2w.core.csv_tables import csv_text
-from w2w.core.files import write_json, write_text
-from w2w.core.imu.presets import PRESETS
-from w2w.core.library.labels import LibraryError
-from w2w.core.library.library import LABELS, Library, is_motion, read_library
-from w2w.core.readers.animations import contents
-from w2w.core.wording import shown
-from w2w.headless.commands.demo import TARGET, write_library
-from w2w.headless.commands.status import describe
-from w2w.headless.runs.monitor import read_state
-from w2w.headless.study_options import NAMES, StudyOptions
-from w2w.report.page import REPORT
-
+from ..core.csv_tables import csv_text
+from ..core.files import write_json, write_text
+from ..core.imu.presets import PRESETS
+from ..core.library.labels import LibraryError
+from ..core.library.library import LABELS, Library, is_motion, read_library
+from ..core.readers.animations import contents
+from ..core.wording import shown
+from ..headless.commands.demo import TARGET, write_library
+from ..headless.commands.status import describe
+from ..headless.runs.monitor import read_state
+from ..headless.study_options import NAMES, StudyOptions
+from ..report.page import REPORT
 from .uploads import MOST_NAME, RefusedError
 
 INPUT, RESULTS, EVENTS, REQUEST = "input", "results", "events.jsonl", "request.json"

@@ -11,16 +11,16 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 from zipfile import ZipFile, ZipInfo
 
-from w2w.core.body.body import Body
-from w2w.core.files import DAMAGED, atomic_write, most_unpacked, reserved
-from w2w.core.inside import is_plain
-from w2w.core.keypoints.pose_files import NO_FACTS
-from w2w.core.library.library import LABELS, MOTION_SUFFIXES, TEXT_SUFFIXES, Clip
-from w2w.core.motion.up import BY_ITSELF, UPSIDE_DOWN
-from w2w.core.readers.asf_amc import ASF_SUFFIX
-from w2w.headless.commands.inspect import too_short
-from w2w.headless.runs.guard import guarded
-from w2w.headless.runs.workers import load_guarded
+from ..core.body.body import Body
+from ..core.files import DAMAGED, atomic_write, most_unpacked, reserved
+from ..core.inside import is_plain
+from ..core.keypoints.pose_files import NO_FACTS
+from ..core.library.library import LABELS, MOTION_SUFFIXES, TEXT_SUFFIXES, Clip
+from ..core.motion.up import BY_ITSELF, UPSIDE_DOWN
+from ..core.readers.asf_amc import ASF_SUFFIX
+from ..headless.commands.inspect import too_short
+from ..headless.runs.guard import guarded
+from ..headless.runs.workers import load_guarded
 
 SUFFIXES = (*MOTION_SUFFIXES, *TEXT_SUFFIXES, ASF_SUFFIX)
 """Kinds of files that are taken: motions, tables of joints, labels and skeletons."""

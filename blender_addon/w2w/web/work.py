@@ -13,10 +13,9 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TypeVar
 
-from w2w.core.library.library import is_motion
-from w2w.headless.runs.workers import Workers, local_executor
-from w2w.headless.stopping import deaf_children
-
+from ..core.library.library import is_motion
+from ..headless.runs.workers import Workers, local_executor
+from ..headless.stopping import deaf_children
 from .study import EVENTS, ID, INPUT, REQUEST, Study
 from .uploads import judge
 

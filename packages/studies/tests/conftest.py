@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The command line's fixtures: studies run by the same commands, on the same results."""
 
-from ..headless.conftest import (
+from tests.headless.conftest import (
     drawn,
     drawn_results,
     made_once_here,
@@ -9,6 +9,7 @@ from ..headless.conftest import (
     one_worker,
     sparse_results,
 )
+
 from .made_mhad import some_mhad
 
 __all__ = [

@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from w2w.core.filtering import butterworth
 from w2w.core.imu.synthesis import Synthesis, synthesize
-from w2w.studies.datasets.broad import BroadTrial, read_broad
-from w2w.studies.experiments import broad
-from w2w.studies.paper.differences import synthesize_by_differences
+from w2w_studies.datasets.broad import BroadTrial, read_broad
+from w2w_studies.experiments import broad
+from w2w_studies.paper.differences import synthesize_by_differences
 
 POSE_RATE = 60.0
 LOWPASS_HZ = 10.0

@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.imu import formats, vendor_formats
 from w2w.core.imu.recording import ImuRecording
-from w2w.studies.datasets.broad import read_broad
-from w2w.studies.datasets.dsads import DSADS_SITES, read_dsads
-from w2w.studies.datasets.gait import read_gait
-from w2w.studies.datasets.utd_mhad import read_utd_mhad
+from w2w_studies.datasets.broad import read_broad
+from w2w_studies.datasets.dsads import DSADS_SITES, read_dsads
+from w2w_studies.datasets.gait import read_gait
+from w2w_studies.datasets.utd_mhad import read_utd_mhad
 
 from ...orientation_sto import read_orientation_sto
 

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp, trapezoid
 from scipy.spatial.transform import Rotation
 
 from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
-from w2w.studies.paper.differences import synthesize_by_differences
+from w2w_studies.paper.differences import synthesize_by_differences
 
 UP = np.array([0, 0, STANDARD_GRAVITY])
 EXACT = Synthesis(rate_hz=100, cutoff_hz=None)

@@ -18,7 +18,7 @@ from w2w.core.library.library import is_joint_file, may_hold_joints
 from w2w.core.motion.ground import on_the_ground
 from w2w.core.motion.motion import Motion, read_amass
 from w2w.core.motion.source import UnusableMotion
-from w2w.studies.datasets.utd_mhad import read_utd_mhad
+from w2w_studies.datasets.utd_mhad import read_utd_mhad
 
 from ...rings import each_by_day
 from ...seen_joints import seen_as

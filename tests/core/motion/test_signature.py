@@ -22,7 +22,7 @@ from w2w.core.study.clip_files import ClipWindows
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motions
 from w2w.core.study.signals import describe, place_patches, record
-from w2w.studies.sweep.augmentation import at_tempo, mirrored, scaled
+from w2w_studies.sweep.augmentation import at_tempo, mirrored, scaled
 
 from ...rings import by_day
 

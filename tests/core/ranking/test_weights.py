@@ -19,8 +19,8 @@ from w2w.core.selection.answer import best_single
 from w2w.core.selection.headline import mean_sentence, mean_title
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import LabelledClip, WindowLabels
-from w2w.studies.placements.comparison import compare_patches
-from w2w.studies.placements.score_table import score_table
+from w2w_studies.placements.comparison import compare_patches
+from w2w_studies.placements.score_table import score_table
 
 NAMES = ("bow", "jump", "run", "walk")
 N = 8

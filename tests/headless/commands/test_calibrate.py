@@ -15,7 +15,7 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel, Triad
 from w2w.core.motion.motion import Motion
 from w2w.headless.app import APP
-from w2w.studies.comparisons.site_simulator import SiteSimulator
+from w2w_studies.comparisons.site_simulator import SiteSimulator
 
 TURN = Rotation.from_euler("xyz", [70, 20, -40], degrees=True)
 WORN = SensorModel(

@@ -22,7 +22,7 @@ from w2w.core.study.choosing import stream_in
 from w2w.core.study.results import StudyResults
 from w2w.headless.runs.folder import only_run
 from w2w.scene.files.study_file import read_record
-from w2w.studies.placements.placement_patches import placement_patches
+from w2w_studies.placements.placement_patches import placement_patches
 
 from ...clip_lists import skipped_clips
 from ...command_line import cli

@@ -15,8 +15,8 @@ from w2w.core.colours import Scale, score_range, span_note
 from w2w.core.study.ranking import LabelledClip
 from w2w.core.study.results import StudyResults
 from w2w.headless.reports.draw import draw_side_by_side, marked_set, write_pictures
-from w2w.studies.commands.study_rehab import FIGURE, draw_figure
-from w2w.studies.paper.subsets import Subset
+from w2w_studies.commands.study_rehab import FIGURE, draw_figure
+from w2w_studies.paper.subsets import Subset
 
 ROOT = Path(__file__).resolve().parents[3]
 

@@ -6,11 +6,10 @@ from typing import Annotated
 
 import numpy as np
 
-from w2w.core.imu.calibration import Calibration, Correlations, calibrate, held_out
-from w2w.core.imu.presets import write_sensor
-from w2w.core.imu.synthesis import FOLDED_BACK
-from w2w.core.wording import count, shown
-
+from ...core.imu.calibration import Calibration, Correlations, calibrate, held_out
+from ...core.imu.presets import write_sensor
+from ...core.imu.synthesis import FOLDED_BACK
+from ...core.wording import count, shown
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import PoseOptions, argument, chosen_sensor, option, with_options
 from ..runs.monitor import RunMonitor

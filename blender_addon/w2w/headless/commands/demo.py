@@ -5,13 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-from w2w.core.body.body import Body
-from w2w.core.csv_tables import csv_text
-from w2w.core.files import write_text
-from w2w.core.library.library import LABELS, Library, read_library
-from w2w.core.motion.motion import DEMO_CLIPS, demo_motions
-from w2w.core.study.config import StudyConfig
-
+from ...core.body.body import Body
+from ...core.csv_tables import csv_text
+from ...core.files import write_text
+from ...core.library.library import LABELS, Library, read_library
+from ...core.motion.motion import DEMO_CLIPS, demo_motions
+from ...core.study.config import StudyConfig
 from ..console import Terminal
 from ..options import CORES, option
 from ..reports.console_tables import show_labels

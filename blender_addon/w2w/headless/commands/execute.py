@@ -11,19 +11,18 @@ from typing import Any
 
 import typer
 
-from w2w.core.body.body import Body
-from w2w.core.files import json_number, write_json
-from w2w.core.findings.advice_content import patch_content
-from w2w.core.findings.cautions import Caution, window_caution
-from w2w.core.findings.summary import study_counts, write_failure, write_results
-from w2w.core.inside import ForeignFileError, inside
-from w2w.core.ranking.agreement import rank_agreement
-from w2w.core.ranking.folds import check_testable
-from w2w.core.study.clip_files import WORK, mark_changing, mark_whole
-from w2w.core.study.clip_list import CLIP_LIST
-from w2w.core.study.results import Study
-from w2w.report.page import REPORT
-
+from ...core.body.body import Body
+from ...core.files import json_number, write_json
+from ...core.findings.advice_content import patch_content
+from ...core.findings.cautions import Caution, window_caution
+from ...core.findings.summary import study_counts, write_failure, write_results
+from ...core.inside import ForeignFileError, inside
+from ...core.ranking.agreement import rank_agreement
+from ...core.ranking.folds import check_testable
+from ...core.study.clip_files import WORK, mark_changing, mark_whole
+from ...core.study.clip_list import CLIP_LIST
+from ...core.study.results import Study
+from ...report.page import REPORT
 from ..blender import NoBlenderError, check_installed
 from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, sentence_of
 from ..options import parse_bodies

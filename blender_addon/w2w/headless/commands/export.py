@@ -6,12 +6,11 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
-from w2w.core.exports import arrays, bids, biomechanics, parquet, pose_packs
-from w2w.core.exports.study_signals import ALL, StudySignals, WornSignals, placed
-from w2w.core.inside import inside
-from w2w.core.study.results import StudyResults
-from w2w.core.wording import capital, shown
-
+from ...core.exports import arrays, bids, biomechanics, parquet, pose_packs
+from ...core.exports.study_signals import ALL, StudySignals, WornSignals, placed
+from ...core.inside import inside
+from ...core.study.results import StudyResults
+from ...core.wording import capital, shown
 from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
 from ..options import AsJson, argument, chosen_sensor, option, words
 from ..runs.own_files import check_whole, published

@@ -4,9 +4,8 @@
 from pathlib import Path
 from typing import Annotated
 
-from w2w.core.files import write_text
-from w2w.core.wording import shown
-
+from ...core.files import write_text
+from ...core.wording import shown
 from ..config_file import template
 from ..console import USAGE, Terminal, ending
 from ..options import argument

@@ -12,25 +12,24 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import JOINT_INDEX
-from w2w.core.keypoints.facts import UNITS
-from w2w.core.keypoints.joint_sets import unseen
-from w2w.core.keypoints.pose_files import JointPositions
-from w2w.core.library.import_plan import plan_files
-from w2w.core.library.library import GLTF_SUFFIXES, LABELS, Clip, activity_of, read_library
-from w2w.core.motion.motion import Motion
-from w2w.core.motion.skinning import joint_transforms
-from w2w.core.motion.source import SourceMotion, UnusableMotion
-from w2w.core.readers.animations import animations_in
-from w2w.core.readers.asf_amc import AMC_SUFFIX
-from w2w.core.retargeting.bone_maps import BoneMap
-from w2w.core.retargeting.retarget import BY_STRUCTURE
-from w2w.core.study.config import plain
-from w2w.core.windows.windows import WindowSpec
-from w2w.core.wording import listed, shown
-from w2w.scene.motion.load import look_up
-
+from ...core.body.body import Body
+from ...core.body.skeleton import JOINT_INDEX
+from ...core.keypoints.facts import UNITS
+from ...core.keypoints.joint_sets import unseen
+from ...core.keypoints.pose_files import JointPositions
+from ...core.library.import_plan import plan_files
+from ...core.library.library import GLTF_SUFFIXES, LABELS, Clip, activity_of, read_library
+from ...core.motion.motion import Motion
+from ...core.motion.skinning import joint_transforms
+from ...core.motion.source import SourceMotion, UnusableMotion
+from ...core.readers.animations import animations_in
+from ...core.readers.asf_amc import AMC_SUFFIX
+from ...core.retargeting.bone_maps import BoneMap
+from ...core.retargeting.retarget import BY_STRUCTURE
+from ...core.study.config import plain
+from ...core.windows.windows import WindowSpec
+from ...core.wording import listed, shown
+from ...scene.motion.load import look_up
 from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
 from ..options import AsJson, PoseOptions, argument, option, with_options
 from ..runs.workers import load_alone

@@ -5,14 +5,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
-from w2w.core.files import write_json
-from w2w.core.findings.advice_content import need_content, with_needs
-from w2w.core.findings.summary import PLACEMENTS, write_placements
-from w2w.core.study.choosing import needed
-from w2w.core.study.clip_files import WORK, mark_changing, mark_whole
-from w2w.core.study.results import StudyResults
-from w2w.report.page import REPORT
-
+from ...core.files import write_json
+from ...core.findings.advice_content import need_content, with_needs
+from ...core.findings.summary import PLACEMENTS, write_placements
+from ...core.study.choosing import needed
+from ...core.study.clip_files import WORK, mark_changing, mark_whole
+from ...core.study.results import StudyResults
+from ...report.page import REPORT
 from .. import options
 from ..console import USAGE, Terminal, ending
 from ..options import argument, option

@@ -12,20 +12,19 @@ from typing import Annotated, Any
 import numpy as np
 from rich.console import Console
 
-from w2w.core.files import UNFINISHED, new_folder, write_json
-from w2w.core.findings.advice_content import advice_content, needs_on, place_content, with_needs
-from w2w.core.findings.cautions import Caution, cautions
-from w2w.core.findings.summary import PLACEMENTS, map_content, write_map, write_placements
-from w2w.core.garments.cover import garment_sentence
-from w2w.core.ranking.weights import check_counting, read_weights
-from w2w.core.selection.advice import Advice
-from w2w.core.study.choosing import advised, compared, ranked_again
-from w2w.core.study.clip_files import WORK, mark_changing, mark_whole
-from w2w.core.study.clip_list import is_used
-from w2w.core.study.config import WISHES, StudyConfig
-from w2w.core.study.results import UTILITY, StudyResults
-from w2w.report.page import REPORT
-
+from ...core.files import UNFINISHED, new_folder, write_json
+from ...core.findings.advice_content import advice_content, needs_on, place_content, with_needs
+from ...core.findings.cautions import Caution, cautions
+from ...core.findings.summary import PLACEMENTS, map_content, write_map, write_placements
+from ...core.garments.cover import garment_sentence
+from ...core.ranking.weights import check_counting, read_weights
+from ...core.selection.advice import Advice
+from ...core.study.choosing import advised, compared, ranked_again
+from ...core.study.clip_files import WORK, mark_changing, mark_whole
+from ...core.study.clip_list import is_used
+from ...core.study.config import WISHES, StudyConfig
+from ...core.study.results import UTILITY, StudyResults
+from ...report.page import REPORT
 from .. import options
 from ..console import USAGE, console_beside, ending, print_json
 from ..options import AsJson, argument, option, with_options

@@ -5,14 +5,13 @@ import warnings
 from pathlib import Path
 from typing import Annotated
 
-from w2w.api.rank import rank
-from w2w.api.ranking import Ranking
-from w2w.core.files import write_json
-from w2w.core.findings.advice_content import advice_content
-from w2w.core.imu.recordings import Recordings
-from w2w.core.selection.headline import repeat_sentence
-from w2w.report.page import REPORT
-
+from ...api.rank import rank
+from ...api.ranking import Ranking
+from ...core.files import write_json
+from ...core.findings.advice_content import advice_content
+from ...core.imu.recordings import Recordings
+from ...core.selection.headline import repeat_sentence
+from ...report.page import REPORT
 from .. import options
 from ..console import USAGE, console_beside, ending, print_json, show_left_out
 from ..options import AsJson, argument, option

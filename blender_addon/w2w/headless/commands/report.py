@@ -4,10 +4,9 @@
 from pathlib import Path
 from typing import Annotated
 
-from w2w.core.files import write_text
-from w2w.core.study.results import StudyResults
-from w2w.report.page import REPORT, report_page
-
+from ...core.files import write_text
+from ...core.study.results import StudyResults
+from ...report.page import REPORT, report_page
 from ..console import USAGE, Terminal, ending
 from ..options import argument, option
 from ..runs.own_files import claimed

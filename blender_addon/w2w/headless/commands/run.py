@@ -6,14 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-from w2w.core.findings.cautions import subjects_sentence
-from w2w.core.library.labels import same_label
-from w2w.core.library.library import Library, read_library
-from w2w.core.motion.up import UPSIDE_DOWN
-from w2w.core.ranking.weights import check_counting
-from w2w.core.study.ranking import known_motions
-from w2w.scene.motion.load import look_up
-
+from ...core.findings.cautions import subjects_sentence
+from ...core.library.labels import same_label
+from ...core.library.library import Library, read_library
+from ...core.motion.up import UPSIDE_DOWN
+from ...core.ranking.weights import check_counting
+from ...core.study.ranking import known_motions
+from ...scene.motion.load import look_up
 from ..config_file import take_options
 from ..console import NOTHING_TO_DO, Terminal
 from ..options import argument, option, with_options, words

@@ -10,13 +10,12 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS, write_sensor
-from w2w.core.imu.sensor import SensorModel, Triad
-from w2w.core.imu.sensor_fields import TRIADS, WHOLE
-from w2w.core.imu.synthesis import STANDARD_GRAVITY
-from w2w.core.study.config import plain
-from w2w.core.wording import shown
-
+from ...core.imu.presets import DEFAULT_SENSOR, PRESETS, write_sensor
+from ...core.imu.sensor import SensorModel, Triad
+from ...core.imu.sensor_fields import TRIADS, WHOLE
+from ...core.imu.synthesis import STANDARD_GRAVITY
+from ...core.study.config import plain
+from ...core.wording import shown
 from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
 from ..options import AsJson, argument, option, read_or_preset
 from ..runs.own_files import new_file

@@ -8,10 +8,9 @@ from typing import Annotated
 
 from filelock import FileLock, Timeout
 
-from w2w.core.inside import ForeignFileError, inside
-from w2w.core.study.clip_files import WORK
-from w2w.core.study.results import check_finished
-
+from ...core.inside import ForeignFileError, inside
+from ...core.study.clip_files import WORK
+from ...core.study.results import check_finished
 from ..console import USAGE, Terminal, ending
 from ..options import argument
 from ..runs.monitor import RunState, read_state

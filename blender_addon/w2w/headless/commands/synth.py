@@ -4,15 +4,14 @@
 from pathlib import Path
 from typing import Annotated
 
-from w2w.core.body.body import Body
-from w2w.core.imu.formats import FORMATS, HELD, write_csv, write_recording
-from w2w.core.imu.further import FurtherSensors
-from w2w.core.imu.virtual import sensor_at
-from w2w.core.library.library import Clip
-from w2w.core.study.config import StudyConfig
-from w2w.core.study.signals import place_patches, record as record_at
-from w2w.core.wording import shown
-
+from ...core.body.body import Body
+from ...core.imu.formats import FORMATS, HELD, write_csv, write_recording
+from ...core.imu.further import FurtherSensors
+from ...core.imu.virtual import sensor_at
+from ...core.library.library import Clip
+from ...core.study.config import StudyConfig
+from ...core.study.signals import place_patches, record as record_at
+from ...core.wording import shown
 from .. import options
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import PoseOptions, argument, option, with_options
@@ -77,7 +76,7 @@ def synth(
     if caution := config.synthesis.caution:
         console.print(f"Caution: {caution}.", style="yellow")
     if plot is not None:
-        from w2w.drawing.signal_figure import signal_figure  # matplotlib is slow to import
+        from ...drawing.signal_figure import signal_figure  # matplotlib is slow to import
 
         subtitle = f"{config.sensor}, {recording.rate:g} Hz"
         signal_figure(plot, recording, title=f"{shown(clip.stem)}: {worn_at}", subtitle=subtitle)

@@ -7,20 +7,19 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from w2w.core.findings import notes
-from w2w.core.findings.advice_content import called, next_worn
-from w2w.core.findings.cautions import KNOW, STOPS, WEAKENS, Caution
-from w2w.core.findings.summary import best_regions, own_scores, study_counts
-from w2w.core.library.library import Library
-from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.utility import UtilityMap
-from w2w.core.selection import headline
-from w2w.core.selection.advice import Advice
-from w2w.core.selection.answer import PlaceScore
-from w2w.core.study.results import ClipResult, Study, StudyResults
-from w2w.core.wording import capital, listed
-from w2w.report.page import REPORT
-
+from ...core.findings import notes
+from ...core.findings.advice_content import called, next_worn
+from ...core.findings.cautions import KNOW, STOPS, WEAKENS, Caution
+from ...core.findings.summary import best_regions, own_scores, study_counts
+from ...core.library.library import Library
+from ...core.patches.patches import PatchSet
+from ...core.ranking.utility import UtilityMap
+from ...core.selection import headline
+from ...core.selection.advice import Advice
+from ...core.selection.answer import PlaceScore
+from ...core.study.results import ClipResult, Study, StudyResults
+from ...core.wording import capital, listed
+from ...report.page import REPORT
 from ..runs.folder import HEATMAPS
 from ..runs.study import RunPlan
 from . import draw

@@ -12,14 +12,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from w2w.core.colours import Scale
-from w2w.core.files import folder_beside
-from w2w.core.selection.answer import best_single
-from w2w.core.selection.headline import doubted, mean_title
-from w2w.core.study.results import StudyResults
-from w2w.core.wording import capital, count
-from w2w.scene.base.output import output_to
-
+from ...core.colours import Scale
+from ...core.files import folder_beside
+from ...core.selection.answer import best_single
+from ...core.selection.headline import doubted, mean_title
+from ...core.study.results import StudyResults
+from ...core.wording import capital, count
+from ...scene.base.output import output_to
 from ..blender import NoBlenderError, needs_blender
 from ..runs.folder import HEATMAPS, MEAN, SUBSET, picture_files, picture_names
 from ..runs.monitor import RunMonitor
@@ -30,7 +29,7 @@ from ..system_libraries import missing_library
 if TYPE_CHECKING:
     import numpy as np
 
-    from w2w.drawing.body import BodyPictures  # Pillow is slow to import
+    from ...drawing.body import BodyPictures  # Pillow is slow to import
 
 BLEND = "study.blend"
 
@@ -113,8 +112,8 @@ def _counted(files: Sequence[Path], advance: Callable[[int], None]) -> Iterator[
 
 def write_pictures(out: Path, to: Path) -> None:
     """Draw `heatmaps/*.png` of a finished study, one for each activity, the mean and the set, in a folder."""
-    from w2w.drawing.body import BodyPictures, size_for
-    from w2w.drawing.heatmap import VIEW_PIXELS, heatmap_figure  # matplotlib is slow to import
+    from ...drawing.body import BodyPictures, size_for
+    from ...drawing.heatmap import VIEW_PIXELS, heatmap_figure  # matplotlib is slow to import
 
     study = StudyResults.load(out, by=None)
     utility = study.utility
@@ -142,7 +141,7 @@ def write_pictures(out: Path, to: Path) -> None:
 def write_blend(out: Path, to: Path) -> None:
     """Save a finished study's `study.blend`, body, actions, empties, heatmaps, what the panel shows."""
     with needs_blender():
-        from w2w.scene.files.study_file import write_study
+        from ...scene.files.study_file import write_study
 
     study = StudyResults.load(out, by=None)
     motions = (study.motion(clip.name) for clip in study.clips_in_blend)
@@ -175,8 +174,8 @@ def marked_set(study: StudyResults) -> MarkedSet:
 def _draw_worn(
     study: StudyResults, to: Path, shaded: BodyPictures, views: list[np.ndarray], scale: Scale
 ) -> None:
-    from w2w.drawing.heatmap import subset_figure  # matplotlib is slow to import
-    from w2w.drawing.page import SensorList
+    from ...drawing.heatmap import subset_figure  # matplotlib is slow to import
+    from ...drawing.page import SensorList
 
     shown, body = marked_set(study), shaded.body
     order = shown.order[:MAX_LISTED]

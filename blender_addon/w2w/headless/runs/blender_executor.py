@@ -21,8 +21,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import cloudpickle
 
-from w2w.core.body.body import PACKAGE
-
+from ...core.body.body import PACKAGE
 from .blender_worker import GONE, send
 
 P = ParamSpec("P")

@@ -8,25 +8,24 @@ from typing import Any
 
 import numpy as np
 
-from w2w.core.body.body import Body
-from w2w.core.files import file_sha256
-from w2w.core.garments.cover import FITTED, Cover, load_covers
-from w2w.core.garments.on_cloth import ClothSensors, caught_content
-from w2w.core.keypoints.facts import PoseFacts
-from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
-from w2w.core.library.library import Clip
-from w2w.core.motion.motion import Motion
-from w2w.core.motion.signature import motion_signature
-from w2w.core.motion.source import SourceMotion, UnusableMotion, readable_size, reason_of, unreadable
-from w2w.core.motion.up import BY_ITSELF, Ups
-from w2w.core.patches.patches import PatchSet
-from w2w.core.retargeting.bone_maps import BoneMap
-from w2w.core.study.clip_files import WORK, mark_changing, write_features
-from w2w.core.study.results import ClipResult
-from w2w.core.study.signals import describe, measured, record
-from w2w.core.threads import unthreaded_products
-from w2w.scene.base.output import quiet_output
-
+from ...core.body.body import Body
+from ...core.files import file_sha256
+from ...core.garments.cover import FITTED, Cover, load_covers
+from ...core.garments.on_cloth import ClothSensors, caught_content
+from ...core.keypoints.facts import PoseFacts
+from ...core.keypoints.pose_files import NO_FACTS, JointPositions
+from ...core.library.library import Clip
+from ...core.motion.motion import Motion
+from ...core.motion.signature import motion_signature
+from ...core.motion.source import SourceMotion, UnusableMotion, readable_size, reason_of, unreadable
+from ...core.motion.up import BY_ITSELF, Ups
+from ...core.patches.patches import PatchSet
+from ...core.retargeting.bone_maps import BoneMap
+from ...core.study.clip_files import WORK, mark_changing, write_features
+from ...core.study.results import ClipResult
+from ...core.study.signals import describe, measured, record
+from ...core.threads import unthreaded_products
+from ...scene.base.output import quiet_output
 from ..blender import NoBlenderError, needs_blender
 from .clip_task import ClipTask, Looks, mark_read, marked_read
 from .guard import allowed_memory, crashed, guarded, timed_out, untimed
@@ -54,10 +53,10 @@ def get_ready(blender: bool) -> None:
     What fails here fails again at the first clip that needs it, which says so.
     """
     with guarded(), quiet_output():
-        import w2w.scene.motion.load
+        from ...scene.motion import load  # noqa: F401
 
         if blender:
-            import w2w.scene.motion.takes  # noqa: F401
+            from ...scene.motion import takes  # noqa: F401
 
 
 def work_in_worker(task: ClipTask) -> ClipResult:
@@ -201,7 +200,7 @@ def _sensors_on_cloth(task: ClipTask, body: Body, patches: PatchSet, motion: Mot
         return None
     covers = _covers(task.out, task.inputs)
     with needs_blender(), quiet_output():
-        from w2w.scene.garments.bake import followed
+        from ...scene.garments.bake import followed
 
         return followed(body, patches, covers, measured(motion, task.config))
 
@@ -218,7 +217,7 @@ def load_clip(
     Returns what the file holds, the motion, and facts: take, skeleton, scale, frames, rate, duration. Raises
     UnusableMotion and NoBlenderError.
     """
-    from w2w.scene.motion.load import read_motion, to_body
+    from ...scene.motion.load import read_motion, to_body
 
     with needs_blender(), quiet_output():
         source = read_motion(clip.path, pose, ups, clip.animation)

@@ -9,18 +9,17 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from w2w.core.files import file_sha256
-from w2w.core.keypoints.facts import PoseFacts, side_car
-from w2w.core.keypoints.pose_files import NO_FACTS
-from w2w.core.library.library import UP_SUFFIXES, Clip, is_joint_file
-from w2w.core.motion.source import UnusableMotion
-from w2w.core.motion.up import BY_ITSELF, Ups
-from w2w.core.readers.asf_amc import AMC_SUFFIX, skeleton_file
-from w2w.core.retargeting.bone_maps import BoneMap
-from w2w.core.study.clip_files import WORK, features_file, motion_file, signals_file
-from w2w.core.study.config import StudyConfig
-from w2w.core.wording import name_bytes
-
+from ...core.files import file_sha256
+from ...core.keypoints.facts import PoseFacts, side_car
+from ...core.keypoints.pose_files import NO_FACTS
+from ...core.library.library import UP_SUFFIXES, Clip, is_joint_file
+from ...core.motion.source import UnusableMotion
+from ...core.motion.up import BY_ITSELF, Ups
+from ...core.readers.asf_amc import AMC_SUFFIX, skeleton_file
+from ...core.retargeting.bone_maps import BoneMap
+from ...core.study.clip_files import WORK, features_file, motion_file, signals_file
+from ...core.study.config import StudyConfig
+from ...core.wording import name_bytes
 from .guard import LIMIT_S, MEMORY
 
 Looks = list[str | list[int]]

@@ -19,10 +19,9 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from w2w.core.ranking.f1 import Spread
-from w2w.core.study.results import ClipResult
-from w2w.core.wording import listed
-
+from ...core.ranking.f1 import Spread
+from ...core.study.results import ClipResult
+from ...core.wording import listed
 from .clip import try_alone, work_in_worker
 from .clip_task import ClipTask
 from .folder import code_sha256

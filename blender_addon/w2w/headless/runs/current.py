@@ -13,15 +13,14 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from w2w.core.body.body import Body
-from w2w.core.files import file_sha256, write_json
-from w2w.core.findings.summary import versions
-from w2w.core.garments.cover import FITTED
-from w2w.core.garments.cut import split_name
-from w2w.core.inside import inside
-from w2w.core.library.library import Clip
-from w2w.core.study.clip_files import WORK
-
+from ...core.body.body import Body
+from ...core.files import file_sha256, write_json
+from ...core.findings.summary import versions
+from ...core.garments.cover import FITTED
+from ...core.garments.cut import split_name
+from ...core.inside import inside
+from ...core.library.library import Clip
+from ...core.study.clip_files import WORK
 from .clip_task import digest_of_path, look, stamp
 from .folder import DIVIDED, code_sha256
 from .own_files import LIST, is_whole

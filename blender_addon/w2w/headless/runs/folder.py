@@ -13,16 +13,15 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from w2w.core.adopt.topology import NUMBERING
-from w2w.core.body.body import PACKAGE, TEMPLATES
-from w2w.core.files import UNFINISHED, file_sha256
-from w2w.core.findings.summary import PLACEMENTS
-from w2w.core.library.library import Library, unique_names
-from w2w.core.study.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide, mark_changing
-from w2w.core.study.clip_list import CLIP_LIST
-from w2w.core.study.results import UnfinishedError
-from w2w.core.wording import restated
-
+from ...core.adopt.topology import NUMBERING
+from ...core.body.body import PACKAGE, TEMPLATES
+from ...core.files import UNFINISHED, file_sha256
+from ...core.findings.summary import PLACEMENTS
+from ...core.library.library import Library, unique_names
+from ...core.study.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide, mark_changing
+from ...core.study.clip_list import CLIP_LIST
+from ...core.study.results import UnfinishedError
+from ...core.wording import restated
 from .own_files import check, links_in, remove_own
 from .records import Records, given_names, read_records, tidy
 

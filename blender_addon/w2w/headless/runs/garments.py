@@ -3,16 +3,15 @@
 
 from pathlib import Path
 
-from w2w.core.body.body import Body
-from w2w.core.files import file_sha256
-from w2w.core.garments.cover import FITTED, Cover, cover, save_covers, without_overlap
-from w2w.core.garments.cut import KINDS, cut, split_name
-from w2w.core.inside import inside
-from w2w.core.patches.patches import PatchSet
-from w2w.core.study.clip_files import mark_changing
-from w2w.core.study.config import StudyConfig
-from w2w.scene.base.output import quiet_output
-
+from ...core.body.body import Body
+from ...core.files import file_sha256
+from ...core.garments.cover import FITTED, Cover, cover, save_covers, without_overlap
+from ...core.garments.cut import KINDS, cut, split_name
+from ...core.inside import inside
+from ...core.patches.patches import PatchSet
+from ...core.study.clip_files import mark_changing
+from ...core.study.config import StudyConfig
+from ...scene.base.output import quiet_output
 from ..blender import needs_blender
 from .folder import save_new
 from .guard import guarded
@@ -79,7 +78,7 @@ def _cover_in_blender(garment: str, body: Body, patches: PatchSet) -> Cover | st
     with guarded():
         try:
             with needs_blender(), quiet_output():
-                from w2w.scene.garments.bake import fitted
+                from ...scene.garments.bake import fitted
 
                 return fitted(garment, body, patches)
         except ValueError as error:

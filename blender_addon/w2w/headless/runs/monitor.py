@@ -22,12 +22,12 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from w2w.core.files import write_json
-from w2w.core.inside import inside
-from w2w.core.library.library import Library
-from w2w.core.study.clip_files import WORK
-from w2w.core.study.results import ClipResult
-from w2w.core.wording import capital
+from ...core.files import write_json
+from ...core.inside import inside
+from ...core.library.library import Library
+from ...core.study.clip_files import WORK
+from ...core.study.results import ClipResult
+from ...core.wording import capital
 
 # What an event is called, and its facts, is a promise: docs/engineer.md lists them.
 

@@ -14,10 +14,10 @@ from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from tempfile import mkdtemp
 
-from w2w.core.files import UNFINISHED, file_sha256, told_of_writes, write_text
-from w2w.core.inside import ForeignFileError, checked, inside
-from w2w.core.study.clip_files import WORK
-from w2w.core.wording import listed as listed_words, shown
+from ...core.files import UNFINISHED, file_sha256, told_of_writes, write_text
+from ...core.inside import ForeignFileError, checked, inside
+from ...core.study.clip_files import WORK
+from ...core.wording import listed as listed_words, shown
 
 LIST = f"{WORK}/written.sha256"
 

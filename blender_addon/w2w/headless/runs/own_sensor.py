@@ -7,20 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from w2w.core.body.body import Body
-from w2w.core.imu.calibration import Pair
-from w2w.core.imu.formats import read_recording
-from w2w.core.imu.recording import ImuRecording
-from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.synthesis import Synthesis
-from w2w.core.imu.virtual import record_motion, sensor_at
-from w2w.core.keypoints.facts import PoseFacts
-from w2w.core.library.library import Clip
-from w2w.core.motion.motion import smoothed_root
-from w2w.core.motion.source import UnusableMotion
-from w2w.core.patches.patches import sample_patches
-from w2w.core.wording import shown
-
+from ...core.body.body import Body
+from ...core.imu.calibration import Pair
+from ...core.imu.formats import read_recording
+from ...core.imu.recording import ImuRecording
+from ...core.imu.sensor import SensorModel
+from ...core.imu.synthesis import Synthesis
+from ...core.imu.virtual import record_motion, sensor_at
+from ...core.keypoints.facts import PoseFacts
+from ...core.library.library import Clip
+from ...core.motion.motion import smoothed_root
+from ...core.motion.source import UnusableMotion
+from ...core.patches.patches import sample_patches
+from ...core.wording import shown
 from .workers import load_alone
 
 RECORDED = (".csv", ".txt", ".npz")

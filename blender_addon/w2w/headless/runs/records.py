@@ -13,11 +13,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from w2w.core.files import UNFINISHED, file_sha256, write_json, write_text
-from w2w.core.inside import ForeignFileError, checked, inside, is_plain
-from w2w.core.study.clip_files import WORK, mark_changing, motion_file, signals_file
-from w2w.core.study.results import ClipResult
-
+from ...core.files import UNFINISHED, file_sha256, write_json, write_text
+from ...core.inside import ForeignFileError, checked, inside, is_plain
+from ...core.study.clip_files import WORK, mark_changing, motion_file, signals_file
+from ...core.study.results import ClipResult
 from .clip_task import ClipTask, Looks
 from .own_files import Hashes, remove_own
 

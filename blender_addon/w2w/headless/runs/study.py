@@ -11,19 +11,19 @@ from pathlib import Path
 
 import numpy as np
 
-from w2w.core.body.body import Body
-from w2w.core.body.shapes import bundled_targets
-from w2w.core.files import write_json
-from w2w.core.findings.cautions import copies_sentence
-from w2w.core.findings.summary import config_content
-from w2w.core.garments.cover import FITTED
-from w2w.core.library.library import Clip, Library
-from w2w.core.motion.up import UPSIDE_DOWN, mostly_head_down
-from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.pooling import Pooling
-from w2w.core.ranking.utility import UtilityMap
-from w2w.core.study.choosing import advised
-from w2w.core.study.clip_files import (
+from ...core.body.body import Body
+from ...core.body.shapes import bundled_targets
+from ...core.files import write_json
+from ...core.findings.cautions import copies_sentence
+from ...core.findings.summary import config_content
+from ...core.garments.cover import FITTED
+from ...core.library.library import Clip, Library
+from ...core.motion.up import UPSIDE_DOWN, mostly_head_down
+from ...core.patches.patches import PatchSet
+from ...core.ranking.pooling import Pooling
+from ...core.ranking.utility import UtilityMap
+from ...core.study.choosing import advised
+from ...core.study.clip_files import (
     NO_SIGNATURE,
     WORK,
     ClipWindows,
@@ -32,12 +32,11 @@ from w2w.core.study.clip_files import (
     mark_changing,
     ranking_inputs,
 )
-from w2w.core.study.config import StudyConfig
-from w2w.core.study.ranking import copies_among, rank_clips, same_motions
-from w2w.core.study.results import ClipResult, Study, StudyResults
-from w2w.core.study.signals import place_patches
-from w2w.core.wording import restated
-
+from ...core.study.config import StudyConfig
+from ...core.study.ranking import copies_among, rank_clips, same_motions
+from ...core.study.results import ClipResult, Study, StudyResults
+from ...core.study.signals import place_patches
+from ...core.wording import restated
 from .clip_task import ClipTask, Engine, digest_of_path
 from .cluster import spread_over
 from .folder import (

@@ -19,17 +19,16 @@ from typing import Any, TypeAlias, TypeVar
 from loky import ProcessPoolExecutor
 from loky.backend.context import ctx_loky
 
-from w2w.core.body.body import Body
-from w2w.core.keypoints.facts import PoseFacts
-from w2w.core.keypoints.pose_files import NO_FACTS, JointPositions
-from w2w.core.library.library import Clip
-from w2w.core.motion.motion import Motion
-from w2w.core.motion.source import SourceMotion, UnusableMotion, reason_of, unreadable
-from w2w.core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups
-from w2w.core.ranking.f1 import Spread
-from w2w.core.retargeting.bone_maps import BoneMap
-from w2w.core.study.results import ClipResult
-
+from ...core.body.body import Body
+from ...core.keypoints.facts import PoseFacts
+from ...core.keypoints.pose_files import NO_FACTS, JointPositions
+from ...core.library.library import Clip
+from ...core.motion.motion import Motion
+from ...core.motion.source import SourceMotion, UnusableMotion, reason_of, unreadable
+from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups
+from ...core.ranking.f1 import Spread
+from ...core.retargeting.bone_maps import BoneMap
+from ...core.study.results import ClipResult
 from ..blender import NoBlenderError, inside_blender
 from ..stopping import deaf_children, when_stopped
 from .blender_executor import BlenderExecutor

@@ -9,7 +9,7 @@ from sklearn.ensemble import ExtraTreesClassifier
 
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
-from w2w.studies.classifiers.trees import extra_trees
+from w2w_studies.classifiers.trees import extra_trees
 
 
 def library(seed=0, n_clips=24, n_places=3):

@@ -18,12 +18,12 @@ from w2w.core.findings.sources import Origin, source_caution
 from w2w.core.library.library import Clip, Library, read_library
 from w2w.core.study.results import StudyResults
 from w2w.headless.app import APP
-from w2w.studies.commands.study_mixamo import show_placements
-from w2w.studies.commands.study_rehab import by_quality, headings, rehab_takes
-from w2w.studies.placements.activity_groups import PAPER_GROUPS, named_by_paper
-from w2w.studies.placements.placement_patches import UNUSUAL, placement_patches
-from w2w.studies.rehab.background import BACKGROUND
-from w2w.studies.rehab.executions import FAULTS, WELL
+from w2w_studies.commands.study_mixamo import show_placements
+from w2w_studies.commands.study_rehab import by_quality, headings, rehab_takes
+from w2w_studies.placements.activity_groups import PAPER_GROUPS, named_by_paper
+from w2w_studies.placements.placement_patches import UNUSUAL, placement_patches
+from w2w_studies.rehab.background import BACKGROUND
+from w2w_studies.rehab.executions import FAULTS, WELL
 
 CLIPS = {
     "mixamo/degocyx1211__GameJam1/Idle.fbx": ("idle", "balance_intensive"),

@@ -3,9 +3,8 @@
 
 import re
 
-from w2w.studies.commands.study_copies import KINDS
-
-from ...command_line import cli
+from tests.command_line import cli
+from w2w_studies.commands.study_copies import KINDS
 
 
 def test_copies_of_every_kind_are_found(motions):

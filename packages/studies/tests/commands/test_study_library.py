@@ -10,11 +10,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
+from tests.clip_lists import used_clips
 from w2w.core.body.skeleton import N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.headless.app import APP
-
-from ...clip_lists import used_clips
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 OPTIONS = "--patches 8 --no-pictures --no-report --workers 1 --halvings 2 --window 1 --fewest 5".split()

@@ -15,9 +15,9 @@ from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
 from w2w.headless.app import APP
-from w2w.studies.comparisons.site_simulator import SiteSimulator
-from w2w.studies.datasets.mmfit import DEVICES
-from w2w.studies.datasets.vidimu import LOWER
+from w2w_studies.comparisons.site_simulator import SiteSimulator
+from w2w_studies.datasets.mmfit import DEVICES
+from w2w_studies.datasets.vidimu import LOWER
 
 BODY_34 = JOINT_SETS["body-34"]
 

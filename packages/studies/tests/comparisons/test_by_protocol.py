@@ -11,8 +11,8 @@ import pytest
 from typer.testing import CliRunner
 
 from w2w.headless.app import APP
-from w2w.studies.datasets.berkeley_mhad import MHAD_SITES
-from w2w.studies.datasets.mighar import MIGHAR_SENSORS
+from w2w_studies.datasets.berkeley_mhad import MHAD_SITES
+from w2w_studies.datasets.mighar import MIGHAR_SENSORS
 
 ACTIONS = ("a03", "a05", "a06")
 

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from w2w.headless.app import APP
-from w2w.studies.comparisons.challenge import (
+from w2w_studies.comparisons.challenge import (
     UTD,
     judge_of,
     judge_of_utd,
@@ -18,8 +18,8 @@ from w2w.studies.comparisons.challenge import (
     read_method,
     table_of,
 )
-from w2w.studies.validation.mhad import MHAD
-from w2w.studies.validation.sites import of_the_whole
+from w2w_studies.validation.mhad import MHAD
+from w2w_studies.validation.sites import of_the_whole
 
 
 @pytest.fixture

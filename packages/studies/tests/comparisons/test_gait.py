@@ -8,8 +8,8 @@ import pytest
 from typer.testing import CliRunner
 
 from w2w.headless.app import APP
-from w2w.studies.comparisons.gait import PHASES, phases
-from w2w.studies.datasets.gait import read_gait
+from w2w_studies.comparisons.gait import PHASES, phases
+from w2w_studies.datasets.gait import read_gait
 
 TRIAL = "S02-Trial-Walk-1"
 

@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.studies.comparisons.gait_phases import PHASES, taught_phases
+from w2w_studies.comparisons.gait_phases import PHASES, taught_phases
 
 RATE, SECONDS, STEP_S = 50.0, 10, 1.0
 WAYS = ["simulated, as it is", "simulated, turned as it sat", "simulated, and on its soft tissue", "worn"]

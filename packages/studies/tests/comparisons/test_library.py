@@ -4,7 +4,7 @@
 import pytest
 
 from w2w.core.library.library import LibraryError, read_library
-from w2w.studies.comparisons.library import labelled_by_name, with_enough, write_labels
+from w2w_studies.comparisons.library import labelled_by_name, with_enough, write_labels
 
 
 def fill(folder, *files):

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from w2w.core.windows.inputs import ArrayBlocks
-from w2w.studies.comparisons.library import LibraryFindings
-from w2w.studies.comparisons.library_report import verdict, write_library
-from w2w.studies.validation.library_repeats import MeansAgree, Repeats
-from w2w.studies.validation.within_sources import MixedWindows, rank_within_sources
+from w2w_studies.comparisons.library import LibraryFindings
+from w2w_studies.comparisons.library_report import verdict, write_library
+from w2w_studies.validation.library_repeats import MeansAgree, Repeats
+from w2w_studies.validation.within_sources import MixedWindows, rank_within_sources
 
 
 def again(*rho):

@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.command_line import cli
 from w2w.core.imu.recordings import Recordings
 from w2w.core.study.results import StudyResults
-from w2w.studies.comparisons.by_protocol import compare_worn
-from w2w.studies.comparisons.own import Names, against_run, own_protocol
-
-from ...command_line import cli
+from w2w_studies.comparisons.by_protocol import compare_worn
+from w2w_studies.comparisons.own import Names, against_run, own_protocol
 
 PLACES = ("left upper arm", "left calf", "throat", "right calf", "left forearm")
 NONE = Names({}, {})
@@ -25,7 +24,7 @@ def study(door):
 
 def worn(study, moved=0):
     """What the study's own sensors record, called by its places, or each by that `moved` places on."""
-    from w2w.studies.comparisons.unpaired import patches_at_site
+    from w2w_studies.comparisons.unpaired import patches_at_site
 
     patches = [patches_at_site(place, study.patches, study.body())[0] for place in PLACES]
     patches = patches[moved:] + patches[:moved]

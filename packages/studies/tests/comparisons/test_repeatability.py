@@ -6,13 +6,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tests.command_line import cli
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import WindowLabels
 from w2w.core.study.results import StudyResults
 from w2w.core.windows.inputs import ArrayBlocks
-from w2w.studies.comparisons.repeatability import FIGURES, choices
-
-from ...command_line import cli
+from w2w_studies.comparisons.repeatability import FIGURES, choices
 
 ACTIVITIES, CLIPS, WINDOWS, PATCHES = 3, 8, 3, 12
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from w2w.core.imu.presets import preset
 from w2w.core.imu.sensor import SensorModel
-from w2w.studies.comparisons.site_simulator import error_sentence
+from w2w_studies.comparisons.site_simulator import error_sentence
 
 
 def test_a_part_without_errors_is_said_to_have_none():

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from w2w.studies.comparisons import unpaired
-from w2w.studies.comparisons.by_protocol import worn_sides
-from w2w.studies.comparisons.unpaired import RegionSimulator, load_motions
-from w2w.studies.datasets.mighar import WornAt
-from w2w.studies.validation.mhad import MHAD
-from w2w.studies.validation.mighar import mighar
-from w2w.studies.validation.upfall import UPFALL, WITHOUT_POCKET
+from w2w_studies.comparisons import unpaired
+from w2w_studies.comparisons.by_protocol import worn_sides
+from w2w_studies.comparisons.unpaired import RegionSimulator, load_motions
+from w2w_studies.datasets.mighar import WornAt
+from w2w_studies.validation.mhad import MHAD
+from w2w_studies.validation.mighar import mighar
+from w2w_studies.validation.upfall import UPFALL, WITHOUT_POCKET
 
 PROTOCOL = mighar(WornAt((0, 1), {"here": 100, "there": 3000}, np.array([0, 1])))
 STYLES = {"one": ("active", "angry"), "two": ("childish",)}

@@ -8,13 +8,12 @@ import tarfile
 import numpy as np
 import pytest
 
+from tests.command_line import cli
 from w2w.core.body.body import Body
 from w2w.core.imu.formats import write_recording
 from w2w.core.library.library import read_library
-from w2w.studies.comparisons.unpaired import load_motions
-from w2w.studies.validation.upfall import UPFALL
-
-from ...command_line import cli
+from w2w_studies.comparisons.unpaired import load_motions
+from w2w_studies.validation.upfall import UPFALL
 
 CAPTURED = UPFALL.analyses[1]
 

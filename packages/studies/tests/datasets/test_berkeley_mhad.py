@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.studies.datasets.berkeley_mhad import MHAD_ACTIONS, MHAD_SITES, read_berkeley_mhad
+from w2w_studies.datasets.berkeley_mhad import MHAD_ACTIONS, MHAD_SITES, read_berkeley_mhad
 
 G = 9.80665
 

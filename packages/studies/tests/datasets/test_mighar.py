@@ -6,7 +6,7 @@ import gzip
 import numpy as np
 import pytest
 
-from w2w.studies.datasets.mighar import MIGHAR_RATE, MIGHAR_SENSORS, read_mighar, read_positions
+from w2w_studies.datasets.mighar import MIGHAR_RATE, MIGHAR_SENSORS, read_mighar, read_positions
 
 WIDTH = 9 * MIGHAR_SENSORS
 KINDS = [f"{kind}{axis}" for kind in "agm" for axis in "xyz"]

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from w2w.studies.datasets import mmfit
-from w2w.studies.datasets.mmfit import CAMERA_RATE, RATE_HZ, guessed_unit, read_labels, read_mmfit
+from w2w_studies.datasets import mmfit
+from w2w_studies.datasets.mmfit import CAMERA_RATE, RATE_HZ, guessed_unit, read_labels, read_mmfit
 
 G = 9.80665
 N_FRAMES = 600

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.studies.datasets.umafall import UMAFALL_ACTIVITIES, UMAFALL_SITES, read_umafall
+from w2w_studies.datasets.umafall import UMAFALL_ACTIVITIES, UMAFALL_SITES, read_umafall
 
 COLUMNS = np.array(["index", "subject", "kind", "activity", "trial", "age_years"])
 

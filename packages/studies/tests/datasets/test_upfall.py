@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
-from w2w.studies.datasets.upfall import UPFALL_ACTIVITIES, UPFALL_RATE, UPFALL_SITES, read_upfall
+from w2w_studies.datasets.upfall import UPFALL_ACTIVITIES, UPFALL_RATE, UPFALL_SITES, read_upfall
 
 PARTS = ("Ankle", "RightPocket", "Belt", "Neck", "Wrist")
 KINDS = (("Accelerometer", "g", 3), ("AngularVelocity", "deg/s", 3), ("Luminosity", "lx", 1))

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from w2w.studies.datasets.dsads import read_dsads
-from w2w.studies.datasets.utd_mhad import read_utd_mhad
+from w2w_studies.datasets.dsads import read_dsads
+from w2w_studies.datasets.utd_mhad import read_utd_mhad
 
 
 @pytest.fixture

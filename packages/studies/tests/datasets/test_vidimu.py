@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.keypoints.joint_sets import JOINT_SETS
-from w2w.studies.datasets.vidimu import LOWER, SITES, UPPER, angular_velocity, read_trial, read_vidimu
+from w2w_studies.datasets.vidimu import LOWER, SITES, UPPER, angular_velocity, read_trial, read_vidimu
 
 BODY_34 = JOINT_SETS["body-34"]
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from w2w.studies import experiments
+from w2w_studies import experiments
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in Path(experiments.__path__[0]).glob("[!_]*.py")))

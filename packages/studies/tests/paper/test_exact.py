@@ -6,7 +6,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from w2w.studies.paper.exact import FacilityLocation
+from w2w_studies.paper.exact import FacilityLocation
 
 
 def mean_max(value, places):

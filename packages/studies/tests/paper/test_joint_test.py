@@ -7,8 +7,8 @@ import pytest
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
-from w2w.studies.paper.joint_test import joint_content, multi_sensor_check
-from w2w.studies.paper.subsets import greedy_subset
+from w2w_studies.paper.joint_test import joint_content, multi_sensor_check
+from w2w_studies.paper.subsets import greedy_subset
 
 
 def scores_of(*scores):

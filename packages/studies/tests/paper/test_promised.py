@@ -6,12 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.core.selection.made_sets import NAMES, N, alone, library, prepare, terms
 from w2w.core.selection.headline import short
-from w2w.studies.paper import promised as paper
-from w2w.studies.paper.promised import LargePromises, exact_by_half, greedy_by_half, map_of, promised
-from w2w.studies.paper.subsets import exact_subset, greedy_subset
-
-from ...core.selection.made_sets import NAMES, N, alone, library, prepare, terms
+from w2w_studies.paper import promised as paper
+from w2w_studies.paper.promised import LargePromises, exact_by_half, greedy_by_half, map_of, promised
+from w2w_studies.paper.subsets import exact_subset, greedy_subset
 
 CHANCE = 1 / len(NAMES)
 

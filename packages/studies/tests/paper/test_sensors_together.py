@@ -13,8 +13,8 @@ from w2w.core.study.clip_files import features_file, write_features
 from w2w.core.study.ranking import LabelledClip
 from w2w.core.study.results import StudyResults
 from w2w.headless.runs.folder import make_folders
-from w2w.studies.classifiers.multi3net.classifier import Multi3Net
-from w2w.studies.paper.joint_test import sensors_together
+from w2w_studies.classifiers.multi3net.classifier import Multi3Net
+from w2w_studies.paper.joint_test import sensors_together
 
 RATE, SAMPLES, CLIPS = 25.0, 50, 8
 MOVES = {"rest": (0, 0), "wave": (1, 0), "step": (0, 1), "march": (1, 1)}

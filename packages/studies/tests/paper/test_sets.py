@@ -3,8 +3,8 @@
 
 import numpy as np
 
-from w2w.studies.paper.sets import PaperSets
-from w2w.studies.paper.subsets import exact_subset, greedy_subset
+from w2w_studies.paper.sets import PaperSets
+from w2w_studies.paper.subsets import exact_subset, greedy_subset
 
 
 def sets_of(f1, target, cost=None):

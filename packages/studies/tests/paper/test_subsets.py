@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 from hypothesis.extra.numpy import arrays
 
 from w2w.core.patches.body_parts import patches_named
-from w2w.studies.paper.subsets import exact_subset, greedy_subset
+from w2w_studies.paper.subsets import exact_subset, greedy_subset
 
 MAPS = arrays(
     np.float64,

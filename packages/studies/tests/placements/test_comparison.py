@@ -7,8 +7,8 @@ import pytest
 from w2w.core.library.library import Clip, Library
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
-from w2w.studies.placements.activity_groups import PAPER_GROUPS, choose_activities
-from w2w.studies.placements.comparison import compare_patches
+from w2w_studies.placements.activity_groups import PAPER_GROUPS, choose_activities
+from w2w_studies.placements.comparison import compare_patches
 
 GOOD, SAME, BAD = 0, 1, 2
 

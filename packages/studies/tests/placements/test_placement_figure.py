@@ -7,9 +7,9 @@ import pytest
 
 from w2w.core.colours import score_colours
 from w2w.core.patches.body_parts import PLACEMENTS
-from w2w.studies.placements.placement_figure import CELL_HEIGHT, CELL_WIDTH, placement_figure
-from w2w.studies.placements.placement_patches import UNUSUAL
-from w2w.studies.placements.score_table import ScoreRow
+from w2w_studies.placements.placement_figure import CELL_HEIGHT, CELL_WIDTH, placement_figure
+from w2w_studies.placements.placement_patches import UNUSUAL
+from w2w_studies.placements.score_table import ScoreRow
 
 COLUMNS = [placement.name for placement in PLACEMENTS]
 COMMON = [name not in UNUSUAL for name in COLUMNS]

@@ -9,7 +9,7 @@ import pytest
 from w2w.core.patches.body_parts import PLACEMENTS, SIDES
 from w2w.core.patches.naming import place, resolve
 from w2w.core.patches.patches import sample_patches
-from w2w.studies.placements.placement_patches import placement_patches
+from w2w_studies.placements.placement_patches import placement_patches
 
 
 @pytest.mark.parametrize("side", SIDES)

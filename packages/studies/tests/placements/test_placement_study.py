@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from w2w.core.study.results import StudyResults
-from w2w.studies.placements.placement_study import (
+from w2w_studies.placements.placement_study import (
     CLAIMS,
     FIGURE,
     PAGE,
@@ -16,8 +16,8 @@ from w2w.studies.placements.placement_study import (
     figure_rows,
     write_placement_study,
 )
-from w2w.studies.placements.trend_table import trend_markdown
-from w2w.studies.placements.trends import Claim, judge, read_claims
+from w2w_studies.placements.trend_table import trend_markdown
+from w2w_studies.placements.trends import Claim, judge, read_claims
 
 
 @pytest.fixture

@@ -5,12 +5,11 @@ import numpy as np
 import pytest
 from sklearn.metrics import f1_score
 
+from tests.core.ranking.test_f1 import simulate
 from w2w.core.ranking.f1 import score_patches
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
-from w2w.studies.placements.score_table import resampled_f1, score_table
-
-from ...core.ranking.test_f1 import simulate
+from w2w_studies.placements.score_table import resampled_f1, score_table
 
 ACTIVITIES = ("bow", "jump", "run", "walk")
 GROUPS = {"run": "moving", "walk": "moving", "jump": "sport"}

@@ -8,8 +8,8 @@ from w2w.core.body.body import Body
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
-from w2w.studies.placements.activity_groups import PAPER_GROUPS
-from w2w.studies.placements.trends import (
+from w2w_studies.placements.activity_groups import PAPER_GROUPS
+from w2w_studies.placements.trends import (
     CONTRADICTED,
     SUPPORTED,
     UNDECIDED,
@@ -120,7 +120,7 @@ def test_claims_are_read_and_checked(tmp_path):
 
 
 def test_the_claims_that_come_with_w2w_can_be_judged():
-    from w2w.studies.placements.placement_study import CLAIMS as FILE
+    from w2w_studies.placements.placement_study import CLAIMS as FILE
 
     claims = read_claims(FILE)
     assert len(claims) == 13

@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from w2w.studies.rehab.background import BACKGROUND
-from w2w.studies.rehab.clips import generate_clip
-from w2w.studies.rehab.skeleton import BONE_INDEX, SIDES
-from w2w.studies.rehab.stairs import LEVEL
+from w2w_studies.rehab.background import BACKGROUND
+from w2w_studies.rehab.clips import generate_clip
+from w2w_studies.rehab.skeleton import BONE_INDEX, SIDES
+from w2w_studies.rehab.stairs import LEVEL
 
 PEOPLE = range(3)
 

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from w2w.studies.rehab.clips import EXERCISES, generate_clip
-from w2w.studies.rehab.executions import FAULTS, TREMOR_BAND, WELL, aged, tremor
-from w2w.studies.rehab.session import draw_style
-from w2w.studies.rehab.skeleton import BONE_INDEX, SIDES, forward_kinematics
+from w2w_studies.rehab.clips import EXERCISES, generate_clip
+from w2w_studies.rehab.executions import FAULTS, TREMOR_BAND, WELL, aged, tremor
+from w2w_studies.rehab.session import draw_style
+from w2w_studies.rehab.skeleton import BONE_INDEX, SIDES, forward_kinematics
 
 PEOPLE = range(3)
 

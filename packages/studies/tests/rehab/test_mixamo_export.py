@@ -16,13 +16,13 @@ bpy = pytest.importorskip("bpy")
 
 from w2w.core.motion.motion import demo_motions  # noqa: E402
 from w2w.scene.motion.load import read_motion, to_body  # noqa: E402
-from w2w.studies.commands.demo_library import ACTIVITIES, write_demo_library  # noqa: E402
-from w2w.studies.rehab import mixamo_export  # noqa: E402
-from w2w.studies.rehab.clips import EXERCISES, RehabClip, generate_clip  # noqa: E402
-from w2w.studies.rehab.mixamo_export import rest_axes, write_mixamo_fbx  # noqa: E402
-from w2w.studies.rehab.skeleton import BONE_PARENTS, BONES, PREFIX  # noqa: E402
+from w2w_studies.commands.demo_library import ACTIVITIES, write_demo_library  # noqa: E402
+from w2w_studies.rehab import mixamo_export  # noqa: E402
+from w2w_studies.rehab.clips import EXERCISES, RehabClip, generate_clip  # noqa: E402
+from w2w_studies.rehab.mixamo_export import rest_axes, write_mixamo_fbx  # noqa: E402
+from w2w_studies.rehab.skeleton import BONE_PARENTS, BONES, PREFIX  # noqa: E402
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 KINDS = ("objects", "armatures", "actions", "scenes")
 IMPORTERS = ["import_scene.fbx"]
 if "fbx_import" in dir(bpy.ops.wm):  # Blender 4.5 and later
@@ -103,8 +103,8 @@ def test_the_same_clip_gives_the_same_bytes_in_another_process(exported, tmp_pat
     if clip.activity == "sit_to_stand":  # one process is enough: it takes a second to start
         elsewhere = tmp_path / "elsewhere.fbx"
         code = (
-            "from w2w.studies.rehab.clips import generate_clip\n"
-            "from w2w.studies.rehab.mixamo_export import write_mixamo_fbx\n"
+            "from w2w_studies.rehab.clips import generate_clip\n"
+            "from w2w_studies.rehab.mixamo_export import write_mixamo_fbx\n"
             f"write_mixamo_fbx(generate_clip({clip.activity!r}, 1), {str(elsewhere)!r})"
         )
         environment = os.environ | {"PYTHONHASHSEED": "12345"}

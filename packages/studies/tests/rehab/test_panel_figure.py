@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from w2w.studies.rehab.panel_figure import Map, panel_figure
+from w2w_studies.rehab.panel_figure import Map, panel_figure
 
 SIZE = 240
 

@@ -7,10 +7,10 @@ from hypothesis import given, strategies as st
 from scipy.signal import find_peaks
 from scipy.spatial.transform import Rotation
 
-from w2w.studies.rehab.clips import EXERCISES, RehabClip, generate_clip
-from w2w.studies.rehab.curves import SWAY_BAND, glide, min_jerk, pulse, soft_excess, soft_limit, sway, through
-from w2w.studies.rehab.pose import turn
-from w2w.studies.rehab.skeleton import (
+from w2w_studies.rehab.clips import EXERCISES, RehabClip, generate_clip
+from w2w_studies.rehab.curves import SWAY_BAND, glide, min_jerk, pulse, soft_excess, soft_limit, sway, through
+from w2w_studies.rehab.pose import turn
+from w2w_studies.rehab.skeleton import (
     BONE_INDEX,
     BONE_PARENTS,
     BONES,
@@ -19,7 +19,7 @@ from w2w.studies.rehab.skeleton import (
     centre_of_mass,
     forward_kinematics,
 )
-from w2w.studies.rehab.stairs import RISE, RUN
+from w2w_studies.rehab.stairs import RISE, RUN
 
 CLIPS = 5
 HEEL_BEHIND, TOES_AHEAD = 0.035, 0.117

@@ -4,7 +4,7 @@
 import numpy as np
 from hypothesis import given, strategies as st
 
-from w2w.studies.rehab.two_bones import reach, two_bones
+from w2w_studies.rehab.two_bones import reach, two_bones
 
 
 @given(

@@ -12,7 +12,7 @@ from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, MIRRORED_JOINTS
 from w2w.core.imu.synthesis import Synthesis, synthesize
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
-from w2w.studies.sweep.augmentation import at_tempo, mirrored, scaled
+from w2w_studies.sweep.augmentation import at_tempo, mirrored, scaled
 
 
 @pytest.fixture(scope="module")

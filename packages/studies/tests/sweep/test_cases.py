@@ -6,11 +6,10 @@ import csv
 import numpy as np
 import pytest
 
+from tests.command_line import cli
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.study.results import StudyResults
-from w2w.studies.sweep.cases import FACTORS, cases
-
-from ...command_line import cli
+from w2w_studies.sweep.cases import FACTORS, cases
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker")]
 

@@ -13,9 +13,9 @@ from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study.config import StudyConfig
-from w2w.studies.sweep.cases import Case
-from w2w.studies.sweep.report import SweptCase, show_sweep
-from w2w.studies.sweep.sensitivity import compare_maps
+from w2w_studies.sweep.cases import Case
+from w2w_studies.sweep.report import SweptCase, show_sweep
+from w2w_studies.sweep.sensitivity import compare_maps
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
-from w2w.studies.sweep.sensitivity import compare_maps, resampled_clips
+from w2w_studies.sweep.sensitivity import compare_maps, resampled_clips
 
 ACTIVITIES = ("bow", "jump", "run", "walk")
 STRENGTH = np.array([0.0, 0.5, 1.0, 3.0])

@@ -4,7 +4,7 @@
 import numpy as np
 
 from w2w.core.windows.inputs import ArrayBlocks
-from w2w.studies.validation.within_sources import MixedWindows
+from w2w_studies.validation.within_sources import MixedWindows
 
 PATCHES, GOOD = 12, 4
 """Of so many patches the first few tell activities apart."""

@@ -3,7 +3,7 @@
 
 import pytest
 
-from w2w.studies.validation.across_sources import across_sources
+from w2w_studies.validation.across_sources import across_sources
 
 from .mixed_library import APART, GOOD, windows
 

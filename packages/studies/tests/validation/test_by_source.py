@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from w2w.studies.validation.by_source import merged, replaced_sides
-from w2w.studies.validation.site_scores import SiteScores
-from w2w.studies.validation.sites import compare_scores
+from w2w_studies.validation.by_source import merged, replaced_sides
+from w2w_studies.validation.site_scores import SiteScores
+from w2w_studies.validation.sites import compare_scores
 
 SITES = ("wrist", "hip", "ankle", "chest")
 HONEST = np.array([0.9, 0.6, 0.3, 0.5])

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from w2w.core.imu.calibration import turned
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.windows.windows import WindowSpec
-from w2w.studies.validation.calibrated_transfer import (
+from w2w_studies.validation.calibrated_transfer import (
     AS_SIMULATED,
     DIFFERENCES,
     OTHER_ACTIONS,

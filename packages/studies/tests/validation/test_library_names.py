@@ -7,8 +7,8 @@ from collections import Counter
 
 import pytest
 
-from w2w.studies.validation.library_names import RULES
-from w2w.studies.validation.protocol import first_rule
+from w2w_studies.validation.library_names import RULES
+from w2w_studies.validation.protocol import first_rule
 
 
 @pytest.mark.parametrize(

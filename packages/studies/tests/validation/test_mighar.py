@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from w2w.studies.datasets.mighar import MIGHAR_ACTIVITIES, WornAt
-from w2w.studies.validation.mighar import ACTIVITIES, mighar
-from w2w.studies.validation.protocol import BY_POSTURE
+from w2w_studies.datasets.mighar import MIGHAR_ACTIVITIES, WornAt
+from w2w_studies.validation.mighar import ACTIVITIES, mighar
+from w2w_studies.validation.protocol import BY_POSTURE
 
 SITES = {"left wrist": "left wrist", "vertex 7": 7, "chest": "chest"}
 PROTOCOL = mighar(WornAt((0, 1, 2), SITES, np.arange(3)))

@@ -8,9 +8,9 @@ from w2w.core.imu.presets import PRESETS
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.study.variants import ALONE, BITS, FORCE_RANGE, RATE, variants
 from w2w.core.windows.windows import WindowSpec
-from w2w.studies.comparisons.needs import write_needs
-from w2w.studies.validation.needs import VALUES, Side, curves, simulated, verdicts, worn
-from w2w.studies.validation.site_windows import site_windows
+from w2w_studies.comparisons.needs import write_needs
+from w2w_studies.validation.needs import VALUES, Side, curves, simulated, verdicts, worn
+from w2w_studies.validation.site_windows import site_windows
 
 pytestmark = pytest.mark.slow
 

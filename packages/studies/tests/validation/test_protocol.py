@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from w2w.studies.datasets.berkeley_mhad import MHAD_ACTIONS
-from w2w.studies.validation.mhad import MHAD
+from w2w_studies.datasets.berkeley_mhad import MHAD_ACTIONS
+from w2w_studies.validation.mhad import MHAD
 
 
 @pytest.mark.parametrize(

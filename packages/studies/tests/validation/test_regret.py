@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.studies.validation.regret import lost, regret
+from w2w_studies.validation.regret import lost, regret
 
 
 def test_the_right_choice_loses_nothing_and_a_wrong_one_what_it_costs():

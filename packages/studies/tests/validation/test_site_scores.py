@@ -5,7 +5,7 @@ import numpy as np
 
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
-from w2w.studies.validation.site_scores import site_scores
+from w2w_studies.validation.site_scores import site_scores
 
 PEOPLE = [f"p{n}" for n in range(8)]
 

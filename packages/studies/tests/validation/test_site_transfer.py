@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.windows.windows import WindowSpec
-from w2w.studies.validation.site_transfer import (
+from w2w_studies.validation.site_transfer import (
     by_gravity,
     magnitudes,
     mounting_rotation,

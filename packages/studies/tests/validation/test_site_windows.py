@@ -6,7 +6,7 @@ import pytest
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.windows.windows import WindowSpec
-from w2w.studies.validation.site_windows import site_windows
+from w2w_studies.validation.site_windows import site_windows
 
 RATE, SPEC = 25.0, WindowSpec(length_s=2.0, stride_s=1.0)
 

@@ -6,8 +6,8 @@ import pytest
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.windows.windows import WindowSpec
-from w2w.studies.validation.site_windows import site_windows
-from w2w.studies.validation.sites import of_the_whole, validate_sites
+from w2w_studies.validation.site_windows import site_windows
+from w2w_studies.validation.sites import of_the_whole, validate_sites
 
 RATE, SECONDS = 25.0, 4.0
 ACTIVITIES = ("slow", "fast", "turning")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from w2w.core.windows.inputs import ArrayBlocks, PatchBlocks, SomeWindows
-from w2w.studies.validation.some_windows import some_windows
+from w2w_studies.validation.some_windows import some_windows
 
 
 class Held(NamedTuple):

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from w2w.studies.validation.site_windows import SiteWindows
-from w2w.studies.validation.source_test import source_tests
+from w2w_studies.validation.site_windows import SiteWindows
+from w2w_studies.validation.source_test import source_tests
 
 
 def windows(shift):

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 from w2w.core.imu.calibration import turned
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.windows.windows import WindowSpec
-from w2w.studies.validation.correlation import magnitude_correlation
-from w2w.studies.validation.transfer import transfer
+from w2w_studies.validation.correlation import magnitude_correlation
+from w2w_studies.validation.transfer import transfer
 
 RATE = 50.0
 TURN = Rotation.from_euler("xyz", [20, -130, 70], degrees=True)

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from w2w.core.imu.recording import ImuRecording
-from w2w.studies.datasets.umafall import UMAFALL_ACTIVITIES, UMAFALL_SITES
-from w2w.studies.validation.umafall import ACTIVITIES, UMAFALL, most_moving
+from w2w_studies.datasets.umafall import UMAFALL_ACTIVITIES, UMAFALL_SITES
+from w2w_studies.validation.umafall import ACTIVITIES, UMAFALL, most_moving
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,10 @@ import pytest
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.body_parts import patches_named
 from w2w.core.patches.patches import sample_patches
-from w2w.studies.comparisons.unpaired import real_side
-from w2w.studies.datasets.upfall import UPFALL_ACTIVITIES, UPFALL_RATE, UPFALL_SITES
-from w2w.studies.validation.protocol import BY_POSTURE
-from w2w.studies.validation.upfall import ACTIVITIES, MERGED, NEITHER, UPFALL
+from w2w_studies.comparisons.unpaired import real_side
+from w2w_studies.datasets.upfall import UPFALL_ACTIVITIES, UPFALL_RATE, UPFALL_SITES
+from w2w_studies.validation.protocol import BY_POSTURE
+from w2w_studies.validation.upfall import ACTIVITIES, MERGED, NEITHER, UPFALL
 
 
 @pytest.mark.parametrize(

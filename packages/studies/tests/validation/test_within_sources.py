@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from w2w.studies.validation.across_sources import between_sources
-from w2w.studies.validation.within_sources import rank_within_sources
+from w2w_studies.validation.across_sources import between_sources
+from w2w_studies.validation.within_sources import rank_within_sources
 
 from .mixed_library import APART, GOOD, PATCHES, windows
 

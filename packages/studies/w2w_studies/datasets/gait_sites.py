@@ -6,7 +6,7 @@ The data set's documentation (gait-tech/gaittoolbox, docs/source/data.rst): pelv
 its files call LowLeg; LowLeg2 is the shank's own. Xsens's standard: the sacrum, the middle of the thigh, flat
 on the shin below the knee, the bridge of the foot. Which way round a limb each looked is read from its own
 orientation while the wearer stands: the face of an MTw is its z axis. The lever arms that the Vicon joints
-want (`python -m w2w.studies.experiments.gait`) agree to a few centimetres, but are not used.
+want (`python -m w2w_studies.experiments.gait`) agree to a few centimetres, but are not used.
 """
 
 from typing import NamedTuple

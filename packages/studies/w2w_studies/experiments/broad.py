@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Synthesis against a real IMU: BROAD's optical pose at 60 Hz in, the sensor on the same body as the truth.
 
-    python -m w2w.studies.experiments.broad
+    python -m w2w_studies.experiments.broad
 
 Each method turns the same 60 Hz pose into signals; they and the sensor's are brought to the sensor's time
 stamps and low-passed alike (Butterworth, zero phase). Scores are over the samples that BROAD marks as

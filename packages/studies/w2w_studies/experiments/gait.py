@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The whole road against worn sensors: full-body Xsens BVH in, nine real IMUs as the truth.
 
-    python -m w2w.studies.experiments.gait
+    python -m w2w_studies.experiments.gait
 
 The BVH is read through Blender, retargeted to the bundled body, skinned; the patch nearest each worn sensor's
 site gives its signal. No lever arm, time shift, bias or scale is fitted: only one constant rotation a sensor,

@@ -10,7 +10,7 @@ import pytest
 
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
-from w2w.studies.classifiers.multi3net.classifier import Multi3Net, split_windows
+from w2w_studies.classifiers.multi3net.classifier import Multi3Net, split_windows
 
 SMALL = Multi3Net(
     width=8, hidden=16, embedding=8, spectrum=6, batch_size=16, epochs=12, patience=12, learning_rate=0.005
@@ -35,7 +35,7 @@ def library(n_clips=24, n_classes=3, n_places=4, samples=20, seed=0):
 
 def parts(torch, places, settings=SMALL, dtype=None):
     """What `train` takes, for some places of the library."""
-    from w2w.studies.classifiers.multi3net.network import Examples, Network
+    from w2w_studies.classifiers.multi3net.network import Examples, Network
 
     windows, labels, fold, _ = library()
     windows = windows[:, places].astype(dtype or np.float32)
@@ -67,7 +67,7 @@ def test_learns_what_it_can_and_finds_noise_harder(settings):
 )
 def test_a_place_among_others_is_trained_as_alone(torch, settings):
     """In double precision, dropout and blending on, whether or not others stop before it."""
-    from w2w.studies.classifiers.multi3net.training import train
+    from w2w_studies.classifiers.multi3net.training import train
 
     network, examples, schedule, draws = parts(torch, [0, 1, 2, 3], settings, np.float64)
     together = train(network, examples, schedule, draws)
@@ -81,7 +81,7 @@ def test_a_place_among_others_is_trained_as_alone(torch, settings):
 
 
 def test_single_precision_is_the_same_within_rounding(torch):
-    from w2w.studies.classifiers.multi3net.training import train
+    from w2w_studies.classifiers.multi3net.training import train
 
     settings = replace(SMALL, epochs=5)
     together = train(*parts(torch, [0, 1, 2, 3], settings))
@@ -123,8 +123,8 @@ def test_labels_shuffled_by_clip_give_chance():
 @WAYS
 def test_what_is_tested_has_no_say_in_training(torch, settings):
     """Other windows in the tested fold leave the trained weights as they are."""
-    from w2w.studies.classifiers.multi3net.network import Examples
-    from w2w.studies.classifiers.multi3net.training import train
+    from w2w_studies.classifiers.multi3net.network import Examples
+    from w2w_studies.classifiers.multi3net.training import train
 
     network, examples, schedule, draws = parts(torch, [0, 1], settings)
     first = train(network, examples, schedule, draws)
@@ -160,7 +160,7 @@ def test_checking_windows_are_whole_clips_of_another_fold_and_no_class_goes_unta
 @WAYS
 def test_training_goes_on_where_it_was_stopped(tmp_path, settings):
     pytest.importorskip("torch")
-    from w2w.studies.classifiers.multi3net import group as multi3net_group
+    from w2w_studies.classifiers.multi3net import group as multi3net_group
 
     windows, labels, fold, _ = library(n_places=3)
     work = (windows, labels, fold, np.ones(len(labels), bool))
@@ -230,7 +230,7 @@ def with_a_pickle(path, arrays):
 def checkpoint(request, tmp_path_factory):
     """A checkpoint's file and arrays, the settings and work that left it, and the outcome."""
     pytest.importorskip("torch")
-    from w2w.studies.classifiers.multi3net import group as multi3net_group
+    from w2w_studies.classifiers.multi3net import group as multi3net_group
 
     folder = tmp_path_factory.mktemp("work")
     windows, labels, fold, _ = library(n_places=1)
@@ -271,7 +271,7 @@ def test_a_damaged_checkpoint_is_trained_again(checkpoint, damage):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("changed", ["torch.__version__", "w2w.studies.classifiers.multi3net.group.PROGRAM"])
+@pytest.mark.parametrize("changed", ["torch.__version__", "w2w_studies.classifiers.multi3net.group.PROGRAM"])
 def test_what_another_version_left_is_not_taken_up(tmp_path, monkeypatch, changed):
     pytest.importorskip("torch")
     windows, labels, fold, _ = library(n_places=1)

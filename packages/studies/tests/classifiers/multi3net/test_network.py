@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.studies.classifiers.multi3net.classifier import Multi3Net
+from w2w_studies.classifiers.multi3net.classifier import Multi3Net
 
 CHANNELS = 6
 
 
 def test_equals_torchs_own_modules(torch):
     """The hand-written program against torch.nn's layers with the same weights, and its slopes."""
-    from w2w.studies.classifiers.multi3net.network import HEADS, SEGMENTS, Network
+    from w2w_studies.classifiers.multi3net.network import HEADS, SEGMENTS, Network
 
     network = Network(samples=20, channels=CHANNELS, classes=3, width=16, hidden=24, embedding=64)
     draws = torch.Generator().manual_seed(0)
@@ -68,7 +68,7 @@ def test_equals_torchs_own_modules(torch):
 
 
 def test_attention_among_few_is_attention_and_has_its_slopes(torch):
-    from w2w.studies.classifiers.multi3net.network import attention_among_few
+    from w2w_studies.classifiers.multi3net.network import attention_among_few
 
     draws = torch.Generator().manual_seed(1)
     tokens = [torch.randn(2, 3, 4, 5, 2, generator=draws, dtype=torch.float64) for _ in range(3)]
@@ -81,7 +81,7 @@ def test_attention_among_few_is_attention_and_has_its_slopes(torch):
 
 
 def test_the_spectrum_tells_tempo_and_direction_whenever_a_window_begins(torch):
-    from w2w.studies.classifiers.multi3net.network import shape_of
+    from w2w_studies.classifiers.multi3net.network import shape_of
 
     time = torch.arange(50)[:, None] / 50
     swings = ((4, 0.0), (4, 0.3), (9, 0.0))
@@ -95,7 +95,7 @@ def test_the_spectrum_tells_tempo_and_direction_whenever_a_window_begins(torch):
 
 
 def test_loss_is_torchs_own_of_balanced_classes_and_smoothed_labels(torch):
-    from w2w.studies.classifiers.multi3net.training import mean_loss, targets
+    from w2w_studies.classifiers.multi3net.training import mean_loss, targets
 
     draws = torch.Generator().manual_seed(0)
     labels = torch.tensor([0, 0, 0, 1, 2, 2])
