@@ -7,7 +7,7 @@
 FROM debian:bookworm-slim
 RUN apt-get update && apt-get install -y --no-install-recommends python3 python3-venv ca-certificates procps libx11-6 libxrender1 libxfixes3 libxi6 libxkbcommon0 libsm6 libice6 libgl1 && rm -rf /var/lib/apt/lists/*
 COPY . /w2w
-RUN python3 -m venv /opt/w2w && PIP_CONSTRAINT=/w2w/constraints.txt /opt/w2w/bin/pip install --no-cache-dir "/w2w[blender,web]" && rm -rf /w2w
+RUN python3 -m venv /opt/w2w && PIP_CONSTRAINT=/w2w/constraints.txt /opt/w2w/bin/pip install --no-cache-dir "/w2w[blender,web]" /w2w/packages/studies && rm -rf /w2w
 ENV PATH=/opt/w2w/bin:$PATH
 WORKDIR /data
 ENTRYPOINT ["w2w"]

@@ -30,7 +30,7 @@ arithmetic:
 	.venv/bin/python -m pytest -q -n 2 --dist worksteal -m "not slow and not later" tests/core tests/drawing tests/test_mirror.py \
 		--ignore=tests/core/adopt
 
-BY_DAY = $(if $(TESTS),$(TESTS),$(addprefix --ignore=,$(IN_BROWSER)) --ignore=packages/studies/tests)
+BY_DAY = $(or $(TESTS),$(addprefix --ignore=,$(IN_BROWSER)) tests)
 test: setup lint
 	.venv/bin/python -m pytest -n 2 --dist worksteal -m "not slow" $(BY_DAY)
 
@@ -45,7 +45,7 @@ test-studies: setup
 
 # The tests that take longest by themselves: networks trained, runs killed at drawn moments, whole trials.
 test-slow: setup
-	.venv/bin/python -m pytest -n 3 --dist worksteal -m slow --durations 12 --ignore=tests/gui tests
+	.venv/bin/python -m pytest -n 3 --dist worksteal -m slow --durations 12 --ignore=tests/gui tests packages/studies/tests
 
 # The quick commands that numbers in README and docs come from; fails where a document says something else.
 docs-check: setup

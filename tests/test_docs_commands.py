@@ -26,7 +26,7 @@ STARTS = {
     r"(?:blender .*|python )headless/w2w\.py -- ": "",
     r"(?:blender .*|python )headless/run\.py -- ": "run ",
 }
-PROGRAM = re.compile(r"python (?:-m ((?:benchmarks|tests|w2w\.studies)\.[\w.]*)|(benchmarks)/(\w+)\.py)(.*)")
+PROGRAM = re.compile(r"python (?:-m ((?:benchmarks|tests|w2w_studies)\.[\w.]*)|(benchmarks)/(\w+)\.py)(.*)")
 FURTHER = re.compile(r"\s(?:[|;<>]|&&|#\s).*")
 """Pipes, further commands and a comment."""
 

@@ -28,9 +28,8 @@ CIRCLE = "w2w/drawing/body.py", "w2w.drawing.heatmap"
 def said(tmp_path_factory) -> str:
     """What the linter says of a copy of the tree in which each module imports what it must not."""
     tree = tmp_path_factory.mktemp("planted")
-    shutil.copytree(
-        ROOT / "blender_addon", tree, ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True
-    )
+    for package in (ROOT / "blender_addon/w2w", ROOT / "packages/studies/w2w_studies"):
+        shutil.copytree(package, tree / package.name, ignore=shutil.ignore_patterns("__pycache__"))
     for file, module in (*PLANTED.items(), CIRCLE):
         with (tree / file).open("a", encoding="utf-8") as stream:
             stream.write(f"\nimport {module}\n")

@@ -20,13 +20,14 @@ import w2w
 ROOT = Path(__file__).resolve().parents[1]
 NOT_THE_TREE = "import sys; sys.meta_path[:] = [one for one in sys.meta_path if 'Editable' not in str(one)]"
 """The environment of the tests has this tree installed, and would find in it what a wheel lacks."""
-PARTS = ("pyproject.toml", "setup.py", "README.md", "LICENSE", "assets", "blender_addon")
+PARTS = ("pyproject.toml", "setup.py", "README.md", "LICENSE", "assets", "blender_addon", "packages")
 
 
 @pytest.fixture(scope="module")
-def wheel(made_once):
-    (made,) = made_once("wheel", _make).glob("where_to_wear-*.whl")
-    return made
+def wheels(made_once):
+    """The product's wheel and that of the studies."""
+    made = made_once("wheel", _make)
+    return [next(made.glob(f"where_to_wear{name}-*.whl")) for name in ("", "_studies")]
 
 
 def _make(folder):
@@ -38,15 +39,17 @@ def _make(folder):
         else:
             shutil.copy(ROOT / part, tree)
     pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
-    subprocess.run([*pip, str(tree), "-w", str(folder)], check=True, capture_output=True)
+    for package in (tree, tree / "packages/studies"):
+        subprocess.run([*pip, str(package), "-w", str(folder)], check=True, capture_output=True)
 
 
 @pytest.fixture(scope="module")
-def installed(wheel, tmp_path_factory):
+def installed(wheels, tmp_path_factory):
     """A folder to import from, with nothing of the tree on the path."""
     folder = tmp_path_factory.mktemp("wheel") / "installed"
-    with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(folder)
+    for wheel in wheels:
+        with zipfile.ZipFile(wheel) as archive:
+            archive.extractall(folder)
     return folder
 
 
@@ -64,25 +67,32 @@ def python(installed, *arguments):
 
 
 @pytest.mark.slow
-def test_the_wheel_has_one_name_and_every_file(wheel):
-    with zipfile.ZipFile(wheel) as archive:
-        names = {name for name in archive.namelist() if ".dist-info/" not in name}
-    assert wheel.name.startswith(f"where_to_wear-{w2w.__version__}-")
-    assert {name.split("/")[0] for name in names} == {"w2w"}
-    tree = ROOT / "blender_addon"
-    assert {path.relative_to(tree).as_posix() for path in (tree / "w2w").rglob("*.py")} <= names
+def test_each_wheel_has_one_name_and_every_file(wheels):
+    product, studies = map(_names, wheels)
+    assert wheels[0].name.startswith(f"where_to_wear-{w2w.__version__}-")
+    for names, package in ((product, "blender_addon/w2w"), (studies, "packages/studies/w2w_studies")):
+        tree = (ROOT / package).parent
+        assert {name.split("/")[0] for name in names} == {Path(package).name}
+        assert {path.relative_to(tree).as_posix() for path in (ROOT / package).rglob("*.py")} <= names
     templates = (
         f"templates/{name}" for name in ("body.npz", "demo.npz", "w2w_windows.py", "parquet_card.md")
     )
-    tables = (f"studies/placements/paper_{name}.csv" for name in ("activities", "claims"))
     others = ("report/templates/page.html", "py.typed", "__init__.pyi")
-    assert {f"w2w/{name}" for name in (*templates, *tables, *others)} <= names
-    assert not [name for name in names if "make_body" in name]
+    assert {f"w2w/{name}" for name in (*templates, *others)} <= product
+    assert {f"w2w_studies/placements/paper_{name}.csv" for name in ("activities", "claims")} <= studies
+    assert not [name for name in product if "make_body" in name]
+
+
+def _names(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        return {name for name in archive.namelist() if ".dist-info/" not in name}
 
 
 def test_the_version_is_written_once_for_all():
     version = w2w.__version__
     assert tomllib.loads((ROOT / "blender_manifest.toml").read_text())["version"] == version
+    studies = tomllib.loads((ROOT / "packages/studies/pyproject.toml").read_text())
+    assert studies["project"]["version"] == version
     assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
     named = re.findall(r"w2w-(\d[\d.]*)-", (ROOT / "docs" / "engineer.md").read_text(encoding="utf-8"))
     assert set(named) == {version}
@@ -119,7 +129,7 @@ def test_it_and_its_command_work_far_from_the_tree(installed):
 @pytest.mark.slow
 def test_without_the_studies_it_works_and_says_how_to_get_them(installed):
     bare = installed.parent / "without studies"
-    shutil.copytree(installed, bare, ignore=shutil.ignore_patterns("studies", "entry_points.txt"))
+    shutil.copytree(installed, bare, ignore=shutil.ignore_patterns("w2w_studies", "entry_points.txt"))
     start = f"{NOT_THE_TREE}; from w2w.headless.start import main; main()"
     assert python(bare, "-c", start, "sensors").returncode == 0
     listed = python(bare, "-c", start, "--help").stdout
@@ -127,6 +137,6 @@ def test_without_the_studies_it_works_and_says_how_to_get_them(installed):
     assert "validate" not in listed
     for words in (("tables", "RESULTS"), ("validate", "mhad", "--help"), ("study",), ("demo-library", "-o")):
         done = python(bare, "-c", start, *words)
-        assert done.returncode == 1
-        assert f"w2w {words[0]} is one of W2W's studies" in done.stderr
+        assert done.returncode == 2
+        assert "W2W's studies are a package of their own" in done.stderr
         assert "pip install" in done.stderr

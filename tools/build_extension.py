@@ -84,16 +84,16 @@ def build(
 
 
 def own_wheel(folder: Path) -> Path:
-    """W2W itself as a wheel, without its studies and its web app."""
+    """W2W itself as a wheel, without its web app."""
     tree = folder / "tree"
-    ignore = shutil.ignore_patterns("__pycache__", "build", "studies", "web", ".*", *LEFT_TO_PIP)
+    ignore = shutil.ignore_patterns("__pycache__", "build", "web", ".*", *LEFT_TO_PIP)
     for part in ("assets", "blender_addon"):
         shutil.copytree(PROJECT / part, tree / part, ignore=ignore)
     for part in ("README.md", "LICENSE", "setup.py"):
         shutil.copy(PROJECT / part, tree)
     packaging = (PROJECT / "pyproject.toml").read_text(encoding="utf-8").split("[tool.ruff]")[0]
     lines = packaging.splitlines(keepends=True)
-    kept = [line for line in lines if not re.search(r"w2w\.(studies|web)", line)]
+    kept = [line for line in lines if "w2w.web" not in line]
     (tree / "pyproject.toml").write_text("".join(kept), encoding="utf-8")
     pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"]
     environment = os.environ | {"SOURCE_DATE_EPOCH": str(EPOCH)}

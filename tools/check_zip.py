@@ -126,10 +126,8 @@ def _of_our_wheel(wheels: dict[str, bytes]) -> Iterator[str]:
         yield "W2W's wheel installs other packages than w2w"
     for name, code in content.items():
         in_window = name.endswith(".py") and not name.startswith("w2w/headless")
-        if name.startswith(("w2w/studies", "w2w/web")) or (
-            name.endswith("entry_points.txt") and (b"studies" in code or b"w2w.web" in code)
-        ):
-            yield f"{name} belongs to the studies or the web app"
+        if name.startswith("w2w/web") or (name.endswith("entry_points.txt") and b"w2w.web" in code):
+            yield f"{name} belongs to the web app"
         if in_window and PROCESS_WIDE.search(code.decode()):
             yield f"{name} changes the environment of all of Blender"
     for name in LEFT_TO_PIP:

@@ -2,7 +2,7 @@
 """Build all that a release has into dist/release: `make release`.
 
 Extension zips for every platform and Python with the index that makes the folder a repository of Blender's,
-wheel and sdist for pip, the site, notes and checksums. The same tree gives the same bytes.
+wheels and sdists for pip, the site, notes and checksums. The same tree gives the same bytes.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tarfile
 import zipfile
+from pathlib import Path
 
 from blender_wheels import PLATFORMS, PROJECT
 from build_extension import EPOCH, SERIES, blender_tool, build
@@ -44,7 +45,7 @@ def main(platforms: list[str]) -> None:
 
 
 def make_packages() -> None:
-    """Wheel and sdist of the files that git knows."""
+    """Wheels and sdists, of W2W and of its studies, from the files that git knows."""
     tree = RELEASE / "tree"
     tracked = subprocess.run(["git", "ls-files", "-z"], cwd=PROJECT, capture_output=True, check=True).stdout
     for name in tracked.decode().strip("\0").split("\0"):
@@ -52,9 +53,15 @@ def make_packages() -> None:
         shutil.copyfile(PROJECT / name, tree / name)
     environment = os.environ | {"SOURCE_DATE_EPOCH": str(EPOCH)}
     command = [sys.executable, "-c", PACK, RELEASE]
-    subprocess.run(command, cwd=tree, env=environment, check=True, capture_output=True)
+    for package in (tree, tree / "packages" / "studies"):
+        subprocess.run(command, cwd=package, env=environment, check=True, capture_output=True)
     shutil.rmtree(tree)
-    (sdist,) = RELEASE.glob("*.tar.gz")
+    for sdist in RELEASE.glob("*.tar.gz"):
+        _make_same_bytes(sdist)
+
+
+def _make_same_bytes(sdist: Path) -> None:
+    """Write an sdist again, with its files in order, of one time and no owner."""
     with tarfile.open(sdist) as packed:
         members = {one: packed.extractfile(one) for one in sorted(packed, key=lambda one: one.name)}
         zipped = gzip.GzipFile(sdist.with_suffix(".part"), "wb", mtime=EPOCH)

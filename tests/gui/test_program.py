@@ -137,7 +137,7 @@ def test_the_other_commands_and_their_exit_codes(study, library: Path) -> None:
     assert done(blender("--command", "w2w", "status", inside(PLACE))).returncode == 2
     assert done(blender("--command", "w2w", "report", inside(study[1]))).returncode == 0
     sweep = done(blender("--command", "w2w", "sweep", inside(study[1]), "--out", inside(PLACE / "sweep")))
-    assert (sweep.returncode, "w2w sweep is one of W2W's studies" in sweep.stderr) == (1, True)
+    assert (sweep.returncode, "W2W's studies are a package of their own" in sweep.stderr) == (2, True)
     ended = done(blender("--command", "w2w", "inspect", inside(library / "walking" / "good 1.fbx")))
     assert (ended.returncode, "would be used" in ended.stdout) == (0, True)
 

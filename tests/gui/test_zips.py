@@ -135,7 +135,7 @@ def test_a_zip_that_breaks_a_rule_is_told(
     ("file", "old", "new", "said"),
     [
         ("w2w/ui/more.py", b"", b'os.environ["OMP_NUM_THREADS"] = "1"', "the environment of all of Blender"),
-        ("w2w/studies/rehab.py", b"", b"x", "belongs to the studies"),
+        ("w2w/web/app.py", b"", b"x", "belongs to the web app"),
         ("w2w/templates/smpl_numbering.npz", b"", b"x", "whose licence the platform does not take"),
         ("headless/run.py", b"", b"x", "installs other packages"),
         ("METADATA", b"Requires-Dist: loky", b"Requires-Dist: nothere", "need nothere"),

@@ -16,7 +16,7 @@ from .conftest import write_motions
 ROOT = Path(__file__).resolve().parents[2]
 DOOR = "import sys\nsys.path.append({tree!r})\nfrom w2w.headless.start import main\n\nmain()\n"
 TRAP = "open({marker!r}, 'a').write(__name__ + '\\n')\nraise SystemExit(77)\n"
-OWN = ("w2w", "headless", "studies", "bpy", "mathutils", "sitecustomize", "usercustomize")
+OWN = ("w2w", "headless", "w2w_studies", "bpy", "mathutils", "sitecustomize", "usercustomize")
 NATIVE = """
 #include <stdio.h>
 __attribute__((constructor)) static void run(void) {

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The commands of the studies are there with the studies; without them a sentence says how to get them."""
 
-from importlib.metadata import EntryPoints
+from importlib.metadata import EntryPoints, entry_points
 
 import pytest
 import typer
@@ -9,20 +9,19 @@ from typer.testing import CliRunner
 
 from w2w.headless import app as command_line
 
-
-def app():
-    made = typer.Typer(no_args_is_help=True)
-    made.command()(lambda: None)
-    command_line.add_further_commands(made)
-    return made
+STUDIES = ("tables", "sweep", "challenge", "demo-library", "study", "validate")
+SAID = "W2W's studies are a package of their own"
 
 
 def w2w(*words):
-    done = CliRunner().invoke(app(), words, prog_name="w2w")
+    made = typer.Typer(cls=command_line._Commands, no_args_is_help=True)
+    made.command()(lambda: None)
+    command_line.add_further_commands(made)
+    done = CliRunner().invoke(made, words, prog_name="w2w")
     return done.exit_code, done.output
 
 
-@pytest.mark.parametrize("command", command_line.STUDIES)
+@pytest.mark.parametrize("command", STUDIES)
 def test_with_the_studies_each_command_has_its_help(command):
     code, said = w2w(command, "--help")
     assert code == 0
@@ -30,10 +29,19 @@ def test_with_the_studies_each_command_has_its_help(command):
 
 
 @pytest.mark.parametrize("words", [(), ("--help",), ("mhad", "--out", "OUT", "-x")], ids=str)
-@pytest.mark.parametrize("command", command_line.STUDIES)
-def test_without_them_each_says_how_to_get_it(monkeypatch, command, words):
-    monkeypatch.setattr(command_line, "entry_points", lambda **_: EntryPoints())
+@pytest.mark.parametrize("command", STUDIES)
+def test_without_them_it_says_how_to_get_them(monkeypatch, command, words):
+    others = EntryPoints(point for point in entry_points(group="w2w.commands") if point.name != "studies")
+    monkeypatch.setattr(command_line, "entry_points", lambda **_: others)
     code, said = w2w(command, *words)
-    assert code == 1
-    assert said.startswith(f"w2w {command} is one of W2W's studies")
-    assert "pip install '.[blender]'" in said
+    assert code == 2
+    assert SAID in said
+    assert "pip install '.[blender]' ./packages/studies" in said
+    assert f"No such command '{command}'" in said
+
+
+def test_a_typing_error_is_no_study():
+    code, said = w2w("serv")
+    assert code == 2
+    assert SAID not in said
+    assert "Did you mean 'serve'" in said

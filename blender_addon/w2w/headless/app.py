@@ -37,8 +37,13 @@ from .stopping import always_when_stopped, ignore_signals, stop_on_signals
 PATHS = ("--out", "-o", "--plot")
 """Options that name what is written."""
 
-STUDIES = ("tables", "sweep", "challenge", "demo-library", "study", "validate")
-"""Commands of the studies, which come by the entry point `w2w.commands`."""
+FURTHER = "w2w.commands"
+"""Entry points by which installed packages add commands, such as the studies."""
+
+HOW_TO_GET_STUDIES = (
+    "The commands of W2W's studies are a package of their own, which is not installed here: run "
+    "pip install '.[blender]' ./packages/studies in W2W's source folder, and then the command in a terminal."
+)
 
 PREFIX = "w2w-run-"
 
@@ -63,26 +68,16 @@ class _Commands(TyperGroup):
                 ctx.fail(f"{named} is empty: name a file or a folder.")
         return super().parse_args(ctx, args)
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if args[0] not in self.commands and "studies" not in entry_points(group=FURTHER).names:
+            typer.echo(HOW_TO_GET_STUDIES, err=True)
+        return super().resolve_command(ctx, args)
+
 
 def add_further_commands(app: typer.Typer) -> None:
-    """Add the commands of installed packages; without the studies, hints how to get them."""
-    offered = entry_points(group="w2w.commands")
-    for command in offered:
+    """Add the commands of installed packages."""
+    for command in entry_points(group=FURTHER):
         command.load()(app)
-    if "studies" in offered.names:
-        return
-    anything = {"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []}
-    for name in STUDIES:
-        app.command(name, hidden=True, context_settings=anything)(_say_how_to_get_them)
-
-
-def _say_how_to_get_them(context: typer.Context) -> None:
-    typer.echo(
-        f"w2w {context.info_name} is one of W2W's studies, which Blender's extension does not hold: "
-        "run pip install '.[blender]' in W2W's source folder, and then the same command in a terminal.",
-        err=True,
-    )
-    raise typer.Exit(NOTHING_TO_DO)
 
 
 APP = typer.Typer(
