@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blender's importers: FBX files are checked by their bytes, glTF, VRM and USD made ready for it."""
+"""Blender's importers: FBX files are checked by their bytes, glTF and VRM made ready for it."""
 
 import re
 import struct
-import sys
 import tempfile
 from pathlib import Path
 
 from ...core.motion.source import UnusableMotion, size_and_head
 from ...core.motion.up import UPS, Up
-from ...core.readers.import_checks import VRM_SUFFIXES, check_gltf, check_usd, with_skin
+from ...core.readers.import_checks import VRM_SUFFIXES, check_gltf, with_skin
 from ..base.actions import set_scene_rate
-from ..base.module import bpy, import_from
+from ..base.module import bpy
 
 FBX_MAGIC = b"Kaydara FBX Binary  \x00\x1a\x00"
 FBX_HEADER_SIZE = 27
@@ -140,16 +139,3 @@ def import_gltf(path: Path, keys_as_frames: bool = False, animation: str = "") -
             file = Path(folder, "skinned.glb" if is_vrm else f"skinned{path.suffix}")
             file.write_bytes(with_skin(path, animation))
         bpy.ops.import_scene.gltf(filepath=str(file))
-
-
-def import_usd(path: Path) -> None:
-    """Import a USD file, text or binary, at its own time codes a second, which Blender's importer ignores.
-
-    Refused are files that are damaged or put together from others, and a Blender that knows no USD.
-    """
-    if "usd_import" not in dir(bpy.ops.wm):
-        raise UnusableMotion("this Blender was built without USD: export the file as .glb or FBX")
-    if bpy.app.module and "pxr" not in sys.modules:  # Blender's module has one off the path (4.4 and later)
-        import_from(map(str, Path(bpy.__file__).parents[3].glob("python/lib/**/site-packages")), "pxr")
-    set_scene_rate(check_usd(path))
-    bpy.ops.wm.usd_import(filepath=str(path), import_materials=False, import_lights=False)

@@ -42,7 +42,8 @@ from ..base.fcurves import (
 )
 from ..base.module import bpy
 from ..base.playback import same_timing
-from .importers import check_fbx, fbx_up, import_fault, import_gltf, import_usd
+from .importers import check_fbx, fbx_up, import_fault, import_gltf
+from .usd import import_usd
 
 LONG_NAME = 58
 """Bytes of an action's name from which on Blender may have cut it off."""
