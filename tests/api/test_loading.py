@@ -81,6 +81,25 @@ def test_labels_of_one_file_are_refused(library):
         w2w.load(library / "waving" / "waving 0.npz", labels=library.parent / "labels.csv")
 
 
+def test_a_rate_in_the_labels_goes_before_all_others(tmp_path):
+    turns = np.zeros((90, 72))
+    turns[:, 48] = np.sin(np.arange(90) / 5)
+    for name, rate in (("right", 30.0), ("wrong", 1.0), ("none", 0.0)):
+        facts = {"mocap_framerate": rate} if rate else {}
+        np.savez(tmp_path / f"{name}.npz", poses=turns, trans=np.zeros((90, 3)), **facts)
+    reasons = dict(w2w.load(tmp_path).skipped)
+    assert reasons["wrong.npz"].startswith(
+        "it says 1 frames a second; motions have 5 to 2,000: give the true"
+    )
+    (tmp_path / "labels.csv").write_text(
+        "file,activity,rate\nright.npz,wave,\nwrong.npz,wave,60\nnone.npz,wave,25\n"
+    )
+    rates = {motion.clip: motion.rate for motion in w2w.load(tmp_path)}
+    assert rates == {"right": 30, "wrong": 60, "none": 25}
+    rates = {motion.clip: motion.rate for motion in w2w.load(tmp_path, pose=w2w.PoseFacts(rate=10))}
+    assert rates == {"right": 10, "wrong": 60, "none": 25}
+
+
 @pytest.mark.slow
 def test_beside_a_clone_the_package_is_found(tmp_path):
     """And not the folder, whose own `__init__.py` is the extension's door."""

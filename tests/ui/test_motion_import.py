@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import shutil
 import threading
 import time
 from collections.abc import Callable
@@ -39,6 +40,18 @@ def test_a_cancelled_import_leaves_the_file_as_it_was(library: Path) -> None:
     steps.close()
     assert len(body.w2w.clips) == 0
     assert names_in_file() == before
+
+
+def test_a_rate_in_the_labels_goes_before_the_dialog_s(library: Path, tmp_path: Path) -> None:
+    library = shutil.copytree(library, tmp_path / "labelled")
+    files = sorted(path.relative_to(library).as_posix() for path in library.rglob("*.npz"))[:2]
+    (library / "labels.csv").write_text(f"file,activity,rate\n{files[0]},wave,50\n{files[1]},wave,\n")
+    items = import_items(plan_folder(library), rate=25.0)
+    assert [item.rate for item in items] == [50, 25]
+    body = make_study(library, "")
+    for _ in import_steps(body, items):
+        pass
+    assert [(clip.rate, clip.given_rate) for clip in body.w2w.clips] == [(50, 50), (25, 25)]
 
 
 def test_no_file_is_imported_in_one_turn_of_the_window(

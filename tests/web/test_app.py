@@ -44,14 +44,20 @@ def folder_of(study, tmp_path):
     return tmp_path / "data" / "local" / study.rpartition("/")[2]
 
 
-def test_files_are_labelled_by_their_folders_and_judged(client, motions):
-    study, reply = sent(client, motions[1])
-    assert reply.status_code == 201
+def judged(client, study):
+    """What is shown of a study once all of its files are judged."""
     until = time.monotonic() + HANG_S
     now = client.get(study).json()
     while any(row["judged"] is None for row in now["table"]):
         assert time.monotonic() < until
         now = client.get(study).json()
+    return now
+
+
+def test_files_are_labelled_by_their_folders_and_judged(client, motions):
+    study, reply = sent(client, motions[1])
+    assert reply.status_code == 201
+    now = judged(client, study)
     assert now["state"] == "draft"
     assert {(row["name"].split("/")[0], row["activity"]) for row in now["table"]} == {(a, a) for a in PACES}
     assert {row["judged"]["duration_s"] for row in now["table"]} == {4.9667}
@@ -69,6 +75,20 @@ def test_labels_of_the_table_are_those_of_the_run(client, motions, tmp_path):
     assert {(clip.activity, clip.subject) for clip in library.clips} == {("walk, slow", "Anna")}
     assert len(library.clips) == 6
     assert [row.get("activity") for row in client.get(study).json()["table"]].count("walk, slow") == 6
+
+
+def test_rates_of_uploaded_labels_are_used_and_kept(client, motions, tmp_path):
+    file, *_ = motions[1]
+    study, _ = sent(client, {file: motions[1][file]})
+    rate = judged(client, study)["table"][0]["judged"]["frame_rate"]
+    labels = f"file,activity,rate\n{file},walk,{rate / 2}\n".encode()
+    sent(client, {"labels.csv": labels}, study)
+    assert judged(client, study)["table"][0]["judged"]["frame_rate"] == rate / 2
+    row = {"file": file, "activity": "stroll", "subject": ""}
+    assert client.put(f"{study}/labels", json=[row]).status_code == 200
+    folder = folder_of(study, tmp_path)
+    clip, *_ = read_library(folder / INPUT, folder / "labels.csv").clips
+    assert (clip.activity, clip.rate) == ("stroll", rate / 2)
 
 
 def test_clips_that_come_later_have_their_own_labels_beside_edited_ones(client, motions):

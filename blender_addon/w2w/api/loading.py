@@ -108,10 +108,10 @@ def load(
     body : Body, optional
         W2W's own by default.
     labels : str or Path, optional
-        A csv with the columns ``file,activity[,subject[,motion_key]]``. By default the labels come from
+        A csv with the columns ``file,activity`` and if wanted ``subject``, ``motion_key`` and ``rate``,
+        frames a second that go before a file's own and `pose`. By default the labels come from
         ``labels.csv`` in the folder, else from the names of the subfolders, else from the file names, as with
-        `w2w run`. One npz that
-        `Motion.save` wrote keeps the labels that it holds.
+        `w2w run`. One npz that `Motion.save` wrote keeps the labels that it holds.
     bone_maps : sequence of BoneMap
         Your own, tried before the bundled ones.
     pose : PoseFacts
@@ -301,7 +301,8 @@ def _read(
 
     try:
         with _needs_blender(item.path.name), quiet_output():
-            source = read_motion(item.path, pose, ups, item.animation)
+            rate = item.rate if isinstance(item, Clip) else 0
+            source = read_motion(item.path, pose.at(rate), ups, item.animation)
         found = to_body(source, body, bone_maps)
         return found.motion, found.facts()
     except (UnusableMotion, ValueError) as error:

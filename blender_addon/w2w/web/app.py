@@ -306,9 +306,10 @@ def _keep(value: UploadFile, name: str, study: Study) -> str:
 
 
 def _note(study: Study, files: dict[str, str]) -> None:
-    """Add files to a study's list; one that came again is judged again."""
+    """Add files to a study's list; one that came again is judged again, all if labels came."""
     request = study.request()
-    judged = {file: facts for file, facts in request["judged"].items() if file not in files}
+    kept = {} if LABELS in files else request["judged"]  # they may give rates
+    judged = {file: facts for file, facts in kept.items() if file not in files}
     study.change(files={**request["files"], **files}, judged=judged)
 
 

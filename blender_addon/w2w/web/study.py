@@ -9,6 +9,7 @@ import re
 import secrets
 import time
 from collections.abc import Collection
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self, TypeGuard
@@ -41,7 +42,7 @@ PARAMETERS: dict[str, tuple[type, ...]] = {
 }  # fmt: skip
 """Parameters that a study may ask for, each with its types: of `w2w run`, none that names a file."""
 
-COLUMNS = ("file", "activity", "subject", "source", "motion_key")
+COLUMNS = ("file", "activity", "subject", "source", "motion_key", "rate")
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,15 @@ class Study:
         except LibraryError as error:
             raise RefusedError(400, self.shown(str(error))) from error
 
+    def rates(self) -> dict[str, float]:
+        """The frame rates that labels give to files, by their paths in the study."""
+        if not (self.folder / INPUT / LABELS).is_file():
+            return {}
+        with suppress(RefusedError):
+            clips = self.library(edited=False).clips
+            return {clip.path.relative_to(self.folder / INPUT).as_posix(): clip.rate for clip in clips}
+        return {}
+
     def shown(self, text: str) -> str:
         """A sentence without the server's own paths."""
         return text.replace(str(self.folder / INPUT), "the study").replace(f"{self.folder}/", "")
@@ -130,7 +140,8 @@ class Study:
             if len(texts) != 3 or texts[0] not in {*files, *own}:
                 raise RefusedError(400, "labels are rows of a file of the study, activity and subject")
             clip = own.get(texts[0])
-            lines.append((*texts, clip.source if clip else "", clip.motion_key if clip else ""))
+            more = [clip.source, clip.motion_key, str(clip.rate or "")] if clip else [""] * 3
+            lines.append((*texts, *more))
         write_text(self.folder / LABELS, csv_text(lines))
 
     def added(self, files: Collection[str]) -> None:

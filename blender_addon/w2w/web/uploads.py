@@ -124,9 +124,12 @@ def store(path: Path, pieces: Iterable[bytes]) -> None:
             stream.write(piece)
 
 
-def judge(path: Path, file: str) -> dict[str, Any]:
-    """What a motion file holds, or the `problem` for which a run would skip it, as `w2w inspect` has it."""
-    found = load_guarded(Clip(path, file, "clip", ""), Body.bundled(), (), NO_FACTS, BY_ITSELF)
+def judge(path: Path, file: str, rate: float = 0.0) -> dict[str, Any]:
+    """What a motion file holds, or the `problem` for which a run would skip it, as `w2w inspect` has it.
+
+    A `rate` other than 0 goes before the file's own.
+    """
+    found = load_guarded(Clip(path, file, "clip", "", rate=rate), Body.bundled(), (), NO_FACTS, BY_ITSELF)
     if isinstance(found, str):
         return {"problem": found}
     source, _, details = found

@@ -168,8 +168,11 @@ class Work:
             task.add_done_callback(lambda _: self._judging.pop(study.id, None))
 
     async def _judge(self, study: Study) -> None:
+        files, rates = None, dict[str, float]()
         while file := _unjudged(study):
-            found = await self.reader.ask(judge, study.folder / INPUT / file, file)
+            if files != (files := study.request()["files"]):
+                rates = study.rates()
+            found = await self.reader.ask(judge, study.folder / INPUT / file, file, rates.get(file, 0.0))
             if file in (request := study.request())["files"]:
                 dead = {"problem": "it is damaged, or far too long: the program that reads it crashed"}
                 study.change(judged={**request["judged"], file: dead if found is None else found})

@@ -2,6 +2,7 @@
 """Labels from csv files as people's programs save them, and what in them is of no use."""
 
 import csv
+import re
 import unicodedata
 
 import pytest
@@ -42,6 +43,21 @@ def test_any_separator_and_any_unicode_works(labelled, separator, encoding, line
     library = labelled((line_end.join(lines) + line_end).encode(encoding))
     assert [(clip.file, clip.activity, clip.subject) for clip in library.clips] == list(ROWS[1:])
     assert library.check.note == ""
+
+
+def test_a_rate_is_the_file_s_own(labelled):
+    table = "file;activity;rate\na.fbx;walking;29,97\nb.fbx;walking;\nc.fbx;running;120\n"
+    assert [clip.rate for clip in labelled(table).clips] == [29.97, 0, 120]
+    assert [clip.rate for clip in labelled("file,activity\na.fbx,walking\n").clips] == [0]
+    with pytest.raises(LibraryError, match=r"'a\.fbx' is listed twice with different labels"):
+        labelled("file,activity,rate\na.fbx,walking,30\na.fbx,walking,60\n")
+
+
+@pytest.mark.parametrize("rate", ["fast", "0", "-30", "0.5", "nan", "inf", "1e9", "30 fps"])
+def test_a_rate_that_is_none_is_a_sentence(labelled, rate):
+    said = f"labels.csv, line 3: the rate is '{rate}'; it is in frames a second, 1 to 2,000, such as 30, or"
+    with pytest.raises(LibraryError, match=re.escape(said)):
+        labelled(f"file,activity,rate\na.fbx,walking,30\nb.fbx,walking,{rate}\n")
 
 
 @pytest.mark.parametrize("encoding", ["latin-1", "cp1252"])

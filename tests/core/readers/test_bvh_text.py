@@ -107,13 +107,22 @@ def test_a_frame_time_that_gives_no_rate(tmp_path, time):
 
 
 @pytest.mark.parametrize(
-    ("time", "rate"), [("1e-9", "1e+09"), ("0.0001", "1e+04"), ("33.3", "0.03003"), ("1e308", "1e-308")]
+    ("time", "rate"),
+    [("1e-9", "1e+09"), ("0.0001", "1e+04"), ("33.3", "0.03003"), ("1.000000", "1"), ("1e308", "1e-308")],
 )
 def test_a_frame_time_beyond_reason(tmp_path, time, rate):
     assert reason(tmp_path / "walk.bvh", WHOLE.replace("0.0333", time)) == (
-        f"its frame time of {time} s means {rate} frames a second; motions have 1 to 2,000: correct its "
-        "'Frame Time' line"
+        f"its frame time of {time} s means {rate} frames a second; motions have 5 to 2,000: give the "
+        "true rate (--pose-rate, or a column 'rate' in labels.csv)"
     )
+
+
+def test_a_default_of_one_second_a_frame_is_asked_about(shared_cases):
+    path = shared_cases / "second/frame_time_of_one_second.bvh"
+    with pytest.raises(UnusableMotion, match=r"^its frame time of 1.000000 s means 1 frames a second"):
+        read_bvh_text(path)
+    assert read_bvh_text(path, 30.0).rate == 30
+    assert read_bvh_text(path, 1.0).rate == 1  # whoever says so is believed
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,8 @@ from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.readers.import_checks import check_gltf
 
+from ...made_glb import turns, write_glb
+
 WHOLE = {
     "asset": {"version": "2.0"}, "animations": [{}], "skins": [{}], "buffers": [{"uri": "data:;base64,AA=="}],
 }  # fmt: skip
@@ -174,3 +176,67 @@ def test_a_motion_comes_back_as_the_fbx_it_was_made_of(shared_data, bundled_body
     (tmp_path / "cut.glb").write_bytes((tmp_path / "run.glb").read_bytes()[:5000])
     with pytest.raises(ValueError, match="cut short"):
         w2w.load(tmp_path / "cut.glb")
+
+
+TIMES = np.arange(60) / 30
+
+
+def loaded(path, **options):
+    pytest.importorskip("bpy")
+    return w2w.load(path, **options)
+
+
+@pytest.fixture
+def written(tmp_path):
+    """A function that writes three waves with further bones, scales or times, and reads them."""
+
+    def write(times=TIMES, **options):
+        waves = {name: turns(times) for name in ("Idle", "Wave", "Hail")}
+        return write_glb(tmp_path / "waves.glb", waves, times, **options)
+
+    return write
+
+
+def arm(motion):
+    return motion.rotations[:, JOINT_INDEX["left_shoulder"]]
+
+
+def test_bones_that_no_animation_moves_do_not_count_among_a_body_s(written):
+    plain = loaded(written())
+    assert len(plain) == 3
+    np.testing.assert_allclose(arm(loaded(written(extra=80))[0]), arm(plain[0]), atol=1e-6)
+
+
+def test_a_skin_of_something_else_leaves_a_body_of_stiff_parts_its_animations(written):
+    plain = loaded(written())
+    path = written()
+    data = path.read_bytes()
+    length = struct.unpack_from("<I", data, 12)[0]
+    content, rest = json.loads(data[20 : 20 + length]), data[20 + length :]
+    content["skins"] = [{"joints": [len(content["nodes"])]}]
+    content["nodes"][0]["children"].append(len(content["nodes"]))
+    content["nodes"].append({"name": "Cape"})
+    head = glb(content)
+    path.write_bytes(b"glTF" + struct.pack("<II", 2, len(head) + len(rest)) + head[12:] + rest)
+    found = loaded(path)
+    assert len(found) == 3
+    np.testing.assert_allclose(arm(found[0]), arm(plain[0]), atol=1e-6)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@pytest.mark.parametrize(
+    ("bone", "scale"),
+    [("Head", (0, 0, 0)), ("Head", (1, 0, 1)), ("LeftToeBase", (0, 0, 0)), ("LeftArm", (0, 0, 0))],
+)
+def test_bones_hidden_by_a_scale_of_nothing_turn_as_they_do(written, bone, scale):
+    plain, hidden = loaded(written()), loaded(written(scales={bone: scale}))
+    np.testing.assert_allclose(hidden[0].rotations, plain[0].rotations, atol=1e-5)
+
+
+def test_keys_a_second_apart_are_frames_whose_rate_is_asked_for(written):
+    path = written(times=np.arange(60.0))
+    with pytest.raises(ValueError, match="its 60 keys are a second apart, which looks like frames without"):
+        loaded(path)
+    motion = loaded(path, pose=w2w.PoseFacts(rate=30.0))[0]
+    assert (motion.n_frames, motion.rate) == (60, 30)
+    assert loaded(written(times=np.arange(12.0)))[0].rate == 60  # poses that somebody set

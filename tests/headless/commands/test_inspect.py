@@ -176,6 +176,19 @@ def test_inspect_labels_every_clip_as_a_run_does(library, labels):
         assert "But a run on this library would skip it: labels.csv does not list it." in output
 
 
+def test_inspect_takes_the_rate_of_the_labels(tmp_path, motions):
+    path = next(motions.rglob("*.npz"))
+    assert "at 25 frames/s" not in inspect(path)[1]
+    (path.parent / "labels.csv").write_text(f"file,activity,rate\n{path.name},walk,25\n")
+    assert "at 25 frames/s" in inspect(path)[1]
+    csv = tmp_path / "others.csv"
+    csv.write_text(f"file,activity,rate\n{path.name},walk,45\n")
+    assert "at 45 frames/s" in inspect(path, "--labels", csv)[1]
+    csv.write_text(f"file,activity,rate\n{path.name},walk,soon\n")
+    code, output = inspect(path, "--labels", csv)
+    assert (code, "line 2: the rate is 'soon'; it is in frames a second" in output) == (2, True)
+
+
 def test_without_a_library_both_labels_are_said(library, monkeypatch):
     said = (
         "A run labels it '1_walk' after its folder, or 'walking' after its file name if that folder is "

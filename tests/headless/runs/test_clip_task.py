@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from w2w.core.body.body import Body
+from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.library.library import Clip, read_library
 from w2w.core.motion.motion import Motion
@@ -23,7 +24,7 @@ from w2w.headless.runs.folder import make_folders
 from ...seen_joints import seen_as
 
 
-@pytest.mark.parametrize("changed", [{"activity": "run"}, {"subject": "bo"}, {"name": "b"}])
+@pytest.mark.parametrize("changed", [{"activity": "run"}, {"subject": "bo"}, {"name": "b"}, {"rate": 30.0}])
 def test_another_label_is_another_key(tmp_path, changed):
     clip = Clip(tmp_path / "a.bvh", "a.bvh", name="a", activity="walk", subject="al")
     task = ClipTask(clip, tmp_path, StudyConfig(), "inputs")
@@ -54,6 +55,14 @@ def test_what_is_as_it_was_is_not_read_again(task, monkeypatch):
     monkeypatch.setattr(records, "file_sha256", None)
     assert do_clip(task) == first
     assert files(task) == before
+
+
+def test_a_rate_in_the_labels_makes_the_clip_anew_and_goes_before_that_of_all(task):
+    own = do_clip(task).details["frame_rate"]
+    for_all = replace(task, engine=Engine(pose=PoseFacts(rate=own / 2)), inputs="others")
+    labelled = replace(for_all, clip=replace(task.clip, rate=own / 4))
+    assert do_clip(for_all).details["frame_rate"] == own / 2
+    assert do_clip(labelled).details["frame_rate"] == own / 4
 
 
 def test_damage_that_keeps_size_and_time_is_found_by_verify(task):

@@ -81,6 +81,10 @@ class PoseFacts:
         missing = {item.name for item in fields(self) if getattr(self, item.name) is None}
         return replace(self, **{name: getattr(other, name) for name in missing})
 
+    def at(self, rate: float) -> Self:
+        """These facts with a file's own rate, which goes before that of all files; 0 changes nothing."""
+        return replace(self, rate=rate) if rate else self
+
 
 IN_FILES = {item.name for item in fields(PoseFacts)} - {"person"}
 """Facts that files may state."""

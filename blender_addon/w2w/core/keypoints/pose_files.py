@@ -11,13 +11,14 @@ from ..files import array_names, read_arrays, read_npy
 from ..library.library import POSITION_KEYS
 from ..motion.smpl_layouts import chosen_person
 from ..motion.source import (
+    SAY_RATE,
     UnusableMotion,
     reading,
     refuse_few_frames,
     refuse_long_array,
-    refuse_rate,
     refuse_too_long,
     size_and_head,
+    usable_rate,
 )
 from ..motion.up import BY_ITSELF, UPS, Kind, Up, Ups
 from ..pickles import read_npy_object
@@ -172,15 +173,16 @@ def read_joints(path: Path, given: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF) -
     size_and_head(path)
     with reading(ValueError, MemoryError):
         raw = _READERS[path.suffix.lower()](path)
-    facts = given.completed(raw.facts).completed(side_car_facts(path))
-    return joints_of(raw, facts, ups, shown(path.with_suffix(".json").name))
+    raw = raw._replace(facts=raw.facts.completed(side_car_facts(path)))
+    return joints_of(raw, given, ups, shown(path.with_suffix(".json").name))
 
 
-def joints_of(raw: RawPose, facts: PoseFacts, ups: Ups = BY_ITSELF, side_car: str = "") -> JointPositions:
-    """Joint positions from a file's or a user's arrays and all facts; the `side_car` may say the rate.
+def joints_of(raw: RawPose, given: PoseFacts, ups: Ups = BY_ITSELF, side_car: str = "") -> JointPositions:
+    """Joint positions from a file's or a user's arrays; facts that are given go before its own.
 
-    Raises UnusableMotion, with the reason, as `read_joints` does.
+    The `side_car` may say the rate. Raises UnusableMotion, with the reason, as `read_joints` does.
     """
+    facts = given.completed(raw.facts)
     people = _people(raw.positions)
     raw = raw._replace(positions=chosen_person(people, facts.person))
     if raw.positions.ndim < 2:
@@ -188,18 +190,18 @@ def joints_of(raw: RawPose, facts: PoseFacts, ups: Ups = BY_ITSELF, side_car: st
     refuse_too_long(len(raw.positions), max(1, raw.positions.shape[1]))
     if facts.rate is None:
         beside = f', or "rate" in {side_car} next to it' if side_car else ""
-        raise UnusableMotion(f"it does not say its frame rate: give --pose-rate{beside}")
-    refuse_rate(facts.rate)
+        raise UnusableMotion(f"it does not say its frame rate: give {SAY_RATE}{beside}")
+    rate = usable_rate(facts.rate, given.rate)
     joint_set, positions = joint_set_of(raw, facts.joint_set)
     positions = _seen(positions)
     refuse_few_frames(len(positions))
-    _refuse_unseen(positions, joint_set, facts.rate)
+    _refuse_unseen(positions, joint_set, rate)
     usual = {JOINT_SETS[key].name: up for key, up in USUAL_UP.items()}.get(joint_set.name, "y")
     kind = Kind(f"joints ({joint_set.name})", usual, firm=False, read=UPS)  # estimators write any axis up
     with reading(ValueError):
         up = facts.up or ups.of(kind, seen_joints(positions, joint_set))
     unit, guessed = facts.unit or "", facts.up is None
-    return JointPositions(positions, facts.rate, joint_set, unit, up, guessed, len(people))
+    return JointPositions(positions, rate, joint_set, unit, up, guessed, len(people))
 
 
 def _people(array: np.ndarray) -> list[np.ndarray]:

@@ -18,6 +18,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
 from ..csv_tables import CsvError, CsvTable, read_table
+from ..motion.source import HIGHEST_RATE, LOWEST_RATE
 from ..wording import composed, harmless, plain_words, restated, shown
 
 
@@ -29,6 +30,9 @@ class LibraryError(ValueError):
 
 
 Key = TypeVar("Key")
+
+Row = dict[str, Any]
+"""Labels of a file by column: text, and the ``rate`` as a number, 0 where none is given."""
 
 Spellings = tuple[tuple[str, tuple[str, ...]], ...]
 """Labels that were spelled in several ways, each with the ways; one way if all look the same."""
@@ -59,7 +63,7 @@ MOST_BYTES = 2**20
 
 def label_rows(
     labels: Path, folder: Path, inside: Sequence[str], exact: bool
-) -> tuple[dict[str, dict[str, str]], dict[str, str], LabelCheck]:
+) -> tuple[dict[str, Row], dict[str, str], LabelCheck]:
     """Labels of a library's files by a csv of files or of captions.
 
     Returns rows by file as `read_labels` does, the reason for each file without one, and what stood out.
@@ -76,20 +80,22 @@ def label_rows(
 
 def read_labels(
     path: Path, folder: Path, inside: Sequence[str], exact: bool = False
-) -> tuple[dict[str, dict[str, str]], LabelCheck]:
+) -> tuple[dict[str, Row], LabelCheck]:
     """Rows of labels by path inside a library, of those paths that are `inside` it, and what stood out.
 
-    The csv has columns ``file`` and ``activity``, and if wanted ``subject``, ``motion_key`` and ``source``.
+    The csv has columns ``file`` and ``activity``, and if wanted ``subject``, ``motion_key``, ``source`` and
+    ``rate``, in frames a second.
     `exact` keeps activities apart that differ only in case, spaces, underscores or hyphens.
 
     Raises LibraryError, naming the line, if the file cannot be understood.
     """
     with restated("", CsvError, LibraryError):
-        table = read_table(path, ("file", "activity"), ("subject", "motion_key", "source"))
+        table = read_table(path, ("file", "activity"), ("subject", "motion_key", "source", "rate"))
     find = _Finder(folder, inside)
-    rows: dict[str, dict[str, str]] = {}
+    rows: dict[str, Row] = {}
     strangers, empty, named = [], [], set()
-    for number, row in table.rows:
+    for number, cells in table.rows:
+        row: Row = cells | {"rate": _rate(cells["rate"], f"{shown(path)}, line {number}")}
         text = row.pop("file")
         files = find.candidates(text)
         if not (text and row["activity"]):
@@ -129,8 +135,8 @@ def same_label(label: str) -> str:
 
 
 def spelled_once(
-    rows: Mapping[Key, dict[str, str]], exact: bool = False, form: Callable[[str], str] = composed
-) -> tuple[dict[Key, dict[str, str]], LabelCheck]:
+    rows: Mapping[Key, Row], exact: bool = False, form: Callable[[str], str] = composed
+) -> tuple[dict[Key, Row], LabelCheck]:
     """Rows of labels in which each activity and subject has one spelling, and those that had several.
 
     `exact` keeps activities apart, never subjects: one person on both sides of leave-one-subject-out would
@@ -147,8 +153,20 @@ def spelled_once(
     return spelled, LabelCheck(spellings=spellings, subjects=subjects, exact=exact)
 
 
-def _same_labels(first: Mapping[str, str], second: Mapping[str, str]) -> bool:
-    return all(same_label(first[name]) == same_label(second[name]) for name in first)
+def _rate(text: str, place: str) -> float:
+    """Frames a second in a cell, 0 if it is empty; a LibraryError names the place of any other text."""
+    with suppress(ValueError):
+        rate = float(text.replace(",", ".") or 0)
+        if not text or LOWEST_RATE <= rate <= HIGHEST_RATE:
+            return rate
+    raise LibraryError(
+        f"{place}: the rate is '{text}'; it is in frames a second, {LOWEST_RATE:g} to {HIGHEST_RATE:,.0f}, "
+        "such as 30, or empty where the file's own is right"
+    )
+
+
+def _same_labels(first: Row, second: Row) -> bool:
+    return all(same_label(str(first[name])) == same_label(str(second[name])) for name in first)
 
 
 def by_label(values: Mapping[str, Any], labels: Iterable[str]) -> dict[str, Any]:
@@ -223,7 +241,7 @@ def _useless(path: Path, inside: Sequence[str], strangers: list[str], empty: lis
 
 def _caption_labels(
     path: Path, table: CsvTable, folder: Path, inside: Sequence[str], exact: bool
-) -> tuple[dict[str, dict[str, str]], dict[str, str], LabelCheck]:
+) -> tuple[dict[str, Row], dict[str, str], LabelCheck]:
     """Labels by the words of captions.
 
     A clip is of an activity if one of its captions holds a row's words side by side, as they stand or in
@@ -233,7 +251,7 @@ def _caption_labels(
     listed = {number: row for number, row in table.rows if row["caption"] and row["activity"]}
     listed, check = spelled_once(listed, exact)
     wanted = [(_words(row["caption"]), row["activity"]) for row in listed.values()]
-    rows: dict[str, dict[str, str]] = {}
+    rows: dict[str, Row] = {}
     left_out: dict[str, str] = {}
     for file in inside:
         texts = list(_captions(folder / file))

@@ -99,6 +99,7 @@ class Clip:
     motion_key: str = ""  # clips with an equal key show the same recording
     source: str = ""  # the data set or system that it is from
     animation: str = ""  # the one that it is, of a file that holds several
+    rate: float = 0.0  # frames per second, whatever the file says; 0 where its own is right
 
     @property
     def needs_blender(self) -> bool:
@@ -145,10 +146,10 @@ def read_library(
     A label comes from `labels` if given, else from `LABELS` in the folder (unless `own_labels` is False),
     else from the clip's folder inside the library, else from its file name (``Walking (2).fbx``,
     ``X Bot@Waving.fbx``); each animation of a file with several is labelled by its own name. `labels` is a
-    csv with columns ``file`` and ``activity``, and if wanted ``subject``, ``source`` and ``motion_key``;
-    ``file`` is the path inside the library, or any unambiguous trailing part, such as the bare name.
-    With columns ``caption`` and ``activity`` it labels clips by words of their captions. `exact_labels` keeps
-    activities apart that differ only in case, spaces, underscores or hyphens.
+    csv with columns ``file`` and ``activity``, and if wanted ``subject``, ``source``, ``motion_key`` and
+    ``rate``; ``file`` is the path inside the library, or any unambiguous trailing part, such as the bare
+    name. With columns ``caption`` and ``activity`` it labels clips by words of their captions.
+    `exact_labels` keeps activities apart that differ only in case, spaces, underscores or hyphens.
 
     Raises LibraryError if the folder is missing or holds no motion files, or the csv cannot be understood.
     """

@@ -29,14 +29,15 @@ from .smpl_layouts import (
     people_in_result,
 )
 from .source import (
+    SAY_RATE,
     UnusableMotion,
     reading,
     refuse_degrees,
     refuse_few_frames,
     refuse_long_array,
-    refuse_rate,
     refuse_too_long,
     size_and_head,
+    usable_rate,
 )
 from .up import BY_ITSELF, HEAD_DOWN, LIMBS, MOSTLY, Kind, Sight, Up, Ups, turned
 
@@ -220,7 +221,7 @@ def smpl_motion(poses: np.ndarray, trans: np.ndarray, rate: float, up: Up | None
 
     Raises UnusableMotion if they are no motion; the message says why.
     """
-    refuse_rate(rate)
+    rate = usable_rate(rate, rate)
     with reading(ValueError):
         return _motion_of({"poses": poses, "trans": trans}, rate, up, BY_ITSELF)
 
@@ -230,7 +231,7 @@ def _motion_of(arrays: dict[str, np.ndarray], rate: float | None, up: Up | None,
     poses = _poses(arrays)
     refuse_too_long(len(poses), poses.shape[1] // 3)
     refuse_few_frames(len(poses))
-    trans, rate = _trans(arrays), _rate(arrays) if rate is None else rate
+    trans, rate = _trans(arrays), _rate(arrays, rate)
     if len(poses) != len(trans):
         raise UnusableMotion(f"its 'poses' have {len(poses)} frames but its 'trans' has {len(trans)}")
     _refuse_beyond(poses, "poses", MAX_TURN, "rad", "in radians")
@@ -316,16 +317,18 @@ def _trans(arrays: dict[str, np.ndarray]) -> np.ndarray:
     return trans.astype(np.float64)
 
 
-def _rate(arrays: dict[str, np.ndarray]) -> float:
+def _rate(arrays: dict[str, np.ndarray], given: float | None) -> float:
+    if given is not None:
+        return usable_rate(given, given)
     for name in RATE_KEYS:
         if name in arrays and arrays[name].size == 1 and arrays[name].dtype.kind in "fiu":
             rate = float(arrays[name].item())
             if 0 < rate < np.inf:
-                refuse_rate(rate)
-                return rate
+                own = arrays.keys() >= set(LABELS)  # W2W wrote the rate that it was given
+                return usable_rate(rate, rate if own else None)
     raise UnusableMotion(
         f"it does not say its frame rate: none of {', '.join(RATE_KEYS)} holds one; "
-        f"give --pose-rate, or save it again with '{RATE_KEYS[0]}'"
+        f"give {SAY_RATE}, or save it again with '{RATE_KEYS[0]}'"
     )
 
 

@@ -59,6 +59,11 @@ MOST_BONE_FRAMES = 2**24
 LOWEST_RATE, HIGHEST_RATE = 1.0, 2000.0
 """Frames per second of motions, from sparse key poses to the fastest motion capture."""
 
+LOWEST_CLAIM = 5.0
+"""Fewer frames a second are believed of no file: writers leave a default of 1, and a step takes .5 s."""
+
+SAY_RATE = "--pose-rate, or a column 'rate' in labels.csv"
+
 MIN_FRAMES = 4
 """Fewer frames than a cubic spline needs are a pose, not a motion."""
 
@@ -104,13 +109,15 @@ def reason_of(error: Exception) -> str:
     return f"W2W failed on it, please report this: {type(error).__name__}: {text}".rstrip(": ")
 
 
-def refuse_rate(rate: float) -> None:
-    """Refuse a frame rate outside LOWEST_RATE to HIGHEST_RATE."""
-    if not LOWEST_RATE <= rate <= HIGHEST_RATE:
+def usable_rate(claimed: float, given: float | None = None, said: str = "it says") -> float:
+    """The frame rate that the user gave, else the one that a file claims, within the limits of each."""
+    rate, lowest = (claimed, LOWEST_CLAIM) if given is None else (given, LOWEST_RATE)
+    if not lowest <= rate <= HIGHEST_RATE:
         raise UnusableMotion(
-            f"it says {rate:,.4g} frames a second; motions have {LOWEST_RATE:g} to {HIGHEST_RATE:,.0f}: "
-            "correct its frame rate"
+            f"{said} {rate:,.4g} frames a second; motions have {lowest:g} to {HIGHEST_RATE:,.0f}: give the "
+            f"true rate ({SAY_RATE})"
         )
+    return rate
 
 
 def refuse_degrees(poses: np.ndarray) -> None:

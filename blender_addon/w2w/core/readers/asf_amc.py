@@ -15,9 +15,9 @@ from ..motion.source import (
     UnusableMotion,
     reading,
     refuse_few_frames,
-    refuse_rate,
     refuse_too_long,
     size_and_head,
+    usable_rate,
 )
 from ..wording import shown
 
@@ -68,8 +68,7 @@ def read_amc(path: Path, rate: float | None = None) -> SourceMotion:
 
     `rate` is in frames per second; CMU's and HDM05's 120 by default. Raises UnusableMotion, with the reason.
     """
-    rate = USUAL_RATE if rate is None else rate
-    refuse_rate(rate)
+    rate = usable_rate(USUAL_RATE, rate)
     size_and_head(path)
     with reading():
         skeleton = skeleton_file(path)

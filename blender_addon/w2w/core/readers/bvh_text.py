@@ -12,14 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from ..motion.source import (
-    HIGHEST_RATE,
-    LOWEST_RATE,
     MOST_BONE_FRAMES,
     NOT_FINITE,
     UnusableMotion,
     reading,
     refuse_too_long,
     size_and_head,
+    usable_rate,
 )
 from ..wording import count, free_name
 
@@ -197,12 +196,7 @@ def _rate(word: str) -> float:
             f"its frame time is {_quoted(word)}, which gives no frame rate: write the seconds from one "
             "frame to the next, such as 'Frame Time: 0.0333' for 30 frames a second"
         )
-    if not LOWEST_RATE <= 1 / seconds <= HIGHEST_RATE:
-        raise UnusableMotion(
-            f"its frame time of {word} s means {1 / seconds:,.4g} frames a second; motions have "
-            f"{LOWEST_RATE:g} to {HIGHEST_RATE:,.0f}: correct its 'Frame Time' line"
-        )
-    return 1 / seconds
+    return usable_rate(1 / seconds, said=f"its frame time of {word} s means")
 
 
 def _frames(lines: Lines, promised: int, joints: list[BvhJoint]) -> np.ndarray:

@@ -21,6 +21,7 @@ class GltfFacts(NamedTuple):
     """Facts that a glTF file gives before it is imported."""
 
     keys_a_second: float  # of its densest animated channel
+    keys: int  # of that channel
     skin: bool  # whether it names a skeleton's nodes, or leaves it to their motion to say which those are
 
 
@@ -30,13 +31,23 @@ def animation_names(path: Path) -> list[str]:
     Raises UnusableMotion if it is damaged.
     """
     content = _gltf_content(path, MAX_NAMES_BYTES)
-    joints = {joint for skin in _items(content, "skins") for joint in skin.get("joints", ())}
+    joints = _moving_joints(content)
     named = []
     for animation in _items(content, "animations"):
         moved = _moving_nodes({"nodes": content.get("nodes", []), "animations": [animation]}).keys()
         if moved & joints if joints else moved:
             named.append(str(animation.get("name", "")))
     return named
+
+
+def _moving_joints(content: dict[str, Any]) -> set[int]:
+    """Nodes of its skins that move; none where it has a skin of something else than the body that moves."""
+    joints = {joint for skin in _items(content, "skins") for joint in skin.get("joints", ())}
+    return joints & _moving_nodes(content).keys()
+
+
+def _has_skin(content: dict[str, Any]) -> bool:
+    return bool(_moving_joints(content) or (content.get("skins") and not _moving_nodes(content)))
 
 
 def check_gltf(path: Path, animation: str = "") -> GltfFacts:
@@ -50,10 +61,10 @@ def check_gltf(path: Path, animation: str = "") -> GltfFacts:
             raise UnusableMotion(f"its {kind} lie in other files: save it as one file, .glb")
     if not _items(content, "animations"):
         raise UnusableMotion("it holds no animation")
-    skin = bool(_items(content, "skins"))
+    skin = _has_skin(content)
     if not (skin or _moving_nodes(content) or path.suffix.lower() in VRM_SUFFIXES):
         raise UnusableMotion("it holds no skeleton (skin), and moves no node with a name")
-    return GltfFacts(max(_key_rates(_with_animation(content, animation)), default=1.0), skin)
+    return GltfFacts(*max(_key_rates(_with_animation(content, animation)), default=(1.0, 0)), skin)
 
 
 def _gltf_content(path: Path, most: int = MAX_JSON_BYTES) -> dict[str, Any]:
@@ -93,15 +104,15 @@ def _moving_nodes(content: dict[str, Any]) -> dict[int, str]:
     return name_of
 
 
-def _key_rates(content: dict[str, Any]) -> Iterator[float]:
-    """Keys per second of each channel that says how many keys it has, from when to when."""
+def _key_rates(content: dict[str, Any]) -> Iterator[tuple[float, int]]:
+    """Keys per second, and keys, of each channel that says how many it has, from when to when."""
     for animation in _items(content, "animations"):
         for sampler in _items(animation, "samplers"):
             with suppress(KeyError, TypeError, IndexError, ValueError, ZeroDivisionError):
                 times = content["accessors"][sampler["input"]]
                 rate = (times["count"] - 1) / float(times["max"][0] - times["min"][0])
                 if LOWEST_RATE <= rate <= HIGHEST_RATE:
-                    yield rate
+                    yield rate, times["count"]
 
 
 def _items(content: dict[str, Any], kind: str) -> list[dict[str, Any]]:
@@ -148,15 +159,16 @@ def with_skin(path: Path, animation: str = "") -> bytes:
         raise UnusableMotion("it is damaged or no VRM file: it does not begin as binary glTF")
     length = struct.unpack_from("<I", data, 12)[0] if binary else 0
     content, rest = json.loads(data[20 : 20 + length] if binary else data), data[20 + length :]
-    bones = _bones(content) if is_vrm else {} if content.get("skins") else _moving_nodes(content)
+    has_skin = bool(content.get("skins")) if is_vrm else _has_skin(content)
+    bones = _bones(content) if is_vrm else {} if has_skin else _moving_nodes(content)
     taken = set(bones.values())
     for number, node in enumerate(content["nodes"]):
         if number in bones:
             node["name"] = bones[number]
         elif isinstance(node, dict) and node.get("name") in taken:
             node["name"] = f"{node['name']} node {number}"
-    if not content.get("skins"):
-        content["skins"] = [{"joints": _joints(content["nodes"], bones)}]
+    if not has_skin:
+        content["skins"] = [*content.get("skins", []), {"joints": _joints(content["nodes"], bones)}]
     text = json.dumps(_with_animation(content, animation)).encode()
     if not binary:
         return text

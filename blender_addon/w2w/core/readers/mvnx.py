@@ -13,9 +13,9 @@ from ..motion.source import (
     UnusableMotion,
     reading,
     refuse_few_frames,
-    refuse_rate,
     refuse_too_long,
     size_and_head,
+    usable_rate,
 )
 
 MVNX_SUFFIX = ".mvnx"
@@ -117,8 +117,7 @@ def _source(content: _Content, rate: float | None) -> SourceMotion:
     if "Pelvis" not in names or names[0] != "Pelvis":
         raise UnusableMotion("it names no segments of MVN's, the pelvis first: it is no MVNX file of a body")
     refuse_few_frames(len(content.frames))
-    rate = content.rate if rate is None else rate
-    refuse_rate(rate)
+    rate = usable_rate(content.rate, rate)
     rest = next((content.poses[name] for name in REST_FRAMES if name in content.poses), None)
     if rest is None:
         raise UnusableMotion("it holds no calibration pose (tpose, identity or npose) to start from")

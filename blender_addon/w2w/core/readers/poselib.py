@@ -13,9 +13,9 @@ from ..motion.source import (
     reading,
     refuse_few_frames,
     refuse_pose,
-    refuse_rate,
     refuse_too_long,
     size_and_head,
+    usable_rate,
 )
 from ..pickles import read_npy_object
 from ..wording import shown
@@ -36,7 +36,8 @@ def read_poselib(path: Path, rate: float | None = None) -> SourceMotion | None:
         names = tuple(shown(str(name)) for name in tree["node_names"])
         parents = _array(tree["parent_indices"]).astype(int)
         offsets, quaternions = _array(tree["local_translation"]), _array(content["rotation"])
-        root, rate = _array(content["root_translation"]), rate or float(np.ravel(content["fps"])[0])
+        root = _array(content["root_translation"])
+        claimed = float(np.ravel(content["fps"])[0])
         local = Rotation.from_quat(quaternions.reshape(-1, 4)).as_matrix()
         local = local.reshape(len(root), len(names), 3, 3)
         fits = (
@@ -46,7 +47,7 @@ def read_poselib(path: Path, rate: float | None = None) -> SourceMotion | None:
             raise ValueError("its arrays do not fit each other")
     except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise UnusableMotion(f"it is damaged: its skeleton or rotations cannot be used: {error}") from error
-    refuse_rate(rate)
+    rate = usable_rate(claimed, rate)
     refuse_few_frames(len(root))
     refuse_too_long(len(root), len(names))
     matrices = np.tile(np.eye(4), (len(root), len(names), 1, 1))

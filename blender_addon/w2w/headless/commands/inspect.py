@@ -18,7 +18,7 @@ from ...core.keypoints.facts import UNITS
 from ...core.keypoints.joint_sets import unseen
 from ...core.keypoints.pose_files import JointPositions
 from ...core.library.import_plan import plan_files
-from ...core.library.library import GLTF_SUFFIXES, LABELS, Clip, activity_of, read_library
+from ...core.library.library import GLTF_SUFFIXES, LABELS, Clip, Library, activity_of, read_library
 from ...core.motion.motion import Motion
 from ...core.motion.skinning import joint_transforms
 from ...core.motion.source import SourceMotion, UnusableMotion
@@ -63,14 +63,16 @@ def inspect(
         label = label_said(file, library, labels)
         pose = asked.pose()
         bone_maps = [BoneMap.load(path) for path in bone_map or ()]
-        files = [(shown(file.name), file)]
-        if library is not None:
-            files = [(clip.file, clip.path) for clip in read_library(library, labels).clips]
+        files, rate = [(shown(file.name), file)], 0.0
+        if (found := library_of(file, library, labels)) is not None:
+            rate = next((clip.rate for clip in found.clips if clip.path == absolute(file)), 0.0)
+        if library is not None and found is not None:
+            files = [(clip.file, clip.path) for clip in found.clips]
         if file.is_dir():
             raise ValueError(f"{shown(file)} is a folder: give one of its files, and the folder as --library")
         seen = look_up(files, pose)
     try:
-        clip = Clip(file, shown(file.name), "clip", "")
+        clip = Clip(file, shown(file.name), "clip", "", rate=rate)
         source, motion, details = load_alone(clip, body, bone_maps, pose, seen.ups if library else None)
     except UnusableMotion as error:
         if as_json:
@@ -84,7 +86,7 @@ def inspect(
     if source.people > 1 and not isinstance(source, SourceMotion):
         stands.append(("people", f"{source.people}; person {pose.person or 1} is used, 1 being seen longest"))
     stands += [("up", up)] if up else []
-    if pose.rate is None and (says_none := RATE_TAKEN.get(file.suffix.lower())):
+    if not (rate or pose.rate) and (says_none := RATE_TAKEN.get(file.suffix.lower())):
         stands.append(("rate", f"taken for granted: {says_none} (--pose-rate gives another)"))
     stands += [("left out", details["cut"])] if "cut" in details else []
     for row in (*_about_source(source, details, body), *stands, *_about_motion(motion, details, body)):
@@ -113,10 +115,22 @@ def _skipped(file: Path, reason: str, console: Console) -> typer.Exit:
     return typer.Exit(NOTHING_TO_DO)
 
 
+def absolute(file: Path) -> Path:
+    """The absolute path of a file; a link keeps its own name."""
+    return Path(os.path.abspath(file))  # noqa: PTH100
+
+
+def library_of(file: Path, library: Path | None, labels: Path | None) -> Library | None:
+    """The library that a file is part of, by what is given or a `LABELS` next to it, or None."""
+    if library is None and labels is None and not (absolute(file).parent / LABELS).is_file():
+        return None
+    return read_library(absolute(library or file.parent), labels)
+
+
 def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
     """A sentence about the label that a run gives the file; a ValueError if it is not in the library."""
-    file = Path(os.path.abspath(file))  # noqa: PTH100 - a link keeps its own name
-    if library is None and labels is None and not (file.parent / LABELS).is_file():
+    file = absolute(file)
+    if (found := library_of(file, library, labels)) is None:
         if animations_in(file):
             activities = [clip.activity for clip in plan_files([file]).clips]
             return f"A run labels its clips {quoted(activities)} after their names."
@@ -127,10 +141,9 @@ def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
             f"A run labels it '{above}' after its folder, or '{inside}' after its file name if that folder "
             "is itself the library (see --library)."
         )
-    library = Path(os.path.abspath(library or file.parent))  # noqa: PTH100
+    library = absolute(library or file.parent)
     if not file.is_relative_to(library):
         raise ValueError(f"{shown(file)} is not in the library {shown(library)}")
-    found = read_library(library, labels)
     clips = [clip for clip in found.clips if clip.path == file]
     if not clips:
         inside = shown(file.relative_to(library).as_posix())

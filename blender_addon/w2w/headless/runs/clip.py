@@ -220,7 +220,7 @@ def load_clip(
     from ...scene.motion.load import read_motion, to_body
 
     with needs_blender(), quiet_output():
-        source = read_motion(clip.path, pose, ups, clip.animation)
+        source = read_motion(clip.path, pose.at(clip.rate), ups, clip.animation)
     retargeted = to_body(source, body, bone_maps)
     motion = retargeted.motion.labelled(clip.activity, clip.subject, clip.name)
     details = retargeted.facts()

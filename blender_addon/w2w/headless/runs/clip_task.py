@@ -89,6 +89,7 @@ class ClipTask:
         """Hash of everything that the result depends on."""
         parts = [self.inputs, source_sha256, self.clip.activity, self.clip.subject, self.clip.name]
         parts += [file_sha256(path) for path in read_beside(self.clip.path)]
+        parts += [f"rate {self.clip.rate}"] if self.clip.rate else []
         if self.clip.path.suffix.lower() in UP_SUFFIXES:
             parts.append(repr(self.engine.ups))
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()

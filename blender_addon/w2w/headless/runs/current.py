@@ -9,6 +9,7 @@ import json
 import os
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import fields
 from operator import attrgetter
 from pathlib import Path
 from typing import Any
@@ -101,8 +102,8 @@ def _study(plan: RunPlan) -> tuple[Any, ...]:
     )  # fmt: skip
 
 
-def _labels(clip: Clip) -> tuple[str, ...]:
-    return clip.file, clip.name, clip.activity, clip.subject, clip.motion_key, clip.source, clip.animation
+def _labels(clip: Clip) -> tuple[Any, ...]:
+    return tuple(getattr(clip, item.name) for item in fields(clip) if item.name != "path")
 
 
 def _files_below(out: Path, folder: str) -> Iterator[tuple[str, int, int]]:

@@ -19,6 +19,9 @@ MOST = 1e10
 """No place, turn or scale of a body is beyond this in any unit; Blender makes infinity the largest number."""
 
 
+SMALLEST = 1e-6
+"""Bones are hidden by a scale of 0, which would leave no trace of how they turn."""
+
 BONE_PATH = 'pose.bones["'
 
 LINEAR = 1
@@ -104,6 +107,7 @@ def basis_matrices(
     matrices = np.zeros((len(frames), len(owners), 4, 4))
     matrices[..., 3, 3] = 1
     scale = _channels(owners, "scale", curves, frames)
+    scale[np.abs(scale) < SMALLEST] = SMALLEST
     matrices[..., :3, :3] = _rotations(owners, curves, frames) * scale[..., None, :]
     matrices[..., :3, 3] = _channels(owners, "location", curves, frames)
     return matrices

@@ -6,7 +6,7 @@ import struct
 import tempfile
 from pathlib import Path
 
-from ...core.motion.source import UnusableMotion, size_and_head
+from ...core.motion.source import SAY_RATE, UnusableMotion, size_and_head
 from ...core.motion.up import UPS, Up
 from ...core.readers.import_checks import VRM_SUFFIXES, check_gltf, with_skin
 from ..base.actions import set_scene_rate
@@ -23,6 +23,9 @@ OLDEST_FOR_PYTHON = 7100
 
 GLTF_RATE = 60.0
 """Frames per second at which glTF files are read: they have times, no rate."""
+
+MANY_KEYS, A_SECOND_APART = 20, 1.05
+"""More keys, in its densest channel, at fewer a second are frames of a writer that knew no rate."""
 
 FBX_UP = re.compile(
     rb'"UpAxis",[^\n]*?([012])\s*\n|'
@@ -132,6 +135,11 @@ def import_gltf(path: Path, keys_as_frames: bool = False, animation: str = "") -
     in several parts, or no VRM though named as one.
     """
     is_vrm, facts = path.suffix.lower() in VRM_SUFFIXES, check_gltf(path, animation)
+    if not keys_as_frames and facts.keys >= MANY_KEYS and facts.keys_a_second < A_SECOND_APART:
+        raise UnusableMotion(
+            f"its {facts.keys} keys are a second apart, which looks like frames without a rate: give it "
+            f"({SAY_RATE})"
+        )
     set_scene_rate(facts.keys_a_second if keys_as_frames else GLTF_RATE)
     with tempfile.TemporaryDirectory() as folder:
         file = path

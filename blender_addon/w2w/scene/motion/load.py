@@ -20,7 +20,7 @@ from ...core.library.library import BLENDER_SUFFIXES, UP_SUFFIXES, is_joint_file
 from ...core.motion.believable import believed, unbroken
 from ...core.motion.ground import on_the_ground
 from ...core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
-from ...core.motion.source import SourceMotion, UnusableMotion
+from ...core.motion.source import HIGHEST_RATE, SourceMotion, UnusableMotion
 from ...core.motion.up import BY_ITSELF, Ups, Votes, stood
 from ...core.readers.asf_amc import AMC_SUFFIX, read_amc
 from ...core.readers.bvh import BVH_SUFFIX, read_bvh
@@ -122,10 +122,11 @@ def look_up(files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS) -> Vo
         folder = file.rpartition("/")[0]
         ranked.append((before[folder], number, file, path))
         before[folder] += 1
+    known = pose.at(pose.rate or HIGHEST_RATE)  # any rate will do
     for *_, path in nsmallest(SAMPLED, ranked):
         with suppress(Exception):  # whoever uses the file says what is wrong with it
             if path.is_file() and path.stat().st_size <= MOST_SAMPLE_BYTES:
-                read_motion(path, pose, votes)
+                read_motion(path, known, votes)
     return votes
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...core.library.library import GLTF_SUFFIXES, MOTION_SUFFIXES, WAYS
 from ...core.motion.source import (
+    LOWEST_RATE,
     NOT_FINITE,
     SourceMotion,
     UnusableMotion,
@@ -19,8 +20,8 @@ from ...core.motion.source import (
     motion_amount,
     people_in,
     refuse_pose,
-    refuse_rate,
     refuse_too_long,
+    usable_rate,
 )
 from ...core.motion.up import Up
 from ...core.readers.animations import MIXAMO
@@ -82,9 +83,7 @@ def read_clip(path: str | Path, rate: float | None = None, animation: str = "") 
         source = best_take(objects, actions)
     if path.suffix.lower() in PLAIN_GLTF and not check_gltf(path).skin:  # its nodes may rest in any pose
         source = replace(source, rest_is_known=rests_straight(source))
-    source = source if rate is None else replace(source, rate=rate)
-    refuse_rate(source.rate)
-    return source
+    return replace(source, rate=usable_rate(source.rate, rate))
 
 
 def _is_of(action: str, animation: str) -> bool:
@@ -155,20 +154,25 @@ def best_take(
     actions = bpy.data.actions if actions is None else actions
     takes = [take for armature in people for take in find_takes(armature, actions)]
     if not takes:
+        which = " that moves a third of them, or of a body's" if actions else ""
         raise UnusableMotion(
-            f"its armature '{people[0].name}' ({len(people[0].data.bones)} bones) has no animation"
+            f"its armature '{people[0].name}' ({len(people[0].data.bones)} bones) has no animation{which}"
         )
     motion = _most_moving(takes)
     return replace(motion, people=max(len(people), people_in(motion.parents[1:] - 1)))
 
 
 def find_takes(armature: bpy.types.Object, actions: Iterable[bpy.types.Action]) -> list[Take]:
-    """The actions that animate bones of this armature."""
+    """The actions that animate a third of an armature's bones, or of those that play a body's joints."""
+    names = [bone.name for bone in armature.data.bones]
+    matched = best_match(names)[1]
+    body = set() if missing_joints(matched) else {names[bone] for bone in matched.values()}
     takes = []
     for action in actions:
         for curves in action_curves(action):
             by_owner = curves_by_owner(armature, curves)
-            if len(by_owner.keys() - {""}) * 3 >= len(armature.data.bones):
+            moved = by_owner.keys() - {""}
+            if any(0 < len(bones) <= 3 * len(moved & bones) for bones in (set(names), body)):
                 takes.append(Take(armature, action, by_owner))
     return takes
 
@@ -218,7 +222,7 @@ def _import_fbx(path: Path) -> None:
 
 def _import_bvh(path: Path) -> None:
     """Blender's importer, for the armature alone: it takes fewer files than W2W's reader of motions."""
-    read_bvh_text(path)
+    read_bvh_text(path, LOWEST_RATE)  # its own does not matter
     try:
         bpy.ops.import_anim.bvh(filepath=str(path), update_scene_fps=True, use_fps_scale=False)
     except Exception as error:  # it raises anything, and none of it is for people

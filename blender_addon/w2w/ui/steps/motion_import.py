@@ -33,7 +33,6 @@ class ImportItem(Clip):
     """A file or a take of the scene to import, and its labels."""
 
     take: SceneTake | None = None
-    rate: float = 0.0  # frames per second of the file, whatever it says; 0 where its own is right
     up: Up | None = None  # axis of the file that points up, where that is given
 
     @property
@@ -49,7 +48,7 @@ class ImportItem(Clip):
 
 def import_items(plan: ImportPlan, rate: float = 0.0, up: Up | None = None) -> list[ImportItem]:
     """Files that a plan would import, with labels, a frame rate that is not 0, and the axis that is up."""
-    return [ImportItem(**vars(clip), rate=rate, up=up) for clip in plan.clips]
+    return [ImportItem(**vars(clip) | {"rate": clip.rate or rate}, up=up) for clip in plan.clips]
 
 
 def listed_files(mesh: bpy.types.Object) -> list[Path]:
