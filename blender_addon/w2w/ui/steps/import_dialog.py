@@ -126,8 +126,8 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
     labelled_by: EnumProperty(name="Label By", description="What labels the clips", items=FILES_LABELLED_BY)
     csv: StringProperty(
         name="CSV File",
-        description="File with the columns file and activity, and if wanted subject; labels.csv in the "
-        "folder by default",
+        description="File with the columns file and activity, and if wanted subject and rate; labels.csv "
+        "in the folder by default",
         subtype="FILE_PATH",
         options={"SKIP_SAVE"},
     )
