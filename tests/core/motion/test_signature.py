@@ -146,10 +146,9 @@ def test_a_single_frame_has_a_signature(waving):
     np.testing.assert_allclose(poses_of(still), poses_of(waving)[:1], atol=0.2)
 
 
-def test_a_mirrored_download_is_the_same_motion_and_another_pace_is_not(waving):
-    others = [scaled(waving, factor) for factor in (0.2, 1.9)]
-    motions = [waving, *others, mirrored(waving), replace(waving, pelvis=waving.pelvis + 1.0)]
-    assert groups_of([*motions, at_tempo(waving, 2)]) == [0, 1, 2, 0, 0, 3]
+def test_a_mirrored_or_larger_download_is_the_same_motion_and_another_pace_is_not(waving):
+    motions = [waving, scaled(waving, 0.5), mirrored(waving), replace(waving, pelvis=waving.pelvis + 1.0)]
+    assert groups_of([*motions, at_tempo(waving, 2)]) == [0, 0, 0, 0, 1]
 
 
 @pytest.mark.parametrize("clips", [1, 2])

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 
+from .moments import Moments, Pairs, candidates, few_of_each
 from .signature import RATE, WIDTH, mirrored_poses
 
 SHORTEST, SHARE, LONGEST = 0.5, 0.45, 2.0
@@ -52,18 +52,6 @@ AROUND = 2
 POSES, MOVES, BENT = 0.2, 0.07, 0.25
 """Units of differences of poses and of movements; of large movements relative to `BENT` of the unit."""
 
-REACH = 0.8
-"""Greatest distance, in these units, of moments that are looked at closely."""
-
-ASKED = 8
-"""Moments of a clip for which near ones are sought, about; in the others it is found."""
-
-CLOSEST = 4
-"""Moments that are found for one, at most."""
-
-NEAREST, TRIES = 4, 2
-"""Nearest clips with which a clip is compared, and nearest moments of both at which they are, at most."""
-
 NEAR = np.arange(-10, 11, 5, np.float32)
 """Frames about a moment at which clips are aligned on all axes."""
 
@@ -83,12 +71,6 @@ FOR_AXES, FRAMES_FOR_AXES = 2000, 20
 CLIPS_AT_ONCE, PAIRS_AT_ONCE, IN_FULL_AT_ONCE = 400, 1000, 300
 """Clips read at a time, and pairs of moments compared on the axes and in full."""
 
-CELL = 1000.0
-"""Distance of cells' numbers; prints' own are far below."""
-
-ROWS_AT_ONCE = 64
-"""Moments for which near ones are sought at a time: so few lie close together."""
-
 
 def shared_stretches(
     signatures: Sequence[np.ndarray],
@@ -105,17 +87,20 @@ def shared_stretches(
     axes, spacing = _axes(signatures, clips)
     every = np.eye(WIDTH, dtype=np.float32)
     mirror = mirrored_poses(every)
-    as_is, asked, mirrored = [], [], []
+    as_is: list[Moments] = []
+    asked: list[Moments] = []
+    mirrored: list[Moments] = []
     for start in range(0, len(clips), CLIPS_AT_ONCE):
         block = slice(start, start + CLIPS_AT_ONCE)
         poses = _poses(signatures, clips[block])
         part, reflected = (_Lines.of(poses, frames[block], of) for of in (axes, mirror @ axes))
-        as_is.append(_Moments.joined([_moments(part, start, spacing)]))
-        asked.append(_asked(as_is[-1], part.quiet, start))
-        mirrored.append(_asked(_moments(reflected, start, spacing), part.quiet, start))
-    base = _Moments.joined(as_is)
+        as_is.append(Moments.joined([_moments(part, start, spacing)]))
+        for side, moments in ((asked, as_is[-1]), (mirrored, _moments(reflected, start, spacing))):
+            resting = moments.level == AT_REST
+            side.append(few_of_each(moments.some(~resting | part.quiet[moments.clip - start])))
+    base = Moments.joined(as_is)
 
-    def apart_along(pairs: _Pairs, ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    def apart_along(pairs: Pairs, ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
         """Difference of pairs whose poses are projected on these axes, (WIDTH, A) each: (C,)."""
         lines, places = [], []
         for asked_for, along in ((pairs.first, ours), (pairs.second, theirs)):
@@ -125,7 +110,7 @@ def shared_stretches(
         return _apart(replace(pairs, first=places[0], second=places[1]), *lines)
 
     for side, turned in ((asked, every), (mirrored, mirror)):
-        pairs = _candidates(_Moments.joined(side), base)
+        pairs = candidates(Moments.joined(side), base)
         apart = np.empty(len(pairs.first))
         for start in range(0, len(apart), PAIRS_AT_ONCE):
             some = slice(start, start + PAIRS_AT_ONCE)
@@ -155,15 +140,6 @@ def _axes(signatures: Sequence[np.ndarray], clips: np.ndarray) -> tuple[np.ndarr
     variances, axes = np.linalg.eigh(np.cov(np.concatenate([whole, mirrored_poses(whole)]), rowvar=False))
     spacing = SPACING * np.sqrt(np.maximum(variances[::-1][:LEVELLED], 1e-6))
     return axes[:, ::-1][:, :AXES].astype(np.float32), spacing
-
-
-@dataclass(frozen=True, eq=False)
-class _Columns:
-    """Arrays of equal length."""
-
-    def some(self, which: np.ndarray | slice) -> Self:
-        """A subset of the rows."""
-        return replace(self, **{column.name: getattr(self, column.name)[which] for column in fields(self)})
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,26 +176,7 @@ class _Lines:
         return poses + np.clip(moments - before, 0, 1)[..., None].astype(np.float32) * change, change
 
 
-@dataclass(frozen=True, eq=False)
-class _Moments(_Columns):
-    """Moments at which clips cross a level: level, clip, frame (M,), pose and movement as prints (M, D)."""
-
-    level: np.ndarray
-    clip: np.ndarray
-    frame: np.ndarray
-    prints: np.ndarray
-
-    @classmethod
-    def joined(cls, parts: list[_Moments]) -> _Moments:
-        """All moments by level, within it by the cells of `_cells`; takes the parts out of their list."""
-        columns = {name: [getattr(part, name) for part in parts] for name in cls.__annotations__}
-        parts.clear()  # so that no moment is held twice
-        whole = {name: np.concatenate(columns.pop(name)) for name in cls.__annotations__}
-        order = np.lexsort((_cells(whole["prints"]), whole["level"]))
-        return cls(**{name: whole.pop(name)[order] for name in cls.__annotations__})
-
-
-def _moments(clips: _Lines, number: int, spacing: np.ndarray) -> _Moments:
+def _moments(clips: _Lines, number: int, spacing: np.ndarray) -> Moments:
     """Moments of clips, of which the first has this number."""
     lines = clips.poses[:, :PRINTED]
     clip = np.repeat(np.arange(len(clips.frames)), clips.frames)
@@ -251,7 +208,7 @@ def _moments(clips: _Lines, number: int, spacing: np.ndarray) -> _Moments:
         found.append((code, crossed, share, np.concatenate([pose, movement], axis=1)))
     level, at, share, prints = (np.concatenate(part) for part in zip(*found, strict=True))
     frame = at - clips.start[clip[at]] + share[:, 0]
-    return _Moments(
+    return Moments(
         level.astype(np.int32),
         (clip[at] + number).astype(np.int32),
         frame.astype(np.float32),
@@ -259,93 +216,7 @@ def _moments(clips: _Lines, number: int, spacing: np.ndarray) -> _Moments:
     )
 
 
-def _asked(moments: _Moments, quiet: np.ndarray, number: int) -> _Moments:
-    """About `ASKED` moments of each clip, the first of this number; those at rest of quiet clips alone."""
-    moments = moments.some((moments.level != AT_REST) | quiet[moments.clip - number])
-    order = np.argsort(moments.clip, kind="stable")
-    _, start, count = np.unique(moments.clip[order], return_index=True, return_counts=True)
-    place = np.arange(len(order)) - np.repeat(start, count)
-    return moments.some(np.sort(order[place % np.repeat(np.maximum(count // ASKED, 1), count) == 0]))
-
-
-def _candidates(side: _Moments, base: _Moments) -> _Pairs:
-    """Pairs of clips with near moments, by the first."""
-    found: list[tuple[np.ndarray, ...]] = [(np.empty(0, np.int32),) * 2 + (np.empty(0, np.float32),)]
-    for level in np.unique(side.level):
-        (one, two), (ours, theirs) = zip(
-            *(_at_level(moments, level) for moments in (side, base)), strict=True
-        )
-        for i, j, apart in _near(one, two):
-            other = np.flatnonzero(side.clip[ours + i] != base.clip[theirs + j])
-            pair = ((ours + i[other]).astype(np.int32), (theirs + j[other]).astype(np.int32))
-            found.append((*pair, apart[other]))
-    i, j, apart = (np.concatenate(part) for part in zip(*found, strict=True))
-    first, second = side.clip[i], base.clip[j]
-    order = np.lexsort((apart, second, first))
-    order = order[_rank([first[order], second[order]]) < TRIES]
-    nearest = order[_rank([first[order], second[order]]) == 0]
-    nearest = nearest[np.lexsort((apart[nearest], first[nearest]))]
-    nearest = nearest[_rank([first[nearest]]) < NEAREST]
-    pairs = first.astype(np.int64) * (second.max(initial=0) + 1) + second
-    order = order[np.isin(pairs[order], pairs[nearest])]
-    return _Pairs(first[order], second[order], side.frame[i[order]], base.frame[j[order]])
-
-
-def _at_level(moments: _Moments, level: int) -> tuple[np.ndarray, int]:
-    """Prints of the moments at one level, and the number of the first of them."""
-    low, high = np.searchsorted(moments.level, [level, level + 1])
-    return moments.prints[low:high].astype(np.float32), int(low)
-
-
-def _rank(columns: Sequence[np.ndarray]) -> np.ndarray:
-    """Place of each row among the rows before it that are equal in these columns, which are sorted."""
-    number = np.arange(len(columns[0]))
-    new = np.append(True, np.any([np.diff(column) != 0 for column in columns], axis=0))[: len(number)]
-    return number - np.maximum.accumulate(np.where(new, number, 0)) if len(number) else number
-
-
-def _cells(prints: np.ndarray) -> np.ndarray:
-    """Place of each print (M, D) in cells of `REACH` along its first number, and inside along its second."""
-    return CELL * np.floor(prints[:, 0].astype(np.float64) / REACH) + prints[:, 1]
-
-
-def _near(a: np.ndarray, b: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Indices of rows of a and b that are near one another, and how far they are apart, some at a time.
-
-    Of each row of a the closest of b in a cell alone. Both are in the order of `_cells`.
-    """
-    half_a, half_b = ((part**2).sum(axis=1) / 2 for part in (a, b))
-    cells_a, cells_b = _cells(a), _cells(b)
-    ends = np.append(np.flatnonzero(np.diff(np.round(cells_a / CELL))) + 1, len(a))
-    for first, last in zip(np.append(0, ends[:-1]), ends, strict=True):
-        for start in range(first, last, ROWS_AT_ONCE):
-            block = slice(start, min(start + ROWS_AT_ONCE, last))
-            for by in (-CELL, 0, CELL):
-                reach = cells_a[[start, block.stop - 1]] + by + [-REACH, REACH]
-                low, high = np.searchsorted(cells_b, reach)
-                if low == high:
-                    continue
-                apart = half_a[block, None] + half_b[low:high] - a[block] @ b[low:high].T
-                i, j = np.divmod(np.flatnonzero(apart <= REACH**2 / 2), high - low)
-                apart = apart[i, j]
-                if (i[CLOSEST:] == i[:-CLOSEST]).any():
-                    order = np.lexsort((apart, i))
-                    order = order[_rank([i[order]]) < CLOSEST]
-                    i, j, apart = i[order], j[order], apart[order]
-                yield start + i, low + j, apart
-
-
-@dataclass(frozen=True, eq=False)
-class _Pairs(_Columns):
-    """Pairs of clips (C,) and the frame of each at which they may show one motion, (C,)."""
-
-    first: np.ndarray
-    second: np.ndarray
-    moment: np.ndarray
-    other: np.ndarray
-
-
-def _apart(pairs: _Pairs, one: _Lines, two: _Lines) -> np.ndarray:
+def _apart(pairs: Pairs, one: _Lines, two: _Lines) -> np.ndarray:
     """Least difference of pairs of clips about a moment of each, in tolerances of copies, shape (C,)."""
     apart, late, faster = _aligned(pairs, one, two)
     near = np.flatnonzero(apart <= APART)
@@ -366,7 +237,7 @@ def _apart(pairs: _Pairs, one: _Lines, two: _Lines) -> np.ndarray:
     return apart
 
 
-def _aligned(pairs: _Pairs, one: _Lines, two: _Lines) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _aligned(pairs: Pairs, one: _Lines, two: _Lines) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Difference near the moments, in tolerances, and how late and how much faster the second is: (C,)."""
     at, there = pairs.moment[:, None] + NEAR, pairs.other[:, None] + NEAR
     inside = one.inside(pairs.first, at) & two.inside(pairs.second, there)
@@ -394,7 +265,7 @@ def _aligned(pairs: _Pairs, one: _Lines, two: _Lines) -> tuple[np.ndarray, np.nd
     return np.sqrt(left / _tolerance(moved, posed)), late, faster
 
 
-def _quiet(pairs: _Pairs, one: _Lines, two: _Lines) -> np.ndarray:
+def _quiet(pairs: Pairs, one: _Lines, two: _Lines) -> np.ndarray:
     """Whether the shorter clip of each pair hardly moves, (C,)."""
     shorter = one.frames[pairs.first] < two.frames[pairs.second]
     return np.where(shorter, one.quiet[pairs.first], two.quiet[pairs.second])

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..motion.same_speeds import same_speeds
 from ..motion.shared_stretches import shared_stretches
 from ..motion.signature import WIDTH
 
@@ -36,8 +37,9 @@ def same_motion_groups(
         read = [(_digest(row), len(row) // WIDTH) for row in signatures]
         distinct = joined.join_equal([digest for digest, _ in read])
         frames = np.array([frames for _, frames in read])[distinct]
-        for first, second in shared_stretches(signatures, distinct, frames, joined.are_one):
-            joined.join(first, second)
+        for alike in (shared_stretches, same_speeds):
+            for first, second in alike(signatures, distinct, frames, joined.are_one):
+                joined.join(first, second)
     roots = [joined.root(clip) for clip in range(len(clips))]
     _, appearance, number = np.unique(roots, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(appearance))[number]

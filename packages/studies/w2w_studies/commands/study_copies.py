@@ -11,6 +11,7 @@ import typer
 from scipy.spatial.transform import Rotation
 
 from w2w import Body, load, rank, sample_patches, synthesize
+from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.motion.motion import Motion, at_rate
 from w2w.core.motion.signature import motion_signature
 from w2w.core.ranking.same_motion import same_motion_groups
@@ -24,6 +25,8 @@ SHORTEST_S = 0.5
 
 DRAWN, COPIES, LONG_S, PATCHES = 36, 3, 1.5, 24
 """Clips whose labels are dealt by chance, copies of each, how long they last, and patches that are ranked."""
+
+LEG = ("hip", "knee", "ankle", "foot")
 
 Draw = np.random.Generator
 
@@ -40,6 +43,39 @@ def noisy(motion: Motion, degrees: float, rng: Draw) -> Motion:
     vectors = np.radians(degrees) * rng.normal(size=(motion.n_frames * 24, 3))
     noise = Rotation.from_rotvec(vectors).as_matrix().reshape(motion.rotations.shape)
     return replace(motion, rotations=motion.rotations @ noise)
+
+
+def larger(motion: Motion, factor: float) -> Motion:
+    """Each joint's turns from its mean pose, larger by a factor."""
+    rotations = motion.rotations.copy()
+    for joint in range(1, rotations.shape[1]):
+        turns = Rotation.from_matrix(rotations[:, joint])
+        mean = turns.mean()
+        away = Rotation.from_rotvec(factor * (mean.inv() * turns).as_rotvec())
+        rotations[:, joint] = (mean * away).as_matrix()
+    return replace(motion, rotations=rotations)
+
+
+def on_another_rig(motion: Motion, degrees: float, rng: Draw) -> Motion:
+    """Each joint turned by so much about an axis that stays, as with another rest pose."""
+    axes = rng.normal(size=(motion.rotations.shape[1] - 1, 3))
+    axes *= np.radians(degrees) / np.linalg.norm(axes, axis=1, keepdims=True)
+    rotations = motion.rotations.copy()
+    rotations[:, 1:] = rotations[:, 1:] @ Rotation.from_rotvec(axes).as_matrix()
+    return replace(motion, rotations=rotations)
+
+
+def backwards(motion: Motion) -> Motion:
+    """The motion from its end to its start."""
+    return replace(motion, rotations=motion.rotations[::-1].copy(), pelvis=motion.pelvis[::-1].copy())
+
+
+def on_legs_of(motion: Motion, other: Motion) -> Motion:
+    """The motion with the legs of another, which starts again where it is shorter."""
+    rotations, other = motion.rotations.copy(), at_rate(other, motion.rate)
+    legs = [JOINT_INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in LEG]
+    rotations[:, legs] = other.rotations[np.arange(motion.n_frames) % other.n_frames][:, legs]
+    return replace(motion, rotations=rotations)
 
 
 def in_a_row(first: Motion, second: Motion) -> Motion:
@@ -59,7 +95,14 @@ KINDS: dict[str, Callable[[Motion, Motion, Draw], Motion]] = {
     "24 frames a second": lambda m, *_: at_rate(m, 24),
     "30 frames a second": lambda m, *_: at_rate(m, 30),
     "5 % faster": lambda m, *_: at_tempo(m, 1.05),
+    "15 % faster": lambda m, *_: at_tempo(m, 1.15),
+    "30 % faster": lambda m, *_: at_tempo(m, 1.3),
     "mirrored": lambda m, *_: mirrored(m),
+    "larger by 15 %": lambda m, *_: larger(m, 1.15),
+    "smaller by 20 %": lambda m, *_: larger(m, 0.8),
+    "joints turned by 20 degrees": lambda m, _, rng: on_another_rig(m, 20, rng),
+    "backwards": lambda m, *_: backwards(m),
+    "on another's legs": lambda m, other, _: on_legs_of(m, other),
     "cut, 30 frames a second, 2 degrees": (
         lambda m, _, rng: noisy(at_rate(cut(m, rng.uniform(0.1, 0.34), rng), 30), 2, rng)
     ),
