@@ -37,7 +37,7 @@ def run(
     labels: Annotated[
         Path | None,
         option(
-            "csv with columns file, activity[, subject, source, rate].  [default: labels.csv in LIBRARY, else "
+            "csv with columns file, activity[, subject, source, rate].  [default: labels.csv in LIBRARY, or "
             "names of folders or files]",
             show_default=False,
         ),
