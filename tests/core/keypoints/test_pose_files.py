@@ -311,7 +311,7 @@ RANDOM = np.random.default_rng(0).normal(size=(20, 20, 3))
         ("a.csv", "hip_x,hip_y,hip_z\n1,2\n", "its row 1 has 2 cells; the header has 3"),
         ("a.csv", "time,hip_x,hip_y,hip_z\n0,1,2,3\n0,1,2,3\n", "its column time does not rise"),
         ("a.csv", "time,hip_x,hip_y,hip_z\n0,1,2,3\n1,1,2,3\n9,1,2,3\n", "its frames are not regular"),
-        ("a.csv", "hip_x,hip_y,hip_z\n" + "1,2,3\n" * 9, "of no set that W2W knows: it lacks left hip"),
+        ("a.csv", "hip_x,hip_y,hip_z\n" + "1,2,3\n" * 9, "(hip) are of no joint set or bone map"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_one_sentence(tmp_path, name, content, message):

@@ -8,12 +8,18 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..body.skeleton import JOINT_INDEX
 from ..motion.source import UnusableMotion
+from ..retargeting.bone_maps import best_match, missing_joints
+from ..wording import listed, shown
 from .facts import PoseFacts
 from .joint_sets import JOINT_SETS, JointSet
-from .paths import BONES, REQUIRED
+from .paths import BONES, REQUIRED, sides_are_exchanged
 
 SIDE_WORDS = {"l": "left", "left": "left", "r": "right", "right": "right"}
+
+RIG = "smpl-24"
+"""The set whose joints are the bones' of a rig."""
 
 SAME_JOINTS = ("mm-fit-17", "joint-centres")
 """Sets with joints that another one has: only taken if asked for by name."""
@@ -28,6 +34,9 @@ FEATURES = {263: 22, 251: 21}
 
 CLEARLY = 0.6
 """A set is chosen by its body if the bones vary in length at most this much of the next best's."""
+
+ELASTIC = 0.1
+"""A rig's bones change in length by less, as part of it."""
 
 LOWEST_STEADINESS = 1e-9
 
@@ -50,15 +59,30 @@ class RawPose(NamedTuple):
     facts: PoseFacts  # what the file says of them
 
 
-def joint_set_of(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
-    """The joint set of a file's content, and its joints in that set's order, shape (T, J, 3).
+def joint_set_of(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray, bool]:
+    """The joint set of a file's content, its joints in that set's order, shape (T, J, 3), and their axes.
 
-    `wanted` is one of `JOINT_SETS`, if known. Raises UnusableMotion if no set fits, or several do.
+    The last is whether these are left-handed, as in Unity: a rig names its sides rightly. `wanted` is one of
+    `JOINT_SETS`, if known. Raises UnusableMotion if no set fits, or several do.
     """
     if raw.positions.dtype.kind not in "fiu":
         raise UnusableMotion("its positions are no numbers")
-    if raw.names:
-        return _by_names(raw, wanted)
+    if not raw.names:
+        return *_by_number(raw, wanted), False
+    named = _named(raw.names, wanted)
+    key, numbers = named or _played(raw.names)
+    joint_set, nowhere = JOINT_SETS[key], np.full((len(raw.positions), 3), np.nan)
+    columns = [nowhere if number is None else raw.positions[:, number, :3] for number in numbers]
+    positions = _deep(np.stack(columns, axis=1), [key])
+    if not named and not _unsteadiness(joint_set, positions)[0] < ELASTIC:
+        raise UnusableMotion(
+            "the bones between its joints change their lengths: its columns look like angles, not positions: "
+            "take the table of positions, or the BVH file itself"
+        )
+    return joint_set, positions, not named and sides_are_exchanged(positions, joint_set)
+
+
+def _by_number(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
     positions = _three_axes(raw.positions, wanted)
     n_joints = positions.shape[1]
     if wanted is not None:
@@ -181,23 +205,31 @@ def plain_joint(name: str) -> str:
     return f"{sides[0]} {rest}" if sides else rest
 
 
-def _by_names(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray]:
-    place = {plain_joint(name): number for number, name in enumerate(raw.names)}
-    best, best_rank = None, (0, 0.0)
-    for joint_set in [JOINT_SETS[name] for name in ([wanted] if wanted else CANDIDATES)]:
+Named = tuple[str, list[int | None]]
+"""A set of joints, and the number of each of them among some names."""
+
+
+def _named(names: tuple[str, ...], wanted: str | None) -> Named | None:
+    """The set with most of its joints among the names; None if they name the hips and shoulders of none."""
+    place = {plain_joint(name): number for number, name in enumerate(names)}
+    best, best_rank = "", (0, 0.0)
+    for key in [wanted] if wanted else CANDIDATES:
+        joint_set = JOINT_SETS[key]
         there = {joint for joint in joint_set.joints if plain_joint(joint) in place}
         needed = {joint for landmark in REQUIRED for joint in joint_set.landmarks[landmark]}
         rank = (len(there), len(there) / len(joint_set.joints))
         if needed <= there and rank > best_rank:
-            best, best_rank = joint_set, rank
-    if best is None:
-        missing = [name for name in REQUIRED if name not in place]
+            best, best_rank = key, rank
+    return (best, [place.get(plain_joint(joint)) for joint in JOINT_SETS[best].joints]) if best else None
+
+
+def _played(names: tuple[str, ...]) -> Named:
+    """SMPL's joints that bones of a rig play, by the bone maps; UnusableMotion if these know no such rig."""
+    _, matched = best_match(names)
+    if missing := missing_joints(matched):
+        held = shown(", ".join(names[:8])) + (", ..." if len(names) > 8 else "")
         raise UnusableMotion(
-            f"its joints' names are of no set that W2W knows: it lacks "
-            f"{', '.join(missing or [str(wanted)])}; the sets are {', '.join(JOINT_SETS)}"
+            f"its joints' names ({held}) are of no joint set or bone map that W2W knows: it lacks "
+            f"{listed(missing, most=4)}; the sets are {', '.join(JOINT_SETS)}"
         )
-    nowhere = np.full((len(raw.positions), 3), np.nan)
-    numbers = [place.get(plain_joint(joint)) for joint in best.joints]
-    columns = [nowhere if number is None else raw.positions[:, number, :3] for number in numbers]
-    name = next(name for name, item in JOINT_SETS.items() if item is best)
-    return best, _deep(np.stack(columns, axis=1), [name])
+    return RIG, [matched.get(JOINT_INDEX[joint]) for joint in JOINT_SETS[RIG].joints]

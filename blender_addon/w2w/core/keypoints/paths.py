@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solveh_banded
 
+from ..rotations import unit
 from .joint_sets import SIDES, JointSet, mirrored
 
 Points = dict[str, np.ndarray]
@@ -44,20 +45,24 @@ def _undo_swaps(points: Points, size: float) -> Points:
     return points
 
 
+def sides_are_exchanged(keypoints: np.ndarray, joint_set: JointSet) -> bool:
+    """Whether left and right of joints (T, J, 3) are called the wrong way round throughout."""
+    return _sides_are_exchanged(_landmarks(keypoints, joint_set))
+
+
 def _sides_are_exchanged(points: Points) -> bool:
     """Whether left and right are called the wrong way round throughout, once single frames' swaps are undone.
 
     Knees bend forwards and toes and noses point there; forward follows from up and the left hip.
     """
     up = middle(points, "shoulder") - middle(points, "hip")
-    forward = np.cross(points["left hip"] - points["right hip"], up)
-    forward /= np.linalg.norm(forward, axis=1, keepdims=True)
+    forward = unit(np.cross(points["left hip"] - points["right hip"], up))
     evidence = []
     for side in SIDES:
         hip, knee, ankle = (points[f"{side} {part}"] for part in LEGS[:3])
-        thigh, leg = np.linalg.norm(knee - hip, axis=1), ankle - hip
-        along = np.einsum("ta,ta->t", knee - hip, leg) / np.einsum("ta,ta->t", leg, leg)
-        offset = knee - hip - along[:, None] * leg
+        thigh, leg = np.maximum(np.linalg.norm(knee - hip, axis=1), 1e-12), ankle - hip
+        along = unit(leg)
+        offset = knee - hip - np.einsum("ta,ta->t", knee - hip, along)[:, None] * along
         evidence.append(np.einsum("ta,ta->t", offset, forward) / thigh)
         toe = points[f"{side} toe"]
         if np.isfinite(toe).any():

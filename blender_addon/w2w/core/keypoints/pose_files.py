@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Joint positions from video (csv, npy, npz, json), and joint centres of C3D files, read by ezc3d."""
 
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -44,7 +45,7 @@ C3D_MIDDLE = {"HEDO": "head", "C7": "neck"}
 
 
 def read_c3d_pose(path: Path) -> RawPose:
-    """Joint centres, rate and unit of a C3D file.
+    """Joint centres, or else origins of segments (Theia's), rate and unit of a C3D file.
 
     Raises UnusableMotion if ezc3d is missing, the file is damaged or holds markers alone.
     """
@@ -58,12 +59,20 @@ def read_c3d_pose(path: Path) -> RawPose:
         unit = str(next(iter(point["UNITS"]["value"]), "")).strip().lower()
         screen = str(next(iter(point.get("Y_SCREEN", {}).get("value", ())), "")).strip().lower().lstrip("+")
         positions = np.asarray(content["data"]["points"])[:3].transpose(2, 1, 0)
+        turned = np.asarray(content["data"]["rotations"])  # (4, 4, segments, frames)
+        segments = content["parameters"].get("ROTATION", {}).get("LABELS", {}).get("value", ())
     except (OSError, KeyError, ValueError, IndexError, RuntimeError, StopIteration) as error:
         raise UnusableMotion(f"it cannot be read as C3D: {str(error).splitlines()[0]}") from error
     facts = PoseFacts(
         rate if rate > 0 else None, unit if unit in UNITS else None, screen if screen in UPS else None
     )
-    return _joint_centres(RawPose(positions, tuple(labels[: positions.shape[1]]), facts))
+    raw = RawPose(positions, tuple(labels[: positions.shape[1]]), facts)
+    if segments and not set(REQUIRED) <= set(map(_joint, raw.names)):
+        names = tuple(re.sub("_4X4$", "", str(name), flags=re.IGNORECASE) for name in segments)
+        places = turned[:3, 3].transpose(2, 1, 0)
+        faster = len(places) / max(len(positions), 1)
+        return RawPose(places, names, replace(facts, rate=facts.rate and facts.rate * faster))
+    return _joint_centres(raw)
 
 
 def _read_trc(path: Path) -> RawPose:
@@ -192,7 +201,7 @@ def joints_of(raw: RawPose, given: PoseFacts, ups: Ups = BY_ITSELF, side_car: st
         beside = f', or "rate" in {side_car} next to it' if side_car else ""
         raise UnusableMotion(f"it does not say its frame rate: give {SAY_RATE}{beside}")
     rate = usable_rate(facts.rate, given.rate)
-    joint_set, positions = joint_set_of(raw, facts.joint_set)
+    joint_set, positions, left_handed = joint_set_of(raw, facts.joint_set)
     positions = _seen(positions)
     refuse_few_frames(len(positions))
     _refuse_unseen(positions, joint_set, rate)
@@ -200,6 +209,8 @@ def joints_of(raw: RawPose, given: PoseFacts, ups: Ups = BY_ITSELF, side_car: st
     kind = Kind(f"joints ({joint_set.name})", usual, firm=False, read=UPS)  # estimators write any axis up
     with reading(ValueError):
         up = facts.up or ups.of(kind, seen_joints(positions, joint_set))
+    if left_handed:
+        positions[..., int(up[-1] == "x")] *= -1
     unit, guessed = facts.unit or "", facts.up is None
     return JointPositions(positions, rate, joint_set, unit, up, guessed, len(people))
 

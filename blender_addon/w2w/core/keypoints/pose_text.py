@@ -2,30 +2,39 @@
 """Joint positions as text: csv by named columns, trc, json of W2W's own layout or of estimators."""
 
 import csv
-import json
 import re
 from collections.abc import Iterable
 from contextlib import suppress
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..csv_tables import SEPARATORS, decoded
-from ..library.library import WORLD_KEYS, joint_columns
-from ..motion.source import UnusableMotion
+from ..library.library import MOTIVE, WORLD_KEYS, joint_columns
+from ..motion.source import UnusableMotion, read_json
 from ..wording import restated
 from .facts import PoseFacts, facts_of
 from .naming import RawPose
 
-TIME_COLUMNS = {"time": 1.0, "time_s": 1.0, "seconds": 1.0, "time_ms": 1e-3, "timestamp_ms": 1e-3}
-"""Columns with a frame's time, and their unit in seconds."""
+TIME_COLUMNS = {
+    "time": (1.0,), "time_s": (1.0,), "seconds": (1.0,), "time (seconds)": (1.0,), "time_ms": (1e-3,),
+    "timestamp_ms": (1e-3,), "timestamp": (1.0, 1e-3, 1e-6, 1e-9),
+}  # fmt: skip
+"""Columns with a frame's time, and its unit in seconds; of several the one that makes a `USUAL_STEP`."""
+
+USUAL_STEP = (1e-3, 0.2)
+"""Seconds from frame to frame."""
 
 UNEVEN = 0.25
 """Frames whose steps in time stray further from the median, as part of it, are no regular clip."""
 
 MODEL = "body_"
 """FreeMoCap's name of the model that a body's point is from, before the point's."""
+
+MOTIVE_LINES = 12
+"""Lines in which Motive's header ends."""
 
 NUMBER = r"(?:landmark|joint|point|keypoint|kp)?[ _]?(\d{1,3})"
 """A joint's number instead of a name."""
@@ -40,6 +49,12 @@ def read_csv_pose(path: Path) -> RawPose:
     """
     text, _ = decoded(path)
     lines = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+    with restated("it cannot be read as csv:", csv.Error, UnusableMotion):
+        return _motive(lines) if text.startswith(MOTIVE) else _table(lines)
+
+
+def _table(lines: list[str]) -> RawPose:
+    """Positions of a table whose first line names its columns."""
     header = lines[0] if lines else ""
     separator = max(SEPARATORS, key=header.count)
     columns = next(csv.reader([header], delimiter=separator), [])
@@ -57,6 +72,26 @@ def read_csv_pose(path: Path) -> RawPose:
         order = np.argsort([int(number[1]) for number in numbers if number], kind="stable")
         positions = positions[:, order]
     return RawPose(positions, names, PoseFacts(rate=_rate(columns, table)))
+
+
+def _motive(lines: list[str]) -> RawPose:
+    """Positions of the first person's bones in Motive's table: kinds and names stand above the axes."""
+    rows = list(csv.reader(lines[:MOTIVE_LINES]))
+    top = next((number for number, row in enumerate(rows) if row[:1] == ["Frame"]), 0)
+    about = dict(zip(rows[0][::2], rows[0][1::2], strict=False))
+    named = {row[1]: row for row in rows[1:top] if row[1:]}
+    if not named.keys() >= {"Type", "Name"} or about.get("Coordinate Space", "Global") != "Global":
+        raise UnusableMotion(
+            "it holds no bones in global coordinates: export those from Motive, or BVH or FBX"
+        )
+    columns = list(zip_longest(named["Type"], named["Name"], rows[top - 1], rows[top], fillvalue=""))
+    whose = next((name.rpartition(":")[0] for kind, name, *_ in columns if kind == "Bone"), "")
+    header = [
+        f"{name} {axis}" if (kind, name.rpartition(":")[0], what) == ("Bone", whose, "Position") else axis
+        for kind, name, what, axis in columns
+    ]
+    raw = _table([",".join(header), *lines[top + 1 :]])
+    return raw._replace(facts=facts_of({"unit": about.get("Length Units")}).completed(raw.facts))
 
 
 def read_trc_pose(path: Path) -> RawPose:
@@ -108,7 +143,11 @@ def _rate(columns: list[str], table: np.ndarray) -> float | None:
     column = next((name for name in TIME_COLUMNS if name in plain), None)
     if column is None or len(table) < 2:
         return None
-    steps = np.diff(table[:, plain.index(column)]) * TIME_COLUMNS[column]
+    steps, units = np.diff(table[:, plain.index(column)]), TIME_COLUMNS[column]
+    fitting = [unit for unit in units if USUAL_STEP[0] < unit * np.median(steps) <= USUAL_STEP[1]]
+    if len(units) > 1 and not fitting:  # text, or frames in any unit
+        return None
+    steps = steps * [*fitting, *units][0]
     step = float(np.median(steps))
     if not step > 0:
         raise UnusableMotion(f"its column {column} does not rise from row to row")
@@ -125,8 +164,7 @@ def read_json_pose(path: Path) -> RawPose:
 
     Raises UnusableMotion if it is neither.
     """
-    with restated("it cannot be read as JSON:", (ValueError, RecursionError), UnusableMotion):
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
+    content = read_json(path)
     if (seen := _mediapipe(content)) is not None:
         return seen
     if not isinstance(content, dict):

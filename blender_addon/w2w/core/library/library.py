@@ -34,6 +34,9 @@ WORLD_KEYS = ("pose_world_landmarks", "poseWorldLandmarks", "world_landmarks", "
 JSON_KEYS = ("positions", "keypoints", "keypoints_3d", "instance_info", "segment_lengths", *WORLD_KEYS)
 """The keys by which a JSON file is recognised as joint positions, those of estimators last."""
 
+SMPL_KEYS = ("transl", "global_orient", "body_pose", "betas")
+"""The keys by which one is recognised as parameters of SMPL-X (Fit3D), whichever comes first."""
+
 TEXT_SUFFIXES = (".csv", ".json")
 """Kinds of text that may hold joints, or anything else."""
 
@@ -45,6 +48,9 @@ JOINT_SUFFIXES = (*ARRAY_SUFFIXES, *TEXT_SUFFIXES)
 UP_SUFFIXES = (".npz", *RESULT_SUFFIXES, *JOINT_SUFFIXES)
 """Kinds of files that may not say which axis is up."""
 
+MOTIVE = "Format Version,"
+"""The beginning of a table that OptiTrack's Motive exported."""
+
 HEAD_BYTES = 16384
 FEWEST_JOINTS = 8
 
@@ -53,6 +59,11 @@ COLUMN = re.compile(r"(?P<joint>.*\S)\s*[\s_.:\-](?P<axis>[xyz])", re.IGNORECASE
 
 NUMBERED = re.compile(r"(?P<axis>[xyz])_?(?P<joint>\d{1,3})", re.IGNORECASE)
 """The same by the joint's number: ``x0``, as people save MediaPipe's landmarks."""
+
+PLACED = re.compile(
+    r"(?P<joint>.*\S)[\s_.:\-]+(?:position|pos|location|loc|translation)", re.IGNORECASE | re.DOTALL
+)
+"""A joint's name in a table that holds its turns, too: ``Hips_position``."""
 
 GLTF_SUFFIXES = (*PLAIN_GLTF, *VRM_SUFFIXES)
 
@@ -310,28 +321,40 @@ def joint_columns(names: Iterable[str]) -> dict[str, tuple[int, ...]]:
         plain = name.strip().strip('"')
         if column := COLUMN.fullmatch(plain) or NUMBERED.fullmatch(plain):
             columns.setdefault(column["joint"], {})[column["axis"].lower()] = place
-    return {joint: tuple(axes[axis] for axis in "xyz") for joint, axes in columns.items() if len(axes) == 3}
+    whole = {joint: tuple(axes[axis] for axis in "xyz") for joint, axes in columns.items() if len(axes) == 3}
+    placed = {found["joint"]: places for name, places in whole.items() if (found := PLACED.fullmatch(name))}
+    return placed or whole
 
 
 def may_hold_joints(path: Path) -> bool:
     """Whether a csv or json file, by its first bytes, holds joint positions; never waits for a pipe."""
+    text = _head(path)
+    if path.suffix.lower() == ".json":
+        return any(f'"{key}"' in text for key in (*JSON_KEYS, *SMPL_KEYS))
+    header = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    is_motive = header.startswith(MOTIVE) and ",Bone," in text
+    return is_motive or len(joint_columns(re.split(r"[,;\t]", header))) >= FEWEST_JOINTS
+
+
+def _head(path: Path) -> str:
+    """The first characters of a text file, "" if there is no such file."""
     try:
         if not path.is_file():
-            return False
+            return ""
         with path.open("rb") as stream:
             head = stream.read(HEAD_BYTES)
     except OSError:
-        return False
-    text = head.decode("utf-8", "replace").lstrip("\ufeff")
-    if path.suffix.lower() == ".json":
-        return any(f'"{key}"' in text for key in JSON_KEYS)
-    header = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
-    return len(joint_columns(re.split(r"[,;\t]", header))) >= FEWEST_JOINTS
+        return ""
+    return head.decode("utf-8", "replace").lstrip("\ufeff")
 
 
 def is_joint_file(path: Path) -> bool:
     """Whether a file is to be read as joint positions rather than as another kind of motion."""
     suffix = path.suffix.lower()
+    if suffix == ".json":
+        text = _head(path)
+        named = [any(f'"{key}"' in text for key in keys) for keys in (JSON_KEYS, SMPL_KEYS)]
+        return named[0] or not named[1]
     if suffix != ".npz":
         return suffix in JOINT_SUFFIXES and not is_motion_x(path)
     try:

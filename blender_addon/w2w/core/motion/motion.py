@@ -31,6 +31,7 @@ from .smpl_layouts import (
 from .source import (
     SAY_RATE,
     UnusableMotion,
+    read_json,
     reading,
     refuse_degrees,
     refuse_few_frames,
@@ -158,9 +159,9 @@ class Motion:
 LABELS = ("activity", "subject", "clip")
 """Arrays that `Motion.save` adds to those of AMASS."""
 
-SMPL_SUFFIXES = (".npz", ".smpl", *RESULT_SUFFIXES)
+SMPL_SUFFIXES = (".npz", ".smpl", ".json", *RESULT_SUFFIXES)
 
-RATE_KEYS = ("mocap_framerate", "mocap_frame_rate", "framerate", "fps", "frameRate")
+RATE_KEYS = ("mocap_framerate", "mocap_frame_rate", "framerate", "frame_rate", "fps", "frameRate")
 TRANS_KEYS = ("trans", "transl", "bodyTranslation")
 POSE_KEYS = (("poses",), ("bodyPose",), ("root_orient", "pose_body"), ("global_orient", "body_pose"))
 """Names of the poses in AMASS and in `.smpl` files (Meshcapade's smplcodec, an npz by other names), or of the
@@ -272,10 +273,11 @@ def _read_arrays(path: Path, person: int | None) -> tuple[dict[str, np.ndarray],
     """
     poses = [name for names in POSE_KEYS for name in names]
     names = (*poses, *TRANS_KEYS, *RESULT_KEYS, *RATE_KEYS, *LABELS)
-    is_result = path.suffix.lower() in RESULT_SUFFIXES
+    is_json = path.suffix.lower() == ".json"
+    is_result = is_json or path.suffix.lower() in RESULT_SUFFIXES
     check = partial(refuse_long_array, most_bones=BODY_JOINTS)
     if is_result:
-        people = people_in_result(read_result(path))
+        people = people_in_result(read_json(path) if is_json else read_result(path))
     elif is_motion_x(path):
         numbers = read_npy(path)
         people = [{name: numbers[:, places] for name, places in MOTION_X.items()}]

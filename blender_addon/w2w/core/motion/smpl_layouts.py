@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""SMPL parameters as pose estimators and AIST++ write them, under the names and in the form of smplx."""
+"""SMPL parameters as pose estimators and data sets write them, under the names and in the form of smplx."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,6 +22,20 @@ WHOLE = {
 }
 """Array of all joints' rotations -> array of the body's path: of AIST++, WHAM's world, TRAM and VIMO, and
 WHAM's camera, PromptHMR and CoMotion."""
+
+RENAMED = {
+    "fullpose": "poses", "pose_est_fullposes": "poses", "pose_est_trans": "trans",
+    "poses_root": IN_PARTS[0], "poses_body": IN_PARTS[1], "gt": "pose",
+}  # fmt: skip
+"""Other names in results: MoSh++'s and MoSh's, EMDB's, and DIP-IMU's."""
+
+AT_60_HZ = {"poses_60Hz": "pose", "trans_60Hz": "trans"}
+"""3DPW's arrays at the rate of its sensors (von Marcard et al. 2018); its others are frames of the video."""
+
+POSES = {*WHOLE, *RENAMED, "poses", "pose_body", IN_PARTS[1]}
+PATHS = ("trans", "transl", *WHOLE.values())
+NAMED = {*POSES, *PATHS, *AT_60_HZ, IN_PARTS[0], "root_orient"}
+"""Names of poses, and of the body's path, in results."""
 
 SCALE = "smpl_scaling"
 """AIST++ divides its path by it: what is left is in metres (Li et al. 2021, its own loader)."""
@@ -80,9 +95,20 @@ def people_in_result(content: Any) -> list[dict[str, np.ndarray]]:
         raise UnusableMotion(f"it holds no poses of SMPL, but {shown(held[:120])}")
     in_world = [item for item in found if _in_world(*item)]
     people = sorted((arrays for _, arrays in in_world or found), key=_seen_frames, reverse=True)
-    top = content.items() if isinstance(content, dict) else ()
-    facts = {str(name): np.asarray(value) for name, value in top if isinstance(value, (int, float))}
+    facts = _numbers(content, DEEPEST, set())
     return [facts | arrays for arrays in people]
+
+
+def _numbers(value: Any, depth: int, seen: set[int]) -> dict[str, np.ndarray]:
+    """Single numbers of nested dicts by name; the outer ones go before."""
+    found: dict[str, np.ndarray] = {}
+    if isinstance(value, dict) and depth and id(value) not in seen:
+        seen.add(id(value))
+        for part in value.values():
+            found = _numbers(part, depth - 1, seen) | found
+        single = {name: part for name, part in value.items() if isinstance(part, int | float | np.number)}
+        found |= {str(name): np.asarray(part) for name, part in single.items()}
+    return found
 
 
 def chosen_person(people: Sequence[Chosen], person: int | None) -> Chosen:
@@ -103,14 +129,40 @@ def _people(value: Any, names: tuple[str, ...], seen: set[int]) -> Iterator[Pers
     if id(value) in seen or len(names) > DEEPEST:
         return
     seen.add(id(value))
-    if isinstance(value, dict):
-        arrays = {str(name): array for name, array in value.items() if isinstance(array, np.ndarray)}
-        if arrays.keys() & {*WHOLE, "poses", IN_PARTS[1]} and _seen_frames(arrays) > 1:
-            yield names, arrays
+    for person in _apart(value) if isinstance(value, dict) else ():
+        arrays = {name: array for name, array in person.items() if isinstance(array, np.ndarray)}
+        if arrays.keys() & POSES and _seen_frames(arrays) > 1:
+            yield names, {RENAMED.get(name, name): array for name, array in arrays.items()}
     parts = value.items() if isinstance(value, dict) else enumerate(value if isinstance(value, list) else ())
     for name, part in parts:
         if isinstance(part, dict | list):
             yield from _people(part, (*names, str(name)), seen)
+
+
+def _apart(result: dict[Any, Any]) -> list[dict[str, Any]]:
+    """A dict's content for each of its people: a list (3DPW), or the first axis of its arrays (CHI3D)."""
+    named = {str(name): _array(part) if str(name) in NAMED else part for name, part in result.items()}
+    rate = {}
+    if named.keys() >= AT_60_HZ.keys():
+        named = {name: named[own] for own, name in AT_60_HZ.items()}
+        rate = {"frame_rate": np.array(60.0)}
+    path = next((named[name] for name in PATHS if name in named), None)
+    several = path.ndim == 3 and path.shape[1] > 1 if isinstance(path, np.ndarray) else isinstance(path, list)
+    if path is None or not several:
+        return [named]
+    lists = {name: part for name, part in named.items() if isinstance(part, list | np.ndarray)}
+    parts = {
+        name: part for name, part in lists.items() if getattr(part, "ndim", 1) and len(part) == len(path)
+    }
+    return [{name: _array(part[one]) for name, part in parts.items()} | rate for one in range(len(path))]
+
+
+def _array(value: Any) -> Any:
+    """Lists of numbers, as deep as they are regular, as an array; anything else as it is."""
+    if isinstance(value, list):
+        with suppress(ValueError, TypeError, OverflowError):
+            return np.array(value, dtype=np.float64)
+    return value
 
 
 def _in_world(names: tuple[str, ...], arrays: dict[str, np.ndarray]) -> bool:

@@ -2,17 +2,19 @@
 """Motion files before retargeting: which can be opened, what they hold, and why some are refused."""
 
 import errno
+import json
 import math
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..body.skeleton import Y_UP_TO_Z_UP
-from ..wording import count, harmless, shown
+from ..wording import count, harmless, restated, shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,6 +251,12 @@ def reading(*faults: type[Exception]) -> Iterator[None]:
         raise UnusableMotion(unreadable(error)) from error
     except faults as error:
         raise UnusableMotion(reason_of(error)) from error
+
+
+def read_json(path: Path) -> Any:
+    """The content of a JSON file; UnusableMotion if it is none."""
+    with restated("it cannot be read as JSON:", (ValueError, RecursionError), UnusableMotion):
+        return json.loads(path.read_text(encoding="utf-8-sig"))
 
 
 def _why_missing(path: Path, error: Exception) -> str:
