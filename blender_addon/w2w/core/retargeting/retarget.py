@@ -63,7 +63,7 @@ USUAL = (10, 90)
 CENTIMETRES = 100.0
 
 UPRIGHT = np.cos(np.radians(20))
-"""A rest pose whose trunk leans less than this stands upright: its own up is the world's."""
+"""A rest pose whose trunk leans less than this off an axis of the world has that axis up."""
 
 STRAIGHT_LEG = np.cos(np.radians(25))
 """A shank that leans less than this in the rest pose carries a foot that stands flat."""
@@ -164,8 +164,9 @@ def _torso_frame(body: Body, rest: dict[int, np.ndarray]) -> np.ndarray:
     """Rotation from the body's rest axes (left +x, up +z) to those of the source's torso."""
     left = np.sum([unit(rest[on_left] - rest[on_right]) for on_left, on_right in ACROSS], axis=0)
     trunk = unit(trunk_line(rest))
-    if trunk[2] >= UPRIGHT:
-        return frame_of(left, np.array([0.0, 0.0, 1.0]))
+    nearest = np.abs(trunk).argmax()
+    if abs(trunk[nearest]) >= UPRIGHT:  # not only z: bind poses may have another axis up
+        return frame_of(left, np.sign(trunk[nearest]) * np.eye(3)[nearest])
     own = unit(trunk_line({joint: body.joints[joint] for joint in rest}))
     return frame_of(left, trunk) @ frame_of(np.array([1.0, 0.0, 0.0]), own).T
 

@@ -43,6 +43,7 @@ from ..base.fcurves import (
 )
 from ..base.module import bpy
 from ..base.playback import same_timing
+from .bind_poses import are_scaled, bind_sizes, mend_places, node_sizes
 from .importers import check_fbx, fbx_up, import_fault, import_gltf
 from .usd import import_usd
 
@@ -214,10 +215,19 @@ def written_up(path: Path) -> Up:
 def _import_fbx(path: Path) -> None:
     """Blender's C++ importer (4.5 and later), or the Python one it had before."""
     check_fbx(path, python_importer=not _has_cpp_importer())
-    if _has_cpp_importer():
-        bpy.ops.wm.fbx_import(filepath=str(path), use_custom_normals=False)
-    else:
+    if not _has_cpp_importer():
         bpy.ops.import_scene.fbx(filepath=str(path), use_custom_normals=False, use_image_search=False)
+        return
+    before = existing_data()
+    bpy.ops.wm.fbx_import(filepath=str(path), use_custom_normals=False)
+    brought, sizes = new_data(before), node_sizes(path)
+    if are_scaled(brought, sizes):
+        before = existing_data()
+        try:
+            bpy.ops.wm.fbx_import(filepath=str(path), use_custom_normals=False, use_anim=False)
+            mend_places(brought, bind_sizes(new_data(before), sizes))
+        finally:
+            bpy.data.batch_remove(new_data(before))
 
 
 def _import_bvh(path: Path) -> None:
