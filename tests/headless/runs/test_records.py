@@ -1,18 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The list of clips' records outlives kills and damage, and says which code a clip depends on."""
+"""The list of clips' records outlives kills and damage."""
 
 import json
-import sys
 from dataclasses import replace
 
 import pytest
 
-from w2w.core.body.body import PACKAGE
 from w2w.core.library.library import read_library
 from w2w.core.study.clip_files import WORK
 from w2w.headless.runs.clip import do_clip
 from w2w.headless.runs.clip_task import ClipTask
-from w2w.headless.runs.folder import HEADLESS, code_of_signals
 from w2w.headless.runs.records import gather, given_names, read_records, tidy, untouched
 
 
@@ -74,20 +71,3 @@ def test_the_newest_of_two_lists_counts_and_one_list_is_left(tasks, other):
     (out / WORK / f"records.{other}.jsonl").write_text(f"\n{json.dumps(older)}\n")
     assert tidy(out)[name]["reason"] == ""
     assert [path.name for path in (out / WORK).glob("records*")] == ["records.jsonl"]
-
-
-def test_all_code_that_runs_for_a_clip_is_in_its_key(motions, four_patches, shared_data):
-    out, config = four_patches
-    clips = [read_library(folder).clips[0] for folder in (motions, shared_data / "bvh" / "bandai_namco")]
-    ran = set()
-    sys.setprofile(lambda frame, event, _: event == "call" and ran.add(frame.f_code))
-    try:
-        results = [do_clip(ClipTask(clip, out, config, "inputs")) for clip in clips]
-    finally:
-        sys.setprofile(None)
-    assert all(result.used for result in results)
-    rooms = [str(folder) for folder in (PACKAGE / "core", PACKAGE / "scene", HEADLESS / "runs")]
-    ours = {code.co_filename for code in ran if code.co_name != "<module>"}
-    ours = {file for file in ours if file.startswith(tuple(rooms))}
-    assert len(ours) > 20
-    assert ours <= {str(path) for _, path in code_of_signals()}

@@ -29,6 +29,9 @@ from ..windows.stream import standing_reading
 from .clip_files import ClipWindows
 from .config import StudyConfig
 
+RANKING_VERSION = 1
+"""Version of maps, choices and what is told of them: raise it with a change that gives others."""
+
 
 @dataclass(frozen=True)
 class LabelledClip:

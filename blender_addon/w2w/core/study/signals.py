@@ -20,6 +20,9 @@ from ..windows.features import further_features, window_features
 from ..windows.windows import cut_windows
 from .config import StudyConfig
 
+SIGNALS_VERSION = 1
+"""Version of motions on the body, signals and features: raise it with a change that gives others."""
+
 
 def place_patches(body: Body, config: StudyConfig) -> PatchSet:
     """The study's patches on its body, then the user's placements.

@@ -51,7 +51,7 @@ class Engine:
 class ClipTask:
     """All that a worker needs to know about one clip.
 
-    `inputs` is a hash of the body, the patches, the config and the code that the result depends on, `before`
+    `inputs` is a hash of the body, the patches, the config and the version of what makes signals, `before`
     the clip's record by an earlier run, as it is in the list, and `library` the library's `digest_of_path`.
     """
 

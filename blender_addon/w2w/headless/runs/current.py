@@ -23,7 +23,7 @@ from ...core.inside import inside
 from ...core.library.library import Clip
 from ...core.study.clip_files import WORK
 from .clip_task import digest_of_path, look, stamp
-from .folder import DIVIDED, code_sha256
+from .folder import DIVIDED, results_made_by
 from .own_files import LIST, is_whole
 from .records import lists_in
 from .study import BakedStudy, RunPlan
@@ -96,7 +96,7 @@ def _looks(body: Body, out: Path, inputs: str) -> str:
 def _study(plan: RunPlan) -> tuple[Any, ...]:
     library, engine = plan.library, plan.engine
     return (
-        plan.config.as_dict(), versions(), code_sha256(), plan.pictures, plan.report, plan.more,
+        plan.config.as_dict(), versions(), results_made_by(), plan.pictures, plan.report, plan.more,
         library.labelled_by, library.skipped, library.check,
         engine.bone_maps, engine.pose, engine.ups, engine.signals,
     )  # fmt: skip

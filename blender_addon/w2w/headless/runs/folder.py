@@ -20,7 +20,9 @@ from ...core.findings.summary import PLACEMENTS
 from ...core.library.library import Library, unique_names
 from ...core.study.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide, mark_changing
 from ...core.study.clip_list import CLIP_LIST
+from ...core.study.ranking import RANKING_VERSION
 from ...core.study.results import UnfinishedError
+from ...core.study.signals import SIGNALS_VERSION
 from ...core.wording import restated
 from .own_files import check, links_in, remove_own
 from .records import Records, given_names, read_records, tidy
@@ -185,50 +187,42 @@ def remove_unfinished(out: Path) -> None:
                 path.unlink(missing_ok=True)
 
 
-HEADLESS = Path(__file__).resolve().parents[1]
+CODE = ("core", "scene", "drawing", "report", "headless/runs", "headless/reports")
+"""Folders of the package whose code results depend on."""
 
-
-NO_SIGNALS = (
-    "core/selection", "core/findings", "core/exports", "core/ranking", "core/study/ranking.py",
-    "core/study/results.py", "core/study/choosing.py", "core/windows/inputs.py", "scene/files",
-    "scene/heatmap.py", "drawing", "report", "reports",
-)  # fmt: skip
-"""Code that a clip's own files do not depend on, as it ranks, chooses and tells."""
-
-
-def _code() -> list[tuple[str, Path]]:
-    """The code and templates that results depend on, each file by its name in the package."""
-    rooms = {name: PACKAGE / name for name in ("core", "scene", "drawing", "report")}
-    rooms |= {name: HEADLESS / name for name in ("runs", "reports")}
-    files = [(name, root, path) for name, root in rooms.items() for path in root.rglob("*.py")]
-    files += [("report", PACKAGE / "report", path) for path in (PACKAGE / "report").rglob("*.html")]
-    templates = (*TEMPLATES.glob("*.np[yz]"), *TEMPLATES.rglob("*.json"))
-    # the Blender extension lacks that table; a body that was recognised by it is an input of its own
-    files += [("templates", TEMPLATES, path) for path in templates if path != NUMBERING]
-    return [(f"{name}/{path.relative_to(root).as_posix()}", path) for name, root, path in sorted(files)]
-
-
-def code_of_signals() -> list[tuple[str, Path]]:
-    """The part of that code that signals and features depend on."""
-    return [(name, path) for name, path in _code() if not name.startswith(NO_SIGNALS)]
+NOT_IN_SIGNALS = ("colour_maps.npz", "demo.npz", "products.json", "sensors.json", "tape_segments.json")
+"""Templates that signals do not depend on; a sensor counts by its own model, a parameter of the study."""
 
 
 @cache
 def code_sha256() -> str:
     """Hash of the code and templates that results depend on."""
-    return _hash(_code())
+    code = [path for name in CODE for kind in ("*.py", "*.html") for path in (PACKAGE / name).rglob(kind)]
+    return hashlib.sha256((_hash(PACKAGE, code) + _templates_sha256()).encode()).hexdigest()
 
 
 @cache
-def signals_code_sha256() -> str:
-    """Hash of the code and templates that signals and features depend on."""
-    return _hash(code_of_signals())
+def signals_made_by() -> str:
+    """Version of what makes signals and features, and a hash of the templates that they depend on."""
+    return f"{SIGNALS_VERSION} {_templates_sha256(*NOT_IN_SIGNALS)}"
 
 
-def _hash(files: Sequence[tuple[str, Path]]) -> str:
+@cache
+def results_made_by() -> str:
+    """Versions of what makes signals and ranks, and a hash of all templates."""
+    return f"{SIGNALS_VERSION} {RANKING_VERSION} {_templates_sha256()}"
+
+
+def _templates_sha256(*without: str) -> str:
+    files = (*TEMPLATES.glob("*.np[yz]"), *TEMPLATES.rglob("*.json"))
+    # the Blender extension lacks that table; a body that was recognised by it is an input of its own
+    return _hash(TEMPLATES, (path for path in files if path.name not in (*without, NUMBERING.name)))
+
+
+def _hash(folder: Path, files: Iterable[Path]) -> str:
     digest = hashlib.sha256()
-    for name, path in files:
-        digest.update(name.encode())
+    for path in sorted(files):
+        digest.update(path.relative_to(folder).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
 

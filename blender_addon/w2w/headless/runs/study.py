@@ -46,7 +46,7 @@ from .folder import (
     preparing,
     remove_leftovers,
     save_new,
-    signals_code_sha256,
+    signals_made_by,
 )
 from .garments import fit_garments
 from .monitor import RunMonitor
@@ -190,7 +190,7 @@ def _bake(
     inputs = hashlib.sha256(
         b"".join((out / name).read_bytes() for name in files)
         + repr((config.signal_parameters(), engine.bone_maps, engine.pose, engine.signals)).encode()
-        + signals_code_sha256().encode()
+        + signals_made_by().encode()
     ).hexdigest()
     out = out.resolve()
     records = read_records(out) if shard else tidy(out)

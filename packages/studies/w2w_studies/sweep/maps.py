@@ -34,7 +34,7 @@ from w2w.core.study.signals import describe, place_patches, record
 from w2w.core.threads import unthreaded_products
 from w2w.core.windows.windows import TooShortError
 from w2w.headless.blender import inside_blender
-from w2w.headless.runs.folder import code_sha256
+from w2w.headless.runs.folder import results_made_by
 from w2w.headless.runs.workers import local_executor
 from w2w.headless.stopping import deaf_children
 
@@ -97,7 +97,7 @@ class SweepMaps:
             json.dumps(plain(case), sort_keys=True),
             (self.study.out / "config.json").read_text(encoding="utf-8"),
             str(len(self.patches)),
-            code_sha256(),
+            results_made_by(),
         ]
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
