@@ -14,10 +14,13 @@ from __future__ import annotations
 
 import argparse
 import io
+import pickle
+import pickletools
 import tempfile
 import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +30,7 @@ from w2w.core.imu.recording import ImuRecording
 from w2w.core.library.library import read_library
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.pickles import read_npy_object, read_result
 from w2w.core.readers.bvh import read_bvh
 from w2w.core.retargeting.bone_maps import BONE_MAPS, BoneMap
 from w2w.core.windows.inputs import StoredArray
@@ -37,6 +41,8 @@ PROMISED = (UnusableMotion, ValueError, OSError)
 
 EXTREMES = (b"\0" * 4, b"\xff" * 4, b"\xff\xff\xff\x7f", b"\0\0\0\x80", b"\0\0\xc0\x7f", b"\0\0\x80\x7f")
 
+
+CODES = [operation.code for operation in pickletools.opcodes]
 
 WORDS = (
     b"nan", b"1e9", b"-1e9", b"1e308", b"0", b"1e-300", b"{", b"}", b"ROOT x", b"JOINT y", b"End Site",
@@ -112,6 +118,27 @@ def mutated_words(data: bytes, rng: np.random.Generator) -> bytes:
     return b"\n".join(lines)
 
 
+def mutated_steps(data: bytes, rng: np.random.Generator) -> bytes:
+    """A pickle, alone or behind an npy's header, whose operations are moved, doubled, lost and made up."""
+    start = data.index(b"\n") + 1 if data.startswith(b"\x93NUMPY") else 0
+    places = [place for _, _, place in pickletools.genops(data[start:])] + [len(data) - start]
+    steps = [data[start + a : start + b] for a, b in pairwise(places)]
+    for _ in range(rng.integers(1, 5)):
+        one, other = rng.integers(0, len(steps), 2)
+        kind = rng.integers(0, 5)
+        if kind == 0:
+            steps[one], steps[other] = steps[other], steps[one]
+        elif kind == 1:
+            steps[one:one] = [steps[other]] * int(2 ** rng.uniform(0, 12))
+        elif kind == 2 and len(steps) > 1:
+            del steps[one]
+        elif kind == 3:
+            steps[one] = rng.choice(CODES).encode("latin-1") + rng.bytes(rng.integers(0, 9))
+        else:
+            steps[one] = steps[one][:1] + EXTREMES[rng.integers(0, len(EXTREMES))] + steps[one][5:]
+    return data[:start] + b"".join(steps)
+
+
 def mutated_npz(data: bytes, rng: np.random.Generator) -> bytes:
     """An npz whose arrays are changed, under checksums that are right."""
     with np.load(io.BytesIO(data), allow_pickle=False) as stored:
@@ -170,7 +197,13 @@ def readers(place: Path) -> Iterator[tuple[str, str, list[bytes], Callable[[Path
         (place / "library" / name).touch()
     fbx = [path.read_bytes() for path in sorted((DATA / "mixamo").rglob("*.fbx"))[:40:8]]
     maps = [path.read_bytes() for path in sorted(BONE_MAPS.glob("*.json"))]
+    result = {"poses": smooth, "trans": smooth[:, :3], "names": ["one", "two"], "fps": np.float32(30)}
+    pickled = [pickle.dumps(result, protocol) for protocol in range(pickle.HIGHEST_PROTOCOL + 1)]
+    stream = io.BytesIO()
+    np.save(stream, np.array(result))
     yield "AMASS npz", ".npz", poses, read_amass
+    yield "result pkl", ".pkl", pickled, read_result
+    yield "objects npy", ".npy", [stream.getvalue()], read_npy_object
     yield "recording npz", ".npz", recording, ImuRecording.load
     yield "features npz", ".npz", [whole.read_bytes()], _columns
     yield "labels csv", ".csv", [labels], lambda path: read_library(place / "library", path)
@@ -206,6 +239,8 @@ def fuzz_readers(place: Path, cases: int, seed: int) -> Counter[str]:
             data = mutated_npz(data, rng)
         elif suffix == ".bvh" and rng.random() < 0.5:
             data = mutated_words(data, rng)
+        elif suffix in (".pkl", ".npy") and rng.random() < 0.6:
+            data = mutated_steps(data, rng)
         else:
             data = mutated(data, rng, files[rng.integers(0, len(files))])
         path = place / f"case{suffix}"

@@ -15,7 +15,7 @@ from contextvars import ContextVar
 from errno import EISDIR, ENOENT
 from pathlib import Path
 from tokenize import TokenError
-from typing import IO, Any, BinaryIO
+from typing import IO, Any, BinaryIO, Literal
 from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile, ZipInfo, is_zipfile
 
 import numpy as np
@@ -274,12 +274,17 @@ def _read_values(stream: IO[bytes], held: int) -> np.ndarray:
         if len(piece) < min(PIECE, size - start):
             raise ValueError("it holds less than it claims")
         data[start : start + PIECE] = np.frombuffer(piece, dtype=np.uint8)
-    array: np.ndarray = np.ndarray(shape, dtype, data, order="F" if is_fortran else "C")
+    return as_array(data, shape, dtype, "F" if is_fortran else "C")
+
+
+def as_array(data: Any, shape: tuple[int, ...], dtype: np.dtype, order: Literal["C", "F"]) -> np.ndarray:
+    """An array of numbers or text over some bytes; ValueError if they are no such."""
+    array: np.ndarray = np.ndarray(shape, dtype, data, order=order)
     if dtype.kind == "U":  # on characters that do not exist Python fails with an internal error
-        letters = data.view(f"{dtype.byteorder}u4")
+        letters: np.ndarray = np.ndarray(array.nbytes // 4, f"{dtype.byteorder}u4", data)
         if (letters > MAX_CHARACTER).any():
             raise ValueError("it holds characters that do not exist")
-    return array
+    return array.view(np.uint8) != 0 if dtype.kind == "b" else array
 
 
 def _fault(path: str | Path, error: Exception) -> str:

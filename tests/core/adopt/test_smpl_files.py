@@ -241,7 +241,7 @@ def test_models_that_are_none_are_refused_in_words(tmp_path, model, change, word
 def test_other_files_are_refused_in_words(tmp_path):
     for name, content, words in (
         ("list.pkl", pickle.dumps([1, 2]), "holds a list"),
-        ("cut.pkl", b"\x80\x02}q\x00(U", "cannot be read as a pickled model"),
+        ("cut.pkl", b"\x80\x02}q\x00(U", "no pickle of a model"),
         ("text.npz", b"hello", "text.npz"),
         ("empty.obj", b"# nothing\n", "holds no mesh"),
         ("word.obj", b"v 0 0 zero\n", "line 1"),

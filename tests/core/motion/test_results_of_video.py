@@ -205,7 +205,10 @@ def test_code_is_refused_and_nothing_runs(tmp_path, poses, write):
         (b"nothing of the kind", "it is damaged, or no pickle"),
         (pickle.dumps([1, 2]), "it holds no poses of SMPL, but list"),
         (pickle.dumps({"words": 3}), "it holds no poses of SMPL, but words"),
-        (b"PK\x03\x04 cut", "it is damaged, or refers"),
+        (pickle.dumps({"a.jpg": {"tid": [1], "smpl": "words"}}), "its tracks hold no poses"),
+        (pickle.dumps({"a.jpg": {"tid": [1], "smpl": [{"body_pose": 1}]}}), "its tracks hold no poses"),
+        (pickle.dumps({"a.jpg": {"tid": [[]], "smpl": [{}]}}), "its tracks hold no poses"),
+        (b"PK\x03\x04 cut", "it is damaged, or no pickle"),
         (b"\x78\x9ccut", "it is damaged, or no pickle"),
     ],
 )

@@ -74,8 +74,7 @@ def load_body(path: Path, betas: np.ndarray | None = None) -> Body:
         raise BodyError(f"{path} is not there: {EXPECTED}")
     with restated(f"{path}:", (ValueError, OSError, EOFError, zipfile.BadZipFile), BodyError):
         if kind in (".pkl", ".pickle"):
-            with path.open("rb") as stream:
-                return body_from_model(read_arrays(stream, wanted), path.stem, betas)
+            return body_from_model(read_arrays(path, wanted), path.stem, betas)
         if kind == ".npz":
             return _body_from_npz(path, wanted, betas)
         if kind in (".obj", ".ply"):

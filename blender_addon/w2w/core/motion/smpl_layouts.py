@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..files import npy_shape
-from ..wording import shown
+from ..wording import restated, shown
 from .source import UnusableMotion
 
 IN_PARTS = ("global_orient", "body_pose")
@@ -58,6 +58,9 @@ DEEPEST = 5
 
 NOT_ORTHOGONAL = 0.01
 
+NO_TRACKS = (KeyError, TypeError, ValueError)
+"""Errors of tracks that are something else."""
+
 
 def in_smplx_form(arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Arrays with rotation matrices made axis-angle, results renamed, and a path of 0 if there is none.
@@ -89,7 +92,8 @@ def people_in_result(content: Any) -> list[dict[str, np.ndarray]]:
 
     Raises UnusableMotion if it holds no poses of SMPL.
     """
-    found = [*_tracks(content)] or [*_people(content, (), set())]
+    with restated("it is damaged: its tracks hold no poses of SMPL", NO_TRACKS, UnusableMotion):
+        found = [*_tracks(content)] or [*_people(content, (), set())]
     if not found:
         held = ", ".join(map(str, content)) if isinstance(content, dict) else type(content).__name__
         raise UnusableMotion(f"it holds no poses of SMPL, but {shown(held[:120])}")
