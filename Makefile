@@ -27,8 +27,8 @@ check: setup
 	@$(MAKE) --no-print-directory --jobs 2 lint arithmetic
 
 arithmetic:
-	.venv/bin/python -m pytest -q -n 2 --dist worksteal -m "not slow and not later" tests/core tests/drawing $(addprefix tests/test_,house.py mirror.py) \
-		--ignore=tests/core/adopt
+	.venv/bin/python -m pytest -q -n 2 --dist worksteal -m "not slow and not later" tests/core tests/drawing tests/test_house.py \
+		tests/test_mirror.py --ignore=tests/core/adopt
 
 BY_DAY = $(or $(TESTS),$(addprefix --ignore=,$(IN_BROWSER)) tests)
 test: setup lint

@@ -62,8 +62,10 @@ class MadeClip:
 def make_clip(
     activity: str, rate: float, pace: float, size: float, lag: float, stature: float, travels: bool = False
 ) -> MadeClip:
-    """Walking, waving or squatting for `SECONDS`; `pace` in Hz, `size` scales how far joints turn, and upper
-    arms are `lag` radians ahead of the rest."""
+    """Walking, waving or squatting for `SECONDS`.
+
+    `pace` is in Hz, `size` scales how far joints turn, and upper arms are `lag` radians ahead of the rest.
+    """
     figure = Figure(stature=stature)
     rest = figure.rest()
     time = np.arange(round(SECONDS * rate) + 1) / rate

@@ -17,8 +17,12 @@ from .rings import by_day
 NAMES = sorted(set(w2w.__all__) - {"__version__"})
 
 
+SECTIONS = ["text", "parameters", "attributes", "returns", "yields", "raises", "warns", "examples"]
+"""In numpydoc's order."""
+
+
 @pytest.mark.parametrize("name", NAMES)
-def test_the_documented_parameters_are_those_of_the_signature(name):
+def test_the_docstring_is_numpydoc_and_says_all_of_the_signature(name):
     thing = getattr(w2w, name)
     sections = griffe.parse_numpy(griffe.Docstring(inspect.getdoc(thing)))
     listed = [
@@ -28,7 +32,12 @@ def test_the_documented_parameters_are_those_of_the_signature(name):
         for one in section.value
         for part in one.name.split(",")
     ]
-    assert listed == list(inspect.signature(thing).parameters)
+    signature, kinds = inspect.signature(thing), [section.kind.value for section in sections]
+    assert listed == list(signature.parameters)
+    assert kinds == sorted(kinds, key=SECTIONS.index)
+    assert "examples" in kinds
+    gives = inspect.isfunction(thing) and signature.return_annotation not in (None, "None")
+    assert gives == bool({"returns", "yields"} & {*kinds}), "a function says what it returns"
 
 
 EXAMPLES = [*NAMES, "Ranking.needs", "Ranking.report"]

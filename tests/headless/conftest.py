@@ -50,8 +50,11 @@ def one_worker() -> Iterator[None]:
 
 @pytest.fixture(scope="session", autouse=True)
 def made_once_here(tmp_path_factory) -> Iterator[None]:
-    """What is dear and the same each time is made once in this process: patches on a body, its segments (kept
-    by W2W for a body that is the same object) and shading, the page's template, the tree of commands."""
+    """What is dear and the same each time is made once in this process.
+
+    Patches on a body, its segments (kept by W2W for a body that is the same object) and shading, the page's
+    template, the tree of commands.
+    """
     placed, bodies, load = {}, {}, Body.load
 
     def place(body, n, seed):

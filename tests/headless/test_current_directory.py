@@ -29,8 +29,10 @@ MATPLOTLIBRC = "text.usetex: True\nfont.size: 40\nfigure.facecolor: red\nbackend
 
 
 def lay_traps(folder, marker):
-    """A file for every module that can be imported here, each of which would say that it ran; settings and
-    a library that Matplotlib and Blender take from the current directory."""
+    """A file for every module that can be imported here, each of which would say that it ran.
+
+    Also settings and a library that Matplotlib and Blender take from the current directory.
+    """
     folder.mkdir(exist_ok=True)
     for name in {*sys.stdlib_module_names, *packages_distributions(), *OWN}:
         if name.isidentifier():

@@ -45,8 +45,10 @@ def test_every_file_is_used_with_its_frames(made_files, ranked):
 
 
 def test_the_ranking_finds_where_the_activities_show(ranked):
-    """Feet stand while the body squats or waves, and only walking lifts them: they cannot tell the two
-    apart, which trunk, thighs and arms can."""
+    """Feet stand while the body squats or waves, and only walking lifts them.
+
+    They cannot tell the two apart, which trunk, thighs and arms can.
+    """
     summary, rows, _ = ranked
     assert len(rows) == 24
     f1 = np.array([[float(row[name]) for name in ACTIVITIES] for row in rows])

@@ -21,8 +21,7 @@ pytestmark = pytest.mark.usefixtures("one_worker")
 
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
-    """Two activities of three clips each: an arm swings slowly or fast about the clip's axis while the root
-    shakes."""
+    """Two activities of three clips each: an arm swings slowly or fast while the root shakes."""
     folder = tmp_path_factory.mktemp("library")
     rng = np.random.default_rng(3)
     time = np.arange(150) / 50

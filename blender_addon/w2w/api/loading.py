@@ -68,6 +68,11 @@ def load_body(path: str | Path, betas: Sequence[float] | None = None) -> Body:
     betas : sequence of float, optional
         Shape of an SMPL model.
 
+    Returns
+    -------
+    Body
+        The body in its rest pose, in Blender's world.
+
     Raises
     ------
     ValueError

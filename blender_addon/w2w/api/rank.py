@@ -85,6 +85,11 @@ def rank(
     weights : mapping of str to float, optional
         Weights of activities in the mean, 1 by default.
 
+    Returns
+    -------
+    Ranking
+        Every place's F1, the answer and what can be asked of it.
+
     Raises
     ------
     ValueError

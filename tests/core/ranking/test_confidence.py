@@ -19,8 +19,10 @@ RESAMPLES = 4000
 
 
 def half_right(clips=CLIPS):
-    """One window a clip. Half of the first activity's clips are named the second, all else is right:
-    its hits among resampled clips are binomial."""
+    """One window a clip. Half of the first activity's clips are named the second, all else is right.
+
+    Its hits among resampled clips are binomial.
+    """
     truth = np.repeat([0, 1], clips)
     named = truth.copy()
     named[: clips // 2] = 1
@@ -46,8 +48,10 @@ def test_bounds_are_the_quantiles_of_a_binomial(level):
 
 
 def steady_and_chancy(right):
-    """Ten windows a clip. One place names six in ten of every clip of the first activity rightly, whatever
-    clips are drawn; the other all of some clips, none of the others."""
+    """Ten windows a clip. One place names six in ten of every clip of the first activity rightly.
+
+    The other names all of some clips, none of the others.
+    """
     truth = np.repeat([0, 1], 10 * CLIPS)
     named = np.stack([truth, truth], axis=1)
     first = named[: 10 * CLIPS]

@@ -16,8 +16,10 @@ ACTIVITIES = ("bow", "jump", "run", "walk")
 
 
 def library(seed=0, clips_per_activity=10, windows_per_clip=5, n_features=20, signal=(0.0, 0.4, 3.0)):
-    """Features whose clips differ far more from one another than their windows do, and of
-    which sensor n carries the activity as strongly as signal[n]."""
+    """Features whose clips differ far more from one another than their windows do.
+
+    Sensor n carries the activity as strongly as signal[n].
+    """
     rng = np.random.default_rng(seed)
     activity = np.repeat(ACTIVITIES, clips_per_activity * windows_per_clip)
     clip = np.repeat(np.arange(len(ACTIVITIES) * clips_per_activity), windows_per_clip)
@@ -51,8 +53,10 @@ def test_labels_shuffled_by_clip_give_chance():
 
 
 def test_a_planted_leak_is_caught():
-    """Clips carry no activity but are recognisable. Taking windows for clips leaks them from
-    training to test and looks excellent; grouped by clip it is chance."""
+    """Clips carry no activity but are recognisable.
+
+    Taking windows for clips leaks them from training to test and looks excellent; by clips it is chance.
+    """
     features, activity, clip, is_test = library(signal=(0.0,), clips_per_activity=15, n_features=40)
     honest = utility_map(features, CrossValidation(activity, clip, None, is_test, ACTIVITIES), resamples=200)
     leaked = utility_map(

@@ -122,8 +122,10 @@ def test_magnitudes_are_lengths_in_units_of_their_own():
 
 @pytest.mark.parametrize("samples", [100, 250])
 def test_crossings_are_those_of_the_mean_per_second(samples):
-    """A sine of 3 Hz crosses its mean six times a second, however small beside its offset; two spikes a
-    second cross theirs four times."""
+    """A sine of 3 Hz crosses its mean six times a second, however small beside its offset.
+
+    Two spikes a second cross theirs four times.
+    """
     t = np.arange(samples) / 50.0
     windows = np.zeros((1, 1, samples, 6), dtype=np.float32)
     windows[0, 0, :, 0] = 9.81 + 0.02 * np.sin(2 * np.pi * 3 * t + 0.1)

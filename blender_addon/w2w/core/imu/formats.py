@@ -139,6 +139,11 @@ def read_recording(path: str | Path, format: str = "") -> ImuRecording:  # noqa:
     format : {"npz", "csv", "xsens", "x-io"}
         By default that of the suffix.
 
+    Returns
+    -------
+    ImuRecording
+        The sensors of the file.
+
     Raises
     ------
     ValueError

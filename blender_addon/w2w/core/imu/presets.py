@@ -58,6 +58,11 @@ def preset(name: str) -> SensorModel:
     name : str
         One of `PRESETS`; case, spaces, hyphens and underscores do not matter.
 
+    Returns
+    -------
+    SensorModel
+        The sensor with the figures of its datasheet.
+
     Raises
     ------
     ValueError
@@ -91,6 +96,11 @@ def read_sensor(path: str | Path) -> SensorModel:
         An object with any of ``name``, ``like`` (a preset whose figures stand if the file has none),
         ``accelerometer``, ``gyroscope`` and the fields of `SensorModel`. A bare number is in SI units
         (angles in degrees), text says its unit: ``"160 ug/sqrt(Hz)"``.
+
+    Returns
+    -------
+    SensorModel
+        The sensor with the figures of the file.
 
     Raises
     ------

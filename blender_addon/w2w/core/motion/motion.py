@@ -122,8 +122,10 @@ class Motion:
         return replace(self, activity=activity, subject=subject, clip=clip)
 
     def save(self, path: str | Path) -> None:
-        """Write an AMASS-style npz: ``poses`` (T, 72) axis-angle in SMPL's axes, ``trans``
-        (T, 3) metres with z up, ``mocap_framerate``, and W2W's labels."""
+        """Write an AMASS-style npz, with W2W's labels.
+
+        ``poses`` (T, 72) are axis-angle in SMPL's axes, ``trans`` (T, 3) metres, z up; ``mocap_framerate``.
+        """
         in_smpl_axes = in_axes(self.rotations, Y_UP_TO_Z_UP)
         in_smpl_axes[:, 0] = self.rotations[:, 0] @ Y_UP_TO_Z_UP
         poses = Rotation.from_matrix(in_smpl_axes.reshape(-1, 3, 3)).as_rotvec()

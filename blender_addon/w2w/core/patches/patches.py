@@ -170,6 +170,11 @@ def sample_patches(body: Body, n: int = DEFAULT_PATCHES, seed: int = 0) -> Patch
     seed : int
         Chooses the random vertex that sampling starts at, as in the paper.
 
+    Returns
+    -------
+    PatchSet
+        `n` patches, each evenly far from the others.
+
     Raises
     ------
     ValueError

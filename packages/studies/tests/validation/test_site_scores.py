@@ -11,8 +11,10 @@ PEOPLE = [f"p{n}" for n in range(8)]
 
 
 def made(spread=0.4):
-    """Eight people, two activities, three clips each of four windows; the third of three sensors is deaf, and
-    two people do the activities in a way of their own that the second does not understand."""
+    """Eight people, two activities, three clips each of four windows; the third of three sensors is deaf.
+
+    Two people do the activities in a way of their own that the second does not understand.
+    """
     rng = np.random.default_rng(0)
     activity, clip, subject, features = [], [], [], []
     for person in PEOPLE:

@@ -27,8 +27,10 @@ def linear(alpha):
 
 
 def reference(features, labels, fold, is_test, alpha):
-    """The same protocol as plain loops over scikit-learn: a ridge alpha is a shrinkage of
-    alpha / (1 + alpha) where variances within classes are 1, and equal priors name."""
+    """The same protocol as plain loops over scikit-learn, with equal priors.
+
+    A ridge alpha is a shrinkage of alpha / (1 + alpha) where variances within classes are 1.
+    """
     named = np.empty((is_test.sum(), features.shape[1]), dtype=int)
     for sensor in range(features.shape[1]):
         for f in np.unique(fold[is_test]):
