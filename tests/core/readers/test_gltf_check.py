@@ -74,6 +74,15 @@ def test_only_a_whole_file_of_version_two_is_imported(tmp_path, name, data, mess
     assert message in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    "times", [{"count": 10**400, "max": [1], "min": [0]}, {"count": 9, "max": [10**400], "min": [0]}]
+)
+def test_numbers_beyond_all_give_no_rate(tmp_path, times):
+    animations = [{"samplers": [{"input": 0}]}]
+    (tmp_path / "a.glb").write_bytes(glb(WHOLE | {"animations": animations, "accessors": [times]}))
+    assert check_gltf(tmp_path / "a.glb").keys_a_second == 1.0
+
+
 def limb_directions(positions):
     """Unit vectors (T, 8, 3) along the limbs, of positions (T, 3) by SMPL's names."""
     bones = [

@@ -108,7 +108,7 @@ def _key_rates(content: dict[str, Any]) -> Iterator[tuple[float, int]]:
     """Keys per second, and keys, of each channel that says how many it has, from when to when."""
     for animation in _items(content, "animations"):
         for sampler in _items(animation, "samplers"):
-            with suppress(KeyError, TypeError, IndexError, ValueError, ZeroDivisionError):
+            with suppress(KeyError, TypeError, IndexError, ValueError, ArithmeticError):
                 times = content["accessors"][sampler["input"]]
                 rate = (times["count"] - 1) / float(times["max"][0] - times["min"][0])
                 if LOWEST_RATE <= rate <= HIGHEST_RATE:

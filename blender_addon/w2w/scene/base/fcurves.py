@@ -68,12 +68,14 @@ def curves_by_owner(armature: bpy.types.Object, curves: Iterable[bpy.types.FCurv
 
 
 def sample(curve: bpy.types.FCurve, frames: np.ndarray) -> np.ndarray:
-    """Values of an f-curve at some frames (T,)."""
+    """Values of an f-curve at some frames (T,); a NotFiniteError if a key is at none."""
     points = curve.keyframe_points
     if len(points) and not curve.modifiers:
         keys = read_values(points, "co", len(points) * 2, np.float32)
         if np.array_equal(keys[::2], frames):  # a key in every frame, as in most files
             return keys[1::2]
+        if not np.isfinite(keys[::2]).all():
+            raise NotFiniteError("a key's time is not finite")
         times, values = keys[::2].astype(np.float64), keys[1::2].astype(np.float64)
         within = times[0] <= frames[0] and frames[-1] <= times[-1]
         if curve.extrapolation == "CONSTANT" or within:

@@ -61,10 +61,13 @@ class Take:
 
     @property
     def frame_range(self) -> tuple[int, int]:
-        """First and last whole frame that the bones' curves cover."""
+        """First and last whole frame that the bones' curves cover; a NotFiniteError if there is none."""
         curves = (curve for channels in self.curves.values() for curve in channels.values())
         keys = [curve.keyframe_points for curve in curves if len(curve.keyframe_points)]
-        return round(min(own[0].co[0] for own in keys)), round(max(own[-1].co[0] for own in keys))
+        ends = np.array([(own[0].co[0], own[-1].co[0]) for own in keys]).reshape(-1, 2)
+        if not np.isfinite(ends).all():
+            raise NotFiniteError(NOT_FINITE)
+        return round(ends[:, 0].min()), round(ends[:, 1].max())
 
 
 def read_clip(path: str | Path, rate: float | None = None, animation: str = "") -> SourceMotion:
