@@ -7,7 +7,7 @@ import io
 import pytest
 from hypothesis import given, strategies as st
 
-from w2w.core.csv_tables import apart, csv_text, read_table
+from w2w.core.csv_tables import CsvError, apart, csv_text, read_table
 
 CELLS = st.text("=+-@\t\r\n \"',1e.aＡ\u2028\x00＝＋", min_size=1)
 
@@ -50,3 +50,25 @@ def test_a_table_comes_back(tmp_path):
     path = tmp_path / "table.csv"
     path.write_text(csv_text([["Region", "cost"], ["left wrist, dorsal", 2], [" ", ""]]))
     assert read_table(path, ("region", "cost")).rows == [(2, {"region": "left wrist, dorsal", "cost": "2"})]
+
+
+LONG = "x" * (csv.field_size_limit() + 1)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [(f"region,{LONG}\nhead,1\n", 1), (f"sep=,\n{LONG}\n", 2), (f"region\nhead\n{LONG}\n", 3)],
+)
+def test_a_cell_longer_than_any_is_named_with_its_line(tmp_path, text, line):
+    (tmp_path / "table.csv").write_text(text)
+    with pytest.raises(CsvError, match=rf"table\.csv, line {line}, cannot be read as csv: field larger"):
+        read_table(tmp_path / "table.csv", ("region",))
+
+
+def test_blanks_are_gone_over_once(tmp_path):
+    """Each of a hundred thousand was looked at as the first of those before a line end."""
+    blank = " " * 100_000
+    (tmp_path / "table.csv").write_text(f'region\n"é{blank}x \r\n\t y"\n', encoding="utf-8")
+    ((_, row),) = read_table(tmp_path / "table.csv", ("region",)).rows
+    assert row["region"].startswith("é ")
+    assert row["region"].endswith(" x y")

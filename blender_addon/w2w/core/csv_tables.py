@@ -26,8 +26,8 @@ FORMULA = re.compile(r"[\t\r\n]|\s*[=+\-@＝＋－＠]")
 """Beginnings of cells that Excel, LibreOffice or Sheets take for formulas."""
 
 
-BREAKS = re.compile(r"\s*[\t\r\n]+\s*")
-"""Line end within a cell of a spreadsheet."""
+BREAKS = re.compile(r"[\t\r\n]+")
+"""Line ends within a cell of a spreadsheet."""
 
 
 class CsvError(ValueError):
@@ -61,8 +61,9 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
         lines.readline()
     start = lines.tell()
     header = lines.readline()
-    separator = max(SEPARATORS, key=lambda mark: len(set(required) & set(_columns(header, mark))))
-    columns = _columns(header, separator)
+    with restated(f"{shown(path)}, line {first + 1}, cannot be read as csv:", csv.Error, CsvError):
+        separator = max(SEPARATORS, key=lambda mark: len(set(required) & set(_columns(header, mark))))
+        columns = _columns(header, separator)
     if not set(required) <= set(columns):
         wanted = " and ".join(f"'{name}'" for name in required)
         raise CsvError(
@@ -148,7 +149,12 @@ def decoded(path: Path) -> tuple[str, str]:
 
 def _label(cell: str) -> str:
     text = cell.strip()
-    return text if text.isascii() and text.isprintable() else shown(BREAKS.sub(" ", text))
+    return text if text.isascii() and text.isprintable() else shown(_one_line(text))
+
+
+def _one_line(text: str) -> str:
+    """A cell's text with a space in place of line ends and what is blank around them."""
+    return " ".join(filter(None, map(str.strip, BREAKS.split(text))))
 
 
 def _columns(header: str, separator: str) -> list[str]:

@@ -19,6 +19,7 @@ from w2w.core.imu.gaps import runs
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.text_tables import ACC_UNITS, GYR_UNITS
 from w2w.core.keypoints.joint_sets import JOINT_SETS
+from w2w.core.wording import restated
 
 MM_FIT_17 = JOINT_SETS["mm-fit-17"]
 
@@ -111,7 +112,8 @@ def read_labels(path: str | Path) -> list[tuple[int, int, int, str]]:
     Raises ValueError if a row is not that.
     """
     rows = []
-    with Path(path).open(newline="", encoding="utf-8-sig") as stream:
+    unreadable = restated(f"{path} cannot be read as csv:", csv.Error)
+    with unreadable, Path(path).open(newline="", encoding="utf-8-sig") as stream:
         for number, row in enumerate(csv.reader(stream), start=1):
             try:
                 start, stop, repetitions, activity = (cell.strip() for cell in row)
