@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A clock that is set, a slow folder, a very long clip, a disk that fills late: no wrong blame, no loss."""
 
+import errno
 import json
 import os
 import subprocess
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from filelock import FileLock
 from rich.console import Console
 from typer.testing import CliRunner
 
@@ -18,6 +20,7 @@ from w2w.core.library.library import Clip, Library
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.results import ClipResult
 from w2w.core.study.signals import place_patches
+from w2w.headless import app
 from w2w.headless.app import APP
 from w2w.headless.commands import execute
 from w2w.headless.commands.status import describe
@@ -25,7 +28,7 @@ from w2w.headless.console import sentence_of
 from w2w.headless.runs import clip as clip_work, clip_task, guard as worker_guard, monitor as watch, records
 from w2w.headless.runs.clip import WORK, do_clip, record_death
 from w2w.headless.runs.clip_task import ClipTask
-from w2w.headless.runs.folder import make_folders
+from w2w.headless.runs.folder import HOLDER, make_folders
 from w2w.headless.runs.guard import guarded, timed_out
 from w2w.headless.runs.monitor import RunMonitor, read_state
 
@@ -72,6 +75,35 @@ def test_a_clock_that_is_set_back_changes_no_duration(tmp_path, monkeypatch):
     assert "Running for 1 min 00 s" in describe(state, True)
     assert "About 1 min 00 s of clips left" in describe(state, True)
     assert "Stopped after 1 min 00 s" in describe(state, False)
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_a_run_is_watched_where_nothing_can_be_written(tmp_path, monkeypatch, held):
+    def cannot(lock, **_):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), lock.lock_file)
+
+    make_folders(tmp_path)
+    seen = RunMonitor(Console(quiet=True))
+    seen.begin(Library(tmp_path, (), "folder names"), "neutral", tmp_path)
+    seen.announce("turning motions to signals")
+    if held:
+        (tmp_path / WORK / HOLDER).write_text("process 1 on another machine\n")
+    monkeypatch.setattr(FileLock, "acquire", cannot)
+    code, said = cli("status", tmp_path)
+    assert code == 0, said
+    assert said.strip().startswith("Running for" if held else "Stopped after")
+
+
+def test_what_no_command_foresaw_of_a_disk_is_a_sentence(monkeypatch, capsys):
+    def full(**_):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), "there/tables.csv")
+
+    monkeypatch.setattr(app, "APP", full)
+    monkeypatch.setattr(app, "use_own_temporary_folder", lambda: None)
+    with pytest.raises(SystemExit) as ended:
+        app.main(["tables"])
+    assert ended.value.code == 1
+    assert capsys.readouterr().err == "No result: there/tables.csv cannot be opened: Read-only file system\n"
 
 
 @pytest.mark.parametrize("hours", [-2, 2])

@@ -165,7 +165,7 @@ def main(arguments: list[str] | None = None, program: str = "w2w") -> None:
     except NoBlenderError as error:
         print(error, file=sys.stderr)
         raise SystemExit(NOTHING_TO_DO) from None
-    except MemoryError as error:
+    except (MemoryError, OSError) as error:
         print(f"No result: {sentence_of(error)}", file=sys.stderr)
         raise SystemExit(NOTHING_TO_DO) from None
     finally:

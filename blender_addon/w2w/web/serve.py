@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from ..core.files import write_text
-from ..headless.console import BUSY, NOTHING_TO_DO, USAGE, Terminal
+from ..headless.console import BUSY, NOTHING_TO_DO, USAGE, Terminal, sentence_of
 from ..headless.options import option
 
 MEGABYTE = 10**6
@@ -68,7 +68,7 @@ def serve(
         lock.acquire(timeout=0)
     except (OSError, Timeout) as error:
         busy = isinstance(error, Timeout)
-        console.print(f"Another server uses {data}" if busy else str(error), style="red")
+        console.print(f"Another server uses {data}" if busy else sentence_of(error), style="red")
         raise typer.Exit(BUSY if busy else USAGE) from error
     if not tokens and not (is_local(host) and not name):
         tokens = [_kept_token(data / "token")]

@@ -47,9 +47,9 @@ class StudySignals:
         if places.strip().lower() == ALL:
             return cls(study, tuple(range(len(study.patches))))
         if not places.strip():
-            worn = (study.summary.get("worn_together") or {}).get("places")
-            chosen = worn or [study.summary["best_single_patch"]]
-            return cls(study, tuple(int(patch["patch"]) for patch in chosen))
+            worn = study.summary["worn_together"]
+            chosen = worn["places"] if worn else [study.summary["best_single_patch"]]
+            return cls(study, tuple(patch["patch"] for patch in chosen))
         names = [name.strip() for name in places.split(",") if name.strip()]
         patches = [resolve(name, study.body(), study.patches, say, 0.0) for name in names]
         for later, patch in enumerate(patches):

@@ -91,7 +91,7 @@ def needed(study: StudyResults, words: Sequence[str] = ()) -> list[Need]:
     scores = compared(study, words)
     named = {score.patch: f"{score.side} {score.name}".strip() for score in scores}
     if not words:
-        named = {card["patch"]: card["sensor"] for card in study.summary["cards"]}
+        named = {card["patch"]: card["sensor"] for card in study.cards}
     numbers = _evenly([clip.activity for clip in study.clips])
     return needs(study, list(named), list(named.values()), numbers)
 

@@ -4,9 +4,10 @@
 import json
 import sys
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Any, Self
 
@@ -29,6 +30,9 @@ from .signals import record
 
 UTILITY = "utility.npz"
 """The whole ranking, with its intervals, confusions and predictions."""
+
+DAMAGED = (KeyError, ValueError, TypeError, AttributeError, RecursionError)
+"""Errors of reading what is not as a run writes it."""
 
 HELD_BYTES = 2**28
 """Bytes of recordings from which no more stay in memory."""
@@ -77,17 +81,19 @@ class StudyResults:
         try:
             summary = json.loads(inside(out, "summary.json").read_text(encoding="utf-8"))
             config = json.loads(inside(out, "config.json").read_text(encoding="utf-8"))
-            summary["clips"], config["parameters"].keys()
+            config["parameters"].keys()
             utility = UtilityMap.load(inside(out, UTILITY))
             patches = PatchSet.load(inside(out, f"{WORK}/patches.npz"))
             clips = _clips(filter(is_used, read_clip_list(out)))
+            with restated("its summary.json is not as a run writes it:", DAMAGED):
+                _check_summary(summary, len(patches))
         except FileNotFoundError as error:
             raise ValueError(
                 f"{out} is not the results folder of a finished run: {Path(error.filename).name} is missing"
             ) from error
         except ForeignFileError:
             raise
-        except (OSError, KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        except (OSError, *DAMAGED) as error:
             raise ValueError(f"{out} cannot be read as a results folder: {error}") from error
         if len(patches) != len(utility.mean):
             raise ValueError(f"{out} holds a ranking of other patches than its own: run the study again")
@@ -146,11 +152,8 @@ class StudyResults:
 
     @property
     def cards(self) -> list[dict[str, Any]]:
-        """Where each recommended sensor goes, from `summary.json`; ValueError if it does not say it."""
-        cards = self.summary.get("cards")
-        if isinstance(cards, list) and all(isinstance(card, dict) and "patch" in card for card in cards):
-            return cards
-        raise ValueError(f"{self.out / 'summary.json'} is not as a run writes it: run the study again")
+        """Where each recommended sensor goes, from `summary.json`."""
+        return self.summary["cards"]
 
     @property
     def clips_in_blend(self) -> list[LabelledClip]:
@@ -196,6 +199,19 @@ def stored_recording(out: Path, clip: str) -> ImuRecording:
         return ImuRecording.load(kept)
     study = StudyResults.load(out)
     return study.recording([one.name for one in study.clips].index(clip))
+
+
+def _check_summary(summary: Mapping[str, Any], n_patches: int) -> None:
+    """Refuse a summary, by a ValueError, unless all sensors in it have names and patches of the study."""
+    sensors = [summary["answer"], summary["best_single_patch"]]
+    sensors += (summary["worn_together"] or {"places": []})["places"]
+    sensors += [card | {"name": card["sensor"]} for card in summary["cards"]]
+    garments = summary.get("garments", {}).values()
+    for patch in (*(sensor["patch"] for sensor in sensors), *chain(*(own["patches"] for own in garments))):
+        if not isinstance(patch, int) or not 0 <= patch < n_patches:
+            raise ValueError(f"there is no patch {str(patch)[:20]}")
+    if not all(isinstance(sensor["name"], str) for sensor in sensors):
+        raise ValueError("a sensor's name is no text")
 
 
 def _clips(used: Iterable[Entry]) -> tuple[LabelledClip, ...]:

@@ -57,7 +57,7 @@ def refused(monitor: RunMonitor) -> Iterator[None]:
     except NoBlenderError as error:
         raise ended(f"No result: {error}", NOTHING_TO_DO, monitor) from error
     except (ValueError, OSError) as error:
-        raise ended(str(error), USAGE, monitor) from error
+        raise ended(sentence_of(error), USAGE, monitor) from error
 
 
 def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study | None:
@@ -121,7 +121,7 @@ def _in_folder(out: Path, monitor: RunMonitor) -> Iterator[None]:
     except folder.FolderBusyError as error:
         raise ended(str(error), BUSY, monitor) from error
     except OSError as error:
-        text = f"No result: {out} cannot be written: {error}. What is finished is kept."
+        text = f"No result: {out} cannot be written: {error.strerror or error}. What is finished is kept."
         raise ended(text, NOTHING_TO_DO, monitor) from error
 
 

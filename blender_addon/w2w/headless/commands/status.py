@@ -2,7 +2,6 @@
 """`w2w status`: watch a run from another terminal."""
 
 import time
-from contextlib import suppress
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +12,7 @@ from ...core.study.clip_files import WORK
 from ...core.study.results import check_finished
 from ..console import USAGE, Terminal, ending
 from ..options import argument
+from ..runs.folder import HOLDER, LOCK
 from ..runs.monitor import RunState, read_state
 
 
@@ -23,7 +23,7 @@ def status(out: Annotated[Path, argument("OUT", "The results folder of a run.")]
     """
     console = Terminal()
     with ending(USAGE, console):
-        inside(out, f"{WORK}/lock")
+        inside(out, f"{WORK}/{LOCK}")
         try:
             state = read_state(out)
         except ForeignFileError:
@@ -39,10 +39,14 @@ def status(out: Annotated[Path, argument("OUT", "The results folder of a run.")]
 
 
 def is_running(out: Path) -> bool:
-    """Whether a process holds the folder."""
-    with suppress(Timeout), FileLock(out / WORK / "lock").acquire(timeout=0):
-        return False
-    return True
+    """Whether a process holds the folder; where none can be held from here, whether one says that it does."""
+    try:
+        with FileLock(out / WORK / LOCK).acquire(timeout=0):
+            return False
+    except Timeout:
+        return True
+    except OSError:  # a read-only file system, or somebody else's folder
+        return (out / WORK / HOLDER).exists()
 
 
 def describe(state: RunState, running: bool) -> str:

@@ -32,7 +32,8 @@ class FolderBusyError(UnfinishedError):
     """Another run works in the folder; the message says which."""
 
 
-LOCK = "lock"
+LOCK, HOLDER = "lock", "holder"
+"""Files of the work folder that a run locks, and in which it says who does."""
 
 PREPARING_S = 300.0
 """Seconds that a shard waits for others to place their patches."""
@@ -41,7 +42,7 @@ PREPARING_S = 300.0
 @contextmanager
 def only_run(folder: Path) -> Iterator[None]:
     """Hold the folder for this run, or raise a FolderBusyError; the lock goes with the process."""
-    lock, holder = FileLock(folder / LOCK), folder / "holder"
+    lock, holder = FileLock(folder / LOCK), folder / HOLDER
     try:
         lock.acquire(timeout=0)
     except Timeout as error:
