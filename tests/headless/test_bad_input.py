@@ -205,7 +205,7 @@ def test_signals_too_large_for_the_memory_are_refused_before_they_are_made(bundl
     from w2w.headless.runs.clip_task import ClipTask, Engine
     from w2w.headless.runs.folder import make_folders
 
-    amass(tmp_path / "half an hour.npz", frames=1801, mocap_framerate=np.array(1.0))
+    amass(tmp_path / "half an hour.npz", frames=9001, mocap_framerate=np.array(5.0))
     make_folders(tmp_path)
     config = StudyConfig(patches=64)
     bundled_body.save(tmp_path / WORK / "body.npz")
