@@ -9,17 +9,23 @@ import os
 import shutil
 import time
 import zipfile
+from errno import ENOSPC
 
 import pytest
+from starlette.datastructures import UploadFile
 
 from w2w.core.library.library import read_library
-from w2w.web.study import INPUT, RESULTS, Study
+from w2w.core.study.clip_files import CHANGING
+from w2w.web import receiving
+from w2w.web.request import EVENTS, INPUT, RESULTS
+from w2w.web.study import Study
+from w2w.web.uploads import RefusedError
 from w2w.web.work import Reader, Work
 
 from ..command_line import cli
 from ..headless.conftest import write_motions
 from ..patience import HANG_S
-from .conftest import made, sent
+from .conftest import MOST, made, sent
 
 PACES = {"slow": 0.5, "fast": 2.0}
 FEW = {"patches": 24, "seed": 3}
@@ -140,6 +146,32 @@ def test_a_wrong_parameter_is_refused(client, motions, asked, sentence):
     assert client.get(study).json()["state"] == "draft"
 
 
+@pytest.mark.parametrize(
+    ("asked", "sentence"),
+    [
+        ({"only": "wirst"}, "did you mean wrist?"),
+        ({"forbid": "head, left anckle"}, "did you mean left ankle?"),
+        ({"must": "wach"}, "did you mean watch?"),
+        ({"background": "standing"}, "there are fast, slow"),
+    ],
+)
+def test_a_misspelt_wish_is_refused_with_what_there_is(client, motions, asked, sentence):
+    study, _ = sent(client, motions[1])
+    reply = client.post(f"{study}/run", json=asked)
+    assert reply.status_code == 400
+    assert sentence in reply.json()["problem"]
+    if "background" not in asked:
+        assert sentence in client.put(f"{study}/parameters", json=asked).json()["problem"]
+
+
+def test_wishes_are_kept_as_they_are_typed_and_taken_back(client, motions):
+    study, _ = sent(client, motions[1])
+    assert client.put(f"{study}/parameters", json={"only": "wrist", "title": "歩行"}).status_code == 200
+    assert client.get(study).json()["parameters"] == {"only": "wrist", "title": "歩行"}
+    client.put(f"{study}/parameters", json={"only": "", "title": "歩行"})
+    assert client.get(study).json()["parameters"] == {"title": "歩行"}
+
+
 def test_words_that_look_like_options_stay_words(tmp_path, client):
     study = Study.of(tmp_path / "data" / "local", made(client).rpartition("/")[2])
     study.change(parameters={"title": "--out=/tmp/x", "by_subject": True, "max_places": 2})
@@ -211,6 +243,101 @@ def test_the_page_of_a_finished_study_has_its_sentence_and_picture_as_a_preview(
     picture = f"http://127.0.0.1:8000{address}/files/heatmaps/mean.png"
     assert f'<meta property="og:image" content="{picture}">' in shown
     assert "og:" not in client.get(f"/studies/{'0' * 32}").text
+
+
+def answered(study):
+    """The study with results of a run that has ended."""
+    study.results.mkdir()
+    (study.results / "report.html").touch()
+    (study.results / "summary.json").write_text(json.dumps({"answer": {"sentence": "A watch: F1 .91."}}))
+    study.ask(study.checked({}))
+    (study.folder / EVENTS).write_text('{"event": "finished", "exit_code": 0}\n')
+
+
+@pytest.mark.parametrize("old", [True, False])
+def test_an_answer_of_what_was_there_before_is_marked(client, motions, tmp_path, old):
+    address, _ = sent(client, {"slow/a.npz": motions[1]["slow/slow_0.npz"], "fast/b.npz": b"1"})
+    study = Study(folder_of(address, tmp_path))
+    answered(study)
+    if old:  # an earlier version did not write down what its answers are of
+        request = json.loads((study.folder / "request.json").read_text())
+        (study.folder / "request.json").write_text(
+            json.dumps({name: request[name] for name in ("made", "asked", "parameters", "files", "judged")})
+        )
+    assert client.get(address).json()["stale"] == ""
+    rows = client.get(address).json()["table"]
+    client.put(f"{address}/labels", json=[row | {"activity": row["activity"] * 2} for row in rows])
+    assert client.get(address).json()["stale"].startswith("Since this answer their labels changed")
+    sent(client, {"third/c.npz": motions[1]["slow/slow_0.npz"]}, address)
+    client.put(f"{address}/parameters", json={"forbid": "head"})
+    said = "Since this answer the clips and their labels and the wishes changed: run again for a new one."
+    assert client.get(address).json()["stale"] == said
+    study.ask(study.checked({}))
+    client.post(f"{address}/cancel")
+    assert client.get(address).json()["stale"].startswith("Since this answer the clips")
+
+
+def test_an_answer_beside_a_run_that_was_stopped_is_marked(client, motions, tmp_path):
+    address, _ = sent(client, {"slow/a.npz": motions[1]["slow/slow_0.npz"]})
+    study = Study(folder_of(address, tmp_path))
+    answered(study)
+    (study.results / ".w2w").mkdir()
+    (study.results / CHANGING).write_text("run")
+    assert client.get(address).json()["stale"].startswith("A new run was stopped")
+
+
+def test_results_as_a_zip_follow_no_link(client, motions, tmp_path):
+    address, _ = sent(client, {"slow/a.npz": motions[1]["slow/slow_0.npz"]})
+    study = Study(folder_of(address, tmp_path))
+    answered(study)
+    secret = tmp_path / "secret"
+    secret.mkdir()
+    (secret / "key").write_text("x")
+    (study.results / "key.csv").symlink_to(secret / "key")
+    (study.results / "folder").symlink_to(secret)
+    with zipfile.ZipFile(io.BytesIO(client.get(f"{address}/results.zip").content)) as archive:
+        assert set(archive.namelist()) == {"report.html", "summary.json"}
+
+
+@pytest.mark.parametrize("name", ["a.bvh", "clips.zip"])
+def test_a_full_disk_is_said_in_words(client, monkeypatch, name):
+    def full(*_):
+        raise OSError(ENOSPC, "No space left on device")
+
+    study = made(client)
+    monkeypatch.setattr(receiving, "store", full)
+    reply = sent(client, {name: b"1"}, study)[1]
+    assert reply.status_code == 507
+    assert "disk is full" in reply.json()["problem"]
+    assert client.get(study).json()["table"] == []
+
+
+def test_an_upload_waits_for_no_file_that_is_being_looked_at(client, motions):
+    study = made(client)
+    content = io.BytesIO()
+    with zipfile.ZipFile(content, "w") as archive:
+        archive.writestr("slow/a.npz", motions[1]["slow/slow_0.npz"])
+
+    async def busy():
+        await work.readers.small._one.acquire()
+        await work.readers.large._one.acquire()
+
+    work = client.app.state.work
+    client.portal.call(busy)
+    _, reply = sent(client, {"clips.zip": content.getvalue()}, study)
+    assert reply.json()["files"] == {"slow/a.npz": "slow/a.npz"}
+    assert client.get(study).json()["table"][0]["judged"] is None
+
+
+def test_an_upload_that_ends_after_a_run_was_asked_for_is_refused(client, motions, tmp_path):
+    address, _ = sent(client, {"slow/a.npz": motions[1]["slow/slow_0.npz"]})
+    study = Study(folder_of(address, tmp_path))
+    receiver = receiving.Receiver(Work(tmp_path / "data", 1, "", 1.0), MOST)
+    study.change(asked=1.0)
+    upload = UploadFile(io.BytesIO(b"1"), filename="b.npz", size=1)
+    with pytest.raises(RefusedError, match="a run of the study was asked for"):
+        asyncio.run(receiver._take([("files", upload)], study))
+    assert not (study.folder / INPUT / "b.npz").exists()
 
 
 def test_openapi_describes_every_address(client):

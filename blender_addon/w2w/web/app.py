@@ -4,18 +4,14 @@
 import asyncio
 import json
 import mimetypes
-import secrets
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager, suppress
-from functools import lru_cache
 from html import escape
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
-from zipfile import ZipFile
 
 from starlette.applications import Starlette
-from starlette.datastructures import UploadFile
 from starlette.exceptions import HTTPException
 from starlette.formparsers import MultiPartParser
 from starlette.middleware import Middleware
@@ -23,50 +19,42 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from ..core.findings.advice_content import advice_content, place_content
 from ..core.imu.presets import PRESETS
 from ..core.inside import inside
 from ..core.library.library import LABELS
 from ..core.patches.body_parts import ALL, PRODUCTS
-from ..core.ranking.stream import Stream
-from ..core.selection.joint import grow_unwished
-from ..core.selection.set_tests import SetTests
-from ..core.study.choosing import advised, advised_by, compared, prepared_tests, ranked_again, stream_in
-from ..core.study.clip_files import WORK
-from ..core.study.results import StudyResults
-from ..headless.commands.place import FIGURES, Wishes
-from ..headless.options import words
+from ..headless.commands.place import FIGURES
 from ..report.page import PAGE, REPORT
-from .guard import Doors, Guard, report_policy
-from .study import INPUT, Study, checked_parameters
-from .uploads import MOST_FILES, PIECE, SUFFIXES, RefusedError, own_name, store, unpack
-from .work import Work
-
-PAGES = Path(__file__).resolve().parent / "pages"
-
-MOST_AT_ONCE, MOST_UPLOADS = 200, 4
-"""Files of a request, and requests with files that are read at the same time."""
-
-IN_ALL = 10
-"""All studies together may take so many times what one may."""
+from .archive import zipped
+from .choosing import WORDS, choose_again, get_ready
+from .guard import PAGES, Doors, Guard, enter_page, entered, report_policy
+from .receiving import Receiver, parsed
+from .request import INPUT
+from .study import Study, checked_parameters, damaged
+from .uploads import DISK_FULL, NO_DISK, SUFFIXES, RefusedError
+from .work import DAY_S, Work
 
 SPOOLED = 2**16
 """Bytes of an upload that wait in memory; more wait in a temporary file without a name."""
 
 LOOK_EVERY_S = 0.5
 
-PICTURE = "heatmaps/mean.png"
+BEAT_S = 15.0
+"""Seconds without news after which a listener is told that the server lives."""
 
-WORDS = "only", "forbid", "must", "background"
-"""Wishes that `place` takes besides figures."""
+WRONG_S = 1.0
+"""Seconds that whoever guesses a token waits."""
+
+STATIC = ("app.js", "app.css", "enter.js", "openapi.json", "style.css")
+
+PICTURE = "heatmaps/mean.png"
 
 
 class App:
     """The requests that the app answers."""
 
-    def __init__(self, work: Work, most: int) -> None:
-        self.work, self.most = work, most
-        self._uploads, self._keeping = asyncio.Semaphore(MOST_UPLOADS), asyncio.Lock()
+    def __init__(self, work: Work, doors: Doors) -> None:
+        self.work, self.doors, self.receiver = work, doors, Receiver(work, doors.most)
 
     def routes(self) -> list[Route]:
         """All addresses."""
@@ -75,6 +63,7 @@ class App:
             Route("/", self.page),
             Route("/studies/{id}", self.page),
             Route("/static/{name}", self.static),
+            Route("/enter", self.enter, methods=["POST"]),
             Route("/api", self.static),
             Route("/api/about", self.about),
             Route("/api/studies", self.all, methods=["GET"]),
@@ -83,8 +72,10 @@ class App:
             Route(one, self.delete, methods=["DELETE"]),
             Route(f"{one}/files", self.add, methods=["POST"]),
             Route(f"{one}/labels", self.label, methods=["PUT"]),
+            Route(f"{one}/parameters", self.wish, methods=["PUT"]),
             Route(f"{one}/run", self.run, methods=["POST"]),
             Route(f"{one}/cancel", self.cancel, methods=["POST"]),
+            Route(f"{one}/keep", self.keep, methods=["POST"]),
             Route(f"{one}/events", self.events),
             Route(f"{one}/place", self.place, methods=["POST"]),
             Route(f"{one}/results.zip", self.archive),
@@ -113,15 +104,24 @@ class App:
 
     async def static(self, request: Request) -> Response:
         name = request.path_params.get("name", "openapi.json")
-        folder = {"app.js": PAGES, "app.css": PAGES, "openapi.json": PAGES, "style.css": PAGE}.get(name)
-        if folder is None:
+        folder = PAGE if name == "style.css" else PAGES
+        if name not in STATIC:
             raise RefusedError(404, "There is no such page")
         return FileResponse(folder / name)
+
+    async def enter(self, request: Request) -> Response:
+        """Let in whoever sends the token, and lead on to where they wanted to go."""
+        async with request.form() as form:
+            token, path = str(form.get("token", "")), str(form.get("next", "/"))
+        if not self.doors.owner(token):
+            await asyncio.sleep(WRONG_S)
+            return enter_page(path, wrong=True)
+        return entered(request, token, path)
 
     async def about(self, _: Request) -> Response:
         places = [*PRODUCTS, *ALL]
         return JSONResponse(
-            {"sensors": [*PRESETS], "places": places, "suffixes": SUFFIXES, "most": self.most}
+            {"sensors": [*PRESETS], "places": places, "suffixes": SUFFIXES, "most": self.doors.most}
         )
 
     async def all(self, request: Request) -> Response:
@@ -135,10 +135,11 @@ class App:
         given = await _object(request) if kind.startswith("application/json") else {}
         study = Study.make(self._folder(request), demo=bool(given.get("demo")))
         try:
-            found = await self._receive(request, study) if kind.startswith("multipart/form-data") else {}
+            found = {}
+            if kind.startswith("multipart/form-data"):
+                found = await self.receiver.receive(request, study)
             if "parameters" in found:
-                study.ask(found.pop("parameters"))
-                self.work.run(study)
+                await self._ask(study, found.pop("parameters"))
             else:
                 self.work.judge(study)
         except BaseException:
@@ -148,11 +149,14 @@ class App:
 
     async def show(self, request: Request) -> Response:
         study = self._study(request)
+        asked = study.request()["parameters"]
+        study.set_idle(min(study.idle_s(), 0.0))
         rows, problem = await asyncio.to_thread(study.table)
         if any(row["judged"] is None for row in rows) and not study.waits:
             self.work.judge(study)
-        asked = {"parameters": study.request()["parameters"], "files": _files(study.results)}
-        return JSONResponse({**self._short(study), "table": rows, "problem": problem, **asked})
+        shown = {"table": rows, "problem": problem, "parameters": asked, "files": _files(study.results)}
+        shown["stale"] = await asyncio.to_thread(study.stale)
+        return JSONResponse({**self._short(study), **shown, "days_left": self._days_left(study)})
 
     async def delete(self, request: Request) -> Response:
         await self.work.delete(self._study(request))
@@ -160,20 +164,27 @@ class App:
 
     async def add(self, request: Request) -> Response:
         study = self._idle(request)
-        found = await self._receive(request, study)
-        study.added(found["files"])
+        found = await self.receiver.receive(request, study)
+        found["said"] = await asyncio.to_thread(study.added, found["files"])
         self.work.judge(study)
         return JSONResponse(found, 201 if found["files"] else 400)
 
     async def label(self, request: Request) -> Response:
-        study = self._idle(request)
-        study.label(await _json(request))
-        return JSONResponse({})
+        study, rows = self._idle(request), await _json(request)
+        study.note_answered()
+        await asyncio.to_thread(study.label, rows)
+        return JSONResponse({"stale": await asyncio.to_thread(study.stale)})
+
+    async def wish(self, request: Request) -> Response:
+        """Keep wishes for the next run as they are typed."""
+        study, given = self._idle(request), await _json(request)
+        study.note_answered()
+        study.change(parameters=checked_parameters(given))
+        return JSONResponse({"stale": await asyncio.to_thread(study.stale)})
 
     async def run(self, request: Request) -> Response:
         study = self._idle(request)
-        study.ask(await _json(request))
-        self.work.run(study)
+        await self._ask(study, await _json(request))
         return JSONResponse(self._short(study), 202)
 
     async def cancel(self, request: Request) -> Response:
@@ -181,17 +192,24 @@ class App:
         await self.work.cancel(study)
         return JSONResponse(self._short(study))
 
+    async def keep(self, request: Request) -> Response:
+        """Keep a study for as long again after the last visit."""
+        study = self._study(request)
+        study.set_idle(-self.work.keep_s)
+        return JSONResponse({"days_left": self._days_left(study)})
+
     async def events(self, request: Request) -> Response:
         study = self._study(request)
 
         async def told() -> AsyncIterator[str]:
-            before = None
+            before, quiet = None, 0.0
             while (study.folder / INPUT).exists():
-                if (now := self._short(study)) != before:
+                if (now := self._short(study)) != before or quiet > BEAT_S:
                     yield f"data: {json.dumps(now)}\n\n"
+                    quiet = 0.0
                 if now["state"] not in ("queued", "running"):
                     return
-                before = now
+                before, quiet = now, quiet + LOOK_EVERY_S
                 await asyncio.sleep(LOOK_EVERY_S)
 
         return StreamingResponse(told(), media_type="text/event-stream")
@@ -222,7 +240,7 @@ class App:
             raise RefusedError(404, "There is no such file")
         if name == REPORT:
             self.work.prepare(study.results, get_ready)
-            return FileResponse(path, headers={"content-security-policy": report_policy()})
+            return FileResponse(path, headers={"content-security-policy": report_policy(path)})
         kind = mimetypes.guess_type(name)[0] if path.suffix in (".png", ".csv", ".json") else None
         return FileResponse(path, media_type=kind or "application/octet-stream", filename=path.name)
 
@@ -242,80 +260,34 @@ class App:
     def _idle(self, request: Request) -> Study:
         """The request's study, which no run is using."""
         study = self._study(request)
-        if study.waits:
+        if self.work.waits(study):
             raise RefusedError(409, "The study is running: cancel it first, or wait")
         return study
 
+    async def _ask(self, study: Study, parameters: Any) -> None:
+        """Ask for a study's run, unless somebody else has done so meanwhile."""
+        changes = await asyncio.to_thread(study.checked, parameters)
+        if self.work.waits(study):
+            raise RefusedError(409, "The study is running: cancel it first, or wait")
+        study.ask(changes)
+        self.work.run(study)
+
     def _short(self, study: Study) -> dict[str, Any]:
-        request = study.request()
-        facts = {"id": study.id, "made": request["made"], "clips": len(request["files"])}
-        return facts | study.progress(study.id in self.work.running)
-
-    async def _receive(self, request: Request, study: Study) -> dict[str, Any]:
-        """Store a request's files in a study; what was taken, what was refused and why."""
-        files: dict[str, str] = {}
-        refused: dict[str, str] = {}
-        found: dict[str, Any] = {"files": files, "refused": refused}
-        form_read = request.form(max_files=MOST_AT_ONCE, max_fields=8)
-        async with self._uploads, form_read as form, self._keeping:
-            here, all_ = [await asyncio.to_thread(_size, path) for path in (study.folder, self.work.data)]
-            room = min(self.most - here, IN_ALL * self.most - all_)
-            for field, value in form.multi_items():
-                if not isinstance(value, UploadFile):
-                    if field == "parameters":
-                        found[field] = checked_parameters(_parsed(value))
-                    continue
-                name = LABELS if field == "labels" else value.filename or ""
-                room -= value.size or 0
-                try:
-                    if room < 0:
-                        raise RefusedError(413, "there is no room for it: delete files or studies first")
-                    if name.lower().endswith(".zip"):
-                        await self._unpack(value, study, found, room)
-                    else:
-                        own = await asyncio.to_thread(_keep, value, name, study)
-                        _note(study, {own: name})
-                        files[own] = name
-                except RefusedError as refusal:
-                    refused[name[:80]] = str(refusal)
-        return found
-
-    async def _unpack(self, value: UploadFile, study: Study, found: dict[str, Any], room: int) -> None:
-        archive = study.folder / f"{secrets.token_hex(8)}.zip"
         try:
-            await asyncio.to_thread(store, archive, iter(lambda: value.file.read(PIECE), b""))
-            known = study.request()["files"]
-            got = await self.work.reader.ask(unpack, archive, study.folder / INPUT, known, room)
-        finally:
-            archive.unlink(missing_ok=True)
-        if not isinstance(got, dict):
-            raise RefusedError(400, got or "it takes too long or too much memory to unpack")
-        _note(study, got["files"])
-        found["files"] |= got["files"]
-        found["refused"] |= got["refused"]
+            request = study.request()
+        except RefusedError:
+            return damaged(study)
+        files = [file for file in request["files"] if file != LABELS]
+        facts = {"id": study.id, "made": request["made"], "clips": len(files)}
+        facts["title"] = request["parameters"].get("title", "")
+        progress = study.progress(study.id in self.work.running, self.work.queue.before(study))
+        if (problem := self.work.failed(study)) and study.waits:
+            progress = {"state": "failed", "sentence": problem, "answer": study.answer()}
+        return facts | progress
 
-
-def _keep(value: UploadFile, name: str, study: Study) -> str:
-    """Store an uploaded file under the server's own name, which is returned."""
-    files = study.request()["files"]
-    own = own_name(name, files)
-    if len(files) >= MOST_FILES and own not in files:
-        raise RefusedError(413, f"a study holds at most {MOST_FILES} files")
-    store(study.folder / INPUT / own, iter(lambda: value.file.read(PIECE), b""))
-    return own
-
-
-def _note(study: Study, files: dict[str, str]) -> None:
-    """Add files to a study's list; one that came again is judged again, all if labels came."""
-    request = study.request()
-    kept = {} if LABELS in files else request["judged"]  # they may give rates
-    judged = {file: facts for file, facts in kept.items() if file not in files}
-    study.change(files={**request["files"], **files}, judged=judged)
-
-
-def _size(folder: Path) -> int:
-    """Bytes of all files in a folder."""
-    return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+    def _days_left(self, study: Study) -> float:
+        """Days that the study is kept from now on if nobody looks at it."""
+        return round((self.work.keep_s - study.idle_s()) / DAY_S, 2)
 
 
 def _files(results: Path) -> list[str]:
@@ -325,15 +297,8 @@ def _files(results: Path) -> list[str]:
     return sorted(name for name in names if not name.startswith("."))
 
 
-def _parsed(text: str | bytes) -> Any:
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise RefusedError(400, "That is no JSON") from error
-
-
 async def _json(request: Request) -> Any:
-    return _parsed(await request.body())
+    return parsed(await request.body())
 
 
 async def _object(request: Request) -> dict[str, Any]:
@@ -343,74 +308,19 @@ async def _object(request: Request) -> dict[str, Any]:
     return given
 
 
-@lru_cache(maxsize=1)
-def _opened(
-    out: Path,
-    written: int,  # noqa: ARG001
-) -> tuple[StudyResults, SetTests | None, Stream | None, dict[int, int]]:
-    """A results folder as it was `written`, with tests, stream and turns that remember: seconds to make."""
-    study = StudyResults.load(out)
-    config = study.config()
-    return study, prepared_tests(study, config), stream_in(study, config), {}
-
-
-def get_ready(out: Path) -> None:
-    """Choose as the run did, and find what other wishes need, too."""
-    choose_again(out, {"compare": ""})
-    tests = _opened(out, (out / "summary.json").stat().st_mtime_ns)[1]
-    if tests:
-        grow_unwished(tests)
-
-
-def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
-    """What `w2w place` would choose, or compare, in a results folder; "" takes back a wish of the run."""
-    study, tests, stream, turned = _opened(out, (out / "summary.json").stat().st_mtime_ns)
-    if wishes["compare"]:
-        scores = compared(study, words(wishes["compare"]))
-        return {"compared": [place_content(score, study.patches) for score in scores]}
-    figures = {name: wishes.get(name) or None for name in FIGURES}
-    config = Wishes(**figures, **{name: wishes.get(name) for name in WORDS}).over(study)
-    again = ranked_again(study, config)
-    same = again.utility is study.utility
-    advice = advised_by(study, config, tests, stream, turned) if same else advised(again, config)
-    return advice_content(advice, again.utility, again.patches)
-
-
-class _Pieces(bytearray):
-    """What a zip has written and nobody has sent yet."""
-
-    def write(self, data: bytes) -> int:
-        self += data
-        return len(data)
-
-    def flush(self) -> None:
-        """Keep all for the reader."""
-
-
-def zipped(folder: Path) -> Iterator[bytes]:
-    """A results folder as a zip, in pieces as they are made; without what belongs to a process at work."""
-    pieces = _Pieces()
-    with ZipFile(pieces, "w") as archive:  # type: ignore[call-overload]
-        for path in sorted(path for path in folder.rglob("*") if path.is_file()):
-            name = path.relative_to(folder).as_posix()
-            if name.startswith((f"{WORK}/lock", f"{WORK}/holder", f"{WORK}/running")):
-                continue
-            with path.open("rb") as stream, archive.open(name, "w", force_zip64=True) as member:
-                while piece := stream.read(PIECE):
-                    member.write(piece)
-                    yield bytes(pieces)
-                    pieces.clear()
-    yield bytes(pieces)
-
-
 async def _say(_: Request, error: Exception) -> Response:
     """The answer to a request that is refused."""
     if isinstance(error, ClientDisconnect):
         error = RefusedError(400, "The connection broke before all of it was here")
+    if isinstance(error, OSError) and error.errno in DISK_FULL:
+        error = RefusedError(507, NO_DISK[0].upper() + NO_DISK[1:])
     if isinstance(error, HTTPException):
         return JSONResponse({"problem": error.detail}, error.status_code)
     status = error.status if isinstance(error, RefusedError) else 500
-    return JSONResponse({"problem": str(error) if isinstance(error, RefusedError) else "That failed"}, status)
+    sentence = (
+        str(error) if isinstance(error, RefusedError) else "That failed: its reason is in the server's log"
+    )
+    return JSONResponse({"problem": sentence}, status)
 
 
 def web_app(work: Work, doors: Doors) -> Starlette:
@@ -423,9 +333,13 @@ def web_app(work: Work, doors: Doors) -> Starlette:
         yield
         await work.stop()
 
-    return Starlette(
-        routes=App(work, doors.most).routes(),
+    app = Starlette(
+        routes=App(work, doors).routes(),
         middleware=[Middleware(Guard, doors=doors)],
-        exception_handlers=dict.fromkeys((RefusedError, ClientDisconnect, HTTPException, Exception), _say),
+        exception_handlers=dict.fromkeys(
+            (RefusedError, ClientDisconnect, HTTPException, OSError, Exception), _say
+        ),
         lifespan=at_work,
     )
+    app.state.work = work
+    return app

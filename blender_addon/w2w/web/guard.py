@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The web app's door: who may come in, from where, with how much."""
 
+import asyncio
 import base64
 import hashlib
 import hmac
 import ipaddress
 import re
 import socket
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from html import escape
+from pathlib import Path
 from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -16,8 +20,10 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from ..report.page import PAGE
+from .people import NOBODY, People, folder_of
 from .uploads import RefusedError
+
+PAGES = Path(__file__).resolve().parent / "pages"
 
 COOKIE = "w2w_token"
 
@@ -38,17 +44,26 @@ HEADERS = {
     "cache-control": "no-store",
 }
 
-ASK_TOKEN = """<!doctype html><html lang="en"><meta charset="utf-8"><title>Where to wear</title>
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<h1>Where to wear</h1><form action="/"><p><label>The token of this server, which whoever started it has:
-<input name="token" type="password"></label> <button>Open</button></p></form>"""
+OPEN = ("/enter", "/static/app.css", "/static/style.css", "/static/enter.js")
+"""Addresses that need no token."""
+
+SILENT_S, PACE = 20.0, 1000
+"""Seconds that a request may send nothing, and bytes a second that it sends at least after that."""
+
+KEPT_S = 60 * 86400
+"""Seconds for which a browser keeps a token."""
 
 
-def report_policy() -> str:
-    """The Content-Security-Policy for a report: of inline scripts, the report's own two by their hashes."""
-    scripts = (f"\n{(PAGE / name).read_text(encoding='utf-8')}\n" for name in ("viewer.js", "page.js"))
+def report_policy(report: Path) -> str:
+    """The Content-Security-Policy for a report: of inline scripts, W2W's own by their hashes.
+
+    They are at its end, after the data and all else that comes from a study: a report keeps them, whatever
+    version wrote it.
+    """
+    end = report.read_text(encoding="utf-8").rpartition('id="w2w-data">')[2].partition("</script>")[2]
+    scripts = re.findall(r"<script>(.*?)</script>", end, re.DOTALL)
     digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
-    allowed = " ".join(f"'sha256-{digest}'" for digest in digests)
+    allowed = " ".join(f"'sha256-{digest}'" for digest in digests) or "'none'"
     inline = f"script-src {allowed}; style-src 'unsafe-inline'"
     return HEADERS["content-security-policy"].replace(OWN_SCRIPTS, inline)
 
@@ -72,8 +87,14 @@ class Doors:
 
     host: str
     names: Sequence[str]  # further names in the Host header, such as a reverse proxy's
-    tokens: Sequence[str]  # none: whoever is on this machine
+    tokens: Sequence[str]  # none, and no people: whoever is on this machine
     most: int
+    people: People = NOBODY
+
+    @property
+    def asks(self) -> bool:
+        """Whether a token is needed."""
+        return bool(self.tokens or self.people)
 
     def called(self, host: str) -> bool:
         """Whether a Host header, with or without its port, names this server.
@@ -87,11 +108,11 @@ class Doors:
 
     def owner(self, token: str) -> str:
         """The folder of a token's studies; "" if the token is none of ours."""
-        if not self.tokens:
+        if not self.asks:
             return "local"
         given = token.encode()
         known = [hmac.compare_digest(given, one.encode()) for one in self.tokens]
-        return hashlib.sha256(given).hexdigest()[:32] if any(known) else ""
+        return folder_of(token) if any(known) else self.people.owner(token)
 
 
 class Guard:
@@ -132,35 +153,66 @@ class Guard:
         strange = site not in ("same-origin", "none") or (origin and urlsplit(origin).netloc != host)
         if request.method not in SAFE_METHODS and strange:
             return _no(403, "The request comes from another site's page")
+        if request.url.path in OPEN:
+            return None
         given = request.query_params.get("token")
         header = re.fullmatch(r"Bearer (\S+)", request.headers.get("authorization", ""))
         token = header[1] if header else given or request.cookies.get(COOKIE, "")
         owner = self.doors.owner(token)
         if not owner:
             wants_page = "text/html" in request.headers.get("accept", "")
-            return HTMLResponse(ASK_TOKEN, 401) if wants_page else _no(401, "The token is missing or wrong")
+            if wants_page:
+                return enter_page(request.url.path, wrong=bool(given))
+            return _no(401, "The token is missing or wrong")
         request.state.owner = owner
-        if given and self.doors.tokens and request.method in SAFE_METHODS:
-            answer = RedirectResponse(request.url.path, 303)
-            secure = request.url.scheme == "https"
-            answer.set_cookie(COOKIE, token, httponly=True, samesite="strict", secure=secure)
-            return answer
+        if given and self.doors.asks and request.method in SAFE_METHODS:
+            return entered(request, token, request.url.path)
         return None
 
     def _counted(self, headers: Headers, receive: Receive) -> Receive:
-        """The request's body, refused once it has more bytes than it may."""
+        """The request's body, refused once it has more bytes than it may, or comes too slowly."""
         brings_files = headers.get("content-type", "").startswith("multipart/form-data")
-        most, so_far = self.doors.most if brings_files else MOST_TEXT, 0
+        most, so_far, ended = self.doors.most if brings_files else MOST_TEXT, 0, False
+        begun = time.monotonic()
 
         async def counted() -> Message:
-            nonlocal so_far
-            message = await receive()
+            nonlocal so_far, ended
+            if ended:  # what comes now says that the connection broke
+                return await receive()
+            left = begun + SILENT_S + so_far / PACE - time.monotonic()
+            try:
+                message = await asyncio.wait_for(receive(), max(0.0, min(SILENT_S, left)))
+            except TimeoutError as error:
+                raise RefusedError(408, "The upload stood still for too long: send it again") from error
+            ended = not message.get("more_body", False)
             so_far += len(message.get("body", b""))
             if so_far > most or int(headers.get("content-length", "0")) > most:
                 raise RefusedError(413, f"more than {most / 1e6:.0f} MB at once are not taken")
             return message
 
         return counted
+
+
+def enter_page(path: str, wrong: bool = False) -> Response:
+    """The page that asks for the token, and leads on to a path of this server."""
+    text = (PAGES / "enter.html").read_text(encoding="utf-8")
+    text = text.replace("{{ next }}", escape(own_path(path))).replace(
+        "{{ hidden }}", "" if wrong else " hidden"
+    )
+    return HTMLResponse(text, 401)
+
+
+def entered(request: Request, token: str, path: str) -> Response:
+    """The way on for whoever has a token, which the browser keeps; links from elsewhere find it there."""
+    answer = RedirectResponse(own_path(path), 303)
+    secure = request.url.scheme == "https"
+    answer.set_cookie(COOKIE, token, httponly=True, samesite="lax", secure=secure, max_age=KEPT_S)
+    return answer
+
+
+def own_path(path: str) -> str:
+    """A path of this server, whatever was asked for: `//name` and `/\\name` would be another's."""
+    return f"/{path.lstrip('/').lstrip(chr(92)).lstrip('/')}" if path.isprintable() else "/"
 
 
 def _no(status: int, sentence: str) -> Response:

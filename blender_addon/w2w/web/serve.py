@@ -3,13 +3,18 @@
 
 import secrets
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ..core.files import write_text
+from ..core.wording import count
 from ..headless.console import BUSY, NOTHING_TO_DO, USAGE, Terminal, sentence_of
 from ..headless.options import option
+
+if TYPE_CHECKING:
+    from .guard import Doors
+    from .work import Work
 
 MEGABYTE = 10**6
 
@@ -31,11 +36,16 @@ def serve(
     token: Annotated[
         list[str] | None,
         option(
-            "Token to come in with; each of several sees its own studies only.  [default: one is drawn and "
-            "kept in the data folder, unless only this machine can come in]",
+            "Token to come in with; each of several sees its own studies only. Whoever lists this machine's "
+            "processes sees it: better set W2W_TOKEN, or invite people.  [default: one is drawn and kept in "
+            "the data folder, unless only this machine can come in]",
+            envvar="W2W_TOKEN",
             show_default=False,
         ),
     ] = None,
+    invite: Annotated[
+        str, option("Draw a token for a person, print their link, and end; the server may be running.")
+    ] = "",
     workers: Annotated[int, option("Studies worked on at the same time.", min=1)] = 1,
     scheduler: Annotated[str, option("Dask scheduler for the runs, as for 'w2w run'.")] = "",
     most_mb: Annotated[int, option("Most MB of a study's files; ten times that in all.", min=1)] = 2000,
@@ -53,7 +63,9 @@ def serve(
         from filelock import FileLock, Timeout
 
         from .app import web_app
+        from .connections import AT_ONCE, with_room
         from .guard import Doors, is_local
+        from .people import People
         from .work import Work
     except ImportError as error:
         console.print(f"{error}. In W2W's source folder: pip install '.[web]'", style="red")
@@ -62,24 +74,46 @@ def serve(
     if any(len(one) < 8 or not one.isascii() or " " in one for one in tokens):
         console.print("--token needs at least 8 letters, digits or signs, without spaces", style="red")
         raise typer.Exit(USAGE)
+    address = f"http://{f'[{host}]' if ':' in host else host}:{port}/"
+    people = People(data.absolute() / "people")
     try:
         data.mkdir(0o700, parents=True, exist_ok=True)
+        if invite:
+            console.print(f"{invite} comes in by {address}#token={people.invite(invite)}", soft_wrap=True)
+            return
         lock = FileLock(data / "lock")
         lock.acquire(timeout=0)
-    except (OSError, Timeout) as error:
+    except (OSError, ValueError, Timeout) as error:
         busy = isinstance(error, Timeout)
         console.print(f"Another server uses {data}" if busy else sentence_of(error), style="red")
         raise typer.Exit(BUSY if busy else USAGE) from error
-    if not tokens and not (is_local(host) and not name):
+    if not tokens and not people and not (is_local(host) and not name):
         tokens = [_kept_token(data / "token")]
-    asked = f"?token={tokens[0]}" if tokens else ""
-    console.print(f"W2W is at http://{f'[{host}]' if ':' in host else host}:{port}/{asked}", soft_wrap=True)
-    doors = Doors(host, [each.lower() for each in name or ()], tokens, most_mb * MEGABYTE)
-    app = web_app(Work(data.absolute(), workers, scheduler, keep_days), doors)
+    asked = f"#token={tokens[0]}" if tokens and not token else ""
+    console.print(f"W2W is at {address}{asked}", soft_wrap=True)
+    doors = Doors(host, [each.lower() for each in name or ()], tokens, most_mb * MEGABYTE, people)
+    work = Work(data.absolute(), workers, scheduler, keep_days)
+    if hidden := unseen(work, doors):
+        console.print(
+            f"{hidden}: nobody sees them now. Invite that person, or give that token, again.", style="yellow"
+        )
     uvicorn.run(
-        app, host=host, port=port, log_level="warning", access_log=False, server_header=False,
-        timeout_graceful_shutdown=2,
+        web_app(work, doors), host=host, port=port, log_level="warning", access_log=False,
+        server_header=False, timeout_graceful_shutdown=2, http=with_room(), backlog=AT_ONCE,
     )  # fmt: skip
+
+
+def unseen(work: "Work", doors: "Doors") -> str:
+    """How many studies in a data folder belong to nobody who can come in, in words; "" if none does."""
+    from .people import folder_of, folder_of_person
+
+    owners = {*map(folder_of, doors.tokens), *map(folder_of_person, doors.people.listed())}
+    others = [study for study in work.studies() if study.folder.parent.name not in (owners or {"local"})]
+    return (
+        f"{count('study', len(others))} in {work.data} {'is' if len(others) == 1 else 'are'} of another token"
+        if others
+        else ""
+    )
 
 
 def _kept_token(path: Path) -> str:

@@ -8,32 +8,34 @@ import json
 import re
 import secrets
 import time
-from collections.abc import Collection
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self, TypeGuard
+from typing import Any, Self
 
-from ..core.csv_tables import csv_text
 from ..core.files import write_json, write_text
 from ..core.imu.presets import PRESETS
-from ..core.library.labels import LibraryError
-from ..core.library.library import LABELS, Library, is_motion, read_library
-from ..core.readers.animations import contents
-from ..core.wording import shown
+from ..core.library.library import LABELS
+from ..core.patches.body_parts import ALL, SIDES, find_patches
+from ..core.ranking.weights import check_counting
+from ..core.study.results import UnfinishedError, check_finished
 from ..headless.commands.demo import TARGET, write_library
 from ..headless.commands.status import describe
+from ..headless.options import words
 from ..headless.runs.monitor import read_state
 from ..headless.study_options import NAMES, StudyOptions
 from ..report.page import REPORT
-from .uploads import MOST_NAME, RefusedError
-
-INPUT, RESULTS, EVENTS, REQUEST = "input", "results", "events.jsonl", "request.json"
+from .clips import Labelled, is_text
+from .request import DAMAGED, EVENTS, IDLE, INPUT, NO_STUDY, REQUEST, RESULTS
+from .uploads import RefusedError
 
 ID = re.compile(r"[0-9a-f]{32}")
 
 STOPPED = 128
 """Exit codes from here on are a signal's: such a run is not finished."""
+
+LAST_BYTES = 2**16
+"""Bytes at the end of a run's events that hold the last one."""
 
 PARAMETERS: dict[str, tuple[type, ...]] = {
     "target": (int, float), "every_activity": (int, float), "max_places": (int,), "only": (str,),
@@ -42,14 +44,14 @@ PARAMETERS: dict[str, tuple[type, ...]] = {
 }  # fmt: skip
 """Parameters that a study may ask for, each with its types: of `w2w run`, none that names a file."""
 
-COLUMNS = ("file", "activity", "subject", "source", "motion_key", "rate")
+REGIONS = [f"{side} {region}".strip() for region in ALL for side in ("", *SIDES)]
+
+CHANGED = {"clips": "the clips", "labels": "their labels", "wishes": "the wishes"}
 
 
 @dataclass(frozen=True)
-class Study:
+class Study(Labelled):
     """A study by its folder, whose name is its id and whose parent is its owner's folder."""
-
-    folder: Path
 
     @classmethod
     def make(cls, owner: Path, demo: bool = False) -> Self:
@@ -59,9 +61,9 @@ class Study:
         files: dict[str, str] = {}
         if demo:
             write_library(study.folder / INPUT, 6)
-            files = {clip.file: clip.file for clip in study.library().clips}
+            files = {clip.file: clip.file for clip in study.library().clips} | {LABELS: LABELS}
         asked = {"target": TARGET} if demo else {}
-        request = {"made": time.time(), "asked": None, "parameters": asked, "files": files, "judged": {}}
+        request = {"made": time.time(), "parameters": asked, "files": files, "sums": {}}
         write_json(study.folder / REQUEST, request)
         return study
 
@@ -70,7 +72,7 @@ class Study:
         """The owner's study with an id; a RefusedError if there is none."""
         study = cls(owner / name)
         if not ID.fullmatch(name) or not (study.folder / REQUEST).is_file():
-            raise RefusedError(404, "There is no such study here: its address is wrong, or it was deleted")
+            raise RefusedError(404, NO_STUDY)
         return study
 
     @property
@@ -81,91 +83,63 @@ class Study:
     def results(self) -> Path:
         return self.folder / RESULTS
 
-    def request(self) -> dict[str, Any]:
-        """What was asked: parameters, files, and since when it waits for its run."""
-        return json.loads((self.folder / REQUEST).read_text(encoding="utf-8"))
-
-    def change(self, **changes: Any) -> None:
-        write_json(self.folder / REQUEST, self.request() | changes)
-
-    def library(self, edited: bool = True) -> Library:
-        """The clips under the labels of the table, else their own; a RefusedError if there are none."""
-        labels = self.folder / LABELS
+    def checked(self, parameters: Any) -> dict[str, Any]:
+        """The changes of a request that asks for a run; a RefusedError says what is wrong with it."""
+        given = checked_parameters(parameters)
+        self.sweep()
+        self.settle_labels()
         try:
-            return read_library(self.folder / INPUT, labels if edited and labels.exists() else None)
-        except LibraryError as error:
-            raise RefusedError(400, self.shown(str(error))) from error
+            check_counting(self.library().activities, words(given.get("background", "")), ())
+        except ValueError as error:
+            raise RefusedError(400, str(error)) from error
+        return {
+            "parameters": given,
+            "answered": self.answered(),
+            "ran": self.sums(given),
+            "asked": time.time(),
+        }
 
-    def rates(self) -> dict[str, float]:
-        """The frame rates that labels give to files, by their paths in the study."""
-        if not (self.folder / INPUT / LABELS).is_file():
-            return {}
-        with suppress(RefusedError):
-            clips = self.library(edited=False).clips
-            return {clip.path.relative_to(self.folder / INPUT).as_posix(): clip.rate for clip in clips}
-        return {}
-
-    def shown(self, text: str) -> str:
-        """A sentence without the server's own paths."""
-        return text.replace(str(self.folder / INPUT), "the study").replace(f"{self.folder}/", "")
-
-    def table(self) -> tuple[list[dict[str, Any]], str]:
-        """A row for each clip, with its labels and what is known of it, and what is wrong with all labels."""
-        request, problem = self.request(), ""
-        clips = {}
-        try:
-            clips = {clip.file: clip for clip in self.library().clips}
-        except RefusedError as error:
-            problem = str(error)
-        rows = []
-        for file, name in sorted(request["files"].items()):
-            if not is_motion(self.folder / INPUT / file):
-                continue
-            for item in contents([(self.folder / INPUT / file, file)]):
-                clip = clips.get(shown(item.file))
-                labels = {"activity": clip.activity, "subject": clip.subject} if clip else {}
-                judged = request["judged"].get(file)
-                named = f"{name}{shown(item.file)[len(file) :]}"  # an animation's comes after its file's
-                rows.append({"file": shown(item.file), "name": named, "judged": judged, **labels})
-        return rows, problem
-
-    def label(self, rows: Any) -> None:
-        """Take labels of the table: rows of file, activity ("" leaves the clip out) and subject."""
-        files = self.request()["files"]
-        own = {clip.file: clip for clip in self.library(edited=False).clips}
-        lines: list[tuple[str, ...]] = [COLUMNS]
-        for row in rows if isinstance(rows, list) else [None]:
-            cells = [row.get(name, "") for name in COLUMNS[:3]] if isinstance(row, dict) else []
-            texts = [cell for cell in cells if _is_text(cell)]
-            if len(texts) != 3 or texts[0] not in {*files, *own}:
-                raise RefusedError(400, "labels are rows of a file of the study, activity and subject")
-            clip = own.get(texts[0])
-            more = [clip.source, clip.motion_key, str(clip.rate or "")] if clip else [""] * 3
-            lines.append((*texts, *more))
-        write_text(self.folder / LABELS, csv_text(lines))
-
-    def added(self, files: Collection[str]) -> None:
-        """Give new files their own labels in a table that was edited before."""
-        if (self.folder / LABELS).exists() and files:
-            added = {item.file for item in contents((self.folder / INPUT / file, file) for file in files)}
-            rows = [row for row in self.table()[0] if row["file"] not in added]
-            own = [clip for clip in self.library(edited=False).clips if clip.file in added]
-            new = [{"file": clip.file, "activity": clip.activity, "subject": clip.subject} for clip in own]
-            self.label([*rows, *new])
-
-    def ask(self, parameters: Any) -> None:
-        """Ask for a run with parameters; a RefusedError says what is wrong with them."""
-        self.change(parameters=checked_parameters(parameters))
-        self.library()
+    def ask(self, changes: dict[str, Any]) -> None:
+        """Ask for a run by `checked` changes."""
         (self.folder / EVENTS).unlink(missing_ok=True)
-        self.change(asked=time.time())
+        self.change(**changes)
+
+    def answered(self) -> dict[str, str]:
+        """The sums of what the answer at hand was made from; {} if there is none."""
+        request = self.request()
+        if not self.answer():
+            return {}
+        ended = request["asked"] is not None and self.end() is not None
+        return (request["ran"] if ended else request["answered"]) or self.sums()
+
+    def note_answered(self) -> None:
+        """Write down what the answer is of, before the first change by a version that knows it."""
+        request = self.request()
+        if not (request["ran"] or request["answered"]) and self.answer():
+            self.change(ran=self.sums(), answered=self.sums())
+
+    def stale(self) -> str:
+        """Why the answer at hand is not that of what is asked now, in a sentence; "" if it is."""
+        if not self.answer():
+            return ""
+        try:
+            check_finished(self.results)
+        except UnfinishedError:
+            return "" if self.waits else "A new run was stopped: this answer may be of what was there before."
+        except (OSError, ValueError):
+            return ""
+        now, then = self.sums(), self.answered()
+        changed = [text for name, text in CHANGED.items() if then.get(name, now[name]) != now[name]]
+        if not changed:
+            return ""
+        return f"Since this answer {' and '.join(changed)} changed: run again for a new one."
 
     def command(self, workers: int, scheduler: str) -> list[str]:
         """The words of the command that does this study's run."""
         asked = self.request()["parameters"]
         words = ["run", str(self.folder / INPUT), "--out", str(self.results), f"--workers={workers}"]
-        if (edited := self.folder / LABELS).exists():
-            words.append(f"--labels={edited}")
+        if self.edited.exists():
+            words.append(f"--labels={self.edited}")
         if scheduler:
             words.append(f"--scheduler={scheduler}")
         for name, value in asked.items():
@@ -176,10 +150,12 @@ class Study:
     def end(self) -> dict[str, Any] | None:
         """The last event of a run that has ended by itself: its `exit_code`, and the `problem` if any."""
         try:
-            last = json.loads((self.folder / EVENTS).read_bytes().splitlines()[-1])
-        except (OSError, ValueError, IndexError):
+            with (self.folder / EVENTS).open("rb") as stream:
+                stream.seek(max(0, stream.seek(0, 2) - LAST_BYTES))
+                last = json.loads(stream.read().splitlines()[-1])
+            ended = last.get("event") == "finished" and last["exit_code"] < STOPPED
+        except (OSError, ValueError, LookupError, TypeError, AttributeError):
             return None
-        ended = last.get("event") == "finished" and last["exit_code"] < STOPPED
         return last if ended else None
 
     @property
@@ -187,8 +163,8 @@ class Study:
         """Whether a run was asked for and has not ended."""
         return self.request()["asked"] is not None and self.end() is None
 
-    def progress(self, running: bool) -> dict[str, Any]:
-        """The state of the study's run, in a word and a sentence, and its answer."""
+    def progress(self, running: bool, before: int = 0) -> dict[str, Any]:
+        """The state of the run, in a word and a sentence, and its answer; so many others are `before` it."""
         asked, end = self.request()["asked"], self.end()
         answer = self.answer()
         if asked is None:
@@ -197,15 +173,17 @@ class Study:
             word = "failed" if end["exit_code"] else "finished"
             return {"state": word, "sentence": self.shown(end.get("problem", "")), "answer": answer}
         if not running:
-            return {"state": "queued", "sentence": "Waiting for other studies to end.", "answer": ""}
+            others = f" {before} before it." if before else ""
+            sentence = f"Waiting for other studies to end.{others}"
+            return {"state": "queued", "sentence": sentence, "answer": "", "before": before}
         progress = {"state": "running", "sentence": "Starting.", "answer": "", "share": 0.0}
-        try:
-            state = read_state(self.results)
-        except (OSError, ValueError, TypeError):
-            return progress
-        if state.started >= asked:
-            progress["sentence"] = describe(state, running=True)
-            progress["share"] = state.done / state.clips if state.clips else 0.0
+        with suppress(OSError, ValueError, TypeError):
+            with (self.folder / EVENTS).open("rb") as stream:
+                begun = b'"event": "started"' in stream.read(LAST_BYTES)
+            if begun:  # until then the state is of an earlier run
+                state = read_state(self.results)
+                progress["sentence"] = describe(state, running=True)
+                progress["share"] = state.done / state.clips if state.clips else 0.0
         return progress
 
     def answer(self) -> str:
@@ -218,9 +196,15 @@ class Study:
         except (OSError, ValueError, KeyError, TypeError):
             return ""
 
+    def idle_s(self) -> float:
+        """Seconds that the server ran since somebody last looked at the study; below 0 to keep it longer."""
+        with suppress(OSError, ValueError):
+            return float((self.folder / IDLE).read_text(encoding="ascii"))
+        return 0.0
 
-def _is_text(value: object) -> TypeGuard[str]:
-    return isinstance(value, str) and len(value) <= MOST_NAME and value.isprintable()
+    def set_idle(self, seconds: float) -> None:
+        if seconds != self.idle_s():
+            write_text(self.folder / IDLE, f"{seconds:.6f}")
 
 
 def checked_parameters(given: Any) -> dict[str, Any]:
@@ -232,12 +216,20 @@ def checked_parameters(given: Any) -> dict[str, Any]:
         kinds = PARAMETERS.get(name)
         if kinds is None:
             raise RefusedError(400, f"there is no parameter {name[:80]!r}, but {', '.join(PARAMETERS)}")
-        if type(value) not in kinds or (isinstance(value, str) and not _is_text(value)):
+        if type(value) not in kinds or (isinstance(value, str) and not is_text(value)):
             raise RefusedError(400, f"{name} cannot be {str(value)[:80]!r}")
     if given.get("sensor", "ideal") not in PRESETS:
         raise RefusedError(400, f"sensor is one of {', '.join(PRESETS)}")
     try:
         StudyOptions(**given).config()
+        for name in ("only", "forbid", "must"):
+            for place in words(given.get(name, "")):
+                find_patches(REGIONS, REGIONS, re.sub(r" \d\d+$", "", place))
     except (ValueError, OSError) as error:
         raise RefusedError(400, str(error)) from error
     return given
+
+
+def damaged(study: Study) -> dict[str, Any]:
+    """What is shown of a study whose request cannot be read."""
+    return {"id": study.id, "made": 0.0, "clips": 0, "state": "failed", "sentence": DAMAGED, "answer": ""}

@@ -4,9 +4,12 @@
 What opens a file's content (`unpack`, `judge`) runs in a worker process with limits of time and memory.
 """
 
+import hashlib
 import re
 import stat
+import unicodedata
 from collections.abc import Iterable, Mapping
+from errno import EDQUOT, ENOSPC
 from pathlib import Path, PurePosixPath
 from typing import Any
 from zipfile import ZipFile, ZipInfo
@@ -30,8 +33,17 @@ MOST_FILES, MOST_NAME, MOST_FOLDERS = 2000, 240, 8
 
 PIECE = 2**20
 
-UNSAFE = re.compile(r"[^0-9A-Za-z ._@()+,&=#~-]|^[. ]|[. ]$")
+UNSAFE = re.compile(r"[^0-9A-Za-z ._@()+,&=#~!%'\[\]{}\u0080-\U0010ffff-]|^[. =+@-]|[. ]$")
 """What no part of a name on disk has: the rest means the same on every system and in every program."""
+
+MOST_BYTES = 200
+"""Bytes of a part of a name on disk, which systems keep below 256 with what is added while it is written."""
+
+DISK_FULL = (ENOSPC, EDQUOT)
+
+NO_DISK = "the server's disk is full: delete studies, or tell whoever runs the server"
+
+UNREADABLE = "it is no zip that can be read: damaged, locked, or packed in an unusual way"
 
 
 class RefusedError(Exception):
@@ -42,56 +54,115 @@ class RefusedError(Exception):
         self.status = status
 
 
-def own_name(name: str, files: Mapping[str, str]) -> str:
-    """The name on disk for a file that a browser or a zip calls `name`; a RefusedError if it is none.
+class Names:
+    """The names on disk of a study's files, each given once.
 
-    It has the name's folders, which label clips, and of its characters those that are safe, so that usual
-    names stay as they are and a run makes the same of them as elsewhere. `files` are names on disk, each with
-    the original: one that is uploaded again gets its name again.
+    A name keeps its folders, which label clips, and all characters that are safe on every system, in NFC, so
+    that a run makes the same of usual names as elsewhere.
     """
+
+    def __init__(self, files: Mapping[str, str]) -> None:
+        self._given: dict[str, str] = {}  # names as they were given, by those on disk in a form to compare
+        self._own: dict[str, str] = {}
+        self._folders: set[str] = set()
+        for own, name in files.items():
+            self._take(own, name)
+
+    def own(self, name: str) -> str:
+        """The name on disk of a file that a browser or a zip calls `name`; a RefusedError if it is no name.
+
+        A file that comes again gets its name again.
+        """
+        if known := self._own.get(name):
+            return known
+        parts = [_safe(part) for part in checked_name(name).split("/")]
+        for depth in range(1, len(parts)):
+            while _form("/".join(parts[:depth])) in self._given:  # a file is called as the folder
+                parts[depth - 1] += "_"
+        own, number = "/".join(parts), 2
+        path = PurePosixPath(own)
+        while _form(own) in self._given or _form(own) in self._folders:
+            own, number = str(path.with_name(f"{path.stem}_{number}{path.suffix}")), number + 1
+        self._take(own, name)
+        return own
+
+    def _take(self, own: str, name: str) -> None:
+        form = _form(own)
+        self._given[form], self._own[name] = name, own
+        self._folders |= {form[:at] for at, letter in enumerate(form) if letter == "/"}
+
+
+def own_name(name: str, files: Mapping[str, str]) -> str:
+    """The name on disk for a file among `files`, names on disk with the original of each."""
+    return Names(files).own(given_name(name))
+
+
+def given_name(name: str) -> str:
+    """A name as it was given, with each accented letter as one character."""
+    return unicodedata.normalize("NFC", name)
+
+
+def checked_name(name: str) -> str:
+    """The name of a file that may be taken; a RefusedError says why it may not."""
     if not is_plain(name):
         raise RefusedError(400, f"{name[:80]!r} is no plain file name: it must not lead out of its folder")
     if len(name) > MOST_NAME or name.count("/") > MOST_FOLDERS:
         raise RefusedError(400, f"{name[:80]!r}… is too long a name, or in too many folders")
     if PurePosixPath(name).suffix.lower() not in SUFFIXES:
         raise RefusedError(400, f"{name!r} is no motion file, table or labels.csv")
-    parts = [UNSAFE.sub("_", part) for part in name.split("/")]
-    own = "/".join(f"_{part}" if reserved(part) else part for part in parts)
-    path, taken = PurePosixPath(own), {file.lower(): original for file, original in files.items()}
-    number = 2
-    while taken.get(own.lower(), name) != name:
-        own, number = str(path.with_name(f"{path.stem}_{number}{path.suffix}")), number + 1
-    return own
+    return name
 
 
-def unpack(archive: Path, folder: Path, files: Mapping[str, str], most: int) -> dict[str, Any] | str:
-    """Unpack a zip's motion files into a folder; what was taken and refused, or why nothing was.
+def _form(own: str) -> str:
+    """A name on disk as systems compare that do not tell capitals apart."""
+    return unicodedata.normalize("NFC", own.casefold())
 
-    Links, devices, paths out of the folder, locked files and bombs are refused before anything is written.
+
+def _safe(part: str) -> str:
+    """A part of a path as it may lie on any disk: no longer than MOST_BYTES, its ending kept."""
+    text = "".join(
+        "_" if unicodedata.category(letter)[0] in "CZ" and letter != " " else letter for letter in part
+    )
+    text = UNSAFE.sub("_", text)
+    stem, dot, suffix = text.rpartition(".") if "." in text[-8:] else (text, "", "")
+    while len(f"{stem}{dot}{suffix}".encode()) > MOST_BYTES:
+        stem = stem[:-1]
+    return f"_{text}" if reserved(text) else f"{stem}{dot}{suffix}"
+
+
+def unpack(archive: Path, folder: Path, files: int, most: int) -> dict[str, Any] | str:
+    """Unpack a zip's motion files into a folder, numbered; what was taken and refused, or why nothing was.
+
+    Links, devices, paths out of the folder, locked files and bombs are refused before anything is written. At
+    most so many `files` are taken, and `most` bytes. What is taken: the number, the name and the sum of each.
     """
     try:
         with guarded(), ZipFile(archive) as content:
             members = [member for member in content.infolist() if not member.is_dir()]
             _check(members, archive.stat().st_size, most)
-            taken, refused = dict(files), {}
+            taken, refused = list[tuple[str, str, str]](), dict[str, str]()
             top = _top([member.filename for member in members])
             for member in members:
-                name = member.filename.removeprefix(top)
+                name = given_name(member.filename.removeprefix(top))
                 try:
-                    own = own_name(name, taken)
+                    checked_name(name)
                 except RefusedError as refusal:
                     refused[name] = str(refusal)
                     continue
-                if len(taken) >= MOST_FILES:
+                if len(taken) >= files:
                     raise RefusedError(413, f"a study holds at most {MOST_FILES} files")
                 with content.open(member) as stream:
-                    store(folder / own, iter(lambda: stream.read(PIECE), b""))
-                taken[own] = name
+                    total = store(folder / str(len(taken)), iter(lambda: stream.read(PIECE), b""))
+                taken.append((str(len(taken)), name, total))
     except RefusedError as refusal:
         return str(refusal)
-    except (ValueError, OSError, *DAMAGED):
-        return "it is no zip that can be read: damaged, locked, or packed in an unusual way"
-    return {"files": {own: name for own, name in taken.items() if own not in files}, "refused": refused}
+    except OSError as error:
+        if error.errno in DISK_FULL:
+            return NO_DISK
+        return UNREADABLE
+    except (ValueError, *DAMAGED):
+        return UNREADABLE
+    return {"files": taken, "refused": refused}
 
 
 def _top(names: list[str]) -> str:
@@ -116,12 +187,15 @@ def _check(members: list[ZipInfo], size: int, most: int) -> None:
         raise RefusedError(413, f"it would unpack to {unpacked / 1e6:.0f} MB, more than is allowed here")
 
 
-def store(path: Path, pieces: Iterable[bytes]) -> None:
-    """Write a file, whole or not at all."""
+def store(path: Path, pieces: Iterable[bytes]) -> str:
+    """Write a file, whole or not at all; returns its SHA-256."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    total = hashlib.sha256()
     with atomic_write(path) as stream:
         for piece in pieces:
             stream.write(piece)
+            total.update(piece)
+    return total.hexdigest()
 
 
 def judge(path: Path, file: str, rate: float = 0.0) -> dict[str, Any]:

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Choosing again in a finished study, in a worker that remembers it."""
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from ..core.findings.advice_content import advice_content, place_content
+from ..core.ranking.stream import Stream
+from ..core.selection.joint import grow_unwished
+from ..core.selection.set_tests import SetTests
+from ..core.study.choosing import advised, advised_by, compared, prepared_tests, ranked_again, stream_in
+from ..core.study.results import StudyResults
+from ..headless.commands.place import FIGURES, Wishes
+from ..headless.options import words
+
+WORDS = "only", "forbid", "must", "background"
+"""Wishes that `place` takes besides figures."""
+
+
+@lru_cache(maxsize=1)
+def _opened(
+    out: Path,
+    written: int,  # noqa: ARG001
+) -> tuple[StudyResults, SetTests | None, Stream | None, dict[int, int]]:
+    """A results folder as it was `written`, with tests, stream and turns that remember: seconds to make."""
+    study = StudyResults.load(out)
+    config = study.config()
+    return study, prepared_tests(study, config), stream_in(study, config), {}
+
+
+def get_ready(out: Path) -> None:
+    """Choose as the run did, and find what other wishes need, too."""
+    choose_again(out, {"compare": ""})
+    tests = _opened(out, (out / "summary.json").stat().st_mtime_ns)[1]
+    if tests:
+        grow_unwished(tests)
+
+
+def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
+    """What `w2w place` would choose, or compare, in a results folder; "" takes back a wish of the run."""
+    study, tests, stream, turned = _opened(out, (out / "summary.json").stat().st_mtime_ns)
+    if wishes["compare"]:
+        scores = compared(study, words(wishes["compare"]))
+        return {"compared": [place_content(score, study.patches) for score in scores]}
+    figures = {name: wishes.get(name) or None for name in FIGURES}
+    config = Wishes(**figures, **{name: wishes.get(name) for name in WORDS}).over(study)
+    again = ranked_again(study, config)
+    same = again.utility is study.utility
+    advice = advised_by(study, config, tests, stream, turned) if same else advised(again, config)
+    return advice_content(advice, again.utility, again.patches)

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Uploads to a study: they arrive in a folder of their own, and move into the study once they are good."""
+
+import asyncio
+import json
+import secrets
+import shutil
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+from starlette.datastructures import UploadFile
+from starlette.requests import Request
+
+from ..core.csv_tables import CsvError, read_table
+from ..core.library.library import LABELS
+from .clips import ARRIVING
+from .request import INPUT
+from .study import Study, checked_parameters
+from .uploads import MOST_FILES, PIECE, Names, RefusedError, checked_name, given_name, store, unpack
+from .work import Work
+
+MOST_AT_ONCE, MOST_UPLOADS, MOST_OF_ONE = 200, 64, 16
+"""Files of a request, requests with files that are read at the same time, and those of one person."""
+
+IN_ALL = 10
+"""All studies together may take so many times what one may."""
+
+MOST_LABELS = 10**6
+"""Bytes of a labels.csv: a row for each file that a study may hold, and more."""
+
+BUSY = "a run of the study was asked for meanwhile: cancel it, or send the files again when it has ended"
+
+
+class Arrived:
+    """Files of one request that lie in a folder of their own, each with its name, and what was refused."""
+
+    def __init__(self, study: Study) -> None:
+        self.study, self.folder = study, study.folder / f"{ARRIVING}{secrets.token_hex(8)}"
+        self.files: list[tuple[Path, str, str]] = []  # where it lies, its name as given, its sum
+        self.refused: dict[str, str] = {}
+
+    def keep(self, value: UploadFile, name: str) -> None:
+        """Store an uploaded file; a RefusedError says why it may not be."""
+        checked_name(name)
+        if name == LABELS and (value.size or 0) > MOST_LABELS:
+            raise RefusedError(
+                413, f"it is larger than {MOST_LABELS / 1e6:.0f} MB: a row for each file is enough"
+            )
+        path = self.folder / f"f{len(self.files)}"
+        total = store(path, iter(lambda: value.file.read(PIECE), b""))
+        if name == LABELS:
+            _check_labels(path)
+        self.files.append((path, name, total))
+
+    def move(self) -> dict[str, str]:
+        """Move all into the study, at once; returns their names as given by those on disk."""
+        if not self.study.folder.joinpath(INPUT).is_dir():
+            raise RefusedError(404, "the study was deleted meanwhile")
+        request = self.study.request()
+        names, moved, sums = Names(request["files"]), dict[str, str](), dict[str, str]()
+        for path, name, total in self.files:
+            if len(request["files"]) + len(moved) >= MOST_FILES and name not in request["files"].values():
+                self.refused[name] = f"a study holds at most {MOST_FILES} files"
+                continue
+            own = names.own(name)
+            place = self.study.folder / INPUT / own
+            place.parent.mkdir(parents=True, exist_ok=True)
+            path.replace(place)
+            moved[own], sums[own] = name, total
+        kept = {} if LABELS in moved else request["judged"]  # they may give rates
+        judged = {file: facts for file, facts in kept.items() if file not in moved}
+        files, sums = {**request["files"], **moved}, {**request["sums"], **sums}
+        self.study.change(files=files, judged=judged, sums=sums)
+        return moved
+
+
+def _check_labels(path: Path) -> None:
+    try:
+        read_table(path, ("file", "activity"), ("subject", "motion_key", "source", "rate"))
+    except CsvError as error:
+        raise RefusedError(400, str(error).replace(str(path), LABELS)) from error
+
+
+class Receiver:
+    """Takes the files of requests, as far as there is room."""
+
+    def __init__(self, work: Work, most: int) -> None:
+        self.work, self.most = work, most
+        self._arriving, self._of_one = Counter[Path](), Counter[str]()
+
+    async def receive(self, request: Request, study: Study) -> dict[str, Any]:
+        """Store a request's files in a study; what was taken, what was refused and why."""
+        owner = study.folder.parent.name
+        if self._of_one.total() >= MOST_UPLOADS or (self._of_one[owner] >= MOST_OF_ONE and owner != "local"):
+            raise RefusedError(503, "Too many uploads at once: try again in a moment")
+        self._of_one[owner] += 1
+        try:
+            async with request.form(max_files=MOST_AT_ONCE, max_fields=8) as form:
+                return await self._take(form.multi_items(), study)
+        finally:
+            self._of_one[owner] -= 1
+
+    async def _take(self, items: list[tuple[str, UploadFile | str]], study: Study) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for field, value in items:
+            if not isinstance(value, UploadFile) and field == "parameters":
+                found[field] = checked_parameters(parsed(value))
+        arrived = Arrived(study)
+        size = sum(value.size or 0 for _, value in items if isinstance(value, UploadFile))
+        here, all_ = [await asyncio.to_thread(folder_size, path) for path in (study.folder, self.work.data)]
+        room = min(
+            self.most - here - self._arriving[study.folder],
+            IN_ALL * self.most - all_ - self._arriving.total(),
+        )
+        self._arriving[study.folder] += size
+        try:
+            for field, value in items:
+                if not isinstance(value, UploadFile):
+                    continue
+                name = LABELS if field == "labels" else given_name(value.filename or "")
+                room -= value.size or 0
+                try:
+                    if room < 0:
+                        raise RefusedError(413, "there is no room for it: delete files or studies first")
+                    if name.lower().endswith(".zip"):
+                        await self._unpack(value, arrived, room)
+                    else:
+                        await asyncio.to_thread(arrived.keep, value, name)
+                except RefusedError as refusal:
+                    arrived.refused[name[:80]] = str(refusal)
+            if arrived.files and study.waits:
+                raise RefusedError(409, BUSY)
+            study.note_answered()
+            files = arrived.move() if arrived.files else {}
+            return {"files": files, "refused": arrived.refused, **found}
+        finally:
+            self._arriving[study.folder] -= size
+            await asyncio.to_thread(shutil.rmtree, arrived.folder, ignore_errors=True)
+
+    async def _unpack(self, value: UploadFile, arrived: Arrived, room: int) -> None:
+        content = arrived.folder / f"z{len(arrived.files)}"
+        archive = content.with_suffix(".zip")
+        await asyncio.to_thread(store, archive, iter(lambda: value.file.read(PIECE), b""))
+        got = await self.work.unpackers.of(archive).ask(unpack, archive, content, MOST_FILES, room)
+        archive.unlink(missing_ok=True)
+        if not isinstance(got, dict):
+            raise RefusedError(400, got or "it takes long or much memory to unpack: send it in parts")
+        for number, name, total in got["files"]:
+            try:
+                if name == LABELS:
+                    if (content / number).stat().st_size > MOST_LABELS:
+                        raise RefusedError(413, f"it is larger than {MOST_LABELS / 1e6:.0f} MB")
+                    await asyncio.to_thread(_check_labels, content / number)
+                arrived.files.append((content / number, name, total))
+            except RefusedError as refusal:
+                arrived.refused[name] = str(refusal)
+        arrived.refused |= got["refused"]
+
+
+def folder_size(folder: Path) -> int:
+    """Bytes of a folder's files."""
+    total = 0
+    for path in folder.rglob("*"):
+        try:
+            total += path.lstat().st_size if path.is_file() else 0
+        except OSError:  # it was removed meanwhile
+            continue
+    return total
+
+
+def parsed(text: str | bytes) -> Any:
+    """The content of a JSON text; a RefusedError if it is none."""
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise RefusedError(400, "That is no JSON") from error
