@@ -121,6 +121,7 @@ def test_a_token_that_is_typed_leads_on_to_the_page_that_was_asked_for(opened):
         "//evil.example/x",
         "/\\evil.example/x",
         "///evil.example",
+        "/\\/\\evil.example",
         "\\\\evil.example",
         "https://evil.example",
         "/\t/evil.example",

@@ -46,12 +46,17 @@ class Connection(H11Protocol):
 
     def data_received(self, data: bytes) -> None:
         super().data_received(data)
-        if self.cycle is not None and not self.cycle.response_complete:
-            self._begun()
+        self._look()
 
     def on_response_complete(self) -> None:
         self._await_head()
         super().on_response_complete()
+        self._look()
+
+    def _look(self) -> None:
+        """Stop waiting for a head once there is a request."""
+        if self.cycle is not None and not self.cycle.response_complete:
+            self._begun()
 
     def pause_writing(self) -> None:
         """The other side does not read: not for ever."""

@@ -50,6 +50,8 @@ OPEN = ("/enter", "/static/app.css", "/static/style.css", "/static/enter.js")
 SILENT_S, PACE = 20.0, 1000
 """Seconds that a request may send nothing, and bytes a second that it sends at least after that."""
 
+SLASHES = "/\\"
+
 KEPT_S = 60 * 86400
 """Seconds for which a browser keeps a token."""
 
@@ -211,8 +213,8 @@ def entered(request: Request, token: str, path: str) -> Response:
 
 
 def own_path(path: str) -> str:
-    """A path of this server, whatever was asked for: `//name` and `/\\name` would be another's."""
-    return f"/{path.lstrip('/').lstrip(chr(92)).lstrip('/')}" if path.isprintable() else "/"
+    """A path of this server, whatever was asked for: with two slashes of any kind it would be another's."""
+    return f"/{path.lstrip(SLASHES)}" if path.isprintable() else "/"
 
 
 def _no(status: int, sentence: str) -> Response:
