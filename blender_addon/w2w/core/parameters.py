@@ -13,7 +13,17 @@ from functools import cache
 from numbers import Integral, Real
 from operator import attrgetter
 from types import UnionType
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Literal,
+    TypeAlias,
+    TypeVar,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -22,10 +32,17 @@ T = TypeVar("T", bound="DataclassInstance")
 
 DECLARED = "declared"
 
+Stage: TypeAlias = Literal["signals", "ranking", "choice", ""]
+"""The first stage whose results a parameter changes; "" if others say it, as the patches do, or none does."""
+
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter's declaration; `path` leads from the outermost record to its field."""
+    """A parameter's declaration; `path` leads from the outermost record to its field.
+
+    `web` says whether the web app may ask for it, and `panel` in which part of the panel it is one property
+    with the same value, "" for none.
+    """
 
     help: str
     name: str = ""
@@ -35,9 +52,26 @@ class Parameter:
     most: float | None = None
     usual: tuple[float | None, float | None] = (None, None)
     group: str | None = ""
+    stage: Stage = "signals"
+    web: bool = False
+    panel: str = ""
     path: tuple[str, ...] = ()
     kind: Any = None
     default: Any = None
+
+    @property
+    def kinds(self) -> tuple[Any, ...]:
+        """The types of its value, NoneType among them if it may lack."""
+        is_several = get_origin(self.kind) in (Union, UnionType)
+        return get_args(self.kind) if is_several else (self.kind,)
+
+    @property
+    def is_list(self) -> bool:
+        return get_origin(self.kind) is tuple
+
+    @property
+    def is_optional(self) -> bool:
+        return type(None) in self.kinds
 
     def of(self, record: Any) -> Any:
         """The parameter's value."""
@@ -45,11 +79,10 @@ class Parameter:
 
     def check(self, record: Any) -> None:
         """Raise ValueError, with what is allowed, for a value out of range."""
-        value, whole = self.of(record), int in (get_args(self.kind) or (self.kind,))
+        value, whole = self.of(record), int in self.kinds
         if self.kind is bool and value not in (True, False):
             raise ValueError(f"{'.'.join(self.path)} must be True or False, not {value!r}")
-        may_lack = value is None and type(None) in get_args(self.kind)
-        if may_lack or (self.least is None and self.most is None):
+        if (value is None and self.is_optional) or (self.least is None and self.most is None):
             return
         low = float("-inf") if self.least is None else self.least
         high = float("inf") if self.most is None else self.most
@@ -77,6 +110,22 @@ def parameters_of(record: type) -> dict[str, Parameter]:
 @cache
 def _parameters_of(record: type) -> dict[str, Parameter]:
     return dict(_declared(record, ()))
+
+
+def parameters_at(stage: Stage, record: type) -> dict[str, Parameter]:
+    """The parameters of a record that change the results of a stage first, by name."""
+    return {name: each for name, each in parameters_of(record).items() if each.stage == stage}
+
+
+def with_values(record: T, values: Mapping[str, Any]) -> T:
+    """A record with other values of some of its parameters, by their names."""
+    own: dict[str, Any] = {}
+    inner: dict[str, dict[str, Any]] = {}
+    for name, value in values.items():
+        *records, last = parameters_of(type(record))[name].path
+        (inner.setdefault(records[0], {}) if records else own)[last] = value
+    own |= {name: replace(getattr(record, name), **changes) for name, changes in inner.items()}
+    return replace(record, **own)
 
 
 def _declared(record: Any, path: tuple[str, ...]) -> Iterator[tuple[str, Parameter]]:

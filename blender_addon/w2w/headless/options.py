@@ -24,7 +24,6 @@ from ..core.imu.synthesis import CONVENTIONS, Synthesis
 from ..core.keypoints.facts import UNITS, PoseFacts, facts_of
 from ..core.keypoints.joint_sets import JOINT_SETS
 from ..core.motion.up import UPS
-from ..core.selection.constraints import Constraints, read_costs
 from ..core.windows.windows import WindowSpec
 from ..core.wording import restated
 from ..scene.base.output import quiet_output
@@ -174,15 +173,6 @@ def _betas(text: str) -> np.ndarray:
         raise ValueError(
             f"betas={text}: {error}; write numbers such as betas=1.2:0:-0.5, or an npz that holds 'betas'"
         ) from error
-
-
-def wishes_over(
-    run: Constraints, only: str | None, forbid: str | None, must: str | None, costs: Path | None
-) -> Constraints:
-    """A run's constraints, with the options that are given in the place of its own."""
-    given = {"only": only, "forbid": forbid, "must": must}
-    changed: dict[str, Any] = {name: words(text) for name, text in given.items() if text is not None}
-    return replace(run, **changed | ({"costs": read_costs(costs)} if costs else {}))
 
 
 def further_sensors(record: str, features: str, magnetic_dip: float) -> FurtherSensors:

@@ -3,6 +3,7 @@
 
 import functools
 import sys
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, make_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_origin
@@ -10,12 +11,12 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 import typer
 from rich.console import Console
 
-from ..core.parameters import Parameter, parameters_of
+from ..core.parameters import Parameter, parameters_of, with_values
 from ..core.patches.own_placements import read_placements
 from ..core.ranking.utility import inputs_of, unavailable
 from ..core.ranking.weights import read_weights
 from ..core.retargeting.bone_maps import BoneMap
-from ..core.selection.constraints import Constraints
+from ..core.selection.constraints import read_costs
 from ..core.study.config import FILES, RANKING, StudyConfig
 from . import options
 from .options import option
@@ -31,8 +32,16 @@ run_option = functools.partial(option, rich_help_panel=RUN)
 NAMES = {"max_places": "--max", "costs": "--cost"}
 """Options with another name than their parameter."""
 
-AS_GIVEN = "patches", "classifier", "folds", "by_subject", "target", "every_activity", "max_places", "seed"
-"""Options that are parameters as they are."""
+READ_TOGETHER = "rate", "band", "convention", "record", "recognise_by", "magnetic_dip", "window", "sensor"
+"""Options that are read with others, or with words of their own."""
+
+READERS: dict[str, Callable[[Any], tuple[Any, ...]]] = {
+    "placements": lambda path: tuple(read_placements(path).items()),
+    "garment": parse_garments,
+    "weights": read_weights,
+    "costs": read_costs,
+}
+"""Readers of the options that are lists, where it is not one of words."""
 
 
 def declared(name: str, **other: Any) -> Any:
@@ -50,31 +59,44 @@ def declared(name: str, **other: Any) -> Any:
 def _default(parameter: Parameter) -> Any:
     """An option's default: "" for a list, None for a table."""
     if parameter.default == ():
-        return "" if _kind(parameter) is str else None
+        return "" if option_kind(parameter) is str else None
     return parameter.default
 
 
-def _kind(parameter: Parameter) -> Any:
+def option_kind(parameter: Parameter) -> Any:
     """The type of an option: words for a list, a file for a table, 0 for no limit."""
-    if get_origin(parameter.kind) is tuple:
+    if parameter.is_list:
         return str if get_args(parameter.kind)[0] is str else Path | None
     if get_origin(parameter.kind) is Literal:
         return str
-    if type(None) in get_args(parameter.kind) and parameter.default is not None:
-        return get_args(parameter.kind)[0]
+    if parameter.is_optional and parameter.default is not None:
+        return parameter.kinds[0]
     return parameter.kind
 
+
+def values_of(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters' values from their options; a ValueError or OSError says which cannot be read."""
+    return {name: _value(OPTIONS[name], value) for name, value in given.items()}
+
+
+def _value(parameter: Parameter, given: Any) -> Any:
+    if parameter.is_list:
+        return READERS.get(parameter.name, options.words)(given) if given else ()
+    return given.strip() if isinstance(given, str) else given
+
+
+OPTIONS = {name: each for name, each in parameters_of(StudyConfig).items() if each.group is not None}
+"""The parameters that have an option: those that are not the panel's alone."""
 
 DeclaredOptions: Any = make_dataclass(
     "DeclaredOptions",
     [
-        (name, Annotated[_kind(parameter), declared(name)], field(default=_default(parameter)))
-        for name, parameter in parameters_of(StudyConfig).items()
-        if parameter.group is not None
+        (name, Annotated[option_kind(parameter), declared(name)], field(default=_default(parameter)))
+        for name, parameter in OPTIONS.items()
     ],
     frozen=True,
 )
-"""An option for every parameter that is not the panel's alone."""
+"""An option for each of them."""
 
 DEFAULTS = DeclaredOptions()
 """The default of each."""
@@ -138,20 +160,14 @@ class StudyOptions(options.PoseOptions, DeclaredOptions):
 
     def config(self) -> StudyConfig:
         """The study's parameters; a ValueError or OSError says which option is wrong."""
-        config = StudyConfig(
-            **{name: getattr(self, name) for name in AS_GIVEN},
-            placements=tuple(read_placements(self.placements).items()) if self.placements else (),
-            garments=parse_garments(self.garment),
+        alone = {name: getattr(self, name) for name in OPTIONS if name not in READ_TOGETHER}
+        together = StudyConfig(
             synthesis=options.synthesis_settings(self.rate, self.band, self.convention),
-            root_band_hz=self.root_band,
             further=options.further_sensors(self.record, self.recognise_by, self.magnetic_dip),
             **options.sensor_settings(self.sensor),
             windows=options.window_spec(self.window, self.stride),
-            background=options.words(self.background),
-            weights=read_weights(self.weights) if self.weights else (),
-            constraints=options.wishes_over(Constraints(), self.only, self.forbid, self.must, self.costs),
-            title=self.title.strip(),
         )
+        config = with_values(together, values_of(alone))
         if problem := unavailable(config.classifier):
             raise ValueError(problem)
         return config

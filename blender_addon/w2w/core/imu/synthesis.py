@@ -74,7 +74,7 @@ class Synthesis:
         50.0,
         "Sensor rate, Hz: samples a second.",
         "rate",
-        title="Rate", unit="Hz", least=5, most=1000, usual=(10, 200),
+        title="Rate", unit="Hz", least=5, most=1000, usual=(10, 200), panel="signals",
     )  # fmt: skip
     convention: Literal["physical", "paper"] = parameter(
         "physical",
@@ -87,7 +87,7 @@ class Synthesis:
         "Band limit of the paths, Hz; raise it for clean motion capture. 0 for none: motion above half the "
         "sensor rate is then folded back (aliasing).",
         "band",
-        title="Band", unit="Hz", least=0, most=1000, usual=(None, 40), group="Signals",
+        title="Band", unit="Hz", least=0, most=1000, usual=(None, 40), group="Signals", panel="bands",
     )  # fmt: skip
     gravity: tuple[float, float, float] = (0.0, 0.0, -STANDARD_GRAVITY)
     max_gap_s: float = 0.25

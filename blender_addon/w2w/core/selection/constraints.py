@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,6 +25,9 @@ class Terms:
     max_size: int
     rarity: np.ndarray | None = None  # (N,): of patches that do alike, the lowest is taken
     unwished: "Terms | None" = None  # the terms if nothing were wished; None if nothing is
+
+
+WISH: dict[str, Any] = {"stage": "choice", "web": True}
 
 
 @dataclass(frozen=True)
@@ -54,15 +58,19 @@ class Constraints:
     """
 
     only: tuple[str, ...] = parameter(
-        (), "Use only these regions, comma-separated: 'left', 'left,middle', 'arm,torso', 'left wrist'."
+        (),
+        "Use only these regions, comma-separated: 'left', 'left,middle', 'arm,torso', 'left wrist'.",
+        **WISH,
     )
-    forbid: tuple[str, ...] = parameter((), "Never use these regions: 'head,hand,foot'.")
-    must: tuple[str, ...] = parameter((), "Use at least one patch in each of these regions: 'left wrist'.")
+    forbid: tuple[str, ...] = parameter((), "Never use these regions: 'head,hand,foot'.", **WISH)
+    must: tuple[str, ...] = parameter(
+        (), "Use at least one patch in each of these regions: 'left wrist'.", **WISH
+    )
     costs: tuple[tuple[str, float], ...] = parameter(
         (),
         "csv with columns region, cost: price or discomfort of a sensor there (1 elsewhere).",
-        group="Design constraints",
-    )
+        group="Design constraints", stage="choice",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         for name in ("only", "forbid", "must"):

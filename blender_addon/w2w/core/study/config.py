@@ -3,6 +3,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
+from functools import reduce
 from numbers import Real
 from typing import Any, Self
 
@@ -22,12 +23,6 @@ SIGNALS, RANKING, FILES = "Signals", "Ranking", "Bodies and files"
 WISHES = "Design constraints"
 """Headings of the options that few people need."""
 
-NOT_IN_SIGNALS = (
-    "classifier", "folds", "by_subject", "background", "weights", "target", "every_activity", "max_places",
-    "constraints", "title",  # what only ranks, chooses and tells
-    "patches", "placements", "sensor", "own_sensor",  # said by the patches, and by the model
-)  # fmt: skip
-
 
 @dataclass(frozen=True)
 class StudyConfig:
@@ -44,13 +39,14 @@ class StudyConfig:
     patches: int = parameter(
         DEFAULT_PATCHES,
         "Number of patches on the body that are compared.",
-        title="Patches", least=2, most=6890, usual=(None, 1024),
+        title="Patches", least=2, most=6890, usual=(None, 1024), stage="", web=True, panel="patches",
     )  # fmt: skip
     placements: tuple[tuple[str, int | str | tuple[float, ...]], ...] = parameter(
         (),
         "Spots of your own in addition: csv with columns name and vertex, spot, or x, y, z (metres "
         "on the body at rest, z up, soles at z = 0).",
         group=FILES,
+        stage="",
     )
     garments: tuple[str, ...] = parameter(
         (),
@@ -63,14 +59,14 @@ class StudyConfig:
     sensor: str = parameter(
         DEFAULT_SENSOR,
         "Sensor preset (see `w2w sensors`), 'ideal' for no errors, or a JSON file of your own part.",
-        title="Sensor",
-    )
+        title="Sensor", stage="", web=True,
+    )  # fmt: skip
     own_sensor: SensorModel | None = None  # counts where `sensor` is its name
     root_band_hz: float | None = parameter(
         None,
         "Band limit of the root's path, Hz: about 3 for inertial suits.",
         "root_band",
-        title="Root Band", unit="Hz", least=0.1, most=1000, usual=(None, 20), group=SIGNALS,
+        title="Root Band", unit="Hz", least=0.1, most=1000, usual=(None, 20), group=SIGNALS, panel="bands",
     )  # fmt: skip
     further: FurtherSensors = NOTHING
     windows: WindowSpec = field(default_factory=WindowSpec)
@@ -78,44 +74,50 @@ class StudyConfig:
         "ridge",
         "Classifier for each patch: ridge (seconds), and with W2W from pip trees (minutes) and multi3net "
         "(needs PyTorch).",
-        title="Classifier",
-    )
+        title="Classifier", stage="ranking", panel="ranking",
+    )  # fmt: skip
     folds: int = parameter(
         5,
         "Cross-validation folds; a clip is never split between them.",
-        title="Folds", least=2, most=1000, usual=(None, 20), group=RANKING,
+        title="Folds", least=2, most=1000, usual=(None, 20), group=RANKING, stage="ranking", panel="ranking",
     )  # fmt: skip
     by_subject: bool = parameter(
         False,
         "Leave one subject out at a time instead of folds: test on people that were not trained on. "
         "Every clip needs its subject's name.",
-        title="By Subject",
-    )
+        title="By Subject", stage="ranking", web=True, panel="ranking",
+    )  # fmt: skip
     background: tuple[str, ...] = parameter(
         (),
         "Activities to train against but not to count in the mean, comma-separated: 'walking,sitting'.",
-        group=WISHES,
-    )
+        group=WISHES, stage="choice", web=True,
+    )  # fmt: skip
     weights: tuple[tuple[str, float], ...] = parameter(
         (),
         "csv with columns activity, weight: what activities count in the mean (1 for the others).",
-        group=WISHES,
-    )
+        group=WISHES, stage="choice",
+    )  # fmt: skip
     target: float = parameter(
         0.90,
         "F1 that the set of sensors should reach: expected on other clips of those worn together.",
-        title="Target F1", least=0.01, most=1,
+        title="Target F1", least=0.01, most=1, stage="choice", web=True, panel="choice",
     )  # fmt: skip
     every_activity: float = parameter(
         0.0,
         "Expected F1 that sensors worn together should reach for every activity, besides the mean; 0 asks "
         "for none.",
-        title="Every Activity", least=0, most=1, group=WISHES,
+        title="Every Activity", least=0, most=1, group=WISHES, stage="choice", web=True, panel="choice",
     )  # fmt: skip
-    max_places: int | None = parameter(None, "Maximum number of sensors.", title="At Most", least=1)
+    max_places: int | None = parameter(
+        None, "Maximum number of sensors.", title="At Most", least=1, stage="choice", web=True, panel="choice"
+    )
     constraints: Constraints = field(default_factory=Constraints)
-    seed: int = parameter(0, "Random seed: every random draw comes from it.", title="Noise Seed", least=0)
-    title: str = parameter("", "Project name for the report.")
+    seed: int = parameter(
+        0,
+        "Random seed: every random draw comes from it.",
+        title="Noise Seed", least=0, web=True, panel="signals",
+    )  # fmt: skip
+    title: str = parameter("", "Project name for the report.", stage="", web=True)
 
     def __post_init__(self) -> None:
         for declared in parameters_of(type(self)).values():
@@ -139,9 +141,15 @@ class StudyConfig:
     def signal_parameters(self) -> dict[str, Any]:
         """The parameters that signals and features depend on besides the body and its patches.
 
-        A new field counts unless `NOT_IN_SIGNALS` names it.
+        A new one counts unless it is declared to be of another stage.
         """
-        return {name: value for name, value in self.as_dict().items() if name not in NOT_IN_SIGNALS}
+        values = self.as_dict()
+        del values["own_sensor"]  # the model says it
+        for each in parameters_of(type(self)).values():
+            if each.stage != "signals":
+                *records, name = each.path
+                reduce(lambda inside, record: inside.get(record, {}), records, values).pop(name, None)
+        return {name: value for name, value in values.items() if value != {}}
 
     def as_dict(self) -> dict[str, Any]:
         """Every parameter as plain values, the sensor's own ones spelled out."""

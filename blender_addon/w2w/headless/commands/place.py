@@ -5,7 +5,7 @@ import json
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import make_dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,12 +17,13 @@ from ...core.findings.advice_content import advice_content, needs_on, place_cont
 from ...core.findings.cautions import Caution, cautions
 from ...core.findings.summary import PLACEMENTS, map_content, write_map, write_placements
 from ...core.garments.cover import garment_sentence
-from ...core.ranking.weights import check_counting, read_weights
+from ...core.parameters import parameters_at, with_values
+from ...core.ranking.weights import check_counting
 from ...core.selection.advice import Advice
 from ...core.study.choosing import advised, compared, ranked_again
 from ...core.study.clip_files import WORK, mark_changing, mark_whole
 from ...core.study.clip_list import is_used
-from ...core.study.config import WISHES, StudyConfig
+from ...core.study.config import StudyConfig
 from ...core.study.results import UTILITY, StudyResults
 from ...report.page import REPORT
 from .. import options
@@ -33,52 +34,48 @@ from ..reports.console_tables import show_answer, show_cautions, show_places, sh
 from ..runs.folder import HEATMAPS, only_run, picture_files
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import check, listed, new_file
-from ..study_options import declared
+from ..study_options import declared, option_kind, values_of
 from .report import write_report
 
 REDRAW = "place --redraw"
 """Name of the command for the note in a folder that is being changed."""
 
-FIGURES = ("target", "every_activity", "max_places")
-"""Wishes that are parameters as they are."""
+CHOICE = parameters_at("choice", StudyConfig)
+"""Parameters that can be chosen by again."""
+
+FIGURES = tuple(name for name, each in CHOICE.items() if not each.is_list)
+"""Those that are numbers."""
+
+CLEARED = "Activities not to count in the mean, comma-separated; '' for none.  [default: the run's]"
 
 LEFT_BEHIND = ("lock", "holder", "running")
 """Parts of the work folder that belong to the process at work: they are not copied."""
 
 
-@dataclass(frozen=True)
-class Wishes:
-    """The options that choose again under other parameters; None is the run's own."""
+Asked: Any = make_dataclass(
+    "Asked",
+    [
+        (
+            name,
+            Annotated[
+                option_kind(each) | None,
+                declared(name, **{"help": CLEARED, "show_default": False} if name == "background" else {}),
+            ],
+            None,
+        )
+        for name, each in CHOICE.items()
+    ],
+    frozen=True,
+)
 
-    target: Annotated[float | None, declared("target")] = None
-    every_activity: Annotated[float | None, declared("every_activity")] = None
-    only: Annotated[str | None, declared("only")] = None
-    forbid: Annotated[str | None, declared("forbid")] = None
-    must: Annotated[str | None, declared("must")] = None
-    max_places: Annotated[int | None, declared("max_places")] = None
-    costs: Annotated[Path | None, declared("costs")] = None
-    background: Annotated[
-        str | None,
-        option(
-            "Activities not to count in the mean, comma-separated; '' for none.  [default: the run's]",
-            show_default=False,
-            rich_help_panel=WISHES,
-        ),
-    ] = None
-    weights: Annotated[Path | None, declared("weights")] = None
+
+class Wishes(Asked):
+    """The options that choose again under other parameters; None is the run's own."""
 
     def over(self, study: StudyResults) -> StudyConfig:
         """A study's parameters under these wishes; a ValueError says which is wrong."""
-        run = study.config()
-        given: dict[str, Any] = {
-            name: getattr(self, name) for name in FIGURES if getattr(self, name) is not None
-        }
-        if self.background is not None:
-            given["background"] = options.words(self.background)
-        if self.weights is not None:
-            given["weights"] = read_weights(self.weights)
-        places = options.wishes_over(run.constraints, self.only, self.forbid, self.must, self.costs)
-        config = replace(run, **given, constraints=places)
+        given = {name: getattr(self, name) for name in CHOICE if getattr(self, name) is not None}
+        config = with_values(study.config(), values_of(given))
         check_counting({clip.activity for clip in study.clips}, config.background, config.weights)
         return config
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w study paper`: the sets that the paper's algorithm 2 and its exact optimum choose from a run."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -10,12 +9,12 @@ from rich.console import Console
 from rich.table import Table
 
 from w2w.core.files import write_json
+from w2w.core.parameters import with_values
 from w2w.core.study.results import StudyResults
 from w2w.core.wording import capital
-from w2w.headless import options
 from w2w.headless.console import USAGE, ending
 from w2w.headless.runs.own_files import check, claimed
-from w2w.headless.study_options import declared
+from w2w.headless.study_options import declared, values_of
 
 from ..paper.sets import PaperSets, paper_sets, sets_content
 from .consoles import wide_console
@@ -46,11 +45,9 @@ def paper(
     console = wide_console()
     with ending(USAGE, console):
         study = StudyResults.load(results)
-        config = study.config()
-        wished = {"target": target, "max_places": max_places}
-        wished = {name: value for name, value in wished.items() if value is not None}
-        constraints = options.wishes_over(config.constraints, only, forbid, must, costs)
-        config = replace(config, **wished, constraints=constraints)
+        wished = {"target": target, "max_places": max_places, "only": only, "forbid": forbid, "must": must}
+        wished = {name: value for name, value in (wished | {"costs": costs}).items() if value is not None}
+        config = with_values(study.config(), values_of(wished))
         check(results, [WRITTEN])
         with console.status("Choosing and testing sets"):
             sets = paper_sets(study, config)
