@@ -7,6 +7,7 @@ import bpy
 
 from ..jobs import jobs
 from ..jobs.text import draw_outcome, draw_text, styled
+from ..study.declared import SHOWN, property_of
 from ..study.state import current_body, is_ranked, missing_for_patches, outdated_at_a_glance, polled_body
 
 Body = bpy.types.Object | None
@@ -32,6 +33,13 @@ class PartPanel(W2WPanel):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return current_body(context) is not None
+
+
+def draw_parameters(layout: Layout, study: bpy.types.PropertyGroup, panel: str, *besides: str) -> None:
+    """Draw the parameters that are declared for a part of the panel, but those that it draws itself."""
+    for name, each in SHOWN.items():
+        if each.panel == panel and name not in besides:
+            layout.prop(study, property_of(name), slider=each.most == 1)
 
 
 class ResultPanel(W2WPanel):

@@ -7,14 +7,15 @@ import bpy
 from bl_operators.presets import AddPresetBase
 
 from ...core.library.library import MOTION_SUFFIXES
+from ..study.declared import SHOWN
 from ..study.operators import OnDrop
 
 PRESETS = Path(__file__).parent / "presets"
 PRESET_FOLDER = "w2w/study"
 
 PRESET_PROPERTIES = (
-    "own_sensor_text", "sensor", "rate", "band", "root_band", "record", "recognise_by",
-    "magnetic_dip", "window_s", "classifier", "folds", "by_subject",
+    "own_sensor_text", "sensor", "record", "recognise_by", "magnetic_dip", "window_s",
+    *(name for name, each in SHOWN.items() if each.stage in ("signals", "ranking") and name != "seed"),
 )  # fmt: skip
 """Properties of a study that a preset sets, in this order."""
 

@@ -16,7 +16,7 @@ from ..steps.choosing import missing_for_choice
 from ..study import counting, lists, operators, state
 from ..study.counting import Group
 from ..viewport.overlay import NO_PICK, picks
-from .base import ResultPanel, draw_info, form
+from .base import ResultPanel, draw_info, draw_parameters, form
 from .results import can_change_now, draw_headings
 from .rows import KINDS
 
@@ -72,8 +72,7 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
         study, content = body.w2w, styled(form(self.layout), enabled=can_change_now(context))
-        content.prop(study, "target", slider=True)
-        content.prop(study, "every_activity", slider=True)
+        draw_parameters(content, study, "choice", "max_places")
         limit = content.row(heading="At Most")
         limit.prop(study, "limit_places", text="")
         number = limit.row()

@@ -20,7 +20,7 @@ from ...scene.base.patches import EMPTY_SIZE
 from ..jobs.jobs import is_there
 from ..steps.body import W2W_PG_shape
 from ..study import sensors, state
-from ..study.declared import declared
+from ..study.declared import declared, properties
 from ..study.scores import EXPECTED, NOTHING, ON_THESE, beside_of, view_items
 from . import rows
 
@@ -115,7 +115,21 @@ class KeptTexts:
     }  # fmt: skip
 
 
-class W2W_PG_study(sensors.SensorProperties, KeptTexts, bpy.types.PropertyGroup):
+class DeclaredProperties:
+    """Parameters that are one property each, with what Blender is to know besides their declaration."""
+
+    __annotations__ = properties(
+        rate={"precision": 0, "step": 1000},
+        band={"precision": 1},
+        root_band={"precision": 1},
+        classifier={"items": CLASSIFIER_ITEMS},
+        target={"precision": 2, "subtype": "FACTOR", "update": rows.choose_patches},
+        every_activity={"precision": 2, "subtype": "FACTOR", "update": rows.choose_patches},
+        max_places={"soft_max": 12, "update": rows.choose_patches},
+    )
+
+
+class W2W_PG_study(sensors.SensorProperties, DeclaredProperties, KeptTexts, bpy.types.PropertyGroup):
     """A study: everything W2W knows about one body."""
 
     is_body: BoolProperty(name="Is a Body", description="This mesh is the body of a study")
@@ -145,7 +159,6 @@ class W2W_PG_study(sensors.SensorProperties, KeptTexts, bpy.types.PropertyGroup)
 
     patch_collection: PointerProperty(type=bpy.types.Collection, name="Patches")
     chosen_collection: PointerProperty(type=bpy.types.Collection, name="Sensor Places")
-    patch_count: IntProperty(**declared("patches"))
     patch_seed: IntProperty(name="Seed", description="Chooses the patch that spreading starts from", min=0)
     patch_size: FloatProperty(
         name="Size",
@@ -160,13 +173,7 @@ class W2W_PG_study(sensors.SensorProperties, KeptTexts, bpy.types.PropertyGroup)
         **declared("sensor", description="The part whose noise, bias and range the signals get"),
         items=SENSORS,
     )
-    rate: FloatProperty(**declared("rate"), precision=0, step=1000)
-    seed: IntProperty(**declared("seed"))
-
     window_s: FloatProperty(**declared("window", unit="TIME_ABSOLUTE"), precision=1)
-    folds: IntProperty(**declared("folds"))
-    classifier: EnumProperty(**declared("classifier"), items=CLASSIFIER_ITEMS)
-    by_subject: BoolProperty(**declared("by_subject"))
     cautions_text: StringProperty(name="Cautions", description="What speaks against the answer")
     activities: CollectionProperty(type=rows.W2W_PG_activity)
     activity_index: IntProperty(
@@ -218,11 +225,6 @@ class W2W_PG_study(sensors.SensorProperties, KeptTexts, bpy.types.PropertyGroup)
         description="Products or places whose F1 is shown, separated by commas: ring, necklace, left wrist",
         update=rows.compare_places,
     )
-    target: FloatProperty(**declared("target"), precision=2, subtype="FACTOR", update=rows.choose_patches)
-    every_activity: FloatProperty(
-        **declared("every_activity"), precision=2, subtype="FACTOR", update=rows.choose_patches
-    )
-    max_places: IntProperty(**declared("max_places"), soft_max=12, update=rows.choose_patches)
     limit_places: BoolProperty(
         name="Limit", description="Limit the number of sensors", get=_is_limited, set=_limit
     )

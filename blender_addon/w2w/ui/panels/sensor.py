@@ -16,7 +16,7 @@ from ...core.wording import capital
 from ..jobs import jobs
 from ..jobs.text import draw_text, styled
 from ..study import garments, operators, sensors, state
-from .base import Layout, PartPanel, draw_warning, form
+from .base import Layout, PartPanel, draw_parameters, draw_warning, form
 from .properties import SENSORS
 
 
@@ -76,8 +76,7 @@ class W2W_PT_sensor(PartPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         study = state.polled_body(context).w2w
         layout = styled(form(self.layout), enabled=jobs.running is None)
-        for name in ("band", "root_band"):
-            layout.prop(study, name)
+        draw_parameters(layout, study, "bands")
         if not study.band:
             draw_warning(layout, context, f"{capital(FOLDED_BACK)}.")
         draw_further(study, context, layout)

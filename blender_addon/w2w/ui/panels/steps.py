@@ -27,6 +27,7 @@ from .base import (
     beside_their_buttons,
     draw_info,
     draw_note,
+    draw_parameters,
     draw_warning,
 )
 
@@ -220,7 +221,7 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
 
     def draw_step(self, context: bpy.types.Context, layout: Layout, body: Body) -> None:
         study, placed = body.w2w, state.patches_of(body)
-        layout.prop(study, "patch_count")
+        draw_parameters(layout, study, "patches")
         layout.prop(study, "patch_seed")
         row = styled(layout.row(align=True), scale_y=1.2)
         text = "Place Again" if placed else "Place Patches"
@@ -252,8 +253,7 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
         row = layout.row(align=True)
         row.prop(study, "sensor")
         row.menu("W2W_MT_study_presets", text="", icon="PRESET")
-        layout.prop(study, "rate")
-        layout.prop(study, "seed")
+        draw_parameters(layout, study, "signals")
         row = styled(layout.row(align=True), scale_y=1.2)
         row.operator("w2w.bake_signals", text="Bake All", translate=False, icon="REC").which = "ALL"
         row.operator(
@@ -299,6 +299,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         layout.prop(study, "by_subject")
         if not study.by_subject:
             layout.prop(study, "folds")
+        draw_parameters(layout, study, "ranking", "classifier", "by_subject", "folds")
         row = styled(layout.row(align=True), scale_y=1.2)
         ranked = state.utility_of(study) is not None
         row.operator(

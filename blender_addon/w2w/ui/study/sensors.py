@@ -105,8 +105,6 @@ class SensorProperties(FigureProperties):
     own_sensor_name: StringProperty(
         name="Name", description="What you call your part", get=_name, set=_rename
     )
-    band: FloatProperty(**declared("band"), precision=1)
-    root_band: FloatProperty(**declared("root_band"), precision=1)
     record: EnumProperty(**declared("record", default=set()), items=ITEMS, options={"ENUM_FLAG"})
     recognise_by: EnumProperty(**declared("recognise_by", default=set()), items=ITEMS, options={"ENUM_FLAG"})
     recorded: _ticks(

@@ -18,6 +18,7 @@ import numpy as np
 from ...core.body.body import Body
 from ...core.body.shapes import RANGES
 from ...core.inside import inside
+from ...core.parameters import parameters_at
 from ...core.patches.patches import PatchSet
 from ...core.ranking.utility import UtilityMap, unavailable
 from ...core.selection.constraints import Constraints
@@ -29,7 +30,7 @@ from ...scene.base.body import body_of
 from ...scene.base.patches import PATCH
 from ...scene.files.packing import unpack
 from .counting import LEFT_OUT, Group, counted_in, is_reweighed
-from .declared import as_given, config_values
+from .declared import SHOWN, as_given, config_shown, property_of
 from .garments import wardrobe_text, worn_by
 from .sensors import OWN, further_of, own_sensor
 
@@ -120,8 +121,7 @@ def _config_of_signals(study: Group, run: StudyConfig) -> StudyConfig:
         sensor = {"sensor": own_sensor(study).name, "own_sensor": own_sensor(study)}
     garments = tuple(item.name for item in worn_by(study)) or run.garments
     return replace(
-        run,
-        **config_values(study, run),
+        config_shown(study, run),
         **sensor,
         further=further_of(study, run.further, bool(garments)),
         windows=run.windows if length == run.windows.length_s else WindowSpec.of_length(length),
@@ -181,10 +181,9 @@ def advice_settings(study: Group) -> str:
     """A hash of everything that a choice of sensors depends on."""
     config = config_of(study)
     ticks = [activity.name for activity in study.activities if activity.part == LEFT_OUT]
-    parts = [study.ranked_as, study.utility_key, config.target, config.every_activity, config.max_places]
-    if config.background or config.weights:
-        parts += [config.background, config.weights]
-    return hashlib.sha256(repr([*parts, config.constraints, ticks]).encode()).hexdigest()[:24]
+    wishes = [each.of(config) for each in parameters_at("choice", StudyConfig).values()]
+    parts = [study.ranked_as, study.utility_key, *wishes, ticks]
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
 
 
 def patches_of(body: bpy.types.Object) -> PatchSet | None:
@@ -307,7 +306,8 @@ def kept_patches(study: Group, clip: Group) -> int:
 
 def rank_settings(study: Group) -> str:
     """A hash of everything that a ranking depends on."""
-    parts = [bake_settings(study), study.classifier, str(study.folds), str(study.by_subject)]
+    chosen = [property_of(name) for name, each in SHOWN.items() if each.stage == "ranking"]
+    parts = [bake_settings(study), *(str(getattr(study, name)) for name in chosen)]
     parts += [f"{clip.signals} {clip.activity} {clip.subject}" for clip in study.clips if not clip.problem]
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:24]
 
