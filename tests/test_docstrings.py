@@ -26,7 +26,7 @@ def test_the_docstring_is_numpydoc_and_says_all_of_the_signature(name):
     thing = getattr(w2w, name)
     sections = griffe.parse_numpy(griffe.Docstring(inspect.getdoc(thing)))
     listed = [
-        part.strip()
+        part.strip(" *")
         for section in sections
         if section.kind.value in ("parameters", "attributes")
         for one in section.value

@@ -115,7 +115,12 @@ def rank(
     activities = {one["activity"] for one in labels.values()}
     check_counting(activities, uncounted, weighted)
     spec = WindowSpec.of_length(window, stride)
-    config = StudyConfig(
+    if isinstance(signals, Signals):
+        made = signals.config
+    else:
+        made = StudyConfig(synthesis=Synthesis(rate_hz=signals.rate), sensor="ideal")
+    config = replace(
+        made,
         windows=spec,
         folds=folds,
         by_subject=by_subject,
@@ -127,11 +132,8 @@ def rank(
     kind, body = inputs_of(classifier), None
     if isinstance(signals, Signals):
         clips, patches, body = _simulated(signals, labels, spec, kind), signals.patches, signals.motions.body
-        model = signals.sensor
-        config = replace(config, synthesis=signals.settings, sensor=model.name, own_sensor=model)
     else:
         clips, patches = _worn(signals, labels, spec, kind), unplaced(signals.places)
-        config = replace(config, synthesis=Synthesis(rate_hz=signals.rate), sensor="ideal")
     if not clips.inputs:
         raise ValueError(f"no clip gives a window of {window:g} s: {clips.skipped[0][1]}")
     whole, what = np.concatenate(clips.inputs), "Ranking patches" if body else "Ranking places"
@@ -166,7 +168,7 @@ def _simulated(signals: Signals, labels: Labels, spec: WindowSpec, inputs: str) 
         )
         windows.append(ClipWindows(is_test, motion_signature(motion)))
         about = facts[number] | {"duration_s": round(motion.duration, 4), "frame_rate": motion.rate}
-        about |= signals.sensor.full_scale_content(recording)
+        about |= signals.config.sensor_model().full_scale_content(recording)
         details.append(about | {"windows": len(is_test)})
     skipped = [(names[number], why) for number, why in cut.skipped.items()]
     return _Clips(

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral
 from pathlib import Path
-from typing import overload
+from typing import Any, overload
 
 from ..core.body.body import Body
 from ..core.findings.cautions import full_scale_sentence
@@ -17,17 +17,25 @@ from ..core.imu.presets import DEFAULT_SENSOR
 from ..core.imu.recording import ImuRecording
 from ..core.imu.sensor import SensorModel
 from ..core.imu.synthesis import Synthesis
-from ..core.imu.virtual import record_motion
 from ..core.motion.motion import Motion
+from ..core.parameters import parameters_at, with_values
 from ..core.patches.naming import resolve
 from ..core.patches.patches import PatchSet
 from ..core.study.choosing import stream_in
 from ..core.study.clip_list import is_used
 from ..core.study.config import StudyConfig
 from ..core.study.results import StudyResults
+from ..core.study.signals import record
 from .loading import Motions
 from .notebook import tracked
 from .ranking import Ranking
+
+ELSEWHERE = ("rate", "seed", "window", "garment", "recognise_by")
+"""Parameters of signals that have an argument here or of `rank`, or that only a run knows how to follow."""
+
+SETTABLE = {
+    name: each for name, each in parameters_at("signals", StudyConfig).items() if name not in ELSEWHERE
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +45,7 @@ class Signals(Sequence[ImuRecording]):
     recordings: tuple[ImuRecording, ...]
     patches: PatchSet
     motions: Motions
-    sensor: SensorModel
-    settings: Synthesis
+    config: StudyConfig
 
     def __repr__(self) -> str:
         return f"<Signals: {len(self)} clips on {len(self.patches)} patches>"
@@ -64,6 +71,7 @@ def synthesize(
     seed: int = 0,
     settings: Synthesis | None = None,
     body: Body | None = None,
+    **parameters: Any,
 ) -> Signals:
     """Record motions with a virtual IMU on every patch.
 
@@ -83,6 +91,8 @@ def synthesize(
         Everything else about how ideal signals are made; its rate replaces `rate`.
     body : Body, optional
         The body that moves, where `motions` are not from `load`; W2W's own by default.
+    **parameters
+        Others that signals depend on, by the names of `w2w run`'s options, such as ``root_band=3.0``.
 
     Returns
     -------
@@ -92,7 +102,7 @@ def synthesize(
     Raises
     ------
     ValueError
-        If the sensor is unknown, the patches are of another body, or a motion is too short.
+        If the sensor or a parameter is unknown, the patches are of another body, or a motion is too short.
 
     Examples
     --------
@@ -123,14 +133,17 @@ def synthesize(
         )
     if settings.caution:
         warnings.warn(settings.caution, stacklevel=2)
+    if unknown := parameters.keys() - SETTABLE.keys():
+        raise ValueError(f"there is no parameter {min(unknown)!r}, but {', '.join(SETTABLE)}")
+    config = StudyConfig(synthesis=settings, sensor=model.name, own_sensor=model, seed=int(seed))
+    config = with_values(config, parameters)
     recordings = tuple(
-        record_motion(motions.body, patches, one, settings, model, seed)
-        for one in tracked(motions, "Synthesizing signals")
+        record(motions.body, patches, one, config) for one in tracked(motions, "Synthesizing signals")
     )
     about = [(one.clip or "a clip", model.full_scale_content(one)) for one in recordings]
     if caution := full_scale_sentence(about):
         warnings.warn(caution, stacklevel=2)
-    return Signals(recordings, patches, motions, model, settings)
+    return Signals(recordings, patches, motions, config)
 
 
 def open_results(folder: str | Path) -> Ranking:
