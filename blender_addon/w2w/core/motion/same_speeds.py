@@ -8,12 +8,14 @@ compared, so the legs may be another clip's.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
 
 from ..body.skeleton import MIRRORED_JOINTS
 from .moments import Moments, candidates, few_of_each
+from .shared_stretches import SHARE
 from .signature import JOINTS, RATE, WIDTH
 
 UPPER = slice(4, 13)
@@ -25,8 +27,8 @@ MIRRORED = [JOINTS[UPPER].index(MIRRORED_JOINTS[joint]) for joint in JOINTS[UPPE
 THE_SAME = 0.99
 """Least correlation of the speeds of copies; of repetitions by one performer, halves had up to .989."""
 
-SHARE, SHORTEST = 0.45, 20
-"""Part of the shorter clip, and frames, over which speeds are compared at least."""
+SHORTEST = 20
+"""Frames over which speeds are compared at least; more are a part of the shorter clip."""
 
 MOVES = 0.05
 """Root mean square of speeds, radians a second, below which clips are too quiet to be distinguished."""
@@ -63,18 +65,18 @@ def same_speeds(
     base, asked = [], []
     for start in range(0, len(clips), CLIPS_AT_ONCE):
         block = clips[start : start + CLIPS_AT_ONCE]
-        moments = _moments([_speeds(signatures[clip]) for clip in block], start)
-        asked.append(few_of_each(moments))
-        base.append(moments)
+        base.append(_moments([_speeds(signatures[clip]) for clip in block], start))
+        asked.append(few_of_each(base[-1]))
+    speeds = lru_cache(CLIPS_AT_ONCE)(lambda clip: _speeds(signatures[clip]))  # a clip is in many pairs
     whole, few = Moments.joined(base), Moments.joined(asked)
     for mirror, reverse in product((False, True), repeat=2):
         pairs = candidates(Moments.joined([_seen(few, frames - 1, mirror, reverse)]), whole)
         for n, (first, second) in enumerate(zip(clips[pairs.first], clips[pairs.second], strict=True)):
             if not is_known(int(first), int(second)):
-                ours = _speeds(signatures[first])[:: -1 if reverse else 1]
+                ours = speeds(first)[:: -1 if reverse else 1]
                 ours = ours[:, MIRRORED] if mirror else ours
-                theirs = _speeds(signatures[second])
-                if _correlation(ours, theirs, float(pairs.moment[n]), float(pairs.other[n])) >= THE_SAME:
+                moments = float(pairs.moment[n]), float(pairs.other[n])
+                if _correlation(ours, speeds(second), *moments) >= THE_SAME:
                     yield int(first), int(second)
 
 
