@@ -13,6 +13,7 @@ from starlette.datastructures import UploadFile
 from starlette.requests import Request
 
 from ..core.csv_tables import CsvError, read_table
+from ..core.library.labels import COLUMNS
 from ..core.library.library import LABELS
 from .clips import ARRIVING
 from .request import INPUT
@@ -77,7 +78,7 @@ class Arrived:
 
 def _check_labels(path: Path) -> None:
     try:
-        read_table(path, ("file", "activity"), ("subject", "motion_key", "source", "rate"))
+        read_table(path, *COLUMNS)
     except CsvError as error:
         raise RefusedError(400, str(error).replace(str(path), LABELS)) from error
 

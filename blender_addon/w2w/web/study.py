@@ -16,8 +16,10 @@ from typing import Any, Self
 from ..core.files import write_json, write_text
 from ..core.imu.presets import PRESETS
 from ..core.library.library import LABELS
+from ..core.parameters import parameters_of
 from ..core.patches.body_parts import ALL, SIDES, find_patches
 from ..core.ranking.weights import check_counting
+from ..core.study.config import StudyConfig
 from ..core.study.results import UnfinishedError, check_finished
 from ..headless.commands.demo import TARGET, write_library
 from ..headless.commands.status import describe
@@ -38,11 +40,11 @@ LAST_BYTES = 2**16
 """Bytes at the end of a run's events that hold the last one."""
 
 PARAMETERS: dict[str, tuple[type, ...]] = {
-    "target": (int, float), "every_activity": (int, float), "max_places": (int,), "only": (str,),
-    "forbid": (str,), "must": (str,), "background": (str,), "sensor": (str,), "title": (str,),
-    "by_subject": (bool,), "patches": (int,), "seed": (int,),
-}  # fmt: skip
-"""Parameters that a study may ask for, each with its types: of `w2w run`, none that names a file."""
+    name: (str,) if each.is_list else (int, float) if float in each.kinds else each.kinds[:1]
+    for name, each in parameters_of(StudyConfig).items()
+    if each.web
+}
+"""Parameters that a study may ask for, each with its types: those declared for the web, none names a file."""
 
 REGIONS = [f"{side} {region}".strip() for region in ALL for side in ("", *SIDES)]
 

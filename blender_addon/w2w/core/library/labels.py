@@ -31,6 +31,9 @@ class LibraryError(ValueError):
 
 Key = TypeVar("Key")
 
+COLUMNS = ("file", "activity"), ("subject", "motion_key", "source", "rate")
+"""Columns that a csv of labels must have, and those that it may have."""
+
 Row = dict[str, Any]
 """Labels of a file by column: text, and the ``rate`` as a number, 0 where none is given."""
 
@@ -90,7 +93,7 @@ def read_labels(
     Raises LibraryError, naming the line, if the file cannot be understood.
     """
     with restated("", CsvError, LibraryError):
-        table = read_table(path, ("file", "activity"), ("subject", "motion_key", "source", "rate"))
+        table = read_table(path, *COLUMNS)
     find = _Finder(folder, inside)
     rows: dict[str, Row] = {}
     strangers, empty, named = [], [], set()
