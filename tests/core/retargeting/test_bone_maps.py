@@ -2,6 +2,7 @@
 """Bones of real rigs are found by name, whatever prefix, case or separator they carry."""
 
 import json
+from itertools import product
 
 import numpy as np
 import pytest
@@ -28,6 +29,62 @@ def test_mixamo_bones_under_every_prefix(prefix):
     assert bone_map.name == "Mixamo"
     assert len(matched) == len(JOINT_NAMES)
     assert matched[JOINT_INDEX["left_shoulder"]] == 1 + MIXAMO.index("LeftArm")
+
+
+PREFIXES = (
+    "",
+    "B-",
+    "B_",
+    "DEF-",
+    "Character1:",
+    "bip01 ",
+    "rig|",
+    "mixamorig1:",
+    "CC_Base_",
+    "ValveBiped.",
+    "4:",
+)
+SUFFIXES = ("", "_jnt", ".001", "-skin")
+SIDED = (
+    "{part}.{letter}",
+    "{part}_{small}",
+    "{part}-{letter}",
+    "{side}{part}",
+    "{letter}_{part}",
+    "{part} {side}",
+)
+
+
+@pytest.mark.parametrize("bone_map", bundled_bone_maps(), ids=lambda bone_map: bone_map.name)
+def test_every_rig_is_known_under_every_prefix_and_suffix(bone_map):
+    """Bones as a map names them; whatever all names have in common, no other bone plays a joint."""
+    first = [names[0] for names in bone_map.joints.values()]
+    known = {JOINT_INDEX[joint]: number for number, joint in enumerate(bone_map.joints, start=1)}
+    for prefix, suffix in product(PREFIXES, SUFFIXES):
+        _, matched = best_match(["Armature", *(f"{prefix}{name}{suffix}" for name in first)])
+        assert {joint: bone for joint, bone in matched.items() if joint in known} == known, (prefix, suffix)
+
+
+@pytest.mark.parametrize("pattern", SIDED)
+@pytest.mark.parametrize("prefix", ["", "B-", "rig_"])
+def test_sides_are_known_at_either_end(pattern, prefix):
+    parts = ["UpLeg", "Leg", "Foot", "Arm", "ForeArm", "Hand"]
+    sided = [
+        prefix + pattern.format(part=part, side=side, letter=side[0], small=side[0].lower())
+        for side in ("Left", "Right")
+        for part in parts
+    ]
+    bone_map, matched = best_match([f"{prefix}Hips", *sided])
+    assert bone_map.name == "Mixamo"
+    assert not missing_joints(matched)
+    assert matched[JOINT_INDEX["right_elbow"]] == 1 + len(parts) + parts.index("ForeArm")
+
+
+def test_bones_with_a_prefix_are_found_among_others():
+    """Some rigs have more bones for control than those that deform, which begin alike."""
+    deform = [f"def_{name}" for name in MIXAMO]
+    _, matched = best_match([f"ctrl {number}" for number in range(60)] + deform)
+    assert matched[JOINT_INDEX["left_shoulder"]] == 60 + MIXAMO.index("LeftArm")
 
 
 SOMA = {  # Kimodo's somaskel77 without eyes, jaw and fingers: offsets in cm, as a person's

@@ -12,8 +12,12 @@ from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion, UnusableMotion
+from w2w.core.readers.bvh import read_bvh
 from w2w.core.retargeting.retarget import matched_joints
 from w2w.core.retargeting.structure_match import match_by_structure
+
+from ...rings import by_day
+from .unnamed_rigs import unnamed_rig
 
 
 def nameless(body, seed, scale=1.0, names="bone", swing=0.5):
@@ -34,8 +38,8 @@ def nameless(body, seed, scale=1.0, names="bone", swing=0.5):
 
     for side, sign in (("left", 1), ("right", -1)):
         wrist, hand = JOINT_INDEX[f"{side}_wrist"], JOINT_INDEX[f"{side}_hand"]
-        for finger, y in (("thumb", -0.04), ("index", -0.02), ("ring", 0.02)):
-            first = add(f"{side} {finger} 1", wrist, (sign * 0.07, y, 0))
+        for finger, y in (("thumb", -0.04), ("index", -0.02), ("ring", 0.02), ("little", 0.04)):
+            first = add(f"{side} {finger} 1", wrist, body.joints[hand] - body.joints[wrist] + (0, y, 0))
             add(f"{side} {finger} 2", first, (sign * 0.03, 0, 0))
         add(f"{side} fingertip", hand, (sign * 0.05, 0, 0))
         add(f"{side} toe tip", JOINT_INDEX[f"{side}_foot"], (0, -0.06, 0))
@@ -89,6 +93,45 @@ def scrambled(parents, generator):
 def test_every_joint_is_found_left_from_right(bundled_body, seed, scale):
     source, truth = nameless(bundled_body, seed, scale)
     assert match_by_structure(source) == truth
+
+
+SEGMENTS = [
+    (JOINT_INDEX[f"{side}_{start}"], JOINT_INDEX[f"{side}_{end}"])
+    for side in ("left", "right")
+    for start, end in (("shoulder", "elbow"), ("elbow", "wrist"), ("hip", "knee"), ("knee", "ankle"))
+]
+
+
+def limbs_apart(source, matched, truth):
+    """Largest angle between limbs by two matches, degrees."""
+    ways = []
+    for bones in (matched, truth):
+        starts, ends = np.vectorize(bones.get)(np.transpose(SEGMENTS))
+        way = source.matrices[:, ends, :3, 3] - source.matrices[:, starts, :3, 3]
+        ways.append(way / np.linalg.norm(way, axis=-1, keepdims=True))
+    return np.degrees(np.arccos(np.clip((ways[0] * ways[1]).sum(axis=-1), -1, 1)).max())
+
+
+@pytest.mark.parametrize("seeds", by_day([range(80)], [range(80), range(80, 800)]))
+def test_bones_without_names_are_matched_rightly_or_refused(bundled_body, seeds):
+    """Long, short, doubled and no collars; bones for the twist, in line or hanging; fingers or none."""
+    found = [(*unnamed_rig(bundled_body, seed), seed) for seed in seeds]
+    apart = {
+        seed: limbs_apart(source, matched, truth)
+        for source, truth, seed in found
+        if (matched := match_by_structure(source))
+    }
+    assert not {seed: angle for seed, angle in apart.items() if angle > 0.1}
+    assert len(apart) > 0.6 * len(found)
+
+
+def test_a_long_collar_is_no_upper_arm(shared_cases):
+    """By its names it is told; without them it is unclear which bone the upper arm is."""
+    source = read_bvh(shared_cases / "second/hyphen_prefix_long_collar.bvh")
+    name, matched = matched_joints(source)
+    assert name == "Rigify (first)"
+    assert source.bones[matched[JOINT_INDEX["left_shoulder"]]] == "B-upperArm.L"
+    assert match_by_structure(replace(source, bones=tuple(f"b{n}" for n in range(len(source.bones))))) == {}
 
 
 def test_sides_in_names_are_believed(bundled_body):

@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
@@ -22,8 +22,17 @@ REQUIRED_JOINTS: tuple[str, ...] = (
 )  # fmt: skip
 """Joints without which a motion cannot be retargeted to the body."""
 
-SHARED_PREFIX = 0.8
-"""A prefix that more than this share of the bones have says nothing and is left out."""
+SHARED = 0.8
+"""Part of the bones: a prefix or suffix that more of them have says nothing and is left out."""
+
+OFTEN = len(REQUIRED_JOINTS)
+"""Bones that a prefix or suffix may be of as well: rigs have others than those that deform."""
+
+PREFIX = re.compile(r"[A-Za-z]+\d+(?=[A-Z])|[^-_. ]+[-_. ]+")
+SUFFIX = re.compile(r"[-_. ]+[^-_. ]+$")
+WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+SIDES = {"l": "left", "lft": "left", "left": "left", "r": "right", "rgt": "right", "right": "right"}
+"""Words that say the side, at either end of a name."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +40,7 @@ class BoneMap:
     """Names of the bones of one family of rigs."""
 
     name: str  # what people call the family: "Mixamo"
-    # joint -> bones that play it, best first, written as `plain_name` writes them
+    # joint -> bones that play it, best first, as `plain_name` and `side_first` write them
     joints: dict[str, tuple[str, ...]]
 
     @classmethod
@@ -43,7 +52,7 @@ class BoneMap:
         try:
             content = json.loads(Path(path).read_text(encoding="utf-8"))
             joints = {
-                joint: tuple(plain_name(name) for name in ([names] if isinstance(names, str) else names))
+                joint: _forms([names] if isinstance(names, str) else names)
                 for joint, names in content["joints"].items()
             }
             name = str(content["name"])
@@ -74,27 +83,63 @@ Match = tuple[BoneMap | None, dict[int, int]]
 def _positions(bones: tuple[str, ...]) -> dict[str, int]:
     """Number of the bone of each plain name; cached, as the clips of a library have few skeletons."""
     position: dict[str, int] = {}
-    for names in (stripped_names(bones), map(plain_name, bones)):
-        for index, name in enumerate(names):
-            position.setdefault(name, index)
+    for names in _readings(bones):
+        for write in (plain_name, side_first):
+            for index, name in enumerate(names):
+                if plain := write(name):
+                    position.setdefault(plain, index)
     return position
+
+
+def _forms(names: Iterable[str]) -> tuple[str, ...]:
+    names = list(names)
+    return tuple(dict.fromkeys([*map(plain_name, names), *map(side_first, names)]))
 
 
 @lru_cache(maxsize=4096)
 def plain_name(name: str) -> str:
     """A bone's name without name space, case and separators: ``mixamorig:LeftArm`` -> ``leftarm``."""
-    name = re.sub(r"^.*[:|]", "", name)
-    name = re.sub(r"^mixamorig\d*[_ ]?", "", name, flags=re.IGNORECASE)
-    return re.sub(r"[^0-9a-z]", "", name.lower())
+    return re.sub(r"[^0-9a-z]", "", _local(name).lower())
 
 
-def stripped_names(bones: Sequence[str]) -> list[str]:
-    """Plain names of all bones, without a prefix that most of them share (``Neo_Hips``)."""
-    local = [re.sub(r"^.*[:|]", "", name) for name in bones]
-    counts = Counter(name.partition("_")[0] + "_" for name in local if "_" in name)
-    prefix, uses = max(counts.items(), key=lambda item: item[1], default=("", 0))
-    shared = uses > SHARED_PREFIX * len(local)
-    return [plain_name(name.removeprefix(prefix) if shared else name) for name in local]
+@lru_cache(maxsize=4096)
+def side_first(name: str) -> str:
+    """A bone's plain name with its side, where one is at an end, in front: ``Arm_L`` -> ``leftarm``."""
+    words, plain = WORDS.findall(_local(name)), plain_name(name)
+    for place in (0, -1):
+        if len(words) > 1 and (side := SIDES.get(words[place].lower())):
+            return side + "".join(words[1:] if place == 0 else words[:-1]).lower()
+    side = next((side for side in ("left", "right") if plain.endswith(side)), "")
+    return side + plain.removesuffix(side)
+
+
+def _local(name: str) -> str:
+    """A bone's name without name space."""
+    return re.sub(r"^mixamorig\d*[_ ]?", "", re.sub(r"^.*[:|]", "", name), flags=re.IGNORECASE)
+
+
+def _readings(bones: Sequence[str]) -> list[list[str]]:
+    """Names of all bones, first without what most of them begin or end with (``Neo_Hips``, ``Hips_jnt``).
+
+    Then as they are, and last those that have what many begin or end with, without it; others are empty.
+    """
+    names = [_local(name) for name in bones]
+    readings = [names]
+    while (affix := next(_affixes(names, SHARED * len(names)), "")) and len(readings) <= len(names):
+        names = [name.removeprefix(affix).removesuffix(affix) for name in names]
+        readings.insert(0, names)
+    for affix in _affixes(names, OFTEN - 1):
+        without = [name.removeprefix(affix).removesuffix(affix) for name in names]
+        readings.append([new if new != old else "" for new, old in zip(without, names, strict=True)])
+    return readings
+
+
+def _affixes(names: Sequence[str], least: float) -> Iterator[str]:
+    """What more than so many names begin or end with, the commonest first, but for sides."""
+    found = [match[0] for name in names for match in (SUFFIX.search(name), PREFIX.match(name)) if match]
+    for affix, uses in Counter(found).most_common():
+        if uses > least and plain_name(affix) not in SIDES:
+            yield affix
 
 
 @cache

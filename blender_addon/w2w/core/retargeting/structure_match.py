@@ -1,20 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Match bones to joints on a skeleton without telling names, by chains, symmetry and positions.
 
-Arms and legs are the two longest pairs of chains that part at one bone and have the same length; the
-spine runs between the two partings, the neck beyond them. Left and right follow from sides in
+Arms and legs are the two pairs of chains that part at one bone and have the same length which are most like a
+person's; the spine runs between the two partings, the neck beyond them. Left and right follow from sides in
 the names, else from where toes and knees point.
 """
 
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise
+from itertools import combinations
+from operator import itemgetter
 
 import numpy as np
 
 from ..body.skeleton import JOINT_INDEX
-from ..motion.source import SourceMotion
+from ..motion.source import SourceMotion, unscaled_rotations
+from ..rotations import unit
+from .limb_joints import ARM_BUILD, LEG_BUILD, MOST_COST, Joints, Limb, limb_joints
 
 SAMPLES = 16
 """Frames looked at: lengths and directions are medians and means over them."""
@@ -32,9 +35,14 @@ SIDES = tuple(
 )  # fmt: skip
 """``Left`` anywhere, or an L that stands apart or before a capital (``hip.l``, ``lHip``; not ``RL_Root``)."""
 
-ARM_TO_LEG = (0.4, 1.15)
-LEG_TO_TRUNK = (0.8, 4.0)
-"""Length of the arm relative to the leg, and of the leg relative to the trunk, in people."""
+MOST_BONES = 12
+"""Bones of a limb that are looked at."""
+
+LONGEST = 8
+"""Pairs of chains among which arms and legs are sought: hands have many more, of fingers."""
+
+SHOWN = 0.02
+"""How far knees and toes are in front of a leg, of its length, to show where the front is."""
 
 SPINE = tuple(JOINT_INDEX[f"spine{number}"] for number in (1, 2, 3))
 CARRIED = tuple(JOINT_INDEX[joint] for joint in ("left_shoulder", "right_shoulder", "neck", "head"))
@@ -56,13 +64,12 @@ class _Pair:
 
 
 def match_by_structure(source: SourceMotion) -> dict[int, int]:
-    """Joint index -> bone index of an unnamed skeleton; empty if the bones are not those of a person."""
+    """Joint index -> bone index of an unnamed skeleton; {} if its bones are no person's, or it is unclear."""
     tree = _Tree(source)
-    for first, second in combinations(tree.pairs(), 2):
-        matched = _as_person(tree, first, second)
-        if matched:
-            return matched
-    return {}
+    pairs = combinations(tree.pairs()[:LONGEST], 2)
+    people = [person for pair in pairs if (person := _as_person(tree, *pair)) is not None]
+    cost, matched = min(people, key=itemgetter(0), default=(np.inf, {}))
+    return matched if cost <= MOST_COST else {}
 
 
 def with_whole_spine(source: SourceMotion, matched: dict[int, int]) -> dict[int, int]:
@@ -97,6 +104,7 @@ class _Tree:
         frames = np.linspace(0, source.n_frames - 1, min(SAMPLES, source.n_frames)).astype(int)
         self.heads = source.matrices[frames][..., :3, 3]
         self.names = source.bones
+        rotations = unscaled_rotations(source.matrices[frames])
         helper = [HELPERS.search(name) for name in source.bones]
         self.parents: list[int] = []  # past helper bones; -2 for the helpers themselves
         self.children: list[Chain] = [[] for _ in source.bones]
@@ -107,6 +115,7 @@ class _Tree:
             if self.parents[bone] >= 0:
                 self.children[parent].append(bone)
         self.reach, self._onward = self._to_leaves()
+        self.turns = _widest(rotations[:, np.maximum(self.parents, 0)].swapaxes(-1, -2) @ rotations)
 
     def distance(self, a: int, b: int) -> float:
         return float(np.median(np.linalg.norm(self.heads[:, a] - self.heads[:, b], axis=1)))
@@ -120,6 +129,12 @@ class _Tree:
                 if onward[bone] < 0 or length > reach[bone]:
                     reach[bone], onward[bone] = length, child
         return reach, onward
+
+    def limbs(self, pair: _Pair) -> list[Limb]:
+        """Both limbs of a pair, as long as the shorter one, without what no limb has."""
+        length = min(MOST_BONES, *map(len, pair.chains))
+        both = ([pair.fork, *chain[:length]] for chain in pair.chains)
+        return [Limb(self.heads[:, bones], self.turns[bones]) for bones in both]
 
     def longest(self, bone: int) -> Chain:
         """The longest chain from a bone to a leaf, itself first."""
@@ -143,23 +158,38 @@ class _Tree:
         return sorted(found, key=lambda pair: -pair.length)
 
 
-def _as_person(tree: _Tree, a: _Pair, b: _Pair) -> dict[int, int]:
-    """Joints with one pair of chains as legs and the other as arms, if people are built so."""
+def _widest(turns: np.ndarray) -> np.ndarray:
+    """Degrees (B,) from the mean of rotations (T, B, 3, 3) to the one that is farthest from it."""
+    left, _, right = np.linalg.svd(turns.mean(axis=0))
+    cosines = (np.einsum("tbij,bij->tb", turns, left @ right) - 1) / 2
+    return np.degrees(np.arccos(np.clip(cosines, -1, 1))).max(axis=0)
+
+
+def _as_person(tree: _Tree, a: _Pair, b: _Pair) -> tuple[float, dict[int, int]] | None:
+    """Joints with one pair of chains as legs and the other as arms, and what speaks against it.
+
+    None if they cannot be, and no joints if it is unclear which they are.
+    """
     legs, arms = sorted((a, b), key=lambda pair: len(_ancestors(tree.parents, pair.fork)))
     line = _ancestors(tree.parents, arms.fork)
-    pelvis = next(bone for bone in _ancestors(tree.parents, legs.fork) if bone in line)
-    spine = line[: line.index(pelvis)][::-1]
+    pelvis = next((bone for bone in _ancestors(tree.parents, legs.fork) if bone in line), -1)
+    spine = line[: line.index(pelvis)][::-1] if pelvis >= 0 else []
     if not spine or {*legs.chains[0], *legs.chains[1]} & {*arms.chains[0], *arms.chains[1], *spine}:
-        return {}
-    thigh, upper_arm = _limb_start(tree, legs), _limb_start(tree, arms)
-    leg_bones = [chain[thigh:] for chain in legs.chains]
-    arm_bones = [chain[upper_arm:] for chain in arms.chains]
-    if not _human(tree, leg_bones, arm_bones):
-        return {}
-    collars = [chain[upper_arm - 1] if upper_arm else None for chain in arms.chains]
-    if _sides_swapped(tree, leg_bones, leg_bones, arm_bones):
+        return None
+    trunk = tree.distance(pelvis, arms.fork)
+    thigh, leg_cost, legs_are_clear = limb_joints(tree.limbs(legs), LEG_BUILD, trunk)
+    leg_bones = [_at(tree, chain, thigh) for chain in legs.chains]
+    length = float(np.mean([tree.distance(*leg[k : k + 2]) for leg in leg_bones for k in range(2)])) * 2
+    upper_arm, arm_cost, arms_are_clear = limb_joints(tree.limbs(arms), ARM_BUILD, length)
+    arm_bones = [_at(tree, chain, upper_arm) for chain in arms.chains]
+    collars = [chain[upper_arm[0] - 1] if upper_arm[0] else None for chain in arms.chains]
+    left = _left(tree, leg_bones, arm_bones, length)
+    swapped = [_is_right(tree, limbs, left) for limbs in (leg_bones, arm_bones)]
+    if not (legs_are_clear and arms_are_clear) or None in swapped:
+        return leg_cost + arm_cost, {}
+    if swapped[0]:
         leg_bones.reverse()
-    if _sides_swapped(tree, arm_bones, leg_bones, arm_bones):
+    if swapped[1]:
         arm_bones.reverse()
         collars.reverse()
     matched = {JOINT_INDEX["pelvis"]: pelvis, **_spine_joints(spine), **_head_joints(tree, arms)}
@@ -168,55 +198,39 @@ def _as_person(tree: _Tree, a: _Pair, b: _Pair) -> dict[int, int]:
             matched |= {JOINT_INDEX[f"{side}_{name}"]: bone for name, bone in zip(names, bones, strict=False)}
         if collar is not None:
             matched[JOINT_INDEX[f"{side}_collar"]] = collar
-    return matched
+    return leg_cost + arm_cost, matched
 
 
-def _limb_start(tree: _Tree, pair: _Pair) -> int:
-    """Place in two similar chains at which the upper arm or thigh begins.
-
-    There two long bones follow each other, similar in length, and what comes next (a hand, a foot) is
-    short; from a long collar bone on, a forearm would come next.
-    """
-    scores = np.zeros(min(map(len, pair.chains)) - 2)
-    for chain in pair.chains:
-        lengths = np.array([tree.distance(a, b) for a, b in pairwise(chain)] + [0.0])
-        upper, lower, onward = lengths[:-2], lengths[1:-1], lengths[2:]
-        most = np.maximum(np.maximum(upper, lower), 1e-12)
-        score = (upper + lower) * np.minimum(upper, lower) / most * lower / np.maximum(lower + onward, 1e-12)
-        scores += score[: len(scores)]
-    return int(np.argmax(scores))
+def _at(tree: _Tree, chain: Chain, joints: Joints) -> Chain:
+    """The bones of a limb's joints, and the one after them: of several fingers that in the middle."""
+    bones, after = [chain[place] for place in joints], chain[joints[2] + 1 : joints[2] + 2]
+    if len(fingers := tree.children[bones[-1]]) > 2:
+        heads = tree.heads[:, fingers]
+        aside = np.linalg.norm(heads - np.median(heads, axis=1, keepdims=True), axis=-1).mean(axis=0)
+        after = [fingers[int(aside.argmin())]]
+    return bones + after
 
 
-def _human(tree: _Tree, legs: list[Chain], arms: list[Chain]) -> bool:
-    """Whether arms, legs and trunk have lengths that people's have."""
-    arm, leg = (
-        np.mean([sum(tree.distance(*limb[k : k + 2]) for k in range(2)) for limb in limbs])
-        for limbs in (arms, legs)
-    )
-    hips, shoulders = (tree.heads[:, [limb[0] for limb in limbs]].mean(axis=1) for limbs in (legs, arms))
-    trunk = np.median(np.linalg.norm(shoulders - hips, axis=1))
-    return bool(
-        ARM_TO_LEG[0] * leg < arm < ARM_TO_LEG[1] * leg
-        and LEG_TO_TRUNK[0] * trunk < leg < LEG_TO_TRUNK[1] * trunk
-    )
-
-
-def _sides_swapped(tree: _Tree, limbs: list[Chain], legs: list[Chain], arms: list[Chain]) -> bool:
-    """Whether the first of two limbs is the right one."""
+def _is_right(tree: _Tree, limbs: list[Chain], left: np.ndarray) -> bool | None:
+    """Whether the first of two limbs is the right one; None where neither names nor the front show it."""
     named = [[_named_side(tree.names[bone]) for bone in limb[:3]] for limb in limbs]
     first, second = (sides.count("left") - sides.count("right") for sides in named)
     if first * second < 0:
         return first < 0
-    starts = tree.heads[:, limbs[0][0]] - tree.heads[:, limbs[1][0]]
-    return float(np.sum(starts * _left(tree, legs, arms))) < 0
+    starts = unit(tree.heads[:, limbs[0][0]] - tree.heads[:, limbs[1][0]])
+    shown = float((starts * left).sum(axis=1).mean())
+    return None if abs(shown) < SHOWN else shown < 0
 
 
 def _named_side(name: str) -> str:
     return next((side for side, pattern in SIDES if pattern.search(name)), "")
 
 
-def _left(tree: _Tree, legs: list[Chain], arms: list[Chain]) -> np.ndarray:
-    """Direction of the body's left in each frame, by its trunk and where toes and knees point."""
+def _left(tree: _Tree, legs: list[Chain], arms: list[Chain], length: float) -> np.ndarray:
+    """Direction (T, 3) of the body's left, by its trunk and where toes and knees point.
+
+    Its length says how far they do, of the leg's `length`.
+    """
     heads = tree.heads
     hips, shoulders = (heads[:, [limb[0] for limb in limbs]].mean(axis=1) for limbs in (legs, arms))
     front = np.zeros_like(hips)
@@ -225,8 +239,7 @@ def _left(tree: _Tree, legs: list[Chain], arms: list[Chain]) -> np.ndarray:
         front += knee - (hip + ankle) / 2
         if len(leg) > 3:
             front += heads[:, leg[3]] - ankle
-    left = np.cross(shoulders - hips, front)
-    return left / np.maximum(np.linalg.norm(left, axis=1, keepdims=True), 1e-12)
+    return np.cross(unit(shoulders - hips), front / max(2 * length, 1e-12))
 
 
 def _spine_joints(spine: Chain) -> dict[int, int]:
