@@ -269,7 +269,7 @@ def test_an_export_is_replaced_and_what_the_user_put_beside_it_stays(place):
     refused(place, words, "already holds notes.txt, which W2W did not write")
     (target / "notes.txt").unlink()
     (target / "a").write_text("edited")
-    refused(place, words, "already holds a, which W2W did not write")
+    refused(place, words, "already holds a, which changed after W2W wrote it")
 
 
 NAMES = st.sampled_from(["a", "b", "c", "in/a", "in/b", "deep/in/a"])

@@ -61,7 +61,11 @@ def told_of_writes(tell: Callable[[Path, Path], None]) -> Iterator[None]:
 
 @contextmanager
 def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
-    """Open a temporary file next to `path`, in binary mode, and rename it to `path` when all went well."""
+    """Open a temporary file next to `path`, in binary mode, and rename it to `path` when all went well.
+
+    A kill leaves the old or the new. So that a clip does not wait for the disk, this does not: after a power
+    cut the new may be short, which its size, hash or checksum tells. `told_of_writes` may wait.
+    """
     path = given_path(path, "a file to write")
     if not path.parent.is_dir():
         raise FileNotFoundError(ENOENT, "There is no such folder", str(path.parent))

@@ -2,6 +2,7 @@
 """A results folder may hold files of the user's: none is ever removed or overwritten."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -11,13 +12,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from w2w.core.files import file_sha256, write_json, write_npz
+from w2w.core.files import file_sha256, write_json, write_npz, write_text
+from w2w.headless.runs import own_files
 from w2w.headless.runs.folder import TABLES, make_folders, remove_leftovers
-from w2w.headless.runs.own_files import ForeignFileError, check, new_file
+from w2w.headless.runs.own_files import ForeignFileError, check, claimed, new_file
 from w2w.headless.runs.records import read_records
 
 from ...clip_lists import skipped_clips, used_clips
 from ...command_line import cli
+from ..conftest import QUICKLY
 
 pytestmark = pytest.mark.usefixtures("one_worker")
 
@@ -342,3 +345,61 @@ def test_a_kill_at_any_rename_leaves_what_the_next_run_knows_as_its_own(library,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert int(done.stdout) >= 8  # renames of a clip, and of the folder's list
+
+
+@pytest.fixture
+def written(tmp_path):
+    """A folder with a file that W2W wrote and listed."""
+    with claimed(tmp_path / "out", ["table.csv"]):
+        write_text(tmp_path / "out/table.csv", "patch,f1\n")
+    return tmp_path / "out"
+
+
+def test_a_damaged_file_of_ours_is_said_to_have_changed_and_what_to_do(written):
+    (written / "table.csv").write_bytes(b"patch" + bytes(4))
+    with pytest.raises(ForeignFileError) as caught:
+        check(written, ["table.csv"])
+    said = str(caught.value)
+    assert said.startswith(f"{written} already holds table.csv, which changed after W2W wrote it")
+    assert said.endswith("delete it if it is damaged, and run the same command again")
+
+
+def test_a_file_on_no_list_may_be_ours_where_a_run_has_been(written):
+    (written / ".w2w/written.sha256").unlink()
+    lost = "which W2W did not write and will not overwrite: .*; if a run made it and its list in .w2w is lost"
+    with pytest.raises(ForeignFileError, match=lost):
+        check(written, ["table.csv"])
+    shutil.rmtree(written / ".w2w")
+    with pytest.raises(ForeignFileError, match=r"or give another folder$"):
+        check(written, ["table.csv"])
+
+
+def test_a_listed_file_and_the_list_are_on_the_disk_before_they_have_their_names(tmp_path, monkeypatch):
+    waited_for, named = set(), []
+    sync, replace = os.fsync, Path.replace
+
+    def synced(handle):
+        sync(handle)
+        waited_for.add(os.fstat(handle).st_ino)
+
+    def renamed(path, target):
+        named.append((target.name, path.stat().st_ino in waited_for))
+        return replace(path, target)
+
+    monkeypatch.setattr(own_files.os, "fsync", synced)
+    monkeypatch.setattr(Path, "replace", renamed)
+    with claimed(tmp_path / "out", ["table.csv"]):
+        write_text(tmp_path / "out/table.csv", "patch,f1\n")
+    assert named == [("written.sha256", True), ("table.csv", True), ("written.sha256", True)]
+
+
+def test_clips_that_change_the_case_of_their_names_keep_their_folder(quick_run, tmp_path):
+    library, out = (shutil.copytree(quick_run / name, tmp_path / name) for name in ("library", "out"))
+    (library / "slow").rename(library / "Slow")
+    for path in (library / "Slow").iterdir():
+        path.rename(path.with_name(path.name.title()))
+    code, said = cli("run", library, "--out", out, *QUICKLY)
+    assert code == 0, said
+    clips = [f"fast_fast_{n}" for n in range(4)] + [f"Slow_Slow_{n}" for n in range(4)]
+    for folder in ("motions", "signals"):
+        assert sorted(path.stem for path in (out / folder).glob("*.npz")) == sorted(clips)

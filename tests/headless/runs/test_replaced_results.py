@@ -211,6 +211,19 @@ def test_every_reader_says_that_a_run_is_unfinished_and_the_same_command_finishe
     assert cli("status", out)[0] == 4
 
 
+def test_what_a_killed_choice_left_is_gone_after_the_next(quick_run, tmp_path, monkeypatch):
+    monkeypatch.setattr(place.draw, "draw_folder", lambda *_: {})
+    out = shutil.copytree(quick_run / "out", tmp_path / "out")
+    (out / ".heatmaps.abc12.w2w.part/heatmaps").mkdir(parents=True)
+    left = [out / ".heatmaps.abc12.w2w.part/heatmaps/mean.png", out / ".summary.json.xy.w2w.part"]
+    mine = out / ".mine.part"
+    for path in (*left, mine):
+        path.write_text("half")
+    code, said = cli("place", out, "--redraw", "--max", "1")
+    assert code == 0, said
+    assert [path.name for path in out.glob(".*.part")] == [mine.name]
+
+
 @pytest.mark.slow
 def test_a_choice_that_was_half_written_is_finished_by_the_same_command_or_by_the_run(
     moments, quick_run, tmp_path, monkeypatch

@@ -16,7 +16,7 @@ from .. import options
 from ..console import USAGE, Terminal, ending
 from ..options import argument, option
 from ..reports.console_tables import show_need
-from ..runs.folder import only_run
+from ..runs.folder import only_run, remove_unfinished
 from ..runs.own_files import check, listed
 from .report import write_report
 
@@ -62,6 +62,7 @@ def _write(out: Path, found: Sequence[dict[str, Any]]) -> None:
     """Write what each recommended sensor needs to its card in summary, table and report."""
     study = StudyResults.load(out, by=NAME)
     cards = with_needs(study.cards, found)
+    remove_unfinished(out)
     mark_changing(out, by=NAME)
     with listed(out, ["summary.json", PLACEMENTS]):
         write_placements(out, cards, study.patches)

@@ -31,7 +31,7 @@ from ..console import USAGE, console_beside, ending, print_json
 from ..options import AsJson, argument, option, with_options
 from ..reports import draw
 from ..reports.console_tables import show_answer, show_cautions, show_places, show_worn
-from ..runs.folder import HEATMAPS, only_run, picture_files
+from ..runs.folder import HEATMAPS, only_run, picture_files, remove_unfinished
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import check, listed, new_file
 from ..study_options import declared, option_kind, values_of
@@ -196,6 +196,7 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
             content["cards"] = with_needs(content["cards"], needs_on(study.cards))
         content |= map_content(ranked, study.config().placements, advice.answer.base.under)
         content["cautions"] = [caution._asdict() for caution in _cautions(ranked, config)]
+        remove_unfinished(out)
         mark_changing(out, by=REDRAW)
         with listed(out, tables):
             write_map(out, utility, patches, advice.clusters)

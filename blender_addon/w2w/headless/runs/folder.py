@@ -110,15 +110,18 @@ def make_folders(out: Path, clips: int = 0) -> None:
 
 def check_results(out: Path, library: Library, names: Sequence[str]) -> None:
     """`check` a folder for a run that writes `names`, and a motion and signals for each clip."""
-    records, clips = read_records(out), {clip.name.lower(): clip.name for clip in library.clips}
+    records, clips = read_records(out), {clip.name.lower() for clip in library.clips}
+    # in lower case, for where case does not count, and for clips that have changed theirs
+    owners: dict[str, list[str]] = {}
+    for name in records:
+        owners.setdefault(name.lower(), []).append(name)
     # each must be a folder of its own, not a link
     links = {link for folder in DIVIDED for link in links_in(out, folder)}.intersection(_subfolders())
     inside = [f"{folder}/any" for folder in (*FOLDERS, *sorted(links))]
     found = []
     for file in chain(_below(out, "motions"), _below(out, "signals")):
-        # in lower case, for where case does not count
-        clip = clips.get(file.rpartition("/")[2].removesuffix(NPZ).lower())
-        if clip is not None and not records.names(clip, file):
+        clip = file.rpartition("/")[2].removesuffix(NPZ).lower()
+        if clip in clips and not any(records.names(name, file) for name in owners.get(clip, ())):
             found.append(file)
     check(out, [*names, *inside, *found])
 

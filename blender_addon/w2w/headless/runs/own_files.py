@@ -5,6 +5,9 @@ A file is W2W's where it is listed with its hash: files of a clip in the clip's 
 `written.sha256`, as `sha256sum` writes it. The hash is listed before the file gets its name, next to that of
 the file before it, so that a run that was killed in between can go on, and a list that somebody else made
 gives away no file whose content he does not know. Everything is checked before anything is made.
+
+A file that is written on the list, and the list, are on the disk before they have their names: after a power
+cut the old or the new is there. A clip's files are not waited for, which could take as long as its work.
 """
 
 import os
@@ -14,7 +17,7 @@ from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path, PurePosixPath
 from tempfile import mkdtemp
 
-from ...core.files import UNFINISHED, file_sha256, told_of_writes, write_text
+from ...core.files import UNFINISHED, atomic_write, file_sha256, told_of_writes
 from ...core.inside import ForeignFileError, checked, inside
 from ...core.study.clip_files import WORK
 from ...core.wording import listed as listed_words, shown
@@ -67,11 +70,10 @@ def check(folder: Path, names: Iterable[str]) -> None:
     there = next(place for place in (folder, *folder.absolute().parents) if os.path.lexists(place))
     if not there.is_dir():
         raise ForeignFileError(f"{shown(there)} is not a folder: give another one")
-    links = [name for place in UNLINKED for name in links_in(folder, place)]
-    if not links:
-        written = _read(folder)
-        links = [_in_the_way(folder, name, written) for name in (LIST, *names)]
-    _refuse(folder, [name for name in dict.fromkeys(links) if name])
+    _refuse(folder, [name for place in UNLINKED for name in links_in(folder, place)], {})
+    written = _read(folder)
+    found = dict.fromkeys(_in_the_way(folder, name, written) for name in (LIST, *names))
+    _refuse(folder, [name for name in found if name], written)
 
 
 def claimed(folder: Path, names: Iterable[str]) -> AbstractContextManager[None]:
@@ -88,6 +90,7 @@ def listed(folder: Path, names: Collection[str]) -> Iterator[None]:
 
     def tell(temporary: Path, path: Path) -> None:
         if path in places:
+            _to_disk(temporary)
             _write(folder, _either(_read(folder), {places[path]: {file_sha256(temporary)}}))
 
     try:
@@ -98,6 +101,11 @@ def listed(folder: Path, names: Collection[str]) -> Iterator[None]:
             others = {name: hashes for name, hashes in _read(folder).items() if name not in names}
             there = [name for name in names if (folder / name).is_file()]
             _write(folder, others | {name: {file_sha256(folder / name)} for name in there})
+
+
+def _to_disk(path: Path) -> None:
+    with path.open("r+b") as stream:
+        os.fsync(stream.fileno())
 
 
 def _either(before: Hashes, after: Hashes) -> Hashes:
@@ -141,7 +149,7 @@ def check_whole(folder: Path, inputs: Iterable[Path | None] = ()) -> None:
     theirs = {path.resolve() for path in inputs if path is not None}
     written = _read(folder)
     names = [name for name in _files_in(folder) if (folder / name).resolve() not in theirs]
-    _refuse(folder, [name for name in names if not _is_ours(folder, name, written)])
+    _refuse(folder, [name for name in names if not _is_ours(folder, name, written)], written)
 
 
 def remove_written(folder: Path, which: Callable[[str], bool]) -> None:
@@ -166,13 +174,20 @@ def is_whole(folder: Path) -> bool:
     return all(path.is_file() and {file_sha256(path)} == hashes for path, hashes in files)
 
 
-def _refuse(folder: Path, foreign: list[str]) -> None:
-    """Name the files that are in the way, if any."""
+def _refuse(folder: Path, foreign: list[str], written: Hashes) -> None:
+    """Name the files that are in the way, if any, and say what to do."""
     if not foreign:
         return
+    holds = f"{shown(folder)} already holds {listed_words([*map(shown, foreign)])}, which"
+    if written.keys() >= {*foreign}:
+        raise ForeignFileError(
+            f"{holds} changed after W2W wrote it and will not be overwritten: move it away if the change is "
+            "yours, delete it if it is damaged, and run the same command again"
+        )
+    lost = f"; if a run made it and its list in {WORK} is lost or damaged, delete it"
     raise ForeignFileError(
-        f"{shown(folder)} already holds {listed_words([*map(shown, foreign)])}, which W2W did not write and "
-        "will not overwrite: move it away, or give another folder"
+        f"{holds} W2W did not write and will not overwrite: move it away, or give another folder"
+        + (lost if (folder / WORK).is_dir() else "")
     )
 
 
@@ -233,4 +248,7 @@ def _read(folder: Path) -> Hashes:
 
 def _write(folder: Path, written: Hashes) -> None:
     lines = [f"{sha256}  {name}\n" for name, hashes in sorted(written.items()) for sha256 in sorted(hashes)]
-    write_text(folder / LIST, "".join(lines))
+    with atomic_write(folder / LIST) as stream:
+        stream.write("".join(lines).encode("utf-8", "backslashreplace"))
+        stream.flush()
+        os.fsync(stream.fileno())
