@@ -4,7 +4,9 @@
 import ast
 import io
 import json
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from rich.console import Console
@@ -13,6 +15,7 @@ from w2w.core.library.library import Clip, Library
 from w2w.core.study.results import ClipResult
 from w2w.headless.runs.folder import make_folders
 from w2w.headless.runs.monitor import EventLog, RunMonitor, read_state
+from w2w.headless.runs.study import _with_bar
 
 HEADLESS = Path(__file__).resolve().parents[2] / "blender_addon/w2w/headless"
 SEWN_TOGETHER = [
@@ -115,3 +118,16 @@ def test_no_function_is_handed_more_than_a_few_things(file):
             given = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
             names = [argument.arg for argument in given if argument.arg not in ("self", "cls")]
             assert len(names) <= MOST_PARAMETERS, f"{node.name}({', '.join(names)})"
+
+
+def test_a_rankings_bar_goes_by_what_is_done_and_ends_full():
+    steps = []
+    monitor = SimpleNamespace(bar=lambda *_: nullcontext(steps.append))
+
+    def rank(progress):
+        for done in (0.25, 0.25, 0.6, 1.0):
+            progress(done)
+        return "ranked"
+
+    assert _with_bar(rank, monitor) == "ranked"
+    assert steps == [25, 0, 35, 40]

@@ -39,6 +39,15 @@ def test_three_families_of_places_are_found_largest_first():
     assert len(set(redundancy_clusters(predictions, 5, 0.999))) == 10
 
 
+@pytest.mark.parametrize(("differ", "clusters"), [(36, 1), (44, 2)])
+def test_places_are_of_one_opinion_from_a_correlation_of_four_fifths_on(differ, clusters):
+    """Of 400 windows in two activities, as many differ as make a correlation of .82, or .78."""
+    predictions = np.tile(np.arange(400) % 2, (2, 1)).T
+    predictions[:differ, 1] = 1 - predictions[:differ, 1]
+    assert prediction_correlation(predictions, 2)[0, 1] == pytest.approx(1 - 2 * differ / 400)
+    assert len(set(redundancy_clusters(predictions, 2))) == clusters
+
+
 def test_a_place_that_always_says_one_thing_correlates_with_none():
     predictions = np.stack([np.zeros(50, int), np.arange(50) % 3, np.zeros(50, int)], axis=1)
     np.testing.assert_array_equal(prediction_correlation(predictions, 3), np.eye(3))

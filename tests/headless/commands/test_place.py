@@ -251,7 +251,7 @@ def test_nobody_elses_file_is_overwritten_and_no_other_folder(study, tmp_path):
     before = hashes(out)
     code, output = cli("place", out, "--redraw")
     assert code == 2
-    assert "already holds study.blend, which changed after W2W wrote it and will not be overwritten" in output
+    assert "already holds study.blend, which W2W did not write" in output
     assert hashes(out).items() >= before.items()
     code, output = cli("place", study[0], "--out", out)
     assert code == 2
