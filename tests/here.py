@@ -12,8 +12,9 @@ import pytest
 
 from w2w.core.ranking import halves, stream
 from w2w.core.ranking.classifiers.ridge import Ridge
+from w2w.core.reading import guard
 from w2w.core.selection import promise
-from w2w.headless.runs import guard, workers
+from w2w.headless.runs import workers
 
 CHOOSE_ALPHA = Ridge.choose_alpha
 FEW_SENSORS = 3

@@ -12,7 +12,9 @@ from scipy.spatial.transform import Rotation
 
 import w2w
 from w2w.core.motion.motion import Motion
+from w2w.core.reading import guard
 
+from ..hostile_c3d import KINDS, plant, write_hostile
 from ..made_door import ARM, LEG, moving
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -57,6 +59,22 @@ def test_a_lying_body_stays_down(tmp_path):
     turns[:, 0] = Rotation.from_rotvec([-np.pi / 2, 0.0, 0.0]).as_matrix()
     Motion(turns, lying.pelvis, 30.0).save(tmp_path / "lying.npz")
     np.testing.assert_allclose(Motion.load(tmp_path / "lying.npz").rotations, turns, atol=1e-12)
+
+
+@pytest.mark.later
+def test_files_that_kill_outlast_or_overfill_their_reader_are_skipped(tmp_path, monkeypatch):
+    monkeypatch.setattr(guard, "LIMIT_S", 5.0)
+    monkeypatch.setattr(guard, "MEMORY", 2**31)
+    begun = plant(tmp_path / "planted", monkeypatch)
+    files = write_hostile(tmp_path / "library" / "waving")
+    moving(ARM, 1.0, 2).save(tmp_path / "library" / "waving" / "good.npz")
+    motions = w2w.load(tmp_path / "library")
+    assert begun.exists()
+    assert [motion.clip for motion in motions] == ["waving_good"]
+    assert {file for file, _ in motions.skipped} == {f"waving/{kind}.c3d" for kind in KINDS}
+    assert dict(motions.skipped)["waving/hangs.c3d"].startswith("the program that reads it crashed, or took")
+    with pytest.raises(ValueError, match="the program that reads it crashed"):
+        w2w.load(files[0])
 
 
 @pytest.mark.parametrize(

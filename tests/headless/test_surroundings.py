@@ -17,6 +17,8 @@ from typer.testing import CliRunner
 
 from w2w.core.files import write_npz
 from w2w.core.library.library import Clip, Library
+from w2w.core.reading import guard as worker_guard
+from w2w.core.reading.guard import guarded, timed_out
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.results import ClipResult
 from w2w.core.study.signals import place_patches
@@ -25,11 +27,10 @@ from w2w.headless.app import APP
 from w2w.headless.commands import execute
 from w2w.headless.commands.status import describe
 from w2w.headless.console import sentence_of
-from w2w.headless.runs import clip as clip_work, clip_task, guard as worker_guard, monitor as watch, records
+from w2w.headless.runs import clip as clip_work, clip_task, monitor as watch, records
 from w2w.headless.runs.clip import WORK, do_clip, record_death
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import HOLDER, make_folders
-from w2w.headless.runs.guard import guarded, timed_out
 from w2w.headless.runs.monitor import RunMonitor, read_state
 
 from ..command_line import cli
@@ -110,7 +111,7 @@ def test_what_no_command_foresaw_of_a_disk_is_a_sentence(monkeypatch, capsys):
 def test_a_death_is_told_from_a_timeout_whatever_the_clock_says(task, monkeypatch, hours):
     task.marker.write_text("")
     monkeypatch.setattr(time, "time", lambda: 1e9 + 3600 * hours)
-    assert "Blender crashed on it" in record_death(task).reason
+    assert "the program that reads it crashed" in record_death(task).reason
     task.marker.write_text(f"{64 * '0'}\nTimeout (0:05:00)!\nThread 0x7f (most recent call first):\n")
     assert "longer than the limit of 300 s" in record_death(task).reason
 
@@ -118,7 +119,7 @@ def test_a_death_is_told_from_a_timeout_whatever_the_clock_says(task, monkeypatc
 GUARDED = """
 import sys, time
 from pathlib import Path
-from w2w.headless.runs.guard import guarded, untimed
+from w2w.core.reading.guard import guarded, untimed
 with guarded(0.5, marker=Path(sys.argv[1])):
     if sys.argv[2] == "slow folder":
         with untimed():

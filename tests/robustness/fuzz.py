@@ -287,7 +287,7 @@ def fuzz_blender(place: Path, cases: int, seed: int) -> Counter[str]:
         reason = result.reason
         if "please report" in reason:
             found[f"FAULT {reason}"] += 1
-        elif reason.startswith("Blender crashed"):
+        elif reason.startswith("the program that reads it crashed"):
             found["crashed its worker, and only itself"] += 1
         elif "longer than the limit" in reason:
             found["hung and was given up"] += 1

@@ -22,8 +22,10 @@ from w2w.web.study import Study
 from w2w.web.uploads import RefusedError
 from w2w.web.work import Reader, Work
 
+from ..clip_lists import skipped_clips
 from ..command_line import cli
 from ..headless.conftest import write_motions
+from ..hostile_c3d import plant, write_hostile
 from ..patience import HANG_S
 from .conftest import MOST, made, sent
 
@@ -382,6 +384,23 @@ def test_a_reader_that_dies_is_followed_by_another():
     died, lives = asyncio.run(twice())
     assert died is None
     assert lives != os.getpid()
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("own_reader")
+def test_a_file_that_crashes_its_reader_costs_neither_the_server_nor_a_run(
+    opened, motions, tmp_path, monkeypatch
+):
+    begun = plant(tmp_path / "planted", monkeypatch)
+    (file,) = write_hostile(tmp_path / "hostile", ("crashes",))
+    client = opened()
+    study, _ = sent(client, motions[1] | {"fast/crashes.c3d": file.read_bytes()})
+    rows = {row["file"]: row["judged"] for row in judged(client, study)["table"]}
+    assert "the program that reads it crashed" in rows["fast/crashes.c3d"]["problem"]
+    assert begun.exists()
+    client.post(f"{study}/run", json=FEW)
+    assert (now := ended(client, study))["state"] == "finished", now["sentence"]
+    assert skipped_clips(folder_of(study, tmp_path) / RESULTS).keys() == {"fast/crashes.c3d"}
 
 
 @pytest.mark.slow

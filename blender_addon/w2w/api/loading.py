@@ -20,11 +20,12 @@ from ..core.library.import_plan import plan_files
 from ..core.library.labels import LabelCheck
 from ..core.library.library import Clip, activity_of, read_library
 from ..core.motion.motion import Motion, smpl_motion
-from ..core.motion.source import UnusableMotion
+from ..core.motion.source import UnusableMotion, reason_of
 from ..core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
 from ..core.readers.animations import Content, animations_in
+from ..core.reading.reader import Reader
 from ..core.retargeting.bone_maps import BoneMap
-from ..core.wording import in_python
+from ..core.wording import in_python, restated
 from .notebook import tracked
 
 
@@ -90,9 +91,16 @@ def load_body(path: str | Path, betas: Sequence[float] | None = None) -> Body:
     if path.suffix.lower() == ".npz" and betas is None:
         with suppress(ValueError):  # an SMPL model is an npz too
             return Body.load(path)
-    with _needs_blender(path.name):
-        from ..scene.body.adopt import adopt_file
-    return adopt_file(str(path), None if betas is None else given_numbers(betas, "betas"))
+    numbers = None if betas is None else given_numbers(betas, "betas")
+    with Reader() as reader, _needs_blender(path.name), restated(f"{path}:", UnusableMotion):
+        return reader.read(_adopted, path, numbers)
+
+
+def _adopted(path: Path, betas: np.ndarray | None) -> Body:
+    """A body from a file, by the Blender of the process that reads it."""
+    from ..scene.body.adopt import adopt_file
+
+    return adopt_file(path, betas)
 
 
 def load(
@@ -154,7 +162,8 @@ def load(
     if path.is_file() and labels is not None:
         raise ValueError("labels are for the files in a folder: give the folder")
     if path.is_file() and not animations_in(path):
-        motion, about = _read(Content(path, path.name), body, bone_maps, pose, BY_ITSELF)
+        with Reader() as reader:
+            motion, about = _read(reader, Content(path, path.name), body, bone_maps, pose, BY_ITSELF)
         _refuse_head_down([motion], pose)
         if not motion.activity:
             motion = motion.labelled(activity_of(path.name), motion.subject, motion.clip or path.stem)
@@ -168,17 +177,18 @@ def load(
         library = read_library(path, labels)
         clips, skipped = library.clips, list(library.skipped)
         warn_of_spellings(library.check)
-    ups = look_up(((clip.file, clip.path) for clip in clips), pose).ups
     motions, keys, facts = [], [], []
-    for clip in tracked(clips, "Reading motions"):
-        try:
-            motion, about = _read(clip, body, bone_maps, pose, ups)
-        except ValueError as error:
-            skipped.append((clip.file, in_python(str(error))))
-            continue
-        motions.append(motion.labelled(clip.activity, clip.subject, clip.name))
-        keys.append(clip.motion_key)
-        facts.append(about | {"file": clip.file, "source": clip.source})
+    with Reader() as reader:
+        ups = look_up(((clip.file, clip.path) for clip in clips), pose, reader).ups
+        for clip in tracked(clips, "Reading motions"):
+            try:
+                motion, about = _read(reader, clip, body, bone_maps, pose, ups)
+            except ValueError as error:
+                skipped.append((clip.file, str(error)))
+                continue
+            motions.append(motion.labelled(clip.activity, clip.subject, clip.name))
+            keys.append(clip.motion_key)
+            facts.append(about | {"file": clip.file, "source": clip.source})
     if not motions:
         file, reason = skipped[0]
         raise ValueError(f"no motion in {path} can be used; {file}: {reason}")
@@ -298,20 +308,28 @@ def warn_of_spellings(check: LabelCheck) -> None:
 
 
 def _read(
-    item: Clip | Content, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups
+    reader: Reader, item: Clip | Content, body: Body, maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups
 ) -> tuple[Motion, dict[str, Any]]:
     """Read a motion onto the body, with facts; ValueError if it cannot be used or lacks a module."""
+    facts = pose.at(item.rate if isinstance(item, Clip) else 0)
+    try:
+        with _needs_blender(item.path.name):
+            return reader.read(_on_body_from, item.path, body, maps, facts, ups, item.animation)
+    except Exception as error:  # even a fault of ours costs this file alone
+        raise ValueError(in_python(reason_of(error))) from error
+
+
+def _on_body_from(
+    path: Path, body: Body, maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups, animation: str
+) -> tuple[Motion, dict[str, Any]]:
+    """The motion of a file on the body, with facts."""
     from ..scene.base.output import quiet_output
     from ..scene.motion.load import read_motion, to_body
 
-    try:
-        with _needs_blender(item.path.name), quiet_output():
-            rate = item.rate if isinstance(item, Clip) else 0
-            source = read_motion(item.path, pose.at(rate), ups, item.animation)
-        found = to_body(source, body, bone_maps)
-        return found.motion, found.facts()
-    except (UnusableMotion, ValueError) as error:
-        raise ValueError(in_python(str(error))) from error
+    with quiet_output():
+        source = read_motion(path, pose, ups, animation)
+    found = to_body(source, body, maps)
+    return found.motion, found.facts()
 
 
 @contextmanager

@@ -23,7 +23,9 @@ from ..core.imu.sensor import SensorModel
 from ..core.imu.synthesis import CONVENTIONS, Synthesis
 from ..core.keypoints.facts import UNITS, PoseFacts, facts_of
 from ..core.keypoints.joint_sets import JOINT_SETS
+from ..core.motion.source import UnusableMotion
 from ..core.motion.up import UPS
+from ..core.reading.reader import Reader
 from ..core.windows.windows import WindowSpec
 from ..core.wording import restated
 from ..scene.base.output import quiet_output
@@ -143,14 +145,19 @@ def _body(text: str, file: str, betas: str) -> Body:
     if gender in GENDERS:
         return shaped(Body.bundled(), gender=GENDERS[gender], **dict(map(_shape_parameter, shape)))
     if Path(file).suffix:
-        with needs_blender():
-            from ..scene.body.adopt import adopt_file
-
-        with quiet_output():
-            return adopt_file(file, _betas(betas) if betas else None)
+        with Reader() as reader, restated(f"{file}:", UnusableMotion):
+            return reader.read(_adopted, Path(file), _betas(betas) if betas else None)
     raise ValueError(
         f"'{text}' is no body that W2W knows: write {EXAMPLE}, or one of {', '.join(MORPHOLOGIES)}"
     )
+
+
+def _adopted(file: Path, betas: np.ndarray | None) -> Body:
+    """A body from a file, by the Blender of the process that reads it."""
+    with needs_blender(), quiet_output():
+        from ..scene.body.adopt import adopt_file
+
+        return adopt_file(file, betas)
 
 
 def _shape_parameter(word: str) -> tuple[str, float]:

@@ -15,6 +15,7 @@ from ..core.parameters import Parameter, parameters_of, with_values
 from ..core.patches.own_placements import read_placements
 from ..core.ranking.utility import inputs_of, unavailable
 from ..core.ranking.weights import read_weights
+from ..core.reading.guard import LIMIT_S, MEMORY
 from ..core.retargeting.bone_maps import BoneMap
 from ..core.selection.constraints import read_costs
 from ..core.study.config import FILES, RANKING, StudyConfig
@@ -22,7 +23,6 @@ from . import options
 from .options import option
 from .runs.clip_task import Engine
 from .runs.garments import parse_garments
-from .runs.guard import LIMIT_S, MEMORY
 from .runs.monitor import EventLog, RunMonitor, event_line
 from .stopping import STOPPED, say_for_machines
 

@@ -10,6 +10,7 @@ import stat
 import unicodedata
 from collections.abc import Iterable, Mapping
 from errno import EDQUOT, ENOSPC
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any
 from zipfile import ZipFile, ZipInfo
@@ -17,13 +18,15 @@ from zipfile import ZipFile, ZipInfo
 from ..core.body.body import Body
 from ..core.files import DAMAGED, atomic_write, most_unpacked, reserved
 from ..core.inside import is_plain
-from ..core.keypoints.pose_files import NO_FACTS
 from ..core.library.library import LABELS, MOTION_SUFFIXES, TEXT_SUFFIXES, Clip
-from ..core.motion.up import BY_ITSELF, UPSIDE_DOWN
+from ..core.motion.source import reason_of
+from ..core.motion.up import UPSIDE_DOWN
 from ..core.readers.asf_amc import ASF_SUFFIX
+from ..core.reading.guard import LIMIT_S, MEMORY, guarded
+from ..core.reading.reader import bounded
+from ..headless.blender import NoBlenderError
 from ..headless.commands.inspect import too_short
-from ..headless.runs.guard import guarded
-from ..headless.runs.workers import load_guarded
+from ..headless.runs.clip import load_clip
 
 SUFFIXES = (*MOTION_SUFFIXES, *TEXT_SUFFIXES, ASF_SUFFIX)
 """Kinds of files that are taken: motions, tables of joints, labels and skeletons."""
@@ -203,10 +206,13 @@ def judge(path: Path, file: str, rate: float = 0.0) -> dict[str, Any]:
 
     A `rate` other than 0 goes before the file's own.
     """
-    found = load_guarded(Clip(path, file, "clip", "", rate=rate), Body.bundled(), (), NO_FACTS, BY_ITSELF)
-    if isinstance(found, str):
-        return {"problem": found}
-    source, _, details = found
+    clip = Clip(path, file, "clip", "", rate=rate)
+    try:
+        source, _, details = bounded(LIMIT_S, MEMORY, partial(load_clip, clip, Body.bundled()))
+    except NoBlenderError:
+        raise
+    except Exception as error:
+        return {"problem": reason_of(error)}
     if problem := too_short(details) or (UPSIDE_DOWN if "head_down" in details else ""):
         return {"problem": problem}
     facts = {name: details[name] for name in ("duration_s", "frame_rate", "skeleton")}

@@ -25,7 +25,7 @@ from .uploads import DISK_FULL, NO_DISK, RefusedError, judge
 Result = TypeVar("Result")
 
 COMMAND = (
-    "import sys; from w2w.headless.runs.guard import end_with; end_with(int(sys.argv.pop(1))); "
+    "import sys; from w2w.core.reading.guard import end_with; end_with(int(sys.argv.pop(1))); "
     "from w2w.headless.start import main; main()"
 )
 """The command line as a process that ends with the server."""

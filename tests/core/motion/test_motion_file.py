@@ -87,3 +87,4 @@ def test_a_link_into_a_content_store_is_a_file(tmp_path):
 def test_no_reason_is_empty_or_a_bare_key(error):
     assert reason_of(error).startswith(f"W2W failed on it, please report this: {type(error).__name__}")
     assert reason_of(UnusableMotion("it is cut short")) == "it is cut short"
+    assert reason_of(MemoryError()) == "it needs more memory than there is"

@@ -106,7 +106,9 @@ def refuse_few_frames(n_frames: int, where: str = "") -> None:
 def reason_of(error: Exception) -> str:
     """Why a file cannot be used, from the error that reading it raised; a fault of W2W is named as one."""
     text = harmless(error).strip()
-    if text and isinstance(error, (UnusableMotion, ValueError, OSError, MemoryError)):
+    if isinstance(error, MemoryError):
+        return text or "it needs more memory than there is"
+    if text and isinstance(error, (UnusableMotion, ValueError, OSError)):
         return text
     return f"W2W failed on it, please report this: {type(error).__name__}: {text}".rstrip(": ")
 

@@ -22,8 +22,10 @@ from ...core.library.library import GLTF_SUFFIXES, LABELS, Clip, Library, activi
 from ...core.motion.motion import Motion
 from ...core.motion.skinning import joint_transforms
 from ...core.motion.source import SourceMotion, UnusableMotion
+from ...core.motion.up import BY_ITSELF
 from ...core.readers.animations import animations_in
 from ...core.readers.asf_amc import AMC_SUFFIX
+from ...core.reading.reader import Reader
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.retargeting.retarget import BY_STRUCTURE
 from ...core.study.config import plain
@@ -32,6 +34,7 @@ from ...core.wording import listed, shown
 from ...scene.motion.load import look_up
 from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
 from ..options import AsJson, PoseOptions, argument, option, with_options
+from ..runs.clip_task import Engine
 from ..runs.workers import load_alone
 
 RATE_TAKEN = {
@@ -59,25 +62,29 @@ def inspect(
     """
     console = console_beside(as_json)
     body = Body.bundled()
-    with ending(USAGE, console):
-        label = label_said(file, library, labels)
-        pose = asked.pose()
-        bone_maps = [BoneMap.load(path) for path in bone_map or ()]
-        files, rate = [(shown(file.name), file)], 0.0
-        if (found := library_of(file, library, labels)) is not None:
-            rate = next((clip.rate for clip in found.clips if clip.path == absolute(file)), 0.0)
-        if library is not None and found is not None:
-            files = [(clip.file, clip.path) for clip in found.clips]
-        if file.is_dir():
-            raise ValueError(f"{shown(file)} is a folder: give one of its files, and the folder as --library")
-        seen = look_up(files, pose)
-    try:
-        clip = Clip(file, shown(file.name), "clip", "", rate=rate)
-        source, motion, details = load_alone(clip, body, bone_maps, pose, seen.ups if library else None)
-    except UnusableMotion as error:
-        if as_json:
-            print_json({"file": str(file), "used": False, "reason": str(error), "label": label})
-        raise _skipped(file, str(error), console) from error
+    with Reader() as reader:
+        with ending(USAGE, console):
+            label = label_said(file, library, labels)
+            pose = asked.pose()
+            bone_maps = tuple(BoneMap.load(path) for path in bone_map or ())
+            files, rate = [(shown(file.name), file)], 0.0
+            if (found := library_of(file, library, labels)) is not None:
+                rate = next((clip.rate for clip in found.clips if clip.path == absolute(file)), 0.0)
+            if library is not None and found is not None:
+                files = [(clip.file, clip.path) for clip in found.clips]
+            if file.is_dir():
+                raise ValueError(
+                    f"{shown(file)} is a folder: give one of its files, and the folder as --library"
+                )
+            seen = look_up(files, pose, reader)
+        try:
+            clip = Clip(file, shown(file.name), "clip", "", rate=rate)
+            how = Engine(bone_maps=bone_maps, pose=pose, ups=seen.ups if library else BY_ITSELF)
+            source, motion, details = load_alone(clip, body, how, reader)
+        except UnusableMotion as error:
+            if as_json:
+                print_json({"file": str(file), "used": False, "reason": str(error), "label": label})
+            raise _skipped(file, str(error), console) from error
     table = Table(show_header=False, box=None, title=shown(file), title_justify="left")
     told: dict[str, str] = {}
     up = f"{pose.up}, as given" if pose.up else seen.sentence() or getattr(source, "up", "")

@@ -11,6 +11,7 @@ from ...core.library.labels import same_label
 from ...core.library.library import Library, read_library
 from ...core.motion.up import UPSIDE_DOWN
 from ...core.ranking.weights import check_counting
+from ...core.reading.reader import Reader
 from ...core.study.ranking import known_motions
 from ...scene.motion.load import look_up
 from ..config_file import take_options
@@ -82,7 +83,8 @@ def run(
         found = without(read_library(library, labels, asked.exact_labels), leave_out)
         check_counting(found.activities, parameters.background, parameters.weights)
         engine = asked.engine()
-        seen = look_up(((clip.file, clip.path) for clip in found.clips), engine.pose)
+        with Reader(engine.limit_s, engine.memory) as reader:
+            seen = look_up(((clip.file, clip.path) for clip in found.clips), engine.pose, reader)
         engine = replace(engine, ups=seen.ups)
         plan = RunPlan(found, parameters, engine, asked.pictures, asked.report, verbose=asked.verbose)
         bodies = ready_for(plan, asked, out)

@@ -15,6 +15,7 @@ from ...core.wording import shown
 from .. import options
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import PoseOptions, argument, option, with_options
+from ..runs.clip_task import Engine
 from ..runs.own_files import new_file
 from ..runs.workers import load_alone
 from ..study_options import DEFAULTS, declared
@@ -64,7 +65,7 @@ def synth(
         patches = sensor_at(body, patch, lambda body: place_patches(body, config))
     name = shown(clip.name)
     with ending(NOTHING_TO_DO, console, f"No signal of {name}: "):
-        _, motion, _ = load_alone(Clip(clip, name, shown(clip.stem), ""), body, pose=pose)
+        _, motion, _ = load_alone(Clip(clip, name, shown(clip.stem), ""), body, Engine(pose=pose))
         recording = record_at(body, patches, motion, config)
         if kind == "csv":
             write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)

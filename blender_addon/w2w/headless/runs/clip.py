@@ -20,6 +20,7 @@ from ...core.motion.signature import motion_signature
 from ...core.motion.source import SourceMotion, UnusableMotion, readable_size, reason_of, unreadable
 from ...core.motion.up import BY_ITSELF, Ups
 from ...core.patches.patches import PatchSet
+from ...core.reading.guard import allowed_memory, crashed, guarded, timed_out, untimed
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.study.clip_files import WORK, mark_changing, write_features
 from ...core.study.results import ClipResult
@@ -28,7 +29,6 @@ from ...core.threads import unthreaded_products
 from ...scene.base.output import quiet_output
 from ..blender import NoBlenderError, needs_blender
 from .clip_task import ClipTask, Looks, mark_read, marked_read
-from .guard import allowed_memory, crashed, guarded, timed_out, untimed
 from .records import finished, last_record, refresh, unfinished, untouched, write_record
 
 SAMPLE_BYTES = 24
@@ -80,7 +80,7 @@ def record_death(task: ClipTask) -> ClipResult:
         reason = f"it took longer than the limit of {task.engine.limit_s:g} s (see --clip-limit)"
     else:
         reason = (
-            "Blender crashed on it: it is damaged in a way that the importer does not survive, or it needs "
+            "the program that reads it crashed: it is damaged in a way that it does not survive, or it needs "
             f"more than {task.engine.memory / 2**30:g} GiB of memory (see --clip-memory)"
         )
     if not source:  # it died while reading the file's bytes: nothing to know it by

@@ -16,11 +16,11 @@ from ...core.library.library import UP_SUFFIXES, Clip, is_joint_file
 from ...core.motion.source import UnusableMotion
 from ...core.motion.up import BY_ITSELF, Ups
 from ...core.readers.asf_amc import AMC_SUFFIX, skeleton_file
+from ...core.reading.guard import LIMIT_S, MEMORY
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.study.clip_files import WORK, features_file, motion_file, signals_file
 from ...core.study.config import StudyConfig
 from ...core.wording import name_bytes
-from .guard import LIMIT_S, MEMORY
 
 Looks = list[str | list[int]]
 """What `look` returns."""

@@ -20,6 +20,7 @@ from ...core.motion.motion import smoothed_root
 from ...core.motion.source import UnusableMotion
 from ...core.patches.patches import sample_patches
 from ...core.wording import shown
+from .clip_task import Engine
 from .workers import load_alone
 
 RECORDED = (".csv", ".txt", ".npz")
@@ -41,7 +42,7 @@ class Simulator:
     def __call__(self, path: Path, rate: float) -> ImuRecording:
         """The recording of a motion file; an UnusableMotion or ValueError if it cannot be used."""
         clip = Clip(path, shown(path.name), shown(path.stem), "")
-        _, motion, _ = load_alone(clip, self._body, pose=self._pose)
+        _, motion, _ = load_alone(clip, self._body, Engine(pose=self._pose))
         if self._root_band is not None:
             motion = smoothed_root(motion, self._root_band)
         settings = Synthesis(rate_hz=rate, cutoff_hz=self._band)

@@ -20,26 +20,25 @@ from loky import ProcessPoolExecutor
 from loky.backend.context import ctx_loky
 
 from ...core.body.body import Body
-from ...core.keypoints.facts import PoseFacts
-from ...core.keypoints.pose_files import NO_FACTS, JointPositions
+from ...core.keypoints.pose_files import JointPositions
 from ...core.library.library import Clip
 from ...core.motion.motion import Motion
-from ...core.motion.source import SourceMotion, UnusableMotion, reason_of, unreadable
-from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups
+from ...core.motion.source import SourceMotion, UnusableMotion, reason_of
+from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN
 from ...core.ranking.f1 import Spread
-from ...core.retargeting.bone_maps import BoneMap
+from ...core.reading.executor import ProgramExecutor
+from ...core.reading.guard import end_with, timed_out
+from ...core.reading.reader import Reader
 from ...core.study.results import ClipResult
 from ..blender import NoBlenderError, inside_blender
 from ..stopping import deaf_children, when_stopped
-from .blender_executor import BlenderExecutor
 from .clip import get_ready, load_clip, record_death, try_alone, work_in_worker
 from .clip_task import ClipTask, Engine
 from .cluster import EngineError, run_on_cluster
-from .guard import LIMIT_S, MEMORY, allowed_memory, end_with, guarded, timed_out
 
 Result = TypeVar("Result")
 
-Workers: TypeAlias = ProcessPoolExecutor | BlenderExecutor
+Workers: TypeAlias = ProcessPoolExecutor | ProgramExecutor
 """Either takes calls by `submit` and ends by `shutdown(kill_workers=True)`."""
 
 MAX_BREAKS = 5
@@ -169,7 +168,7 @@ def _collect(
 def local_executor(workers: int, idle_s: int = 60) -> Iterator[Workers]:
     """Worker processes here, which end with the block, when this process is stopped, or without work."""
     if inside_blender():
-        executor: Workers = BlenderExecutor(workers)
+        executor: Workers = ProgramExecutor(workers)
         kill = executor.kill
     else:
         with deaf_children():
@@ -202,45 +201,25 @@ def _kill(executor: ProcessPoolExecutor) -> None:
 LoadedClip = tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]
 
 
-def load_alone(
-    clip: Clip,
-    body: Body,
-    bone_maps: Sequence[BoneMap] = (),
-    pose: PoseFacts = NO_FACTS,
-    ups: Ups | None = None,
-) -> LoadedClip:
-    """Like `load_clip`, in a worker process, whatever the file does to it.
+PLAIN = Engine()
+
+
+def load_alone(clip: Clip, body: Body, how: Engine = PLAIN, reader: Reader | None = None) -> LoadedClip:
+    """Like `load_clip`, in a worker process, of the `reader` or its own, whatever the file does to it.
 
     Without the `ups` of a library the clip is by itself, and refused if it is upside down.
     """
-    found = run_alone(load_guarded, clip, body, tuple(bone_maps), pose, ups or BY_ITSELF)
-    if found is None:
-        raise UnusableMotion(
-            f"Blender crashed on it, or it took longer than {LIMIT_S:g} s or more than "
-            f"{min(MEMORY, allowed_memory()) / 2**30:.1f} GiB: it is damaged, or far too long"
-        )
-    if isinstance(found, str):
-        raise UnusableMotion(found)
-    if ups is None and "head_down" in found[2]:
+    work = partial(load_clip, clip, body, how.bone_maps, how.pose, how.ups)
+    try:
+        with nullcontext(reader) if reader else Reader() as used:
+            found = used.call(clip.path, work)
+    except (NoBlenderError, UnusableMotion):
+        raise
+    except Exception as error:
+        raise UnusableMotion(reason_of(error)) from error
+    if how.ups is BY_ITSELF and "head_down" in found[2]:
         raise UnusableMotion(UPSIDE_DOWN)
     return found
-
-
-def load_guarded(
-    clip: Clip, body: Body, bone_maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups
-) -> LoadedClip | str:
-    """Like `load_clip`, within limits; a sentence instead of an error."""
-    with guarded():
-        try:
-            return load_clip(clip, body, bone_maps, pose, ups)
-        except NoBlenderError:
-            raise
-        except MemoryError:
-            return f"it needs more than {min(MEMORY, allowed_memory()) / 2**30:.1f} GiB of memory"
-        except OSError as error:
-            return unreadable(error)
-        except Exception as error:
-            return reason_of(error)
 
 
 def spread_here(workers: int, n_windows: int) -> Spread | None:

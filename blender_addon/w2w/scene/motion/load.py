@@ -21,11 +21,12 @@ from ...core.motion.believable import believed, unbroken
 from ...core.motion.ground import on_the_ground
 from ...core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
 from ...core.motion.source import HIGHEST_RATE, SourceMotion, UnusableMotion
-from ...core.motion.up import BY_ITSELF, Ups, Votes, stood
+from ...core.motion.up import BY_ITSELF, Kind, Sight, Ups, Votes, stood
 from ...core.readers.asf_amc import AMC_SUFFIX, read_amc
 from ...core.readers.bvh import BVH_SUFFIX, read_bvh
 from ...core.readers.mvnx import MVNX_SUFFIX, read_mvnx
 from ...core.readers.poselib import read_poselib
+from ...core.reading.reader import Reader
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.retargeting.retarget import retarget
 
@@ -102,10 +103,13 @@ def is_through_blender(path: Path) -> bool:
     return path.suffix.lower() in BLENDER_SUFFIXES
 
 
-def look_up(files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS) -> Votes:
+def look_up(
+    files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS, reader: Reader | None = None
+) -> Votes:
     """The votes of a library's files, each with its path inside, for the up axis, unless the format says it.
 
-    A sample is read: some of each folder, the same ones whatever else the library holds.
+    A sample is read, in this process without a `reader`: some of each folder, the same ones whatever else the
+    library holds.
     """
     votes = Votes()
     if pose.up is not None:
@@ -126,8 +130,18 @@ def look_up(files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS) -> Vo
     for *_, path in nsmallest(SAMPLED, ranked):
         with suppress(Exception):  # whoever uses the file says what is wrong with it
             if path.is_file() and path.stat().st_size <= MOST_SAMPLE_BYTES:
-                read_motion(path, known, votes)
+                found = _sights(path, known) if reader is None else reader.read(_sights, path, known)
+                for kind, seen in found.items():
+                    votes.cast[kind] += seen
     return votes
+
+
+def _sights(path: Path, pose: PoseFacts) -> dict[Kind, list[Sight]]:
+    """What a file shows of the axis that is up."""
+    votes = Votes()
+    with suppress(Exception):  # whoever uses the file says what is wrong with it
+        read_motion(path, pose, votes)
+    return votes.cast
 
 
 def to_body(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> RetargetedMotion:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Worker processes for the Blender program: its Python has no `bpy`, so each worker is a further Blender."""
+"""Worker processes that may die: of this Python, or of the Blender program, whose Python has no `bpy`."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from typing import Any, ParamSpec, TypeVar
 
 import cloudpickle
 
-from ...core.body.body import PACKAGE
-from .blender_worker import GONE, send
+from ..body.body import PACKAGE
+from .worker import GONE, send
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
-WORKER = Path(__file__).with_name("blender_worker.py")
+WORKER = Path(__file__).with_name("worker.py")
 OPTIONS = (
     "--background", "--factory-startup", "--offline-mode", "--disable-crash-handler",
     "--python-exit-code", "1", "--python",
@@ -38,16 +38,16 @@ KILL_S = 5.0
 """Seconds to wait for killed workers."""
 
 
-class BlenderExecutor:
-    """Does calls in background Blender processes, as loky's executor does in Python processes.
+class ProgramExecutor:
+    """Does calls in processes of a program, as loky's executor does in Python processes.
 
     Workers are started when there is work, by the command `program`, which runs a Python file: this Blender
-    by default. When one dies, all calls that are not done fail with BrokenProcessPool. A worker whose parent
-    dies, by `kill -9` too, finds its standard input closed and ends.
+    in the background by default, or this Python. When one dies, all calls that are not done fail with
+    BrokenProcessPool. A worker whose parent dies, by `kill -9` too, finds its standard input closed and ends.
     """
 
     def __init__(self, workers: int, program: list[str] | None = None) -> None:
-        self._program = program or [sys.modules["bpy"].app.binary_path, *OPTIONS]
+        self._program = program or _this_program()
         self._waiting = queue.SimpleQueue[tuple[Future[Any], Callable[[], object]] | None]()
         self._broken = threading.Event()
         self._lock = threading.Lock()
@@ -125,6 +125,11 @@ class BlenderExecutor:
             worker.end()
             raise
         return worker
+
+
+def _this_program() -> list[str]:
+    blender = sys.modules["bpy"].app.binary_path if sys.modules.get("bpy") else ""
+    return [blender, *OPTIONS] if blender else [sys.executable, "-P"]
 
 
 class _Worker:

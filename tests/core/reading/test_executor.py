@@ -12,15 +12,15 @@ from pathlib import Path
 import psutil
 import pytest
 
-from w2w.headless.runs.blender_executor import BlenderExecutor
+from w2w.core.reading.executor import ProgramExecutor
 
 from ...patience import HANG_S
 
 ROOT = Path(__file__).resolve().parents[3]
 PARENT = """
 import os, sys, time
-from w2w.headless.runs.blender_executor import BlenderExecutor
-executor = BlenderExecutor(2, [sys.executable])
+from w2w.core.reading.executor import ProgramExecutor
+executor = ProgramExecutor(2)
 print(*[executor.submit(os.getpid).result() for _ in range(2)], flush=True)
 executor.submit(time.sleep, 600)
 time.sleep(600)
@@ -46,7 +46,7 @@ def shout():
 
 @pytest.fixture
 def executor():
-    executor = BlenderExecutor(2, [sys.executable])
+    executor = ProgramExecutor(2)
     yield executor
     executor.shutdown(kill_workers=True)
 
@@ -87,9 +87,9 @@ def test_a_dead_worker_breaks_what_is_not_done_and_nothing_before(executor):
 def test_a_write_to_a_dead_worker_does_not_kill_the_program_as_it_would_kill_blender():
     code = """
 import os, signal, sys, time
-from w2w.headless.runs.blender_executor import BlenderExecutor
+from w2w.core.reading.executor import ProgramExecutor
 signal.signal(signal.SIGPIPE, signal.SIG_DFL)
-executor = BlenderExecutor(1, [sys.executable])
+executor = ProgramExecutor(1)
 pid = executor.submit(os.getpid).result()
 os.kill(pid, signal.SIGKILL)
 time.sleep(0.3)
@@ -102,19 +102,34 @@ print(type(executor.submit(os.getpid).exception()).__name__)
 
 
 def test_a_program_that_cannot_start_is_a_broken_worker():
-    executor = BlenderExecutor(1, ["/bin/false"])
+    executor = ProgramExecutor(1, ["/bin/false"])
     with pytest.raises(BrokenProcessPool):
         executor.submit(os.getpid).result(timeout=HANG_S)
     executor.shutdown(kill_workers=True)
 
 
 def test_no_worker_outlives_a_shutdown_in_the_middle_of_its_work():
-    executor = BlenderExecutor(1, [sys.executable])
+    executor = ProgramExecutor(1)
     pid = executor.submit(os.getpid).result(timeout=HANG_S)
     hanging = executor.submit(time.sleep, 600)
     executor.shutdown(kill_workers=True)
     assert not psutil.pid_exists(pid)
     assert isinstance(hanging.exception(timeout=HANG_S), BrokenProcessPool)
+
+
+HANGING = PARENT.replace("(2)", "(1)").replace(
+    "time.sleep, 600", '__import__("re").match, "(a+)+$", 60 * "a" + "b"'
+)
+"""Keeps the interpreter's lock, as C may: no thread of the worker gets a turn."""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="elsewhere the worker itself looks")
+def test_no_worker_that_hangs_outlives_a_parent_that_was_killed():
+    with subprocess.Popen([sys.executable, "-c", HANGING], cwd=ROOT, stdout=subprocess.PIPE) as parent:
+        workers = [psutil.Process(int(pid)) for pid in set(parent.stdout.readline().split())]
+        time.sleep(1)
+        parent.send_signal(signal.SIGKILL)
+    assert not psutil.wait_procs(workers, timeout=HANG_S)[1]
 
 
 def test_no_worker_outlives_a_parent_that_was_killed():

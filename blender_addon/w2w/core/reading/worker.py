@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The other end of a `BlenderExecutor`: a background Blender that does the calls from its standard input.
+"""The other end of a `ProgramExecutor`: a process that does the calls from its standard input.
 
-Run as ``blender --background --python blender_worker.py -- MARK``. Blender and its importers print on the
-standard output, so results take a copy of it, after a line with MARK, and all further prints are dropped.
+Run as ``blender --background --python worker.py -- MARK`` or ``python worker.py -- MARK``. Blender and its
+importers print on the standard output, so results take a copy of it, after a line with MARK, and all further
+prints are dropped.
 """
 
 import os
@@ -36,6 +37,9 @@ def main(mark: str) -> None:
     for place in path:  # Blender's own Python lacks the libraries that its parent has found
         if place and place not in sys.path:
             site.addsitedir(place)
+    from w2w.core.reading.guard import end_with  # from where its parent found it
+
+    end_with(os.getppid())  # a reader that hangs may leave `_receive` no turn
     while True:
         send(results, _answer(calls.get()))
 
