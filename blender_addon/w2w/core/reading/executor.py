@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import pickle
 import queue
 import secrets
@@ -22,6 +23,7 @@ from typing import Any, ParamSpec, TypeVar
 import cloudpickle
 
 from ..body.body import PACKAGE
+from .guard import end_with
 from .worker import GONE, send
 
 P = ParamSpec("P")
@@ -158,6 +160,7 @@ class _Worker:
         self._session_folder = pickle.load(self._results)  # noqa: S301 - from our own worker
         # where the tree itself is the extension, `w2w` is not on the path
         send(self._calls, (Path.cwd(), [*sys.path, str(PACKAGE.parent)]))
+        self.ask(cloudpickle.dumps(partial(end_with, os.getpid())))  # a reader may leave `_receive` no turn
 
     def ask(self, call: bytes) -> tuple[bool, Any]:
         """Whether a call succeeded, and what it returned or raised."""

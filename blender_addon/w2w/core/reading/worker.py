@@ -37,9 +37,6 @@ def main(mark: str) -> None:
     for place in path:  # Blender's own Python lacks the libraries that its parent has found
         if place and place not in sys.path:
             site.addsitedir(place)
-    from w2w.core.reading.guard import end_with  # from where its parent found it
-
-    end_with(os.getppid())  # a reader that hangs may leave `_receive` no turn
     while True:
         send(results, _answer(calls.get()))
 
