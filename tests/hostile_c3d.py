@@ -10,14 +10,15 @@ import ctypes, itertools
 from pathlib import Path
 
 def c3d(path):
-    Path(__file__).with_name("begun").touch()
     kind = Path(path).stem
+    with Path(__file__).with_name("begun").open("a") as begun:
+        print(kind, file=begun)
     if kind == "crashes":
         ctypes.string_at(0)
     if kind == "hangs":
         ctypes.PyDLL(None).sleep(10**6)  # keeps the interpreter's lock, as C may
     if kind == "fills":
-        held = [bytearray(2**26) for _ in itertools.count()]
+        held = [bytes(2**26) for _ in itertools.count()]
     raise ValueError("no header")
 """
 
@@ -25,7 +26,7 @@ KINDS = ("crashes", "fills", "hangs")
 
 
 def plant(folder: Path, monkeypatch) -> Path:
-    """Let processes started from now on find the reader; returns a file that it makes when it begins."""
+    """Let processes started from now on find the reader; returns a file with a line of each time it began."""
     folder.mkdir()
     (folder / "ezc3d.py").write_text(PLANTED)
     monkeypatch.setenv("PYTHONPATH", str(folder))

@@ -93,14 +93,17 @@ def load_body(path: str | Path, betas: Sequence[float] | None = None) -> Body:
             return Body.load(path)
     numbers = None if betas is None else given_numbers(betas, "betas")
     with Reader() as reader, _needs_blender(path.name), restated(f"{path}:", UnusableMotion):
-        return reader.read(_adopted, path, numbers)
+        return reader.read(adopted, path, numbers)
 
 
-def _adopted(path: Path, betas: np.ndarray | None) -> Body:
-    """A body from a file, by the Blender of the process that reads it."""
-    from ..scene.body.adopt import adopt_file
+def adopted(path: Path, betas: np.ndarray | None) -> Body:
+    """A body from a file, by the Blender of this process."""
+    from ..scene.base.output import quiet_output
 
-    return adopt_file(path, betas)
+    with quiet_output():
+        from ..scene.body.adopt import adopt_file
+
+        return adopt_file(path, betas)
 
 
 def load(

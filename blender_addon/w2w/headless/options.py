@@ -14,6 +14,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from ..api.loading import adopted
 from ..core.body.body import Body
 from ..core.body.shapes import MORPHOLOGIES, shaped
 from ..core.files import load_arrays, reserved
@@ -28,7 +29,6 @@ from ..core.motion.up import UPS
 from ..core.reading.reader import Reader
 from ..core.windows.windows import WindowSpec
 from ..core.wording import restated
-from ..scene.base.output import quiet_output
 from .blender import needs_blender
 
 GENDERS = {"neutral": 0.0, "female": -1.0, "male": 1.0}
@@ -145,19 +145,11 @@ def _body(text: str, file: str, betas: str) -> Body:
     if gender in GENDERS:
         return shaped(Body.bundled(), gender=GENDERS[gender], **dict(map(_shape_parameter, shape)))
     if Path(file).suffix:
-        with Reader() as reader, restated(f"{file}:", UnusableMotion):
-            return reader.read(_adopted, Path(file), _betas(betas) if betas else None)
+        with Reader() as reader, needs_blender(), restated(f"{file}:", UnusableMotion):
+            return reader.read(adopted, Path(file), _betas(betas) if betas else None)
     raise ValueError(
         f"'{text}' is no body that W2W knows: write {EXAMPLE}, or one of {', '.join(MORPHOLOGIES)}"
     )
-
-
-def _adopted(file: Path, betas: np.ndarray | None) -> Body:
-    """A body from a file, by the Blender of the process that reads it."""
-    with needs_blender(), quiet_output():
-        from ..scene.body.adopt import adopt_file
-
-        return adopt_file(file, betas)
 
 
 def _shape_parameter(word: str) -> tuple[str, float]:

@@ -28,7 +28,7 @@ def hang(_path):
 
 
 def fill(_path):
-    return [bytearray(2**26) for _ in itertools.count()]
+    return [bytes(2**26) for _ in itertools.count()]
 
 
 def missing(path):

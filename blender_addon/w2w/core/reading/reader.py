@@ -30,13 +30,13 @@ much, and a worker a second to start."""
 class Reader:
     """Reads files in a worker process, which starts with the first one, and anew where one killed it.
 
-    The worker ends with the block, or with this process.
+    The worker ends with the block, or with this process; `deadly` says of each file that killed one why.
     """
 
     def __init__(self, limit_s: float | None = None, memory: int | None = None) -> None:
         self.limit_s, self.memory = limit_s or guard.LIMIT_S, memory or guard.MEMORY
         self._executor: ProgramExecutor | None = None
-        self._deadly: dict[Path, str] = {}
+        self.deadly: dict[Path, str] = {}
 
     def __enter__(self) -> Self:
         return self
@@ -56,19 +56,19 @@ class Reader:
 
         Raises UnusableMotion then, or if it takes more memory, or the file cannot be read.
         """
-        if path in self._deadly:
-            raise UnusableMotion(self._deadly[path])
+        if path in self.deadly:
+            raise UnusableMotion(self.deadly[path])
         if self._executor is None:
             self._executor = ProgramExecutor(1)
         try:
             return self._executor.submit(bounded, self.limit_s, self.memory, work).result()
         except BrokenProcessPool:
             self._end()
-            self._deadly[path] = (
+            self.deadly[path] = (
                 f"the program that reads it crashed, or took longer than {self.limit_s:g} s or more than "
                 f"{_gib(self.memory)}: it is damaged, or far too long"
             )
-            raise UnusableMotion(self._deadly[path]) from None
+            raise UnusableMotion(self.deadly[path]) from None
 
     def _end(self) -> None:
         if self._executor is not None:

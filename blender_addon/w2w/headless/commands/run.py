@@ -88,7 +88,7 @@ def run(
         engine = replace(engine, ups=seen.ups)
         plan = RunPlan(found, parameters, engine, asked.pictures, asked.report, verbose=asked.verbose)
         bodies = ready_for(plan, asked, out)
-        plan = replace(plan, again=asked.strict or asked.verify or len(bodies) > 1)
+        plan = replace(plan, deadly=reader.deadly, again=asked.strict or asked.verify or len(bodies) > 1)
     if up := seen.sentence():
         console.print(f"Up: {up}.")
     if seen.head_down:

@@ -3,9 +3,9 @@
 
 import hashlib
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -71,6 +71,7 @@ class StudyError(Exception):
 class RunPlan:
     """The settings of a run that do not depend on the body and the folder.
 
+    `deadly` are the files that are known to kill who reads them, with the reason of each;
     `pictures` are the heatmaps and `study.blend`; `more` are files that the command writes after the run;
     `again` has all results made even where they would be as they are.
     """
@@ -83,6 +84,7 @@ class RunPlan:
     more: tuple[str, ...] = ()
     again: bool = True
     verbose: bool = False  # list every clip, activity and region on the console
+    deadly: Mapping[Path, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -215,10 +217,12 @@ def _bake(
         for clip in plan.library.clips:
             task = ClipTask(clip, out, config, inputs, engine, records.text(clip.name), library)
             as_it_was = None if engine.verify else untouched(task, records.get(clip.name))
-            if as_it_was is None:
-                due.append(task)
-            else:
+            if as_it_was is not None:
                 done(as_it_was.small(clip))
+            elif reason := plan.deadly.get(clip.path):
+                done(ClipResult(clip, reason, {}, ""))
+            else:
+                due.append(task)
         advance(len(results))
         run_tasks(due, engine.workers, engine.scheduler, made, workers)
         gather(out, own_files, shard)
