@@ -72,14 +72,11 @@ REPORT = (
 )
 
 
-def test_a_report_s_own_scripts_alone_are_allowed_whatever_version_wrote_it(tmp_path):
-    report = tmp_path / "report.html"
-    report.write_text(REPORT)
-    scripts = re.search(r"script-src ([^;]*)", report_policy(report))[1].split()
+def test_a_report_s_own_scripts_alone_are_allowed_whatever_version_wrote_it():
+    scripts = re.search(r"script-src ([^;]*)", report_policy(REPORT))[1].split()
     sums = [hashlib.sha256(f"\n{name}()\n".encode()).digest() for name in ("view", "page")]
     assert scripts == [f"'sha256-{base64.b64encode(digest).decode()}'" for digest in sums]
-    report.write_text("<h1>no report</h1><script>alert(1)</script>")
-    assert "script-src 'none'" in report_policy(report)
+    assert "script-src 'none'" in report_policy("<h1>no report</h1><script>alert(1)</script>")
 
 
 def test_without_the_token_nobody_comes_in(opened):

@@ -4,9 +4,9 @@
 import asyncio
 import json
 import mimetypes
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
-from html import escape
+import secrets
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -22,14 +22,16 @@ from starlette.routing import Route
 from ..core.imu.presets import PRESETS
 from ..core.inside import inside
 from ..core.library.library import LABELS
-from ..core.patches.body_parts import ALL, PRODUCTS
+from ..core.patches.body_parts import ALL, PARTS, PRODUCTS, SIDES
+from ..core.ranking.f1 import FEWEST_CLIPS
 from ..headless.commands.place import FIGURES
-from ..report.page import PAGE, REPORT
+from ..report.page import REPORT
 from .archive import zipped
-from .choosing import WORDS, choose_again, get_ready
-from .guard import PAGES, Doors, Guard, enter_page, entered, report_policy
+from .choosing import WORDS, choose_again, get_ready, report_again
+from .guard import Doors, Guard, report_policy
 from .receiving import Receiver, parsed
 from .request import INPUT
+from .shown import Pages
 from .study import Study, checked_parameters, damaged
 from .uploads import DISK_FULL, NO_DISK, SUFFIXES, RefusedError
 from .work import DAY_S, Work
@@ -42,13 +44,6 @@ LOOK_EVERY_S = 0.5
 BEAT_S = 15.0
 """Seconds without news after which a listener is told that the server lives."""
 
-WRONG_S = 1.0
-"""Seconds that whoever guesses a token waits."""
-
-STATIC = ("app.js", "app.css", "enter.js", "openapi.json", "style.css")
-
-PICTURE = "heatmaps/mean.png"
-
 
 class App:
     """The requests that the app answers."""
@@ -60,11 +55,6 @@ class App:
         """All addresses."""
         one = "/api/studies/{id}"
         return [
-            Route("/", self.page),
-            Route("/studies/{id}", self.page),
-            Route("/static/{name}", self.static),
-            Route("/enter", self.enter, methods=["POST"]),
-            Route("/api", self.static),
             Route("/api/about", self.about),
             Route("/api/studies", self.all, methods=["GET"]),
             Route("/api/studies", self.make, methods=["POST"]),
@@ -77,52 +67,19 @@ class App:
             Route(f"{one}/cancel", self.cancel, methods=["POST"]),
             Route(f"{one}/keep", self.keep, methods=["POST"]),
             Route(f"{one}/events", self.events),
+            Route(f"{one}/remove", self.remove, methods=["POST"]),
+            Route(f"{one}/figure", self.figure),
+            Route(f"{one}/share", self.share, methods=["POST"]),
+            Route(f"{one}/share", self.unshare, methods=["DELETE"]),
             Route(f"{one}/place", self.place, methods=["POST"]),
             Route(f"{one}/results.zip", self.archive),
             Route(f"{one}/files/{{name:path}}", self.file),
         ]
 
-    async def page(self, request: Request) -> Response:
-        """The page; that of a study with its sentence and picture for whoever shows a preview of the link."""
-        text = (PAGES / "index.html").read_text(encoding="utf-8")
-        with suppress(RefusedError, KeyError):
-            study = Study.of(self._folder(request), request.path_params["id"])
-            if sentence := study.answer():
-                picture = request.url_for("file", id=study.id, name=PICTURE)
-                facts = {
-                    "title": "Where to wear",
-                    "description": sentence,
-                    "url": request.url,
-                    "image": picture,
-                }
-                metas = (
-                    f'<meta property="og:{name}" content="{escape(str(fact))}">\n'
-                    for name, fact in facts.items()
-                )
-                text = text.replace("</head>", f"{''.join(metas)}</head>")
-        return HTMLResponse(text)
-
-    async def static(self, request: Request) -> Response:
-        name = request.path_params.get("name", "openapi.json")
-        folder = PAGE if name == "style.css" else PAGES
-        if name not in STATIC:
-            raise RefusedError(404, "There is no such page")
-        return FileResponse(folder / name)
-
-    async def enter(self, request: Request) -> Response:
-        """Let in whoever sends the token, and lead on to where they wanted to go."""
-        async with request.form() as form:
-            token, path = str(form.get("token", "")), str(form.get("next", "/"))
-        if not self.doors.owner(token):
-            await asyncio.sleep(WRONG_S)
-            return enter_page(path, wrong=True)
-        return entered(request, token, path)
-
     async def about(self, _: Request) -> Response:
-        places = [*PRODUCTS, *ALL]
-        return JSONResponse(
-            {"sensors": [*PRESETS], "places": places, "suffixes": SUFFIXES, "most": self.doors.most}
-        )
+        about: dict[str, Any] = {"sensors": [*PRESETS], "places": [*PRODUCTS, *ALL], "suffixes": SUFFIXES}
+        about |= {"products": [*PRODUCTS], "parts": [*SIDES, *PARTS], "enough": FEWEST_CLIPS}
+        return JSONResponse(about | {"most": self.doors.most, "clip_s": self.work.clip_s})
 
     async def all(self, request: Request) -> Response:
         folder = self._folder(request)
@@ -155,6 +112,9 @@ class App:
         if any(row["judged"] is None for row in rows) and not study.waits:
             self.work.judge(study)
         shown = {"table": rows, "problem": problem, "parameters": asked, "files": _files(study.results)}
+        shown["link"] = ""
+        if secret := study.request()["shared"]:
+            shown["link"] = str(request.url_for("shared", link=f"{study.id}.{secret}"))
         shown["stale"] = await asyncio.to_thread(study.stale)
         return JSONResponse({**self._short(study), **shown, "days_left": self._days_left(study)})
 
@@ -214,21 +174,54 @@ class App:
 
         return StreamingResponse(told(), media_type="text/event-stream")
 
+    async def remove(self, request: Request) -> Response:
+        """Delete files of a study."""
+        study, given = self._idle(request), await _json(request)
+        if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
+            raise RefusedError(400, "what to delete is a list of files")
+        study.note_answered()
+        study.remove(given)
+        return JSONResponse({})
+
+    async def figure(self, request: Request) -> Response:
+        """The small picture of a clip's motion."""
+        study = self._study(request)
+        path = study.figure_of(request.query_params.get("file", ""))
+        if not path.is_file():
+            raise RefusedError(404, "There is no picture of it")
+        return FileResponse(path, headers={"cache-control": "private, max-age=86400"})
+
+    async def share(self, request: Request) -> Response:
+        """Give the answer an address of its own, which shows it to whoever has it."""
+        study = self._study(request)
+        secret = study.request()["shared"] or secrets.token_urlsafe(16)
+        study.change(shared=secret)
+        return JSONResponse({"link": str(request.url_for("shared", link=f"{study.id}.{secret}"))})
+
+    async def unshare(self, request: Request) -> Response:
+        """Take the address back."""
+        self._study(request).change(shared="")
+        return JSONResponse({})
+
     async def place(self, request: Request) -> Response:
         study, wishes = self._study(request), await _object(request)
-        if not study.answer() or study.waits:
+        return JSONResponse(await self._choose(study, wishes, choose_again))
+
+    async def _choose(self, study: Study, wishes: dict[str, Any], how: Callable[..., Any]) -> Any:
+        """What a function makes of a study's results and wishes, in the worker that remembers them."""
+        if not study.answer() or self.work.waits(study):
             raise RefusedError(409, "The study has no results yet: run it first")
         if unknown := wishes.keys() - {*FIGURES, *WORDS, "compare"}:
             raise RefusedError(400, f"there is no wish {min(unknown)[:80]!r}")
         given = {**dict.fromkeys(wishes, ""), **checked_parameters({**wishes, "compare": ""})}
         given["compare"] = str(wishes.get("compare", ""))
         try:
-            chosen = await self.work.chooser.ask(choose_again, study.results, given)
+            chosen = await self.work.chooser.ask(how, study.results, given)
         except (ValueError, OSError) as error:
             raise RefusedError(400, study.shown(str(error))) from error
         if chosen is None:
             raise RefusedError(503, "There is too little memory to choose again")
-        return JSONResponse(chosen)
+        return chosen
 
     async def file(self, request: Request) -> Response:
         study, name = self._study(request), request.path_params["name"]
@@ -239,10 +232,19 @@ class App:
         if name.startswith(".") or not path.is_file():
             raise RefusedError(404, "There is no such file")
         if name == REPORT:
-            self.work.prepare(study.results, get_ready)
-            return FileResponse(path, headers={"content-security-policy": report_policy(path)})
+            return await self._report(study, dict(request.query_params))
         kind = mimetypes.guess_type(name)[0] if path.suffix in (".png", ".csv", ".json") else None
         return FileResponse(path, media_type=kind or "application/octet-stream", filename=path.name)
+
+    async def _report(self, study: Study, wishes: dict[str, Any]) -> Response:
+        """The report as the run wrote it, or under the wishes that the address gives, as JSON in `wishes`."""
+        if "wishes" in wishes:
+            given = parsed(wishes["wishes"])
+            text = await self._choose(study, given if isinstance(given, dict) else {}, report_again)
+        else:
+            text = (study.results / REPORT).read_text(encoding="utf-8")
+            self.work.prepare(study.results, get_ready)
+        return HTMLResponse(text, headers={"content-security-policy": report_policy(text)})
 
     async def archive(self, request: Request) -> Response:
         study = self._study(request)
@@ -334,7 +336,7 @@ def web_app(work: Work, doors: Doors) -> Starlette:
         await work.stop()
 
     app = Starlette(
-        routes=App(work, doors).routes(),
+        routes=[*Pages(work, doors).routes(), *App(work, doors).routes()],
         middleware=[Middleware(Guard, doors=doors)],
         exception_handlers=dict.fromkeys(
             (RefusedError, ClientDisconnect, HTTPException, OSError, Exception), _say

@@ -1,18 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Choosing again in a finished study, in a worker that remembers it."""
 
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from ..core.findings.advice_content import advice_content, place_content
 from ..core.ranking.stream import Stream
+from ..core.selection.advice import Advice
 from ..core.selection.joint import grow_unwished
 from ..core.selection.set_tests import SetTests
 from ..core.study.choosing import advised, advised_by, compared, prepared_tests, ranked_again, stream_in
+from ..core.study.config import StudyConfig
 from ..core.study.results import StudyResults
-from ..headless.commands.place import FIGURES, Wishes
+from ..headless.commands.place import FIGURES, Wishes, chosen_content
 from ..headless.options import words
+from ..report.page import report_page
 
 WORDS = "only", "forbid", "must", "background"
 """Wishes that `place` takes besides figures."""
@@ -32,20 +36,38 @@ def _opened(
 def get_ready(out: Path) -> None:
     """Choose as the run did, and find what other wishes need, too."""
     choose_again(out, {"compare": ""})
-    tests = _opened(out, (out / "summary.json").stat().st_mtime_ns)[1]
+    tests = _opened(out, _written(out))[1]
     if tests:
         grow_unwished(tests)
 
 
 def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
     """What `w2w place` would choose, or compare, in a results folder; "" takes back a wish of the run."""
-    study, tests, stream, turned = _opened(out, (out / "summary.json").stat().st_mtime_ns)
     if wishes["compare"]:
+        study = _opened(out, _written(out))[0]
         scores = compared(study, words(wishes["compare"]))
         return {"compared": [place_content(score, study.patches) for score in scores]}
+    again, _, advice = _chosen(out, wishes)
+    return advice_content(advice, again.utility, again.patches)
+
+
+def report_again(out: Path, wishes: dict[str, Any]) -> str:
+    """The report of a results folder under other wishes, as HTML."""
+    again, config, advice = _chosen(out, wishes)
+    study = _opened(out, _written(out))[0]
+    shown = replace(again, parameters=config.as_dict())
+    vars(shown)["summary"] = study.summary | chosen_content(study, again, config, advice)
+    return report_page(shown)
+
+
+def _written(out: Path) -> int:
+    return (out / "summary.json").stat().st_mtime_ns
+
+
+def _chosen(out: Path, wishes: dict[str, Any]) -> tuple[StudyResults, StudyConfig, Advice]:
+    study, tests, stream, turned = _opened(out, _written(out))
     figures = {name: wishes.get(name) or None for name in FIGURES}
     config = Wishes(**figures, **{name: wishes.get(name) for name in WORDS}).over(study)
     again = ranked_again(study, config)
     same = again.utility is study.utility
-    advice = advised_by(study, config, tests, stream, turned) if same else advised(again, config)
-    return advice_content(advice, again.utility, again.patches)
+    return again, config, advised_by(study, config, tests, stream, turned) if same else advised(again, config)

@@ -21,6 +21,8 @@ from .uploads import MOST_NAME, RefusedError
 
 COLUMNS = ("file", "activity", "subject", "source", "motion_key", "rate")
 
+FIGURES = "figures"
+
 ARRIVING = "arriving."
 """Beginning of the names of folders for uploads that are not known to be good yet."""
 
@@ -95,17 +97,19 @@ class Labelled(Requested):
 
     def table(self) -> tuple[list[dict[str, Any]], str]:
         """A row for each clip, with its labels and what is known of it, and what is wrong with all labels."""
-        judged, problem = self.request()["judged"], ""
+        request, problem = self.request(), ""
         labels: dict[str, dict[str, Any]] = {}
         try:
             labels = self.labels()
         except LibraryError as error:
             problem = self.shown(str(error))
-        rows = []
+        rows, first = [], dict[str, str]()
         for clip, one in self.clips().items():
             row = labels.get(clip)
             found = {"activity": row["activity"], "subject": row.get("subject", "")} if row else {}
-            rows.append({"file": clip, "name": one.name, "judged": judged.get(one.file), **found})
+            same = first.setdefault(request["sums"].get(one.file) or one.file, one.file)
+            found |= {} if same == one.file else {"copy_of": request["files"][same]}
+            rows.append({"file": clip, "name": one.name, "judged": request["judged"].get(one.file), **found})
         return rows, problem
 
     def label(self, rows: Any) -> None:
@@ -124,6 +128,29 @@ class Labelled(Requested):
             more = own.get(texts[0], {})
             writer.writerow((*texts, *(more.get(name) or "" for name in COLUMNS[3:])))
         write_text(self.edited, stream.getvalue())
+
+    def figure_of(self, file: str) -> Path:
+        """Where the small picture of a file's motion is kept."""
+        return self.folder / FIGURES / f"{hashlib.sha256(file.encode()).hexdigest()[:32]}.json"
+
+    def keep_figure(self, file: str, figure: list[list[int]]) -> None:
+        """Keep the small picture of a file's motion."""
+        (self.folder / FIGURES).mkdir(exist_ok=True)
+        write_text(self.figure_of(file), json.dumps(figure, separators=(",", ":")))
+
+    def remove(self, given: Collection[str]) -> None:
+        """Take files out of the study's list, by the names of their clips on disk; they are deleted."""
+        clips, request = self.clips(), self.request()
+        gone = {clips[clip].file for clip in given if clip in clips}
+        kept = {
+            name: {file: value for file, value in request[name].items() if file not in gone}
+            for name in ("files", "judged", "sums")
+        }
+        rows = [row for row in self.table()[0] if clips[row["file"]].file not in gone]
+        self.change(**kept)
+        if self.edited.exists():
+            self.label(rows)
+        self.sweep()
 
     def added(self, files: Collection[str]) -> str:
         """Label new files in a table that was edited before; a sentence says where labels.csv went over it.

@@ -47,6 +47,9 @@ HEADERS = {
 OPEN = ("/enter", "/static/app.css", "/static/style.css", "/static/enter.js")
 """Addresses that need no token."""
 
+SHARED = "/shared/"
+"""Beginning of addresses that need no token but a secret of their own."""
+
 SILENT_S, PACE = 20.0, 1000
 """Seconds that a request may send nothing, and bytes a second that it sends at least after that."""
 
@@ -56,13 +59,13 @@ KEPT_S = 60 * 86400
 """Seconds for which a browser keeps a token."""
 
 
-def report_policy(report: Path) -> str:
+def report_policy(report: str) -> str:
     """The Content-Security-Policy for a report: of inline scripts, W2W's own by their hashes.
 
     They are at its end, after the data and all else that comes from a study: a report keeps them, whatever
     version wrote it.
     """
-    end = report.read_text(encoding="utf-8").rpartition('id="w2w-data">')[2].partition("</script>")[2]
+    end = report.rpartition('id="w2w-data">')[2].partition("</script>")[2]
     scripts = re.findall(r"<script>(.*?)</script>", end, re.DOTALL)
     digests = (base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in scripts)
     allowed = " ".join(f"'sha256-{digest}'" for digest in digests) or "'none'"
@@ -155,7 +158,7 @@ class Guard:
         strange = site not in ("same-origin", "none") or (origin and urlsplit(origin).netloc != host)
         if request.method not in SAFE_METHODS and strange:
             return _no(403, "The request comes from another site's page")
-        if request.url.path in OPEN:
+        if request.url.path in OPEN or request.url.path.startswith(SHARED):
             return None
         given = request.query_params.get("token")
         header = re.fullmatch(r"Bearer (\S+)", request.headers.get("authorization", ""))

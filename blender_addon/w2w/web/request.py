@@ -20,6 +20,7 @@ PATH = re.compile(r"(?<![^\s'\"(=:,])(?:[A-Za-z]:)?[/\\](?:[^\s'\"/\\:,]+[/\\])+
 PARTS: dict[str, tuple[type | tuple[type, ...], Any]] = {
     "made": ((int, float), 0.0), "asked": ((int, float, type(None)), None), "parameters": (dict, {}),
     "files": (dict, {}), "judged": (dict, {}), "sums": (dict, {}), "ran": (dict, {}), "answered": (dict, {}),
+    "shared": (str, ""),
 }  # fmt: skip
 """What a request holds, each with its kind and what it is where an earlier version wrote none."""
 

@@ -4,6 +4,7 @@
 The folder is all that there is: a server that was killed knows from it where it was.
 """
 
+import hmac
 import json
 import re
 import secrets
@@ -76,6 +77,17 @@ class Study(Labelled):
         if not ID.fullmatch(name) or not (study.folder / REQUEST).is_file():
             raise RefusedError(404, NO_STUDY)
         return study
+
+    @classmethod
+    def shared(cls, data: Path, link: str) -> Self:
+        """The study that a link of id and secret leads anybody to; a RefusedError if there is none."""
+        name, _, secret = link.partition(".")
+        for path in data.glob(f"*/{name}") if ID.fullmatch(name) else ():
+            study = cls(path)
+            known = study.request()["shared"]
+            if known and hmac.compare_digest(known.encode(), secret.encode()) and study.answer():
+                return study
+        raise RefusedError(404, "There is nothing here: the link is wrong, or was taken back")
 
     @property
     def id(self) -> str:

@@ -15,10 +15,14 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 from zipfile import ZipFile, ZipInfo
 
+import numpy as np
+
 from ..core.body.body import Body
+from ..core.body.skeleton import BODY_HANDS, posed_joints
 from ..core.files import DAMAGED, atomic_write, most_unpacked, reserved
 from ..core.inside import is_plain
 from ..core.library.library import LABELS, MOTION_SUFFIXES, TEXT_SUFFIXES, Clip
+from ..core.motion.motion import Motion
 from ..core.motion.source import reason_of
 from ..core.motion.up import UPSIDE_DOWN
 from ..core.readers.asf_amc import ASF_SUFFIX
@@ -38,6 +42,9 @@ PIECE = 2**20
 
 UNSAFE = re.compile(r"[^0-9A-Za-z ._@()+,&=#~!%'\[\]{}\u0080-\U0010ffff-]|^[. =+@-]|[. ]$")
 """What no part of a name on disk has: the rest means the same on every system and in every program."""
+
+FRAMES = 32
+"""Frames of a clip's small picture."""
 
 MOST_BYTES = 200
 """Bytes of a part of a name on disk, which systems keep below 256 with what is added while it is written."""
@@ -208,7 +215,7 @@ def judge(path: Path, file: str, rate: float = 0.0) -> dict[str, Any]:
     """
     clip = Clip(path, file, "clip", "", rate=rate)
     try:
-        source, _, details = bounded(LIMIT_S, MEMORY, partial(load_clip, clip, Body.bundled()))
+        source, motion, details = bounded(LIMIT_S, MEMORY, partial(load_clip, clip, Body.bundled()))
     except NoBlenderError:
         raise
     except Exception as error:
@@ -216,4 +223,17 @@ def judge(path: Path, file: str, rate: float = 0.0) -> dict[str, Any]:
     if problem := too_short(details) or (UPSIDE_DOWN if "head_down" in details else ""):
         return {"problem": problem}
     facts = {name: details[name] for name in ("duration_s", "frame_rate", "skeleton")}
-    return facts | {"up": getattr(source, "up", ""), "cut": details.get("cut", "")}
+    more = {"up": getattr(source, "up", ""), "cut": details.get("cut", "")}
+    return facts | more | {"figure": figure(motion)}
+
+
+def figure(motion: Motion) -> list[list[int]]:
+    """A motion as a small picture shows it: places (x, y, z) of 22 joints in a few frames, in centimetres.
+
+    The body stays where it is: its pelvis has no x and y.
+    """
+    frames = np.unique(np.linspace(0, motion.n_frames - 1, FRAMES).round().astype(int))
+    rest = np.asarray(Body.bundled().joints)
+    places = posed_joints(rest, motion.rotations[frames], motion.pelvis[frames])[1][:, : BODY_HANDS[0]]
+    places[..., :2] -= places[:, :1, :2]
+    return [frame.ravel().tolist() for frame in (100 * places).round().astype(int)]

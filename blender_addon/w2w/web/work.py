@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from ..core.library.library import is_motion
+from ..headless.runs.monitor import read_state
 from ..headless.runs.workers import Workers, local_executor
 from ..headless.stopping import deaf_children
 from .clips import ARRIVING
@@ -156,6 +157,7 @@ class Work:
         self._keeper: asyncio.Task[None] | None = None
         self._preparing: asyncio.Task[None] | None = None
         self._looked = time.monotonic()
+        self.clip_s = 0.0  # seconds that a clip took in the last run that ended here; 0 before any
 
     def start(self) -> None:
         """Go on where an earlier server was; what it had not finished to receive is removed."""
@@ -238,6 +240,11 @@ class Work:
             problem = f"The run could not be started: {error}."
         finally:
             self.queue.leave()
+        with suppress(OSError, ValueError, TypeError):
+            state = read_state(study.results)
+            self.clip_s = (
+                state.spent / state.clips if state.clips and state.step == "finished" else self.clip_s
+            )
         if study.end() is None and study.request()["asked"] == asked:
             ended = {"event": "finished", "exit_code": 1, "problem": problem}
             try:
@@ -296,6 +303,8 @@ class Work:
                 }
                 if "problem" in facts:
                     facts["problem"] = study.shown(facts["problem"])
+                if shown := facts.pop("figure", None):
+                    study.keep_figure(file, shown)
                 study.change(judged={**request["judged"], file: facts})
 
     async def _delete_old(self) -> None:

@@ -99,10 +99,10 @@ class Constraints:
             allowed[self._patches(patches, self.only)] = True
         allowed[self._patches(patches, self.forbid)] = False
         if not allowed.any():
-            raise ValueError(
-                f"nothing is left to choose from: only {', '.join(self.only) or 'the body'}, "
-                f"without {', '.join(self.forbid)}"
-            )
+            where = f"only {', '.join(self.only)}" if self.only else "the body"
+            without = f", without {', '.join(self.forbid)}" if self.forbid else ""
+            why = without or f", where none of the {len(patches)} patches lies: use more"
+            raise ValueError(f"nothing is left to choose from: {where}{why}")
         cost = np.ones(len(patches))
         for words, price in self.costs:
             cost[self._patches(patches, [words])] = price

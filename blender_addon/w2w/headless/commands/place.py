@@ -181,6 +181,17 @@ def check_redraw(study: StudyResults) -> None:
     check(study.out, [draw.BLEND, REPORT, *files])
 
 
+def chosen_content(
+    study: StudyResults, ranked: StudyResults, config: StudyConfig, advice: Advice
+) -> dict[str, Any]:
+    """What `summary.json` says of a choice, made from a new ranking of a study."""
+    content = advice_content(advice, ranked.utility, ranked.patches)
+    if np.array_equal(ranked.utility.weights, study.utility.weights):
+        content["cards"] = with_needs(content["cards"], needs_on(study.cards))
+    content |= map_content(ranked, study.config().placements, advice.answer.base.under)
+    return content | {"cautions": [caution._asdict() for caution in _cautions(ranked, config)]}
+
+
 def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice, console: Console) -> None:
     """Write a choice, made from a new ranking, into a results folder: its tables, report and pictures.
 
@@ -191,11 +202,7 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
         utility, patches = ranked.utility, study.patches
         check_redraw(study)
         tables = ["config.json", "summary.json", PLACEMENTS, UTILITY, "utility.csv"]
-        content = advice_content(advice, utility, ranked.patches)
-        if np.array_equal(utility.weights, study.utility.weights):
-            content["cards"] = with_needs(content["cards"], needs_on(study.cards))
-        content |= map_content(ranked, study.config().placements, advice.answer.base.under)
-        content["cautions"] = [caution._asdict() for caution in _cautions(ranked, config)]
+        content = chosen_content(study, ranked, config, advice)
         remove_unfinished(out)
         mark_changing(out, by=REDRAW)
         with listed(out, tables):

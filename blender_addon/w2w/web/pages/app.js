@@ -1,288 +1,205 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The app's page: uploads, the table of clips, the run's progress, the answer.
-"use strict";
+// The app's page: from clips to the answer.
+import { ask, complain, count, find, here, make, page, safely, saver, send } from "./page.js";
+import { inFolder, upload } from "./uploads.js";
+import { counted, drawClips, flushLabels, labelsWait, people, readyClips } from "./clips.js";
+import { chips, drawAnswer, fill, readyAnswer, wishes } from "./answer.js";
+import { turningBody } from "./figures.js";
 
-(() => {
-  const find = (name) => document.getElementById(name);
-  const make = (tag, content = "", attributes = {}) => {
-    const element = document.createElement(tag);
-    element.textContent = content;
-    for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-    return element;
+const BUSY = ["queued", "running"], AGAIN_MS = 3000;
+let listening = null, told = "", answered = "";
+
+const asked = saver("/parameters", parameters, (found) => {
+  page.study.stale = found.stale;
+  page.showStale();
+});
+
+async function begin(content) {
+  page.id = (await send("/studies", content)).id;
+  history.pushState(null, "", `/studies/${page.id}`);
+}
+
+// All that the form asks for: what is cleared is taken back, and what it has no field for stays.
+function parameters() {
+  const form = find("ask"), given = wishes(form), before = page.study.parameters;
+  for (const name of ["patches", "seed"]) if (name in before) given[name] = before[name];
+  for (const name of ["title", "sensor"]) if (form.elements[name].value.trim()) given[name] = form.elements[name].value.trim();
+  if (form.elements.by_subject.checked || "by_subject" in before) given.by_subject = form.elements.by_subject.checked;
+  page.study.parameters = given;
+  return given;
+}
+
+function fillAsked() {
+  const form = find("ask"), given = page.study.parameters;
+  fill(form, given);
+  for (const name of ["title", "sensor"]) form.elements[name].value = given[name] ?? "";
+}
+
+async function run() {
+  await flushLabels();
+  await asked.flush();
+  show(await send(here("/run"), parameters()));
+  listen();
+}
+
+// News of the run. Behind a proxy a server that starts again looks like a refusal: it is asked again.
+function listen() {
+  if (listening) listening.close();
+  listening = new EventSource(`/api${here("/events")}`);
+  listening.onmessage = (event) => {
+    const now = JSON.parse(event.data);
+    show(now);
+    if (!BUSY.includes(now.state)) { listening.close(); page.refresh().catch((error) => complain(error.message)); }
   };
-  const page = { id: (location.pathname.match(/^\/studies\/([0-9a-f]{32})$/) || [])[1] || "", about: null, study: null, edited: false, answered: "", listening: null };
-
-  const complain = (text) => { find("problem").textContent = text; find("problem").hidden = !text; };
-
-  async function ask(path, options = {}) {
-    const reply = await fetch(`/api${path}`, options).catch(() => { throw new Error("The server does not answer"); });
-    const content = await reply.json().catch(() => ({ problem: `The server answered ${reply.status}` }));
-    if (!reply.ok && !content.refused) throw new Error(content.problem);
-    return content;
-  }
-  const send = (path, content, method = "POST") => ask(path, { method, headers: { "content-type": "application/json" }, body: JSON.stringify(content) });
-  const here = (rest = "") => `/studies/${page.id}${rest}`;
-  const safely = (work) => (event) => {
-    if (event && event.type === "submit") event.preventDefault();
-    complain("");
-    return Promise.resolve(work(event)).catch((error) => complain(error.message));
+  listening.onerror = () => {
+    if (listening.readyState !== EventSource.CLOSED) return;
+    find("stage").textContent = "The server does not answer: trying again …";
+    setTimeout(() => page.refresh().catch(() => listening.onerror()), AGAIN_MS);
   };
+}
 
-  // Files of dropped folders, each with its path; browsers give at most 100 entries at a time.
-  async function inFolder(entry, above = "") {
-    if (entry.isFile) return [[`${above}${entry.name}`, await new Promise((done, fail) => entry.file(done, fail))]];
-    const reader = entry.createReader(), found = [];
-    for (;;) {
-      const some = await new Promise((done, fail) => reader.readEntries(done, fail));
-      if (!some.length) return found;
-      for (const each of some) found.push(...await inFolder(each, `${above}${entry.name}/`));
-    }
+function show(now) {
+  const busy = BUSY.includes(now.state), failed = now.state === "failed", title = now.title || "";
+  find("study").hidden = find("ends").hidden = false;
+  find("home").hidden = find("mine").hidden = true;
+  find("headline").textContent = title || (now.clips ? "Untitled study" : "New study");
+  find("progress").hidden = !busy && !failed;
+  find("bar").hidden = find("stay").hidden = !busy;
+  find("run").disabled = busy;
+  find("steps").hidden = busy;
+  if (now.share) find("bar").value = now.share; else find("bar").removeAttribute("value");
+  find("stage").textContent = failed ? `No result: ${now.sentence}` : now.sentence;
+  find("stage").className = failed ? "caution" : "";
+  const step = failed ? find("stage").textContent : (now.sentence.match(/now ([^:]+):/) || ["", now.sentence])[1];
+  if (step !== told) { told = step; find("told").textContent = step; }
+  find("answer").hidden = !now.answer || busy;
+  document.title = now.answer ? `${now.answer} – where to wear` : title || "Where to wear";
+  if (busy) answered = "";
+}
+
+page.showStale = () => {
+  const text = page.study.answer ? page.study.stale : "";
+  find("stale").hidden = !text;
+  find("stale").textContent = text;
+  find("answer").classList.toggle("old", Boolean(text));
+};
+
+// What is missing before a run can work, and what it would take.
+page.showReady = (counts) => {
+  const enough = page.about.enough, able = counts.filter(([, clips]) => clips > 1);
+  const few = counts.filter(([, clips]) => clips < 2).map(([name]) => `${name}: 1 clip, add 1`);
+  const thin = counts.filter(([, clips]) => clips > 1 && clips < enough).map(([name, clips]) => `${name}: ${clips} clips, add ${enough - clips}`);
+  const said = [
+    page.study.problem,
+    counts.length < 2 ? "At least two activities are needed." : "",
+    few.length ? `Two clips or more are needed of each activity (${few.slice(0, 5).join("; ")}${few.length > 5 ? " …" : ""}).` : "",
+    thin.length ? `From ${enough} clips on there are intervals (${thin.slice(0, 5).join("; ")}${thin.length > 5 ? " …" : ""}).` : "",
+  ];
+  find("cautions").textContent = said.filter(Boolean).join(" ");
+  find("run").disabled = able.length < 2 || BUSY.includes(page.study.state);
+  const clips = counts.reduce((sum, [, number]) => sum + number, 0), seconds = page.about.clip_s * clips;
+  const minutes = seconds > 90 ? `${Math.round(seconds / 60)} min` : `${Math.max(1, Math.round(seconds))} s`;
+  find("expected").textContent = seconds ? `${count(clips, "clip")}: about ${minutes}, as fast as the last run here.` : "";
+  const form = find("ask"), subjects = people().size;
+  if (!("by_subject" in page.study.parameters)) form.elements.by_subject.checked = subjects > 1;
+  form.elements.by_subject.disabled = subjects < 2 && !form.elements.by_subject.checked;
+};
+
+function until() {
+  const day = new Date(Date.now() + page.study.days_left * 864e5);
+  find("until").textContent = `Kept until ${day.toLocaleDateString(undefined, { day: "numeric", month: "long", year: "numeric" })} unless somebody looks at it before.`;
+}
+
+page.refresh = async () => {
+  const kept = page.study && labelsWait() ? new Map(page.study.table.map((row) => [row.file, row])) : new Map();
+  const first = !page.study, typing = find("ask").contains(document.activeElement) || asked.busy;
+  const study = await ask(here());
+  if (typing && page.study) study.parameters = page.study.parameters;
+  page.study = study;
+  for (const row of study.table) {
+    const before = kept.get(row.file);
+    if (before) Object.assign(row, { activity: before.activity, subject: before.subject, use: before.use });
   }
+  show(study);
+  until();
+  page.showStale();
+  const busy = BUSY.includes(study.state), any = study.table.length > 0;
+  find("label").hidden = find("go").hidden = !any;
+  find("steps-title").hidden = !study.answer;
+  if (first) find("steps").open = !study.answer;
+  if (first || !typing) fillAsked();
+  drawAnswer(answered !== study.answer);
+  answered = study.answer;
+  if (!find("label").contains(document.activeElement)) drawClips(); else page.showReady([...counted()].sort());
+  if (busy && (!listening || listening.readyState === EventSource.CLOSED)) listen();
+  clearTimeout(page.later);
+  if (!busy && study.table.some((row) => !row.judged)) page.later = setTimeout(() => page.refresh().catch((error) => complain(error.message)), 1000);
+};
 
-  // A folder above all others names the library, not an activity.
-  function withoutTop(files) {
-    const tops = new Set(files.map(([name]) => name.split("/")[0]));
-    const isLibrary = files.some(([name]) => name.split("/").length > 2 || name.endsWith("/labels.csv"));
-    return tops.size === 1 && isLibrary ? files.map(([name, file]) => [name.slice(name.indexOf("/") + 1), file]) : files;
-  }
+// Words of several places: the last one is completed.
+function complete(event) {
+  const before = event.target.value.includes(",") ? event.target.value.replace(/[^,]*$/, "") : "";
+  find("places").replaceChildren(...page.about.places.map((word) => make("option", "", { value: before ? `${before} ${word}` : word })));
+}
 
-  async function upload(files) {
-    const taken = withoutTop(files.filter(([name]) => [...page.about.suffixes, ".zip"].some((end) => name.toLowerCase().endsWith(end))));
-    if (!taken.length) throw new Error("There is no motion file among these.");
-    const big = taken.find(([, file]) => file.size > page.about.most);
-    if (big) throw new Error(`${big[0]} is larger than the ${Math.round(page.about.most / 1e6)} MB that are taken here.`);
-    if (!page.id) await begin({});
-    const refused = [], left = files.length - taken.length, queue = taken.slice();
-    let done = 0;
-    const say = () => { find("uploading").textContent = `${done} of ${taken.length} files sent${left ? `, ${left} of other kinds left out` : ""}.`; };
-    say();
-    await Promise.all([0, 1, 2].map(async () => {
-      for (let next = queue.shift(); next; next = queue.shift()) {
-        const form = new FormData();
-        form.append("files", next[1], next[0]);
-        const found = await ask(here("/files"), { method: "POST", body: form });
-        refused.push(...Object.entries(found.refused));
-        done += 1;
-        say();
-      }
-    }));
-    find("refused").replaceChildren(...refused.map(([name, why]) => make("li", `${name}: ${why}`)));
-    await refresh();
-  }
+async function mine() {
+  const all = await ask("/studies");
+  find("mine").hidden = !all.length;
+  find("studies").replaceChildren(...all.map((study) => {
+    const line = make("li"), link = make("a", "", { href: `/studies/${study.id}` }), about = make("div");
+    link.textContent = study.title || study.answer || `${count(study.clips, "clip")}, ${study.state}`;
+    about.append(link);
+    if (study.title && study.answer) about.append(make("small", study.answer));
+    if (study.state === "failed") about.append(make("small", study.sentence, { class: "caution" }));
+    const gone = make("button", "Delete", { type: "button", class: "button quiet", "aria-label": `Delete: ${link.textContent}` });
+    gone.addEventListener("click", safely(async () => { if (confirm("Delete this study with all its files?")) { await ask(`/studies/${study.id}`, { method: "DELETE" }); await mine(); } }));
+    line.append(about, make("span", study.made ? new Date(study.made * 1000).toLocaleDateString() : "", { class: "note" }), gone);
+    return line;
+  }));
+}
 
-  async function begin(content) {
-    page.id = (await send("/studies", content)).id;
-    history.pushState(null, "", `/studies/${page.id}`);
-    find("mine").hidden = true;
-  }
+function readyDrop() {
+  const zone = find("zone"), send_ = (files) => upload(files, begin);
+  const chosen = (event) => { const files = [...event.target.files].map((file) => [file.webkitRelativePath || file.name, file]); event.target.value = ""; return send_(files); };
+  find("pick-files").addEventListener("click", () => find("files").click());
+  find("pick-folder").addEventListener("click", () => find("folder").click());
+  find("to-drop").addEventListener("click", () => find("files").click());
+  find("files").addEventListener("change", safely(chosen));
+  find("folder").addEventListener("change", safely(chosen));
+  for (const kind of ["dragenter", "dragover"]) document.addEventListener(kind, (event) => { event.preventDefault(); zone.classList.add("over"); });
+  document.addEventListener("dragleave", () => zone.classList.remove("over"));
+  document.addEventListener("drop", safely(async (event) => {
+    event.preventDefault();
+    zone.classList.remove("over");
+    const entries = [...event.dataTransfer.items].map((item) => item.webkitGetAsEntry()).filter(Boolean);
+    await send_((await Promise.all(entries.map((entry) => inFolder(entry)))).flat());
+  }));
+}
 
-  function held(row) {
-    const facts = row.judged;
-    if (!facts) return ["being looked at …", ""];
-    if (facts.problem) return [`cannot be used: ${facts.problem}`, "caution"];
-    const up = facts.up ? `, ${facts.up} up` : "", cut = facts.cut ? `; left out: ${facts.cut}` : "";
-    return [`${facts.duration_s.toFixed(1)} s at ${Math.round(facts.frame_rate)} frames/s${up}${cut}`, ""];
-  }
-
-  const box = (row, name, more = {}) => {
-    const input = make("input", "", { type: "text", maxlength: 80, "aria-label": `${name} of ${row.name}`, ...more });
-    input.value = row[name] || "";
-    input.addEventListener("change", () => { row[name] = input.value.trim(); edited(); });
-    return input;
-  };
-
-  function edited() {
-    page.edited = true;
-    activities();
-  }
-
-  // Draws the table anew; whoever types stays where they are.
-  function clips() {
-    const inputs = () => [...find("label").querySelectorAll("input")], at = inputs().indexOf(document.activeElement);
-    find("clips").replaceChildren(...page.study.table.map((row) => {
-      const line = make("tr"), [text, kind] = held(row), use = make("input", "", { type: "checkbox", "aria-label": `Use ${row.name}` });
-      row.use = row.use ?? Boolean(row.activity);
-      use.checked = row.use;
-      line.className = row.use ? "" : "out";
-      use.addEventListener("change", () => { row.use = use.checked; line.className = row.use ? "" : "out"; edited(); });
-      const cells = [make("td", row.name, { class: "file" }), make("td", text, { class: kind }), make("td"), make("td"), make("td")];
-      cells[2].append(box(row, "activity", { list: "names" }));
-      cells[3].append(box(row, "subject"));
-      cells[4].append(use);
-      line.append(...cells);
-      return line;
-    }));
-    activities();
-    if (at >= 0 && inputs()[at]) inputs()[at].focus();
-  }
-
-  // The activities with their numbers of clips, each to be renamed, and what is wrong with them.
-  function activities() {
-    const used = page.study.table.filter((row) => row.use && row.activity && !(row.judged && row.judged.problem)), counts = new Map();
-    for (const row of used) counts.set(row.activity, (counts.get(row.activity) || 0) + 1);
-    const names = [...counts.keys()].sort();
-    find("names").replaceChildren(...names.map((name) => make("option", "", { value: name })));
-    find("activities").replaceChildren(...names.map((name) => {
-      const label = make("label", `${counts.get(name)} clip${counts.get(name) === 1 ? "" : "s"}`), input = make("input", "", { type: "text", list: "names", maxlength: 80, "aria-label": `New name of ${name}` });
-      input.value = name;
-      input.addEventListener("change", () => {
-        const to = input.value.trim();
-        for (const row of page.study.table) if (row.activity === name && to) row.activity = to;
-        page.edited = true;
-        setTimeout(clips); // when the next field has the focus
-      });
-      label.append(input);
-      return label;
-    }));
-    const few = names.filter((name) => counts.get(name) < 2);
-    find("cautions").textContent = [
-      page.study.problem, names.length < 2 ? "At least two activities are needed." : "",
-      few.length ? `Two clips or more are needed of: ${few.join(", ")}.` : "",
-    ].filter(Boolean).join(" ");
-  }
-
-  function wishes(form) {
-    const given = {};
-    for (const [name, value] of new FormData(form)) {
-      if (value !== "") given[name] = ["target", "max_places"].includes(name) ? Number(value) : value;
-    }
-    return given;
-  }
-
-  async function run() {
-    if (page.edited) {
-      await send(here("/labels"), page.study.table.map((row) => ({ file: row.file, activity: row.use ? row.activity : "", subject: row.subject || "" })), "PUT");
-      page.edited = false;
-    }
-    show(await send(here("/run"), { ...page.study.parameters, ...wishes(find("ask")) }));
-    listen();
-  }
-
-  function listen() {
-    if (page.listening) page.listening.close();
-    page.listening = new EventSource(`/api${here("/events")}`);
-    page.listening.onmessage = (event) => {
-      const now = JSON.parse(event.data);
-      show(now);
-      if (!["queued", "running"].includes(now.state)) { page.listening.close(); refresh().catch((error) => complain(error.message)); }
-    };
-  }
-
-  function show(now) {
-    const busy = ["queued", "running"].includes(now.state);
-    find("bar").hidden = find("cancel").hidden = find("stay").hidden = !busy;
-    find("run").disabled = busy;
-    find("drop").hidden = find("label").hidden = busy;
-    if (now.share) find("bar").value = now.share; else find("bar").removeAttribute("value");
-    find("stage").textContent = now.state === "failed" ? `No result: ${now.sentence}` : now.sentence;
-    find("stage").className = now.state === "failed" ? "caution" : "";
-    find("answer").hidden = !now.answer;
-    find("headline").textContent = "Your study";
-    document.title = now.answer ? `${now.answer} – where to wear` : "Where to wear";
-    find("lead").hidden = true;
-    if (busy) page.answered = "";
-  }
-
-  function answer() {
-    const study = page.study, base = `/api${here()}`;
-    if (!study.answer || page.answered === study.answer) return;
-    page.answered = study.answer;
-    find("zip").href = `${base}/results.zip`;
-    find("open").href = find("report").src = `${base}/files/report.html`;
-    const tables = study.files.filter((name) => /^[^/]+\.(csv|blend|json)$/.test(name));
-    find("downloads").replaceChildren(...tables.flatMap((name) => [make("a", name, { href: `${base}/files/${encodeURIComponent(name)}` }), make("span", " ")]));
-    find("chosen").textContent = "";
-    for (const [name, value] of Object.entries(study.parameters)) {
-      for (const form of [find("again"), find("ask")]) if (form.elements[name]) form.elements[name].value = value;
-    }
-  }
-
-  async function refresh() {
-    const kept = page.edited && page.study ? new Map(page.study.table.map((row) => [row.file, row])) : new Map();
-    page.study = await ask(here());
-    for (const row of page.study.table) {
-      const before = kept.get(row.file);
-      if (before) Object.assign(row, { activity: before.activity, subject: before.subject, use: before.use });
-    }
-    show(page.study);
-    const busy = ["queued", "running"].includes(page.study.state), any = page.study.table.length > 0;
-    find("label").hidden = busy || !any;
-    find("go").hidden = !any;
-    find("demo").hidden = any;
-    answer();
-    if (!find("clips").contains(document.activeElement) && !find("activities").contains(document.activeElement)) clips();
-    if (busy && (!page.listening || page.listening.readyState === EventSource.CLOSED)) listen();
-    clearTimeout(page.later);
-    if (!busy && page.study.table.some((row) => !row.judged)) page.later = setTimeout(() => refresh().catch((error) => complain(error.message)), 1000);
-  }
-
-  async function again() {
-    const form = find("again"), asked = wishes(form), started = performance.now();
-    for (const name of ["only", "forbid", "must"]) asked[name] = asked[name] || "";
-    find("chosen").textContent = "Choosing …";
-    try {
-      const found = await send(here("/place"), asked);
-      const set = found.worn_together, together = set && set.places.length > 1 ? ` Together: ${set.places.map((one) => one.product || one.name).join(", ")}, F1 ${set.expected_f1.toFixed(2)}.` : "";
-      find("chosen").textContent = `${found.answer.sentence}${together} (${((performance.now() - started) / 1000).toFixed(1)} s)`;
-    } catch (error) { find("chosen").textContent = ""; throw error; }
-  }
-
-  // Words of several places: the last one is completed.
-  function complete(event) {
-    const before = event.target.value.includes(",") ? event.target.value.replace(/[^,]*$/, "") : "";
-    find("places").replaceChildren(...page.about.places.map((word) => make("option", "", { value: before ? `${before} ${word}` : word })));
-  }
-
-  async function mine() {
-    const all = await ask("/studies");
-    find("mine").hidden = !all.length;
-    find("studies").replaceChildren(...all.map((study) => {
-      const line = make("li"), link = make("a", study.answer || `${study.clips} clips, ${study.state}`, { href: `/studies/${study.id}` });
-      const gone = make("button", "Delete", { type: "button", class: "button", "aria-label": `Delete: ${link.textContent}` });
-      gone.addEventListener("click", safely(async () => { if (confirm("Delete this study with all its files?")) { await ask(`/studies/${study.id}`, { method: "DELETE" }); await mine(); } }));
-      line.append(link, make("span", new Date(study.made * 1000).toLocaleString(), { class: "note" }), gone);
-      return line;
-    }));
-  }
-
-  // The report is as high as what stands in it: one page scrolls, not two.
-  function fit() {
-    const inner = find("report").contentDocument;
-    if (inner && inner.body) find("report").style.height = `${inner.body.scrollHeight + 8}px`;
-  }
-
-  function start() {
-    const zone = find("zone"), pick = (name) => find(name).click();
-    const chosen = (event) => { const files = [...event.target.files].map((file) => [file.webkitRelativePath || file.name, file]); event.target.value = ""; return upload(files); };
-    find("pick-files").addEventListener("click", () => pick("files"));
-    find("pick-folder").addEventListener("click", () => pick("folder"));
-    find("files").addEventListener("change", safely(chosen));
-    find("folder").addEventListener("change", safely(chosen));
-    find("demo").addEventListener("click", safely(async () => { await begin({ demo: true }); await refresh(); }));
-    for (const kind of ["dragenter", "dragover"]) document.addEventListener(kind, (event) => { event.preventDefault(); zone.classList.add("over"); });
-    document.addEventListener("dragleave", () => zone.classList.remove("over"));
-    document.addEventListener("drop", safely(async (event) => {
-      event.preventDefault();
-      zone.classList.remove("over");
-      const entries = [...event.dataTransfer.items].map((item) => item.webkitGetAsEntry()).filter(Boolean);
-      await upload((await Promise.all(entries.map((entry) => inFolder(entry)))).flat());
-    }));
-    find("again").querySelector(".wishes").append(...[...find("ask").querySelectorAll(".wishes label")].map((label) => label.cloneNode(true)));
+function start() {
+  readyDrop();
+  readyClips();
+  const form = find("ask");
+  form.addEventListener("submit", safely(run));
+  form.addEventListener("change", () => { complain(""); if (page.study) { page.study.parameters.by_subject ??= form.elements.by_subject.checked; parameters(); asked.soon(); find("headline").textContent = form.elements.title.value.trim() || "Untitled study"; } });
+  find("demo").addEventListener("click", safely(async () => { await begin({ demo: true }); await page.refresh(); }));
+  find("cancel").addEventListener("click", safely(async () => { await send(here("/cancel"), {}); await page.refresh(); }));
+  find("longer").addEventListener("click", safely(async () => { page.study.days_left = (await send(here("/keep"), {})).days_left; until(); }));
+  find("remove").addEventListener("click", safely(async () => { if (confirm("Delete this study with all its files?")) { await ask(here(), { method: "DELETE" }); location.href = "/"; } }));
+  window.addEventListener("popstate", () => location.reload());
+  return safely(async () => {
+    page.about = await ask("/about");
+    form.elements.sensor.replaceChildren(make("option", "as usual", { value: "" }), ...page.about.sensors.map((name) => make("option", name, { value: name })));
+    readyAnswer();
+    chips(find("ask-chips"), form);
     document.querySelectorAll("input[list=places]").forEach((input) => input.addEventListener("input", complete));
-    find("ask").addEventListener("submit", safely(run));
-    find("again").addEventListener("submit", safely(again));
-    find("again-part").addEventListener("toggle", (event) => event.target.open && send(here("/place"), {}).catch(() => {})); // what takes seconds once is begun
-    find("cancel").addEventListener("click", safely(async () => { await send(here("/cancel"), {}); await refresh(); }));
-    find("remove").addEventListener("click", safely(async () => { if (confirm("Delete this study with all its files?")) { await ask(here(), { method: "DELETE" }); location.href = "/"; } }));
-    find("report").addEventListener("load", () => { fit(); new ResizeObserver(fit).observe(find("report").contentDocument.body); });
-    window.addEventListener("popstate", () => location.reload());
-    return safely(async () => {
-      page.about = await ask("/about");
-      find("ask").elements.sensor.replaceChildren(make("option", "as usual", { value: "" }), ...page.about.sensors.map((name) => make("option", name, { value: name })));
-      complete({ target: { value: "" } });
-      await (page.id ? refresh() : mine());
-    })();
-  }
+    complete({ target: { value: "" } });
+    if (page.id) return page.refresh();
+    find("home").hidden = find("steps").hidden = false;
+    find("steps-title").hidden = true;
+    turningBody();
+    return mine();
+  })();
+}
 
-  start();
-})();
+start();

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The pages of the web app: its own, the door, and answers that were shared."""
+
+import asyncio
+from contextlib import suppress
+from html import escape
+
+from starlette.requests import Request
+from starlette.responses import FileResponse, HTMLResponse, Response
+from starlette.routing import Route
+
+from ..core.inside import inside
+from ..report.page import PAGE, REPORT
+from .guard import PAGES, Doors, enter_page, entered, report_policy
+from .study import Study
+from .uploads import RefusedError
+from .work import Work
+
+WRONG_S = 1.0
+"""Seconds that whoever guesses a token waits."""
+
+SCRIPTS = ("app", "answer", "clips", "enter", "figures", "page", "uploads")
+
+STATIC = ("app.css", "openapi.json", "style.css", "demo.json", *(f"{name}.js" for name in SCRIPTS))
+
+PICTURE = "heatmaps/mean.png"
+
+
+class Pages:
+    """The pages, over the same work as the interface."""
+
+    def __init__(self, work: Work, doors: Doors) -> None:
+        self.work, self.doors = work, doors
+
+    def routes(self) -> list[Route]:
+        """All addresses of pages."""
+        return [
+            Route("/", self.page),
+            Route("/studies/{id}", self.page),
+            Route("/static/{name}", self.static),
+            Route("/shared/{link}", self.shared),
+            Route("/shared/{link}/picture.png", self.shared_picture),
+            Route("/enter", self.enter, methods=["POST"]),
+            Route("/api", self.static),
+        ]
+
+    async def page(self, request: Request) -> Response:
+        """The page; that of a study with its sentence and picture for whoever shows a preview of the link."""
+        text = (PAGES / "index.html").read_text(encoding="utf-8")
+        with suppress(RefusedError, KeyError):
+            study = Study.of(self.work.data / request.state.owner, request.path_params["id"])
+            if study.answer():
+                picture = request.url_for("file", id=study.id, name=PICTURE)
+                text = with_preview(text, study, str(request.url), str(picture))
+        return HTMLResponse(text)
+
+    async def static(self, request: Request) -> Response:
+        name = request.path_params.get("name", "openapi.json")
+        folder = PAGE if name == "style.css" else PAGES
+        if name not in STATIC:
+            raise RefusedError(404, "There is no such page")
+        return FileResponse(folder / name)
+
+    async def enter(self, request: Request) -> Response:
+        """Let in whoever sends the token, and lead on to where they wanted to go."""
+        async with request.form() as form:
+            token, path = str(form.get("token", "")), str(form.get("next", "/"))
+        if not self.doors.owner(token):
+            await asyncio.sleep(WRONG_S)
+            return enter_page(path, wrong=True)
+        return entered(request, token, path)
+
+    async def shared(self, request: Request) -> Response:
+        """The report of a study that was shared."""
+        study = Study.shared(self.work.data, request.path_params["link"])
+        report = study.results / REPORT
+        picture = request.url_for("shared_picture", link=request.path_params["link"])
+        text = with_preview(report.read_text(encoding="utf-8"), study, str(request.url), str(picture))
+        return HTMLResponse(text, headers={"content-security-policy": report_policy(text)})
+
+    async def shared_picture(self, request: Request) -> Response:
+        study = Study.shared(self.work.data, request.path_params["link"])
+        return FileResponse(inside(study.results, PICTURE))
+
+
+def with_preview(page: str, study: Study, address: str, picture: str) -> str:
+    """A page with the answer of a study, and its picture, for whoever shows a preview of its address."""
+    title = study.request()["parameters"].get("title", "") or "Where to wear"
+    facts = {"title": title, "description": study.answer(), "url": address, "image": picture}
+    metas = (f'<meta property="og:{name}" content="{escape(fact)}">\n' for name, fact in facts.items())
+    return page.replace("</head>", f"{''.join(metas)}</head>", 1)
