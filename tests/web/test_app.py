@@ -3,6 +3,7 @@
 
 import asyncio
 import csv
+import html
 import io
 import json
 import os
@@ -342,6 +343,72 @@ def test_an_upload_that_ends_after_a_run_was_asked_for_is_refused(client, motion
     assert not (study.folder / INPUT / "b.npz").exists()
 
 
+def test_what_was_shared_is_seen_without_a_token_until_it_is_taken_back(opened, motions, tmp_path):
+    client = opened(["first-token-1"])
+    client.headers = {"authorization": "Bearer first-token-1"}
+    address = made(client)
+    (folder,) = (tmp_path / "data").glob("*/*")
+    study = Study(folder)
+    sent(client, {"slow/a.npz": motions[1]["slow/slow_0.npz"]}, address)
+    answered(study)
+    study.change(parameters={"title": 'Nod "well"'})
+    (study.results / "report.html").write_text(f"<html><head></head><body>{study.id}</body></html>")
+    (study.results / "heatmaps").mkdir()
+    (study.results / "heatmaps/mean.png").write_bytes(b"picture")
+    link = client.post(f"{address}/share", json={}).json()["link"]
+    assert client.get(address).json()["link"] == link
+    client.headers = {}
+    seen = client.get(link)
+    assert seen.status_code == 200
+    assert '<meta property="og:description" content="A watch: F1 .91.">' in seen.text
+    assert '<meta property="og:title" content="Nod &quot;well&quot;">' in seen.text
+    assert client.get(f"{link}/picture.png").content == b"picture"
+    for other in (address, f"{address}/files/summary.json", f"{link}/../..", f"{link}x", f"{link[:-3]}"):
+        assert client.get(other).status_code in (401, 404)
+    client.headers = {"authorization": "Bearer first-token-1"}
+    client.delete(f"{address}/share")
+    assert client.get(link).status_code == 404
+    assert client.post(f"{address}/share", json={}).json()["link"] != link
+
+
+@pytest.mark.parametrize("link", ["", ".", "0" * 32, "0" * 32 + ".", "*.", "..%2f..%2fx.y"])
+def test_a_link_that_was_not_given_leads_nowhere(client, link):
+    made(client)
+    assert client.get(f"/shared/{link}").status_code == 404
+
+
+def test_clips_that_are_removed_are_gone_from_list_disk_and_labels(client, motions, tmp_path):
+    address, _ = sent(client, motions[1])
+    study = Study(folder_of(address, tmp_path))
+    rows = judged(client, address)["table"]
+    client.put(f"{address}/labels", json=[row | {"activity": "typed"} for row in rows])
+    gone = [row["file"] for row in rows if row["activity"] == "slow"]
+    assert client.post(f"{address}/remove", json=gone).status_code == 200
+    left = client.get(address).json()["table"]
+    assert {row["name"] for row in left} == {row["name"] for row in rows} - {*gone}
+    assert {row["activity"] for row in left} == {"typed"}
+    assert not any((study.folder / INPUT / name).exists() for name in gone)
+    for wrong in ({}, [1], "x"):
+        assert client.post(f"{address}/remove", json=wrong).status_code == 400
+    assert client.post(f"{address}/remove", json=["../request.json"]).status_code == 200
+    assert (study.folder / "request.json").exists()
+
+
+def test_a_clip_shows_as_a_small_figure_and_copies_are_named(client, motions):
+    content = motions[1]["slow/slow_0.npz"]
+    address, _ = sent(client, {"slow/a.npz": content, "slow/b.npz": content, "bad.bvh": b"1"})
+    rows = {row["name"]: row for row in judged(client, address)["table"]}
+    assert rows["slow/b.npz"]["copy_of"] == "slow/a.npz"
+    assert "copy_of" not in rows["slow/a.npz"]
+    frames = client.get(f"{address}/figure", params={"file": "slow/a.npz"}).json()
+    assert {len(frame) for frame in frames} == {22 * 3}
+    heights = [max(frame[2::3]) - min(frame[2::3]) for frame in frames]
+    assert all(100 < height < 220 for height in heights)
+    assert len({tuple(frame) for frame in frames}) > 3
+    assert client.get(f"{address}/figure", params={"file": "bad.bvh"}).status_code == 404
+    assert client.get(f"{address}/figure", params={"file": "../../request"}).status_code == 404
+
+
 def test_openapi_describes_every_address(client):
     described = client.get("/api").json()["paths"]
     served = {
@@ -436,6 +503,11 @@ def test_a_run_is_that_of_the_command_line_and_can_be_chosen_from_again(client, 
     region = next(csv.DictReader(ours.text.splitlines()))["region"]
     compared = client.post(f"{study}/place", json={"compare": region}).json()["compared"]
     assert [place["name"] for place in compared] == [region]
+    wishes = json.dumps({"forbid": "leg"})
+    page = client.get(f"{study}/files/report.html", params={"wishes": wishes})
+    assert placed["answer"]["sentence"] in html.unescape(page.text)
+    assert "sha256-" in page.headers["content-security-policy"]
+    assert client.get(f"{study}/files/report.html", params={"wishes": "{"}).status_code == 400
     assert client.post(f"{study}/place", json={"only": "nowhere"}).status_code == 400
     assert client.post(f"{study}/place", json={"costs": "/etc/passwd"}).status_code == 400
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The app's page in headless Chromium: clips go up, labels are edited, the answer's report is alive."""
 
+import json
 import shutil
 import threading
 import time
@@ -139,6 +140,184 @@ def test_the_report_is_alive_under_the_strict_policy(quiet, server, drawn_result
     assert text(quiet, "h1") == study.answer()
     assert quiet.execute_script("return document.querySelectorAll('#ranked tbody tr').length") > 3
     quiet.switch_to.default_content()
+
+
+def typed(browser, css, value, number=0):
+    """Types into a field as a person does: the page hears of it when the field is left."""
+    browser.execute_script(
+        "const field = document.querySelectorAll(arguments[0])[arguments[2]];"
+        "if (field.type === 'checkbox') field.checked = arguments[1]; else field.value = arguments[1];"
+        "field.dispatchEvent(new Event('change', { bubbles: true }))",
+        css, value, number,
+    )  # fmt: skip
+
+
+def looked_at(browser, server, folder, subjects=False):
+    """The study of a small library that was dropped on the page, once all of it was looked at."""
+    address, owner = server
+    write_motions(folder, {"slow": 0.5, "fast": 2.0}, 2)
+    if subjects:
+        rows = [f"{pace}/{pace}_{n}.npz,{pace},{'AB'[n]}" for pace in ("slow", "fast") for n in (0, 1)]
+        (folder / "labels.csv").write_text("\n".join(["file,activity,subject", *rows]))
+    browser.get(address)
+    wait(lambda: find(browser, "#places").get_attribute("childElementCount") != "0")
+    find(browser, "#folder").send_keys(str(folder))
+    wait(lambda: text(browser, "#clips").count("5.0 s at 30 frames/s") == 4)
+    return Study(next(owner.iterdir()))
+
+
+def test_the_first_page_shows_an_answer_before_there_is_a_study(quiet, server):
+    address, _ = server
+    quiet.get(address)
+    wait(lambda: find(quiet, "#demo-bars").get_attribute("childElementCount") != "0")
+    assert "Belt clip" in text(quiet, "#demo-bars").replace("belt clip", "Belt clip")
+    pixels = "return [...document.getElementById('body').getContext('2d').getImageData(0, 0, 420, 520).data]"
+    wait(lambda: any(quiet.execute_script(pixels)))
+    first = quiet.execute_script(pixels)
+    wait(lambda: quiet.execute_script(pixels) != first)
+    assert find(quiet, "#demo").is_displayed()
+    assert not find(quiet, "#mine").is_displayed()
+
+
+def test_a_wish_that_is_cleared_is_taken_back(quiet, server, tmp_path):
+    study = looked_at(quiet, server, tmp_path / "LIB")
+    typed(quiet, "#ask [name=only]", "wrist")
+    typed(quiet, "#ask [name=target]", "0.95")
+    typed(quiet, "#ask [name=max_places]", "2")
+    typed(quiet, "#ask [name=title]", "歩行")
+    wait(lambda: study.request()["parameters"] == {
+        "only": "wrist", "target": 0.95, "max_places": 2, "title": "歩行", "by_subject": False
+    })  # fmt: skip
+    assert text(quiet, "h1#headline") == "歩行"
+    quiet.refresh()
+    wait(lambda: find(quiet, "#ask [name=only]").get_attribute("value") == "wrist")
+    for name in ("only", "target", "max_places"):
+        typed(quiet, f"#ask [name={name}]", "")
+    wait(lambda: study.request()["parameters"] == {"title": "歩行", "by_subject": False})
+    typed(quiet, "#ask [name=forbid]", "haed")
+    wait(lambda: "did you mean head?" in text(quiet, "#problem"))
+
+
+def test_a_click_on_a_part_is_a_wish_and_a_second_click_takes_it_back(quiet, server, tmp_path):
+    study = looked_at(quiet, server, tmp_path / "LIB")
+    click = "document.querySelector(`#ask-chips ${arguments[0]}`).click()"
+    quiet.execute_script(click, "[data-word=watch]")
+    quiet.execute_script(click, "[data-mode=forbid]")
+    quiet.execute_script(click, "[data-word=head]")
+    wait(lambda: study.request()["parameters"].get("forbid") == "head")
+    assert study.request()["parameters"]["only"] == "watch"
+    quiet.execute_script(click, "[data-word=head]")
+    wait(lambda: "forbid" not in study.request()["parameters"])
+
+
+def test_labels_are_saved_at_once_and_undone(quiet, server, tmp_path):
+    study = looked_at(quiet, server, tmp_path / "LIB")
+    typed(quiet, "#clips td:nth-child(3) input", "jump")
+    wait(lambda: "jump" in {row.get("activity") for row in study.table()[0]})
+    quiet.execute_script("document.querySelectorAll('.pick')[0].click()")
+    quiet.execute_script("document.querySelectorAll('.pick')[1].click()")
+    settle(quiet)
+    assert text(quiet, "#many-count") == "2 clips picked"
+    quiet.execute_script("document.getElementById('many-name').value = 'hop'")
+    find(quiet, "#many button.main").click()
+    wait(lambda: [row.get("activity") for row in study.table()[0]].count("hop") == 2)
+    quiet.refresh()
+    wait(lambda: "hop" in quiet.execute_script("return document.querySelector('#clips td:nth-child(3) input').value"))
+    typed(quiet, "#clips td:nth-child(3) input", "skip")
+    wait(lambda: "skip" in {row.get("activity") for row in study.table()[0]})
+    find(quiet, "#undo").click()
+    wait(lambda: [row.get("activity") for row in study.table()[0]].count("hop") == 2)
+
+
+def test_subjects_tick_for_new_people_and_a_click_takes_it_back(quiet, server, tmp_path):
+    study = looked_at(quiet, server, tmp_path / "LIB", subjects=True)
+    tick = "return document.querySelector('#ask [name=by_subject]').checked"
+    wait(lambda: quiet.execute_script(tick))
+    typed(quiet, "#ask [name=by_subject]", False)
+    wait(lambda: study.request()["parameters"] == {"by_subject": False})
+    quiet.refresh()
+    wait(lambda: text(quiet, "#clips").count("5.0 s") == 4)
+    assert not quiet.execute_script(tick)
+
+
+def test_a_run_is_held_back_until_it_can_work(quiet, server, tmp_path):
+    looked_at(quiet, server, tmp_path / "LIB")
+    assert find(quiet, "#run").is_enabled()
+    assert "fast: 2 clips, add 3" in text(quiet, "#cautions")
+    quiet.execute_script("document.querySelectorAll('#clips input[type=checkbox]')[0].click()")
+    settle(quiet)
+    assert not find(quiet, "#run").is_enabled()
+    assert "fast: 1 clip, add 1" in text(quiet, "#cautions")
+
+
+def test_one_upload_that_fails_hides_no_other(browser, server, tmp_path):
+    address, owner = server
+    write_motions(tmp_path / "LIB", {"slow": 0.5, "fast": 2.0}, 3)
+    browser.get(address)
+    wait(lambda: find(browser, "#places").get_attribute("childElementCount") != "0")
+    browser.execute_script(
+        "fetch = ((real, n) => (path, ...more) => path.endsWith('/files') && ++n === 2 ? Promise.reject(Error('gone')) : real(path, ...more))(fetch, 0)"
+    )
+    find(browser, "#folder").send_keys(str(tmp_path / "LIB"))
+    wait(lambda: text(browser, "#uploading") == "5 of 6 files sent, 1 failed.")
+    assert "The server does not answer" in text(browser, "#refused")
+    wait(lambda: browser.execute_script("return document.querySelectorAll('#clips tr').length") == 5)
+
+
+def test_loose_files_are_grouped_by_their_names_if_asked(quiet, server, tmp_path):
+    address, owner = server
+    write_motions(tmp_path / "made", {"slow": 0.5}, 1)
+    content = (tmp_path / "made/slow/slow_0.npz").read_bytes()
+    heap = tmp_path / "Downloads"
+    heap.mkdir()
+    for name in ("walk_01", "walk_02", "Walk take 3", "jump 1", "jump-2", "X Bot@Jump (3)"):
+        (heap / f"{name}.npz").write_bytes(content)
+    (heap / "notes.txt").write_text("x")
+    quiet.get(address)
+    wait(lambda: find(quiet, "#places").get_attribute("childElementCount") != "0")
+    find(quiet, "#folder").send_keys(str(heap))
+    wait(lambda: find(quiet, "#guess").is_displayed())
+    assert "notes.txt: no kind of file that holds motion" in text(quiet, "#refused")
+    find(quiet, "#guess").click()
+    study = Study(next(owner.iterdir()))
+    wait(lambda: {row["activity"] for row in study.table()[0]} == {"walk", "jump"})
+
+
+def test_an_answer_of_before_is_marked_and_shared_by_a_link(quiet, server, drawn_results):
+    address, owner = server
+    study = finished(owner, drawn_results)
+    quiet.get(f"{address}/studies/{study.id}")
+    wait(lambda: find(quiet, "#report").get_attribute("src"))
+    assert not find(quiet, "#stale").is_displayed()
+    assert "Kept until" in text(quiet, "#kept")
+    quiet.execute_script("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
+    find(quiet, "#share").click()
+    link = wait(lambda: find(quiet, "#link").get_attribute("value"))
+    typed(quiet, "#clips td:nth-child(3) input", "jump")
+    wait(lambda: "their labels changed" in text(quiet, "#stale"))
+    quiet.get(link)
+    wait(lambda: quiet.find_elements("css selector", ".stage.live"))
+    assert text(quiet, "h1") == study.answer()
+
+
+def test_one_answer_changes_as_a_whole_with_the_wishes(quiet, server, drawn_results):
+    address, owner = server
+    study = finished(owner, drawn_results)
+    quiet.get(f"{address}/studies/{study.id}")
+    wait(lambda: find(quiet, "#report").get_attribute("src"))
+    headline = (
+        "const inner = document.getElementById('report').contentDocument;"
+        "return inner && inner.querySelector('h1') ? inner.querySelector('h1').textContent : ''"
+    )
+    first = wait(lambda: quiet.execute_script(headline))
+    product = json.loads((study.results / "summary.json").read_text())["answer"]["recommended"]
+    typed(quiet, "#again [name=forbid]", product)
+    chosen = wait(lambda: (said := quiet.execute_script(headline)) != first and said)
+    assert chosen in text(quiet, "#chosen")
+    quiet.execute_script("document.getElementById('keep-choice').click()")
+    assert f"never at {product}" in text(quiet, "#choices")
+    typed(quiet, "#again [name=forbid]", "")
+    wait(lambda: quiet.execute_script(headline) == first)
 
 
 @pytest.mark.parametrize(

@@ -68,6 +68,8 @@ def _chosen(out: Path, wishes: dict[str, Any]) -> tuple[StudyResults, StudyConfi
     study, tests, stream, turned = _opened(out, _written(out))
     figures = {name: wishes.get(name) or None for name in FIGURES}
     config = Wishes(**figures, **{name: wishes.get(name) for name in WORDS}).over(study)
+    cleared = [name for name in FIGURES if name in wishes and wishes[name] in ("", None)]
+    config = replace(config, **{name: getattr(StudyConfig(), name) for name in cleared})
     again = ranked_again(study, config)
     same = again.utility is study.utility
     return again, config, advised_by(study, config, tests, stream, turned) if same else advised(again, config)
