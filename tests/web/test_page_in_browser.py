@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The app's page in headless Chromium: clips go up, labels are edited, the answer's report is alive."""
 
-import json
+import re
 import shutil
 import threading
 import time
+from html import escape
 from pathlib import Path
 
 import axe_core_python
@@ -13,7 +14,8 @@ import uvicorn
 
 from w2w.core.files import write_json, write_text
 from w2w.headless.commands.report import write_report
-from w2w.web.app import web_app
+from w2w.web.app import App, web_app
+from w2w.web.choosing import report_again
 from w2w.web.guard import Doors
 from w2w.web.study import EVENTS, INPUT, Study
 from w2w.web.work import Work
@@ -179,7 +181,8 @@ def test_the_first_page_shows_an_answer_before_there_is_a_study(quiet, server):
     assert not find(quiet, "#mine").is_displayed()
 
 
-def test_a_wish_that_is_cleared_is_taken_back(quiet, server, tmp_path):
+def test_a_wish_that_is_cleared_is_taken_back(browser, server, tmp_path):
+    quiet = browser
     study = looked_at(quiet, server, tmp_path / "LIB")
     typed(quiet, "#ask [name=only]", "wrist")
     typed(quiet, "#ask [name=target]", "0.95")
@@ -222,7 +225,14 @@ def test_labels_are_saved_at_once_and_undone(quiet, server, tmp_path):
     find(quiet, "#many button.main").click()
     wait(lambda: [row.get("activity") for row in study.table()[0]].count("hop") == 2)
     quiet.refresh()
-    wait(lambda: "hop" in quiet.execute_script("return document.querySelector('#clips td:nth-child(3) input').value"))
+    wait(
+        lambda: (
+            "hop"
+            in quiet.execute_script(
+                "return document.querySelector('#clips td:nth-child(3) input')?.value ?? ''"
+            )
+        )
+    )
     typed(quiet, "#clips td:nth-child(3) input", "skip")
     wait(lambda: "skip" in {row.get("activity") for row in study.table()[0]})
     find(quiet, "#undo").click()
@@ -251,12 +261,13 @@ def test_a_run_is_held_back_until_it_can_work(quiet, server, tmp_path):
 
 
 def test_one_upload_that_fails_hides_no_other(browser, server, tmp_path):
-    address, owner = server
+    address, _ = server
     write_motions(tmp_path / "LIB", {"slow": 0.5, "fast": 2.0}, 3)
     browser.get(address)
     wait(lambda: find(browser, "#places").get_attribute("childElementCount") != "0")
     browser.execute_script(
-        "fetch = ((real, n) => (path, ...more) => path.endsWith('/files') && ++n === 2 ? Promise.reject(Error('gone')) : real(path, ...more))(fetch, 0)"
+        "fetch = ((real, n) => (path, ...more) => path.endsWith('/files') && ++n === 2"
+        " ? Promise.reject(Error('gone')) : real(path, ...more))(fetch, 0)"
     )
     find(browser, "#folder").send_keys(str(tmp_path / "LIB"))
     wait(lambda: text(browser, "#uploading") == "5 of 6 files sent, 1 failed.")
@@ -290,7 +301,8 @@ def test_an_answer_of_before_is_marked_and_shared_by_a_link(quiet, server, drawn
     wait(lambda: find(quiet, "#report").get_attribute("src"))
     assert not find(quiet, "#stale").is_displayed()
     assert "Kept until" in text(quiet, "#kept")
-    quiet.execute_script("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
+    quiet.execute_script("document.getElementById('share').closest('details').open = true")
+    quiet.execute_script("document.getElementById('steps').open = true")
     find(quiet, "#share").click()
     link = wait(lambda: find(quiet, "#link").get_attribute("value"))
     typed(quiet, "#clips td:nth-child(3) input", "jump")
@@ -300,9 +312,22 @@ def test_an_answer_of_before_is_marked_and_shared_by_a_link(quiet, server, drawn
     assert text(quiet, "h1") == study.answer()
 
 
-def test_one_answer_changes_as_a_whole_with_the_wishes(quiet, server, drawn_results):
+def test_one_answer_changes_as_a_whole_with_the_wishes(quiet, server, drawn_results, monkeypatch):
     address, owner = server
     study = finished(owner, drawn_results)
+    asked = []
+
+    async def choose(_, study, wishes, how):
+        """What the worker would find; the results drawn here have no signals to choose by."""
+        asked.append((how.__name__, wishes))
+        sentence = f"Without {wishes['forbid']}." if wishes.get("forbid") else study.answer()
+        if how is report_again:
+            page = (study.results / "report.html").read_text(encoding="utf-8")
+            return re.sub("<h1>.*?</h1>", f"<h1>{escape(sentence)}</h1>", page, flags=re.DOTALL)
+        return {"answer": {"sentence": sentence}, "worn_together": None}
+
+    monkeypatch.setattr(App, "_choose", choose)
+    study.change(parameters={"max_places": 2})
     quiet.get(f"{address}/studies/{study.id}")
     wait(lambda: find(quiet, "#report").get_attribute("src"))
     headline = (
@@ -310,14 +335,17 @@ def test_one_answer_changes_as_a_whole_with_the_wishes(quiet, server, drawn_resu
         "return inner && inner.querySelector('h1') ? inner.querySelector('h1').textContent : ''"
     )
     first = wait(lambda: quiet.execute_script(headline))
-    product = json.loads((study.results / "summary.json").read_text())["answer"]["recommended"]
-    typed(quiet, "#again [name=forbid]", product)
-    chosen = wait(lambda: (said := quiet.execute_script(headline)) != first and said)
-    assert chosen in text(quiet, "#chosen")
+    typed(quiet, "#again [name=forbid]", "watch")
+    wait(lambda: quiet.execute_script(headline) == "Without watch.")
+    assert "Without watch." in text(quiet, "#chosen")
     quiet.execute_script("document.getElementById('keep-choice').click()")
-    assert f"never at {product}" in text(quiet, "#choices")
+    assert "never at watch" in text(quiet, "#choices")
     typed(quiet, "#again [name=forbid]", "")
+    typed(quiet, "#again [name=max_places]", "")
+    wait(lambda: ("report_again", {"max_places": ""}) in asked)
     wait(lambda: quiet.execute_script(headline) == first)
+    quiet.execute_script("document.querySelector('#choices button').click()")
+    wait(lambda: quiet.execute_script(headline) == "Without watch.")
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,7 @@ from ..core.library.library import LABELS
 from ..core.patches.body_parts import ALL, PARTS, PRODUCTS, SIDES
 from ..core.ranking.f1 import FEWEST_CLIPS
 from ..headless.commands.place import FIGURES
+from ..headless.console import sentence_of
 from ..report.page import REPORT
 from .archive import zipped
 from .choosing import WORDS, choose_again, get_ready, report_again
@@ -218,7 +219,7 @@ class App:
         try:
             chosen = await self.work.chooser.ask(how, study.results, given)
         except (ValueError, OSError) as error:
-            raise RefusedError(400, study.shown(str(error))) from error
+            raise RefusedError(400, study.shown(sentence_of(error))) from error
         if chosen is None:
             raise RefusedError(503, "There is too little memory to choose again")
         return chosen

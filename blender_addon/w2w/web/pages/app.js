@@ -107,7 +107,7 @@ page.showReady = (counts) => {
 
 function until() {
   const day = new Date(Date.now() + page.study.days_left * 864e5);
-  find("until").textContent = `Kept until ${day.toLocaleDateString(undefined, { day: "numeric", month: "long", year: "numeric" })} unless somebody looks at it before.`;
+  find("until").textContent = `Kept until ${day.toLocaleDateString(undefined, { day: "numeric", month: "long", year: "numeric" })}, or longer if somebody looks at it.`;
 }
 
 page.refresh = async () => {

@@ -11,10 +11,10 @@ const ink = () => getComputedStyle(document.documentElement).getPropertyValue("-
 const accent = () => getComputedStyle(document.documentElement).getPropertyValue("--accent");
 
 function draw(canvas, frames, at) {
-  const brush = canvas.getContext("2d"), points = frames[at % frames.length], scale = canvas.height / 215;
+  const brush = canvas.getContext("2d"), points = frames[at % frames.length], scale = canvas.height / 196;
   const place = (joint) => {
     const [x, y, z] = points.slice(3 * joint, 3 * joint + 3);
-    return [canvas.width / 2 + scale * (0.85 * x - 0.5 * y), canvas.height - scale * (z + 12)];
+    return [canvas.width / 2 + scale * (0.85 * x - 0.5 * y), canvas.height - scale * (z + 10)];
   };
   brush.clearRect(0, 0, canvas.width, canvas.height);
   brush.lineWidth = 4.5 * scale * 2;
@@ -87,10 +87,10 @@ export async function turningBody() {
   const canvas = find("body"), brush = canvas.getContext("2d"), { places, faces, share, colours } = data;
   const corners = places.length / 3, flat = new Float32Array(3 * corners);
   const paint = (angle) => {
-    const cos = Math.cos(angle), sin = Math.sin(angle), scale = canvas.height / 205;
+    const cos = Math.cos(angle), sin = Math.sin(angle), scale = canvas.height / 186;
     for (let n = 0; n < corners; n += 1) {
       const x = places[3 * n], y = places[3 * n + 1];
-      flat.set([canvas.width / 2 + scale * (x * cos - y * sin), canvas.height - scale * (places[3 * n + 2] + 14 - places.low), x * sin + y * cos], 3 * n);
+      flat.set([canvas.width / 2 + scale * (x * cos - y * sin), canvas.height - scale * (places[3 * n + 2] + 6 - places.low), x * sin + y * cos], 3 * n);
     }
     brush.clearRect(0, 0, canvas.width, canvas.height);
     const order = [];
