@@ -46,12 +46,17 @@ def picture(results: Path) -> dict[str, object]:
             {
                 "name": name,
                 "patch": products[name]["patch"],
-                "f1": round(products[name]["expected_f1_in_stream"], 2),
+                "f1": round(_f1(products[name]), 2),
             }
             for name in SHOWN
             if name in products
         ],
     }
+
+
+def _f1(product: dict[str, float]) -> float:
+    """The F1 that the report shows first: in a stream, where there was one."""
+    return product.get("expected_f1_in_stream", product["expected_f1"])
 
 
 def _normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
