@@ -409,6 +409,15 @@ def test_a_clip_shows_as_a_small_figure_and_copies_are_named(client, motions):
     assert client.get(f"{address}/figure", params={"file": "../../request"}).status_code == 404
 
 
+def test_a_clip_that_a_version_without_pictures_judged_gets_its_figure(client, motions, tmp_path):
+    address, _ = sent(client, {"slow/a.npz": motions[1]["slow/slow_0.npz"]})
+    judged(client, address)
+    (folder,) = tmp_path.glob("**/figures")
+    shutil.rmtree(folder)
+    assert client.get(f"{address}/figure", params={"file": "slow/a.npz"}).json()
+    assert [*folder.iterdir()]
+
+
 def test_openapi_describes_every_address(client):
     described = client.get("/api").json()["paths"]
     served = {

@@ -44,10 +44,11 @@ def server(tmp_path):
 
 
 @pytest.fixture
-def quiet(browser):
-    """The browser; at the end, nothing was refused by the page's policy and nothing failed."""
+def quiet(browser, server):  # noqa: ARG001
+    """The browser; at the end, while the server still serves, nothing was refused by the policy or failed."""
     browser.get_log("browser")
     yield browser
+    browser.get("about:blank")
     loud = [entry for entry in browser.get_log("browser") if entry["level"] == "SEVERE"]
     assert not loud, loud
 

@@ -186,8 +186,10 @@ class App:
 
     async def figure(self, request: Request) -> Response:
         """The small picture of a clip's motion."""
-        study = self._study(request)
-        path = study.figure_of(request.query_params.get("file", ""))
+        study, file = self._study(request), request.query_params.get("file", "")
+        path = study.figure_of(file)
+        if not path.is_file():
+            await self.work.draw(study, file)
         if not path.is_file():
             raise RefusedError(404, "There is no picture of it")
         return FileResponse(path, headers={"cache-control": "private, max-age=86400"})

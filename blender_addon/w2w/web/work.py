@@ -42,6 +42,8 @@ DAY_S = 86400
 LARGE = 5_000_000
 """Bytes from which on a file waits for other large ones, so that small ones never do."""
 
+CRASHED = "it is damaged, or far too long: the program that reads it crashed"
+
 KILLED = "The run was killed: there may be too little memory. Run again to go on."
 
 
@@ -295,17 +297,23 @@ class Work:
         while file := _unjudged(study):
             if files != (files := study.request()["files"]):
                 rates = await asyncio.to_thread(study.rates)
-            path = study.folder / INPUT / file
-            found = await self.readers.of(path).ask(judge, path, file, rates.get(file, 0.0))
-            if file in (request := study.request())["files"]:
-                facts = found or {
-                    "problem": "it is damaged, or far too long: the program that reads it crashed"
-                }
-                if "problem" in facts:
-                    facts["problem"] = study.shown(facts["problem"])
-                if shown := facts.pop("figure", None):
-                    study.keep_figure(file, shown)
-                study.change(judged={**request["judged"], file: facts})
+            await self._look(study, file, rates.get(file, 0.0))
+
+    async def draw(self, study: Study, file: str) -> None:
+        """Make the small picture of a clip that a version without pictures has judged."""
+        if "problem" not in study.request()["judged"].get(file, {"problem": ""}):
+            rates = await asyncio.to_thread(study.rates)
+            await self._look(study, file, rates.get(file, 0.0))
+
+    async def _look(self, study: Study, file: str, rate: float) -> None:
+        path = study.folder / INPUT / file
+        facts = await self.readers.of(path).ask(judge, path, file, rate) or {"problem": CRASHED}
+        if file in (request := study.request())["files"]:
+            if "problem" in facts:
+                facts["problem"] = study.shown(facts["problem"])
+            if shown := facts.pop("figure", None):
+                study.keep_figure(file, shown)
+            study.change(judged={**request["judged"], file: facts})
 
     async def _delete_old(self) -> None:
         """Delete what nobody looked at for long enough while the server ran: no clock that is set counts."""

@@ -69,12 +69,12 @@ function asked() {
 }
 
 async function again() {
-  const given = asked(), started = performance.now();
+  const given = asked();
   find("chosen").textContent = "Choosing …";
   try {
     const found = await send(here("/place"), given);
-    const set = found.worn_together, together = set && set.places.length > 1 ? ` Together: ${set.places.map((one) => one.product || one.name).join(", ")}, F1 ${set.expected_f1.toFixed(2)}.` : "";
-    find("chosen").textContent = `${found.answer.sentence}${together} (${((performance.now() - started) / 1000).toFixed(1)} s)`;
+    const set = found.worn_together;
+    find("chosen").textContent = `${found.answer.sentence}${set && set.places.length > 1 ? ` ${set.sentence}.` : ""}`;
     show(given);
   } catch (error) { find("chosen").textContent = ""; throw error; }
 }

@@ -105,11 +105,11 @@ function many() {
   find("many-count").textContent = `${count(picked.size, "clip")} picked`;
 }
 
-// The activities with their numbers of clips, each to be renamed.
+// The activities with their numbers of clips, each to be renamed: those of one clip in its row.
 function activities() {
   const counts = counted(), names = [...counts.keys()].sort();
   find("names").replaceChildren(...names.map((name) => make("option", "", { value: name })));
-  find("activities").replaceChildren(...names.map((name) => {
+  find("activities").replaceChildren(...names.filter((name) => counts.get(name) > 1).map((name) => {
     const label = make("label", count(counts.get(name), "clip")), input = make("input", "", { type: "text", list: "names", maxlength: 80, "aria-label": `New name of ${name}`, title: name });
     input.value = name;
     input.addEventListener("change", () => {
