@@ -8,6 +8,7 @@ from .study_library import library
 from .study_mixamo import mixamo
 from .study_need import need
 from .study_paper import paper
+from .study_prior import prior
 from .study_rehab import rehab
 from .study_repeatability import repeatability
 from .study_truth import truth
@@ -21,3 +22,4 @@ STUDY.command()(paper)
 STUDY.command()(repeatability)
 STUDY.command()(copies)
 STUDY.command()(need)
+STUDY.command()(prior)
