@@ -20,8 +20,8 @@ from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.costs import costs_at, does_as_well
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.advice import advise
-from w2w.core.selection.answer import best_single
 from w2w.core.selection.headline import more_clips
+from w2w.core.selection.scored import best_single
 from w2w.core.study.results import StudyResults
 from w2w.core.wording import capital
 from w2w.headless.app import APP

@@ -17,8 +17,9 @@ import pytest
 from w2w.core.colours import Scale
 from w2w.core.ranking.utility import CLASSIFIERS
 from w2w.core.selection import headline
-from w2w.core.selection.answer import ScoredMap, answer, best_single
+from w2w.core.selection.answer import answer
 from w2w.core.selection.headline import mean_caution, repeat_sentence, short
+from w2w.core.selection.scored import ScoredMap, best_single
 from w2w.scene.base.body import body_of
 from w2w.scene.base.patches import patch_empties
 from w2w.ui.jobs import jobs

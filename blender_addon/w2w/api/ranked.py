@@ -25,8 +25,10 @@ from ..core.patches.own_placements import shown_on
 from ..core.patches.patches import PatchSet
 from ..core.ranking.stream import Stream
 from ..core.ranking.utility import UtilityMap
-from ..core.selection.answer import Answer, PlaceScore, ScoredMap, answer, compare
+from ..core.selection.answer import Answer, answer
 from ..core.selection.headline import doubted, mean_title
+from ..core.selection.scored import PlaceScore, ScoredMap, compare
+from ..core.study.choosing import scored_map
 from ..core.study.config import StudyConfig
 from ..core.study.ranking import LabelledClip, WindowLabels
 from ..core.windows.inputs import PatchBlocks
@@ -128,7 +130,7 @@ class Ranked:
 
     @cached_property
     def _scored(self) -> ScoredMap:
-        return ScoredMap(self.utility, self.patches, self.body, stream=self.stream)
+        return scored_map(self.utility, self.patches, self.body, self.config, self.stream)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -84,7 +84,7 @@ class Ranking(Ranked):
             for score in self.answer.products
             for f1 in [score.in_stream or score.cut_out]
         ]
-        about = self.answer.measured(), self.answer.lead()
+        about = self.answer.detail().removesuffix("."), self.answer.measured()
         said = [*(f"{text}." for text in about if text), *(each.sentence() for each in self.cautions)]
         parts = [
             f"<p><b>{escape(self.answer.sentence())}</b></p>",

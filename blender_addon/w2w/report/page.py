@@ -14,6 +14,7 @@ from markupsafe import Markup
 from ..core.body.body import Body
 from ..core.colours import colour_table
 from ..core.findings import notes
+from ..core.findings.cautions import OPEN
 from ..core.findings.summary import MOST_REGIONS, best_regions
 from ..core.imu.wearing import wearing_sentences
 from ..core.patches.body_parts import PRODUCT_NAMED, PRODUCTS
@@ -23,7 +24,7 @@ from ..core.ranking.costs import costs_at, does_as_well
 from ..core.ranking.utility import UtilityMap
 from ..core.selection import headline
 from ..core.selection.advice import Advice
-from ..core.selection.answer import product_places
+from ..core.selection.scored import product_places
 from ..core.study.clip_list import is_used, read_clip_list
 from ..core.study.config import StudyConfig
 from ..core.study.results import StudyResults
@@ -132,6 +133,7 @@ def worn_page(
 
 def _environment() -> Environment:
     environment = Environment(loader=FileSystemLoader(PAGE), autoescape=True, undefined=StrictUndefined)
+    environment.globals["open_cautions"] = OPEN
     environment.filters |= {"f1": "{:.2f}".format, "title": title, "capital": capital}
     return environment
 

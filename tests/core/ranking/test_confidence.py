@@ -10,7 +10,7 @@ from scipy.stats import binom, norm
 from w2w.core.ranking.f1 import score_patches
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.selection.answer import best_single
+from w2w.core.selection.scored import best_single
 
 from ...rings import by_day
 

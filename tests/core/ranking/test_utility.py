@@ -10,7 +10,7 @@ from sklearn.metrics import f1_score
 from w2w.core.colours import LEAST_SPAN
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.selection.answer import best_single
+from w2w.core.selection.scored import best_single
 
 ACTIVITIES = ("bow", "jump", "run", "walk")
 

@@ -15,8 +15,8 @@ from w2w.core.ranking.weights import (
     mean_over,
     read_weights,
 )
-from w2w.core.selection.answer import best_single
 from w2w.core.selection.headline import mean_sentence, mean_title
+from w2w.core.selection.scored import best_single
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import LabelledClip, WindowLabels
 from w2w_studies.placements.comparison import compare_patches

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from w2w.core.patches.body_parts import PRODUCTS, segment
-from w2w.core.selection.answer import ScoredMap, answer, compare, compared, product_patches, product_places
+from w2w.core.selection.answer import answer, compared
 from w2w.core.selection.headline import short
+from w2w.core.selection.scored import ScoredMap, compare, product_patches, product_places
 
 from . import made_map
 

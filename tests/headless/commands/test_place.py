@@ -16,8 +16,9 @@ from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.costs import does_as_well
 from w2w.core.ranking.turned import TURNS
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.selection.answer import ScoredMap, answer
+from w2w.core.selection.answer import answer
 from w2w.core.selection.constraints import Constraints
+from w2w.core.selection.scored import ScoredMap
 from w2w.core.study.choosing import stream_in
 from w2w.core.study.results import StudyResults
 from w2w.headless.runs.folder import only_run

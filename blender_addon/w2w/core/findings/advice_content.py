@@ -13,10 +13,11 @@ from ..ranking.costs import Cost
 from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
-from ..selection.answer import Answer, PlaceScore
+from ..selection.answer import Answer
 from ..selection.headline import mean_sentence, more_clips, repeat_sentence
 from ..selection.joint import WornSet
 from ..selection.promise import Promise
+from ..selection.scored import PlaceScore
 from ..study.needs import Loss, Need
 from ..study.variants import ALONE, KNOBS
 
@@ -49,7 +50,8 @@ def answer_content(answer: Answer, patches: PatchSet) -> dict[str, Any]:
     """Where to wear one sensor, in a sentence and by products."""
     return {
         "sentence": answer.sentence(),
-        "lead": answer.lead(),
+        "detail": answer.detail(),
+        **habit_content(answer),
         "chance": round(answer.chance, 3),
         "patch": answer.patch,
         "name": patches.names[answer.patch],
@@ -61,6 +63,18 @@ def answer_content(answer: Answer, patches: PatchSet) -> dict[str, Any]:
         "costs_are_against": list(answer.base.under),
         "compared_with": [score.name for score in answer.others],
         "products": [place_content(score, patches) for score in answer.products],
+    }
+
+
+def habit_content(answer: Answer) -> dict[str, Any]:
+    """What people wear anyway, and what the answer can be counted on to gain over it; nothing without one."""
+    if answer.habit is None or answer.gain is None:
+        return {}
+    return {
+        "habit": answer.habit.name,
+        **interval_content("gain", *answer.gain[:3]),
+        "gain_probability": None if answer.keeps else round(answer.gain.chance, 3),
+        "gain_shown": answer.gain_shown,
     }
 
 

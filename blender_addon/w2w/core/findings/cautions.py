@@ -24,6 +24,9 @@ from .sources import origin_of, source_caution
 STOPS, WEAKENS, KNOW = "stops the answer", "weakens the answer", "good to know"
 """Weights of a caution, the heaviest first."""
 
+OPEN = 2
+"""Cautions beside an answer, the heaviest; the rest is folded."""
+
 LONG_WINDOW = 1.5
 """Windows longer than so many median clips are cautioned against: in use they hold more than one activity."""
 

@@ -84,6 +84,17 @@ PRODUCT_NAMED: dict[str, Product] = {
 }
 """Usual products by every word for them: "smartwatch", "pendant", "insole"."""
 
+HABIT = "belt clip"
+"""The product that stands for what people wear anyway."""
+
+
+def product_called(word: str) -> Product:
+    """The product of a name or another word for it; ValueError if there is none."""
+    product = PRODUCT_NAMED.get(plain_words(word)) if isinstance(word, str) else None
+    if product is None:
+        raise ValueError(f"no product is called {word!r}: there are {', '.join(PRODUCTS)}")
+    return product
+
 
 _REGIONS: dict[str, list[str]] = template("regions.json")["parts"]
 

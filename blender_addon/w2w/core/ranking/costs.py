@@ -18,6 +18,22 @@ EQUAL = 0.0025
 DOES_AS_WELL = "does as well"
 """The verdict on such a place."""
 
+MAY_COST = "may cost"
+"""The verdict on a place of which these clips cannot show that it costs."""
+
+
+DOUBTFUL = 1.4
+"""Factor on errors between people, and of few clips: halves of those show too little of them."""
+
+UNHALVED = 0.1
+"""Error of a difference of two places where too few clips can be halved: found on drawn libraries."""
+
+DISCOUNT = {False: 0.1, True: 1.0}
+"""What a lead is discounted by, in its error's variance, if the map is doubtful or not.
+
+The higher of two places is so in part by luck (docs/evidence/habit.md).
+"""
+
 
 class Cost(NamedTuple):
     """Expected F1 that a sensor loses at one place against another, on other clips."""
@@ -25,16 +41,34 @@ class Cost(NamedTuple):
     expected: float
     low: float  # bounds of what as many other clips show
     high: float
-    may: bool  # it costs more than `AS_GOOD`, but these clips cannot show that
 
     @property
     def as_good(self) -> bool:
         """Whether the place does as well."""
         return bool(does_as_well(self.expected))
 
+    @property
+    def may(self) -> bool:
+        """Whether it is expected to cost more than `AS_GOOD`, and these clips cannot show that it costs."""
+        return not self.as_good and self.low <= 0
+
     def verdict(self) -> str:
         """Whether it does as well, in words; "" if it is shown that it does not."""
-        return DOES_AS_WELL if self.as_good else "may do as well" if self.may else ""
+        return DOES_AS_WELL if self.as_good else MAY_COST if self.may else ""
+
+
+class Gain(NamedTuple):
+    """F1 on other clips that a place can be counted on to gain over another that was not chosen by them."""
+
+    expected: float
+    low: float
+    high: float
+    chance: float  # that it gains at all
+
+    @property
+    def shown(self) -> bool:
+        """Whether its interval is above zero."""
+        return self.low > 0
 
 
 def as_shown(f1: Any) -> Any:
@@ -59,12 +93,28 @@ def cost(utility: UtilityMap, base: Sequence[int], place: Sequence[int]) -> Cost
     which halves of the clips show for these two places and for any two: few halvings tell little of one pair.
     """
     base, place = list(base), list(place)
-    expected = float(costs_at(utility, base)[place].mean())
-    reach = 0.0 if base == place else 1.0
+    return judged(float(costs_at(utility, base)[place].mean()), _reach(utility, base, place))
+
+
+def gain(utility: UtilityMap, place: Sequence[int], other: Sequence[int]) -> Gain:
+    """What a place chosen by these clips gains over another, discounted by its luck with them."""
+    lead, reach = cost(utility, place, other).expected, _reach(utility, list(place), list(other))
+    error = reach / scipy.special.ndtri((1 + utility.level) / 2)
+    noise = DISCOUNT[utility.doubtful] * error**2
+    counted = lead**3 / (lead**2 + noise) if lead else 0.0
+    chance = float(scipy.special.ndtr(counted / error)) if error else float(lead > 0)
+    return Gain(counted, max(counted - reach, -1.0), min(counted + reach, 1.0), chance)
+
+
+def _reach(utility: UtilityMap, base: list[int], place: list[int]) -> float:
+    """Half of the interval of the difference of two places."""
+    if base == place:
+        return 0.0
+    reach = reach_of(np.array([UNHALVED]), UNHALVED**2, utility.level)
     if utility.halved:
         of_pair = utility.errors[:, base].mean(axis=1) - utility.errors[:, place].mean(axis=1)
         reach = reach_of(of_pair, 2 * np.square(utility.errors).mean(), utility.level)
-    return judged(expected, reach, utility.same(base, place))
+    return reach * DOUBTFUL if utility.doubtful else reach
 
 
 def reach_of(of_pair: np.ndarray, of_any: float, level: float) -> float:
@@ -73,7 +123,6 @@ def reach_of(of_pair: np.ndarray, of_any: float, level: float) -> float:
     return float(scipy.special.ndtri((1 + level) / 2) * np.sqrt(variance))
 
 
-def judged(expected: float, reach: float, same: bool) -> Cost:
-    """The cost with its interval; `same` is whether the same clips resampled may show no difference."""
-    may = not does_as_well(expected) and same
-    return Cost(expected, max(expected - reach, -1.0), min(expected + reach, 1.0), may)
+def judged(expected: float, reach: float) -> Cost:
+    """The cost with its interval."""
+    return Cost(expected, max(expected - reach, -1.0), min(expected + reach, 1.0))

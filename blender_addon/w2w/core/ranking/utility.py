@@ -2,7 +2,7 @@
 """The utility map: cross-validated F1 of every patch and activity, and how sure it is."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from importlib.metadata import EntryPoint, entry_points
@@ -18,7 +18,7 @@ from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks
 from .classifiers.estimator import own
 from .classifiers.ridge import Ridge
 from .expected import HALF, SURE, expect
-from .f1 import TASK_PATCHES, Spread, TrialScores, confusion_of, score_patches, try_patches
+from .f1 import FEWEST_CLIPS, TASK_PATCHES, Spread, TrialScores, confusion_of, score_patches, try_patches
 from .folds import SUBJECT_OUT
 from .halves import HALVINGS, CrossValidation, TrialPlan, maps_of
 from .pooling import Pooling
@@ -172,18 +172,20 @@ class UtilityMap:
         deviations = scipy.special.ndtri(np.clip(self.beats_average, ROUNDING, 1 - ROUNDING))
         return float(scipy.special.ndtr(deviations * lead / best))
 
-    def same(self, first: Sequence[int], second: Sequence[int]) -> bool:
-        """Whether the bootstrap interval of the difference in macro F1 of two places holds zero.
-
-        A place is the patches that a sensor moves over. Both see the same resampled clips.
-        """
-        of_place = (self.mean_samples[:, place].mean(axis=1) for place in (first, second))
-        return holds_zero(np.subtract(*of_place), self.level)
-
     @property
     def by_subject(self) -> bool:
         """Whether subjects were left out, so that the map is about other people."""
         return self.protocol.startswith(SUBJECT_OUT)
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether halves say too little of errors: of people, or with few clips of most activities."""
+        return self.by_subject or self.few or not self.halved
+
+    @property
+    def few(self) -> bool:
+        """Whether the library is small: half of the activities have too few clips for an interval."""
+        return float(np.median(self.tested_clips())) < FEWEST_CLIPS
 
     @property
     def colour_span(self) -> float:
@@ -216,12 +218,6 @@ class UtilityMap:
         content["activities"] = tuple(content["activities"].tolist())
         content["left_out"] = json.loads(content["left_out"])
         return cls(**content)
-
-
-def holds_zero(differences: np.ndarray, level: float = LEVEL) -> bool:
-    """Whether the interval of differences between two, both by the same resampled clips (B,), holds zero."""
-    low, high = np.quantile(differences, [(1 - level) / 2, (1 + level) / 2])
-    return bool(low <= 0 <= high)
 
 
 def utility_map(

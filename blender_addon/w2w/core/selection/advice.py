@@ -7,15 +7,13 @@ import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 
-from ..body.body import Body
 from ..patches.card import Card, card
-from ..patches.patches import PatchSet
-from ..ranking.stream import Stream
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import mean_over
-from .answer import Answer, ScoredMap, answer, product_patches
+from .answer import Answer, answer
 from .constraints import Constraints, Terms
 from .joint import WORTH, WornSet, choose_together
+from .scored import ScoredMap, product_patches
 from .set_tests import SetTests
 
 WINDOWS_AT_ONCE = 4096
@@ -85,31 +83,36 @@ class Advice:
 
 
 def advise(
-    utility: UtilityMap,
-    patches: PatchSet,
-    body: Body | None,
+    scored: ScoredMap,
     tests: SetTests | None,
     target: float = 0.9,
     every_activity: float = 0.0,
     max_places: int | None = None,
     constraints: Constraints | None = None,
-    stream: Stream | None = None,
 ) -> Advice:
     """Choose patches from a finished ranking: sets by their `tests`, else the best spot alone.
 
-    `body` is that of the patches. `target`, `every_activity` and `stream` are as for `choose_together`.
-    Sets are chosen among the places of usual products unless a constraint says which patches to use. A
-    ValueError says which constraints cannot be met.
+    `target` and `every_activity` are as for `choose_together`. Sets are chosen among the places of usual
+    products unless a constraint says which patches to use. A ValueError says which constraints cannot be met.
     """
-    constraints = constraints or Constraints()
+    constraints, utility, patches, body = (
+        constraints or Constraints(),
+        scored.utility,
+        scored.patches,
+        scored.body,
+    )
     terms = constraints.terms(patches, max_places)
-    scored = ScoredMap(utility, patches, body, terms.allowed, stream)
+    scored = replace(scored, limits=terms.allowed)
     to_one, products = answer(scored), product_patches(patches, body)
     worn: WornSet | None = None
     swaps: tuple[np.ndarray, ...] = ()
     if tests:
         among = _at_products(terms, products, constraints)
-        worn = choose_together(tests, utility.expected, among, target, every_activity, stream)
+        first = scored.leaned.expected_mean.copy()
+        first[to_one.patch] += 1  # sets begin with the answer
+        worn = choose_together(
+            tests, scored.leaned.expected, among, target, every_activity, scored.stream, first
+        )
         swaps = interchangeable(tests, worn, among, utility)
     recommended = dict.fromkeys([to_one.patch, *(worn.order if worn else ())])
     clusters = redundancy_clusters(utility.predictions, len(utility.activities))

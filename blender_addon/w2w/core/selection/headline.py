@@ -3,14 +3,26 @@
 
 import numpy as np
 
+from ..ranking.costs import as_shown
 from ..ranking.expected import LIKELY, WANTED, clips_needed
 from ..ranking.f1 import FEWEST_CLIPS
+from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import alike
 from ..wording import count
 
 WORN = {True: ".11 lower to .26 higher", False: ".19 lower to .25 higher"}
 """Range of measured against expected F1 on worn sensors of four data sets, by leaving subjects out or not."""
+
+ODDS = {
+    "1 in 2": 1 / 2,
+    "3 in 5": 3 / 5,
+    "2 in 3": 2 / 3,
+    "3 in 4": 3 / 4,
+    "4 in 5": 4 / 5,
+    "9 in 10": 9 / 10,
+}
+"""Chances as people say them."""
 
 FAR = 10.0
 """Factor on the number of clips above which a prediction would be a guess."""
@@ -104,6 +116,22 @@ def mean_caution(utility: UtilityMap) -> str:
 def per_cent(chance: float) -> str:
     """A chance in per cent, never certain."""
     return f"{min(round(100 * chance), 99)} %"
+
+
+def odds(chance: float) -> str:
+    """A chance as people say it: "2 in 3"."""
+    return min(ODDS, key=lambda n_of_m: abs(chance - ODDS[n_of_m]))
+
+
+def tenths(f1: float) -> int:
+    """How many moments of ten that is, for people: F1 is near the share that is recognised."""
+    return int(np.floor(10 * as_shown(f1) + 0.5))
+
+
+def moments(f1: ExpectedF1, interval: bool = True) -> str:
+    """What an F1 means for people, with its interval if it is known and is wider than a tenth."""
+    text, low, high = f"about {tenths(f1.mean)} of 10 moments right", tenths(f1.low), tenths(f1.high)
+    return f"{text}, between {low} and {high}" if interval and low < high else text
 
 
 def short(value: float) -> str:

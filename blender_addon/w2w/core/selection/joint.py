@@ -154,11 +154,12 @@ class _Search:
         expected: Sequence[np.ndarray],
         terms: Terms,
         worst: bool,
-        stream: Stream | None = None,
+        stream: Stream | None,
+        first: np.ndarray,
     ) -> None:
-        self._grown, self._expected = GrownSet(tests.whole, terms, expected[0], worst), expected
+        self._grown, self._expected = GrownSet(tests.whole, terms, first, worst), expected
         self._promises, self._choose, self._stream = Promises(tests, terms), ByHalves(worst), stream
-        self._free = terms.unwished and _search(tests, expected, terms.unwished, worst, stream)
+        self._free = terms.unwished and _search(tests, expected, terms.unwished, worst, stream, first)
         self._found: dict[int, tuple[tuple[int, ...], tuple[Promise, Promise]]] = {}
 
     def up_to(self, size: int) -> tuple[tuple[int, ...], tuple[Promise, Promise]]:
@@ -179,15 +180,20 @@ class _Search:
 
 
 def _search(
-    tests: SetTests, expected: Sequence[np.ndarray], terms: Terms, worst: bool, stream: Stream | None
+    tests: SetTests,
+    expected: Sequence[np.ndarray],
+    terms: Terms,
+    worst: bool,
+    stream: Stream | None,
+    first: np.ndarray,
 ) -> _Search:
     """A search; one without wishes is kept with its tests, as the next wishes are held against it, too."""
     if terms.unwished:
-        return _Search(tests, expected, terms, worst, stream)
-    arrays = expected[0], terms.allowed, terms.cost, *terms.required
+        return _Search(tests, expected, terms, worst, stream, first)
+    arrays = expected[0], first, terms.allowed, terms.cost, *terms.required
     key = *(array.tobytes() for array in arrays), terms.max_size, worst, stream
     if key not in tests.searches:
-        tests.searches[key] = _Search(tests, expected, terms, worst, stream)
+        tests.searches[key] = _Search(tests, expected, terms, worst, stream, first)
     return tests.searches[key]
 
 
@@ -204,13 +210,16 @@ def choose_together(
     target: float = 0.9,
     every_activity: float = 0.0,
     stream: Stream | None = None,
+    first: np.ndarray | None = None,
 ) -> WornSet:
     """Choose the smallest set that reaches the target, or the one beyond which no sensor is worth it.
 
-    The first patch is chosen by `expected`, the macro F1 (N,) of each patch alone and the bounds of its
-    interval. In a `stream`, its F1 must reach the target; else that on clips cut out.
+    `expected` is the macro F1 (N,) of each patch alone and the bounds of its interval; the first patch is
+    that of the highest, or of the highest of `first` (N,). In a `stream`, its F1 must reach the target; else
+    that on clips cut out.
     """
-    search = _search(tests, expected, terms, every_activity > 0, stream)
+    best_alone = expected[0] if first is None else first
+    search = _search(tests, expected, terms, every_activity > 0, stream, best_alone)
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
         order, (cut_out, promise) = search.up_to(size)
         lowest = promise.f1[:, tests.weights > 0].min(axis=1)

@@ -16,7 +16,8 @@ from ..ranking.turned import may_turn
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import counting, weights_of
 from ..selection.advice import Advice, advise
-from ..selection.answer import PlaceScore, ScoredMap, compare
+from ..selection.prior import GENERAL
+from ..selection.scored import PlaceScore, ScoredMap, compare
 from ..selection.set_tests import SetTests
 from ..threads import for_each
 from ..windows.windows import cut_windows
@@ -72,15 +73,27 @@ def choose_to_wear(
     The config is the run's, or has another target and other constraints; ValueError if they cannot be met.
     """
     return advise(
-        utility, patches, body, tests, target=config.target, every_activity=config.every_activity,
-        max_places=config.max_places, constraints=config.constraints, stream=stream,
+        scored_map(utility, patches, body, config, stream), tests, target=config.target,
+        every_activity=config.every_activity, max_places=config.max_places, constraints=config.constraints,
     )  # fmt: skip
+
+
+def scored_map(
+    utility: UtilityMap,
+    patches: PatchSet,
+    body: Body | None,
+    config: StudyConfig,
+    stream: Stream | None = None,
+) -> ScoredMap:
+    """The map with its products, under the config's constraints; ValueError if they cannot be met."""
+    allowed = config.constraints.terms(patches).allowed
+    general = GENERAL if config.prior else {}
+    return ScoredMap(utility, patches, body, allowed, stream, config.habit, general)
 
 
 def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:
     """One sensor on products and at places by name, best first; ValueError for an unknown name."""
-    allowed = study.config().constraints.terms(study.patches).allowed
-    return compare(ScoredMap(study.utility, study.patches, study.body(), allowed), words)
+    return compare(scored_map(study.utility, study.patches, study.body(), study.config()), words)
 
 
 def needed(study: StudyResults, words: Sequence[str] = ()) -> list[Need]:

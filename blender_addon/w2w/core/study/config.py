@@ -14,6 +14,7 @@ from ..imu.presets import DEFAULT_SENSOR, preset
 from ..imu.sensor import SensorModel
 from ..imu.synthesis import Synthesis
 from ..parameters import parameter, parameters_of, read_record
+from ..patches.body_parts import HABIT, product_called
 from ..patches.patches import DEFAULT_PATCHES
 from ..ranking.utility import inputs_of
 from ..selection.constraints import Constraints
@@ -112,6 +113,16 @@ class StudyConfig:
         None, "Maximum number of sensors.", title="At Most", least=1, stage="choice", web=True, panel="choice"
     )
     constraints: Constraints = field(default_factory=Constraints)
+    habit: str = parameter(
+        HABIT,
+        "Product that people wear anyway: the answer keeps it unless another does better.",
+        title="Habit", stage="choice", web=True, panel="choice",
+    )  # fmt: skip
+    prior: bool = parameter(
+        True,
+        "Let the choice lean on what is generally good in other libraries; the map is these clips' own.",
+        title="Lean on Other Libraries", group=RANKING, stage="choice", panel="choice",
+    )  # fmt: skip
     seed: int = parameter(
         0,
         "Random seed: every random draw comes from it.",
@@ -125,6 +136,7 @@ class StudyConfig:
         for name, weight in self.weights:
             if not (isinstance(weight, Real) and np.isfinite(weight) and weight >= 0):
                 raise ValueError(f"the weight of {name!r} must be 0 or more, not {weight}")
+        product_called(self.habit)
         if self.further.features and inputs_of(self.classifier) == "windows":
             names = ", ".join(self.further.features)
             raise ValueError(f"{self.classifier} learns from acc and gyr alone, not from {names}")

@@ -18,9 +18,9 @@ from ..imu.recording import ImuRecording
 from ..imu.virtual import record_motion
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.costs import Cost, as_shown, judged, reach_of
-from ..ranking.f1 import score_patches, try_patches
+from ..ranking.f1 import try_patches
 from ..ranking.halves import Plan, maps_of
-from ..ranking.utility import LEVEL, holds_zero
+from ..ranking.utility import LEVEL
 from ..ranking.weights import known_mean
 from ..selection.headline import short
 from ..threads import unthreaded_products
@@ -34,9 +34,6 @@ from .ranking import LabelledClip, WindowLabels
 from .results import StudyResults
 from .signals import measured
 from .variants import ALONE, FORCE_RANGE, KNOBS, RATE, TURN_RANGE, Variant, at_rate, own_rate, variants
-
-RESAMPLES = 500
-"""Bootstrap resamples of the clips."""
 
 PARTS = 3
 """Real parts that are named."""
@@ -143,7 +140,6 @@ class _Tried(NamedTuple):
 
     trials: np.ndarray  # (trials,)
     plan: Plan
-    samples: np.ndarray  # (B,): of resampled clips
     by_luck: float  # chance that guesses as frequent as the predictions name as many clips right
 
     @property
@@ -212,7 +208,7 @@ class Place:
         errors, losses = np.array([usual.errors(one) for one in tried]), []
         for variant, one, of_pair in zip(others, tried, errors, strict=True):
             reach = reach_of(of_pair, np.square(errors).mean(), LEVEL) if errors.size else 1.0
-            cost = judged(usual.f1 - one.f1, reach, holds_zero(usual.samples - one.samples))
+            cost = judged(usual.f1 - one.f1, reach)
             losses.append(Loss(variant.knob, variant.value, variant.name, one.f1, cost))
         return tuple(losses)
 
@@ -230,10 +226,9 @@ class Place:
         truth, predicted = trial.labels[trial.is_test], tried.predictions
         n, weights = len(trial.activities), trial.weights
         clip = labels.motion[trial.used[trial.is_test]]
-        boot = score_patches(truth, predicted, clip, n, RESAMPLES, LEVEL, config.seed, weights)[1]
         shares = [np.bincount(of, minlength=n) / len(truth) for of in (truth, predicted[:, 0])]
         of_clip = np.unique(clip, return_inverse=True)[1]
         right = np.bincount(of_clip, predicted[:, 0] == truth) / np.bincount(of_clip)
         luck = scipy.special.bdtrc(np.floor(right.sum()) - 1, len(right), shares[0] @ shares[1])
         by_trial = known_mean(tried.f1[:, :, 0], weights)
-        return _Tried(by_trial, trial.plan, boot.mean_samples[:, 0], float(luck))
+        return _Tried(by_trial, trial.plan, float(luck))

@@ -21,7 +21,7 @@ from ..ranking.same_motion import same_motion_groups
 from ..ranking.stream import Stream
 from ..ranking.utility import UtilityMap, utility_map
 from ..ranking.weights import counting
-from ..selection.answer import product_patches
+from ..selection.scored import product_patches
 from ..selection.set_tests import SetTests
 from ..threads import for_each
 from ..windows.inputs import PatchBlocks

@@ -9,14 +9,14 @@ from rich.table import Table
 
 from ...core.findings import notes
 from ...core.findings.advice_content import called, next_worn
-from ...core.findings.cautions import KNOW, STOPS, WEAKENS, Caution
+from ...core.findings.cautions import KNOW, OPEN, STOPS, WEAKENS, Caution
 from ...core.findings.summary import best_regions, own_scores, study_counts
 from ...core.library.library import Library
 from ...core.patches.patches import PatchSet
 from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
 from ...core.selection.advice import Advice
-from ...core.selection.answer import PlaceScore
+from ...core.selection.scored import PlaceScore
 from ...core.study.results import ClipResult, Study, StudyResults
 from ...core.wording import capital, listed
 from ...report.page import REPORT
@@ -82,9 +82,11 @@ def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console
 
 
 def show_cautions(cautions: Sequence[Caution], console: Console) -> None:
-    """Print what speaks against the answer."""
-    for caution in cautions:
+    """Print what speaks against the answer, the heaviest first."""
+    for caution in cautions[:OPEN]:
         console.print(caution.sentence(), style=STYLES[caution.weight], markup=False)
+    if more := cautions[OPEN:]:
+        console.print(f"{len(more)} more to know: see summary.json or the report.")
 
 
 def _show_regions(results: StudyResults, advice: Advice, console: Console) -> None:
@@ -132,9 +134,9 @@ def show_comparison(comparison: dict[str, Any], console: Console) -> None:
 def show_answer(advice: Advice, utility: UtilityMap, console: Console, simulated: bool = True) -> None:
     """Print where to wear one sensor, on which products, and how sure that is."""
     console.print(f"\n{advice.answer.sentence()}", style="bold")
-    _say(advice.answer.lead(), console, "")
+    _say(advice.answer.detail().removesuffix("."), console, "")
     _say(advice.answer.measured(), console, "")
-    show_places(advice.answer.products[:LISTED], console)
+    show_places(advice.answer.products[:LISTED], console, "recommended" if advice.answer.differs else "")
     _say(headline.mean_sentence(utility), console, "")
     _say(headline.repeat_sentence(utility, simulated), console, "")
 
@@ -143,8 +145,8 @@ def _with_interval(value: float, low: float, high: float) -> str:
     return f"{headline.short(value)} ({headline.short(low)} to {headline.short(high)})"
 
 
-def show_places(scores: Sequence[PlaceScore], console: Console) -> None:
-    """Print one sensor on each of some products, or at places by name."""
+def show_places(scores: Sequence[PlaceScore], console: Console, first: str = "recommended") -> None:
+    """Print one sensor on each of some products, or at places by name; `first` is said of the best."""
     if not scores:
         return
     f1 = "F1 in a stream" if scores[0].in_stream else "F1 cut out"
@@ -155,7 +157,7 @@ def show_places(scores: Sequence[PlaceScore], console: Console) -> None:
             f"{score.side} {score.name}".strip(),
             _with_interval(*(score.in_stream or score.cut_out)),
             _with_interval(max(score.cost.expected, 0.0), *score.cost[1:3]) if apart else "",
-            score.cost.verdict() if apart else "recommended",
+            score.cost.verdict() if apart else first,
         )
     console.print(table)
 

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.colours import Scale
 from ...core.files import folder_beside
-from ...core.selection.answer import best_single
 from ...core.selection.headline import doubted, mean_title
+from ...core.selection.scored import best_single
 from ...core.study.results import StudyResults
 from ...core.wording import capital, count
 from ...scene.base.output import output_to

@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ...core.findings.cautions import KNOW, STOPS, WEAKENS
+from ...core.findings.cautions import OPEN, STOPS
 from ...core.ranking.costs import DOES_AS_WELL
 from ...core.selection.headline import short
 from ...core.wording import capital
@@ -53,10 +53,10 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
         elif found:
             draw_products(layout, found)
             draw_note(layout, context, "F1 expected on other clips, cut out")
-        for caution in lists.cautions_of(body.w2w):
+        for caution in lists.cautions_of(body.w2w)[:OPEN]:
             if caution.weight == STOPS:
                 draw_warning(self.layout, context, caution.sentence())
-            elif caution.weight == WEAKENS:
+            else:
                 draw_text(layout, context, caution.sentence())
 
 
@@ -83,7 +83,7 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
         layout = self.column(context)
-        known = [each.sentence() for each in lists.cautions_of(body.w2w) if each.weight == KNOW]
+        known = [each.sentence() for each in lists.cautions_of(body.w2w)[OPEN:]]
         for sentence in (*findings(body.w2w, state.ranking_of(body)), *known):
             draw_text(layout, context, sentence)
 

@@ -12,7 +12,9 @@ from ...core.findings.advice_content import answer_content, place_content
 from ...core.findings.cautions import cautions
 from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
-from ...core.selection.answer import ScoredMap, answer, compare
+from ...core.selection.answer import answer
+from ...core.selection.scored import compare
+from ...core.study.choosing import scored_map
 from ...core.study.ranking import LabelledClip
 from ...core.wording import capital
 from ...scene import heatmap
@@ -74,8 +76,8 @@ def findings(study: bpy.types.PropertyGroup, utility: UtilityMap) -> list[str]:
     if not counting.is_as_ranked(study, utility):
         return ["Intervals are of all activities alone."]
     answer = lists.answer_of(study)
-    said = (answer.get(name, "") for name in ("measured", "lead"))
-    sentences = (headline.mean_sentence(utility), *said, headline.repeat_sentence(utility))
+    said = (answer.get(name, "").removesuffix(".") for name in ("detail", "measured"))
+    sentences = (*said, headline.mean_sentence(utility), headline.repeat_sentence(utility))
     return [f"{sentence}." for sentence in sentences if sentence]
 
 
@@ -171,7 +173,7 @@ def choose(body: bpy.types.Object) -> None:
     list_regions(body, terms.allowed)
     mean = scores.expected_mean(study, utility)
     if counting.is_as_ranked(study, utility):
-        found = answer(ScoredMap(utility, patches, state.body_as_run(body), terms.allowed))
+        found = answer(scored_map(utility, patches, state.body_as_run(body), config))
         lists.keep_answer(study, answer_content(found, patches))
         patch = found.patch
     else:
@@ -190,8 +192,8 @@ def compare_places(body: bpy.types.Object) -> None:
     words = [word.strip() for word in study.compare.split(",") if word.strip()]
     try:
         utility, patches, config = state.ranking_of(body), state.placed_patches(body), state.config_of(study)
-        allowed = config.constraints.terms(patches, config.max_places).allowed
-        found = compare(ScoredMap(utility, patches, state.body_as_run(body), allowed), words) if words else ()
+        scored = scored_map(utility, patches, state.body_as_run(body), config)
+        found = compare(scored, words) if words else ()
     except ValueError as error:
         study.compared_text = json.dumps(f"{capital(error)}.")
     else:

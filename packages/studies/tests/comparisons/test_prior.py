@@ -8,8 +8,8 @@ import pytest
 
 from w2w.core.body.body import template
 from w2w.core.patches.body_parts import ALL
-from w2w.studies.comparisons import prior
-from w2w.studies.comparisons.prior import finished_runs, general, mean_of, of_library
+from w2w_studies.comparisons import prior
+from w2w_studies.comparisons.prior import finished_runs, general, mean_of, of_library
 
 
 def study(regions: list[str], f1: list[float]) -> SimpleNamespace:

@@ -14,7 +14,7 @@ from w2w.core.body.body import Body
 from w2w.core.colours import Scale
 from w2w.core.library.library import Library, read_library
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.selection.answer import best_single
+from w2w.core.selection.scored import best_single
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.results import StudyResults
 from w2w.headless.commands.execute import check_folder, execute, refused

@@ -11,7 +11,7 @@ from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.halves import deal_halves
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.selection.answer import ScoredMap
+from w2w.core.selection.scored import ScoredMap
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import WindowLabels
 from w2w.core.windows.inputs import PatchBlocks, SomeWindows

@@ -45,6 +45,8 @@ def compare_maps(usual: UtilityMap, other: UtilityMap, seed: int = 0) -> Shift:
         low, high = np.nanquantile(spearman_rows(usual.mean_samples, other.mean_samples), tail)
         difference = other.mean_samples.mean(axis=1) - usual.mean_samples.mean(axis=1)
         gain_low, gain_high = np.quantile(difference, tail)
+    lead = other.mean_samples[:, other.mean.argmax()] - other.mean_samples[:, usual.mean.argmax()]
+    least, most = np.quantile(lead, [(1 - usual.level) / 2, (1 + usual.level) / 2])
     return Shift(
         rho=agreement.spearman,
         low=float(low),
@@ -52,7 +54,7 @@ def compare_maps(usual: UtilityMap, other: UtilityMap, seed: int = 0) -> Shift:
         gain=gain,
         gain_low=float(gain_low),
         gain_high=float(gain_high),
-        best_holds=other.same([int(other.mean.argmax())], [int(usual.mean.argmax())]),
+        best_holds=bool(least <= 0 <= most),
         risen=np.flatnonzero(other.rank_high < usual.rank_low),
         fallen=np.flatnonzero(other.rank_low > usual.rank_high),
     )
