@@ -98,11 +98,11 @@ def test_the_answer_goes_by_its_f1_in_a_stream(ranking):
     found = ranking.answer
     assert found.in_stream.low <= found.in_stream.mean <= found.in_stream.high
     assert found.in_stream.mean < found.expected
-    assert f"F1 {short(found.in_stream.mean)} in a stream (" in found.sentence()
-    assert f"On clips cut out F1 is {short(found.expected)}" in found.measured()
+    assert found.detail().startswith(f"F1 {short(found.in_stream.mean)} (")
+    assert f"one by one, F1 is {short(found.expected)}" in found.measured()
     assert all(score.in_stream for score in found.products)
     cut_out = answer(replace(ranking._scored, stream=None))
-    assert f"F1 {short(found.expected)} on clips cut out" in cut_out.sentence()
+    assert cut_out.detail().startswith(f"F1 {short(found.expected)} (")
     assert [score.cost for score in cut_out.products] == [score.cost for score in found.products]
 
 
@@ -117,7 +117,7 @@ def test_a_set_is_chosen_to_be_worn_together(ranking):
     worn = ranking.wear_together(1.0, max_sensors=2, constraints=w2w.Constraints(forbid=("left",)))
     assert 1 <= len(worn.order) <= 2
     assert not any(ranking.patches.regions[patch].startswith("left") for patch in worn.order)
-    assert worn.cut_out.mean[0] == pytest.approx(ranking.utility.expected_mean[worn.order[0]])
+    assert worn.cut_out.mean[0] == pytest.approx(ranking._scored.leaned.expected_mean[worn.order[0]])
     assert "in a stream of other clips" in worn.sentence()
     with pytest.raises(ValueError, match="ridge"):
         replace(ranking, classifier="trees").wear_together()

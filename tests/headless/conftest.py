@@ -26,6 +26,7 @@ from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import utility_map
 from w2w.core.selection.advice import advise
+from w2w.core.selection.scored import ScoredMap
 from w2w.core.selection.set_tests import SetTests
 from w2w.core.study import signals
 from w2w.core.study.config import StudyConfig
@@ -160,7 +161,7 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
         body,
         tuple(ClipResult(clip, "", details, "0" * 64) for clip in clips),
         StudyResults(out, utility, patches, ranked, config.as_dict()),
-        advise(utility, patches, body, tests, config.target, max_places=3),
+        advise(ScoredMap(utility, patches, body), tests, config.target, max_places=3),
     )
     write_results(drawn)
     write_config(drawn)

@@ -21,7 +21,7 @@ from w2w.core.ranking.costs import costs_at, does_as_well
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.advice import advise
 from w2w.core.selection.headline import more_clips
-from w2w.core.selection.scored import best_single
+from w2w.core.selection.scored import ScoredMap, best_single
 from w2w.core.study.results import StudyResults
 from w2w.core.wording import capital
 from w2w.headless.app import APP
@@ -229,7 +229,7 @@ def test_clips_that_hardly_tell_places_apart_say_so(drawn_results, tmp_path, cha
     utility = replace(UtilityMap.load(out / "utility.npz"), beats_average=chance)
     utility.save(out / "utility.npz")
     study, console = StudyResults.load(out), Console(record=True, width=200, file=io.StringIO())
-    advice = advise(utility, study.patches, study.body(), None)
+    advice = advise(ScoredMap(utility, study.patches, study.body()), None)
     show_answer(advice, utility, console)
     said = console.export_text().strip()
     assert said.startswith(advice.answer.sentence())

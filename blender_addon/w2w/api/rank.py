@@ -56,6 +56,8 @@ def rank(
     progress: Callable[[float], None] | None = None,
     background: Sequence[str] = (),
     weights: Mapping[str, float] | None = None,
+    habit: str = StudyConfig.habit,
+    prior: bool = True,
 ) -> Ranking:
     """Train and test a classifier on every patch alone, never on the same clip.
 
@@ -84,6 +86,10 @@ def rank(
         Activities that are trained against and count in no mean.
     weights : mapping of str to float, optional
         Weights of activities in the mean, 1 by default.
+    habit : str
+        Product that people wear anyway: the answer keeps it unless another does better.
+    prior : bool
+        Whether the choice leans on what is generally good in other libraries.
 
     Returns
     -------
@@ -127,6 +133,8 @@ def rank(
         seed=seed,
         background=uncounted,
         weights=weighted,
+        habit=habit,
+        prior=prior,
         classifier=classifier if isinstance(classifier, str) else StudyConfig.classifier,
     )
     kind, body = inputs_of(classifier), None

@@ -128,28 +128,6 @@ def map_of(mean, mean_samples=None, level=0.95) -> UtilityMap:
     return UtilityMap(**given | {"mean_samples": mean[None] if mean_samples is None else mean_samples})
 
 
-@pytest.mark.parametrize(
-    ("ahead", "level", "same"),
-    [
-        (1.90, 0.95, True),  # 95 % lie within 1.960 deviations, 90 % within 1.645, 68 % within 0.994
-        (2.02, 0.95, False),
-        (1.58, 0.90, True),
-        (1.71, 0.90, False),
-        (2.50, 0.99, True),
-        (2.65, 0.99, False),
-    ],
-)
-@pytest.mark.parametrize("sign", [1, -1])
-def test_places_are_the_same_within_the_normal_quantile_of_their_difference(ahead, level, same, sign):
-    """Two places that rise and fall together far more than they differ."""
-    random = np.random.default_rng(0)
-    together = 50 * random.normal(size=4000)
-    difference = random.permutation(norm.ppf((np.arange(4000) + 0.5) / 4000))
-    samples = np.stack([together, together + difference + sign * ahead], axis=1)
-    utility = map_of([0, 0], samples, level)
-    assert utility.same([0], [1]) == utility.same([1], [0]) == same
-
-
 def test_the_first_of_equally_good_places_is_the_best():
     assert best_single(map_of([0.5, 0.8, 0.7, 0.8, 0.8])) == 1
     assert best_single(map_of([0.8, 0.8]), np.array([False, True])) == 1

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from w2w.core.ranking.costs import cost, does_as_well
+from w2w.core.ranking.costs import Cost, cost, does_as_well, gain
 from w2w.core.ranking.expected import expect
 from w2w.core.ranking.halves import plan
 from w2w.core.ranking.pooling import Pooling
@@ -14,15 +14,10 @@ from w2w.core.ranking.pooling import Pooling
 N, A = 60, 5
 
 
-def scored(found, mean_samples=None):
-    """What a cost is taken from: a map of which no resample is known, unless given."""
-    samples = np.tile(found.expected_mean, (8, 1)) if mean_samples is None else mean_samples
-
-    def same(first, second):
-        difference = samples[:, first].mean(axis=1) - samples[:, second].mean(axis=1)
-        return difference.min() <= 0 <= difference.max()
-
-    return SimpleNamespace(**vars(found), level=0.95, same=same, halved=len(found.errors) > 0)
+def scored(found, doubtful=False):
+    """What a cost is taken from."""
+    halved = len(found.errors) > 0
+    return SimpleNamespace(**vars(found), level=0.95, halved=halved, doubtful=doubtful)
 
 
 def world(seed, people=None, alike=0.8):
@@ -84,11 +79,11 @@ def test_places_that_move_together_have_a_narrower_interval():
     assert widths[0] < 0.9 * widths[1]
 
 
-def test_a_place_costs_nothing_against_itself_and_anything_where_nothing_was_halved():
+def test_a_place_costs_nothing_against_itself_and_what_drawn_libraries_show_where_nothing_was_halved():
     utility = scored(world(0)[0])
     assert cost(utility, [3, 4], (3, 4))[:3] == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
     unknown = cost(SimpleNamespace(**{**vars(utility), "halved": False}), [0], [1])
-    assert (unknown.low, unknown.high) == (max(unknown.expected - 1, -1), min(unknown.expected + 1, 1))
+    assert unknown.high - unknown.low == pytest.approx(2 * 1.96 * 0.1, abs=1e-3)
 
 
 def test_two_digits_decide_as_they_are_shown():
@@ -96,13 +91,30 @@ def test_two_digits_decide_as_they_are_shown():
     assert does_as_well(costs).tolist() == [True, True, True, True, False, False]
 
 
-def test_a_cost_that_some_resamples_deny_is_not_shown():
+def test_a_cost_whose_interval_holds_zero_is_not_shown():
+    assert Cost(0.3, 0.1, 0.5).verdict() == ""
+    assert Cost(0.3, -0.1, 0.7).verdict() == "may cost"
+    assert Cost(0.01, -0.1, 0.12).verdict() == "does as well"
+
+
+def test_errors_of_people_and_of_few_clips_are_wider_than_halves_show():
     found = world(0)[0]
-    order = np.argsort(-found.expected_mean)
-    best, worst = [int(order[0])], [int(order[-1])]
-    samples = np.tile(found.expected_mean, (8, 1))
-    assert not cost(scored(found), best, worst).may
-    assert cost(scored(found), best, worst).verdict() == ""
-    samples[0, worst] = 1.0
-    assert cost(scored(found, samples), best, worst).verdict() == "may do as well"
-    assert cost(scored(found, samples), best, best).verdict() == "does as well"
+    sure, doubtful = (cost(scored(found, doubtful), [0], [1]) for doubtful in (False, True))
+    assert doubtful.high - doubtful.expected == pytest.approx(1.4 * (sure.high - sure.expected))
+
+
+def test_a_large_lead_can_be_counted_on_and_a_small_one_hardly():
+    found = world(0)[0]
+    expected = np.full(N, 0.3, dtype=np.float32)
+    expected[0], expected[1] = 0.9, 0.31
+    utility = scored(SimpleNamespace(**{**vars(found), "expected_mean": expected}))
+    large, small = gain(utility, [0], [2]), gain(utility, [1], [2])
+    assert large.expected == pytest.approx(0.6, abs=0.01)
+    assert large.shown
+    assert large.chance > 0.99
+    assert 0 < small.expected < 0.01
+    assert not small.shown
+    assert 0.5 < small.chance < 0.6
+    assert gain(utility, [2], [2]) == (0, 0, 0, 0)
+    people = gain(scored(SimpleNamespace(**{**vars(found), "expected_mean": expected}), True), [1], [2])
+    assert people.expected < small.expected

@@ -104,15 +104,6 @@ def test_map_equals_scikit_learn_on_its_own_predictions_and_ranks_the_sensors():
     assert utility.protocol == "5-fold cross-validation grouped by clip"
 
 
-def test_places_that_are_the_same_are_not_called_different():
-    features, activity, clip, is_test = library(signal=(0.6, 0.6, 3.0))
-    features[:, 1] = features[:, 0] + 0.02 * np.random.default_rng(1).normal(size=features[:, 0].shape)
-    utility = utility_map(features, CrossValidation(activity, clip, None, is_test, ACTIVITIES))
-    assert utility.same([0], [1])
-    assert not utility.same([0], [2])
-    assert not utility.same([2, 2], [1, 0])
-
-
 def test_unused_activities_and_lonely_clips_are_left_out_with_a_sentence():
     features, activity, clip, is_test = library()
     activity = np.where(clip == 0, "lonely", activity)

@@ -28,8 +28,8 @@ DOUBTFUL = 1.4
 UNHALVED = 0.1
 """Error of a difference of two places where too few clips can be halved: found on drawn libraries."""
 
-DISCOUNT = {False: 0.1, True: 1.0}
-"""What a lead is discounted by, in its error's variance, if the map is doubtful or not.
+DISCOUNT = {False: 0.01, True: 1.0}
+"""What a lead is discounted by, in variances of its error, whether the map is doubtful.
 
 The higher of two places is so in part by luck (docs/evidence/habit.md).
 """
@@ -68,7 +68,7 @@ class Gain(NamedTuple):
     @property
     def shown(self) -> bool:
         """Whether its interval is above zero."""
-        return self.low > 0
+        return bool(self.low > 0)
 
 
 def as_shown(f1: Any) -> Any:

@@ -24,7 +24,7 @@ PLURALS = {each.phrase for each in PRODUCTS.values() if not each.phrase.startswi
 
 NUMBERS = "One", "Two", "Three", "Four"
 
-NO_PRODUCT = "no usual product sits there"
+NO_PRODUCT = "no usual product sits"
 
 
 def compared(scores: Sequence[PlaceScore]) -> str:
@@ -155,7 +155,8 @@ def answer(scored: ScoredMap) -> Answer:
     differs = utility.few or any(score.cost.high > ALIKE or not score.cost.as_good for score in products)
     where = base.phrase if scored.body and is_product else f"a sensor at {base.phrase}"
     if not is_product:
-        where = f"a sensor on {base.phrase}, where {NO_PRODUCT}"
+        region = base.phrase if base.phrase.startswith("a spot") else f"the {base.phrase}"
+        where = f"a sensor on {region}, where {NO_PRODUCT}"
     if not differs:
         everywhere = "anywhere on the body" if scored.body is not None else "at any of these places"
         where = everywhere if allowed.all() else "anywhere that is allowed"

@@ -136,7 +136,7 @@ class StudyConfig:
         for name, weight in self.weights:
             if not (isinstance(weight, Real) and np.isfinite(weight) and weight >= 0):
                 raise ValueError(f"the weight of {name!r} must be 0 or more, not {weight}")
-        product_called(self.habit)
+        object.__setattr__(self, "habit", product_called(self.habit).name)
         if self.further.features and inputs_of(self.classifier) == "windows":
             names = ", ".join(self.further.features)
             raise ValueError(f"{self.classifier} learns from acc and gyr alone, not from {names}")

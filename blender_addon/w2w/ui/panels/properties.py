@@ -15,7 +15,9 @@ from bpy.props import (
 )
 
 from ...core.imu.presets import PRESETS
+from ...core.patches.body_parts import PRODUCTS
 from ...core.ranking.utility import CLASSIFIERS
+from ...core.wording import capital
 from ...scene.base.patches import EMPTY_SIZE
 from ..jobs.jobs import is_there
 from ..steps.body import W2W_PG_shape
