@@ -6,7 +6,6 @@ import io
 import json
 import re
 import shutil
-from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -222,19 +221,13 @@ def test_the_headline_is_that_of_the_summary(page, drawn_results):
     assert summary["more_clips_per_activity"] == more_clips(utility)
 
 
-@pytest.mark.parametrize("chance", [0.95, 0.7, 0.5])
-def test_clips_that_hardly_tell_places_apart_say_so(drawn_results, tmp_path, chance):
-    out = tmp_path / "out"
-    shutil.copytree(drawn_results, out)
-    utility = replace(UtilityMap.load(out / "utility.npz"), beats_average=chance)
-    utility.save(out / "utility.npz")
+def test_the_console_begins_with_the_answer_and_its_figures(drawn_results):
+    utility, out = UtilityMap.load(drawn_results / "utility.npz"), drawn_results
     study, console = StudyResults.load(out), Console(record=True, width=200, file=io.StringIO())
     advice = advise(ScoredMap(utility, study.patches, study.body()), None)
     show_answer(advice, utility, console)
-    said = console.export_text().strip()
-    assert said.startswith(advice.answer.sentence())
-    assert ("hardly tell places apart" in said) == (chance == 0.7)
-    assert ("cannot show that one place is better" in said) == (chance == 0.5)
+    said = " ".join(console.export_text().split())
+    assert said.startswith(f"{advice.answer.sentence()} {advice.answer.detail()}")
 
 
 @pytest.mark.parametrize(

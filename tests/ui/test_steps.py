@@ -142,7 +142,7 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     found = answer(ScoredMap(utility, patches, body_of(body)))
     assert answer_of(study)["sentence"] == found.sentence()
     assert sentences[-1] == f"{repeat_sentence(utility)}."
-    assert (f"{found.lead()}." in sentences) == bool(found.lead())
+    assert found.detail() in sentences
     first, second = scores.patch_lines(study, utility, best)
     assert mean_caution(utility)  # the library has few clips
     assert first == f"expected F1 {utility.expected_mean[best]:.2f} (too few clips for an interval)"

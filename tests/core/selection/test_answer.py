@@ -150,7 +150,7 @@ def test_of_a_gain_that_is_not_shown_the_chance_is_said(patches, bundled_body):
     assert 60 < sure < 95
 
 
-@pytest.mark.parametrize(("ahead", "product"), [(0.004, "belt clip"), (0.03, "earbud")])
+@pytest.mark.parametrize(("ahead", "product"), [(0.003, "belt clip"), (0.03, "earbud")])
 def test_the_habit_is_kept_unless_a_gain_can_be_counted_on(patches, bundled_body, ahead, product):
     expected = np.where(where(patches, "head"), 0.6 + ahead, 0.6)
     assert answer(scored(ranked(expected), patches, bundled_body)).product == product

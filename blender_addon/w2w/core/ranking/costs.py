@@ -28,6 +28,9 @@ DOUBTFUL = 1.4
 UNHALVED = 0.1
 """Error of a difference of two places where too few clips can be halved: found on drawn libraries."""
 
+LEAST_PAIR = 1 / 16
+"""Least variance of one pair of places, of that of any two: few halvings may show none by chance."""
+
 DISCOUNT = {False: 0.01, True: 1.0}
 """What a lead is discounted by, in variances of its error, whether the map is doubtful.
 
@@ -119,7 +122,7 @@ def _reach(utility: UtilityMap, base: list[int], place: list[int]) -> float:
 
 def reach_of(of_pair: np.ndarray, of_any: float, level: float) -> float:
     """Half of the interval of a difference, from its errors in halves (E,) and the variance of any two's."""
-    variance = np.sqrt(np.square(of_pair).mean() * of_any)
+    variance = np.sqrt(max(np.square(of_pair).mean(), LEAST_PAIR * of_any) * of_any)
     return float(scipy.special.ndtri((1 + level) / 2) * np.sqrt(variance))
 
 

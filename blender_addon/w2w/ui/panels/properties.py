@@ -63,6 +63,9 @@ FIRST_LIMIT = 3
 """Most sensors, when a limit is switched on."""
 
 
+HABITS = [(name, capital(name), "") for name in PRODUCTS]
+"""Products that people may wear anyway."""
+
 ENDS = {"min": 0, "max": 1, "update": rows.repaint}
 """Arguments of both ends of the colour range."""
 

@@ -182,7 +182,7 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
 
 def _is_same(found: Any, known: Mapping[str, Any]) -> bool:
     """Whether an answer that was read is one that was computed, with figures in a stream beside its own."""
-    words = ("sentence", "measured", "products")
+    words = ("sentence", "detail", "measured", "products")
     with suppress(AttributeError, KeyError, TypeError, ValueError):
         return all(found.get(name) == value for name, value in known.items() if name not in words) and all(
             there.items() <= here.items()
