@@ -111,10 +111,8 @@ def test_a_large_lead_can_be_counted_on_and_a_small_one_hardly():
     large, small = gain(utility, [0], [2]), gain(utility, [1], [2])
     assert large.expected == pytest.approx(0.6, abs=0.01)
     assert large.shown
-    assert large.chance > 0.99
     assert 0 < small.expected < 0.0099
     assert not small.shown
-    assert 0.5 < small.chance < 0.7
-    assert gain(utility, [2], [2]) == (0, 0, 0, 0)
+    assert gain(utility, [2], [2]) == (0, 0, 0)
     people = gain(scored(SimpleNamespace(**{**vars(found), "expected_mean": expected}), True), [1], [2])
     assert people.expected < small.expected

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.patches.body_parts import ALL, great_part, segment
-from w2w.core.selection.headline import WORN, doubt, doubted, more_clips, per_cent, repeat_sentence
+from w2w.core.selection.headline import WORN, doubt, doubted, more_clips, repeat_sentence
 
 from .made_map import ranked
 
@@ -45,10 +45,6 @@ def test_a_picture_says_how_little_the_clips_tell_places_apart(chance, words):
     assert doubt(utility).startswith(words)
     assert doubted(utility, "Best").split(". ")[-1] == "Best"
     assert bool(doubt(utility)) is (chance < 0.9)
-
-
-def test_a_chance_is_never_certain():
-    assert per_cent(1.0) == "99 %"
 
 
 def test_clips_that_cannot_be_halved_are_said_not_to_tell():

@@ -67,14 +67,12 @@ def answer_content(answer: Answer, patches: PatchSet) -> dict[str, Any]:
 
 
 def habit_content(answer: Answer) -> dict[str, Any]:
-    """What people wear anyway, and what the answer can be counted on to gain over it; nothing without one."""
+    """What people wear anyway, and what the answer gains over it, if that is shown; nothing without one."""
     if answer.habit is None or answer.gain is None:
         return {}
     return {
         "habit": answer.habit.name,
-        **interval_content("gain", *answer.gain[:3]),
-        "gain_probability": None if answer.keeps else round(answer.gain.chance, 3),
-        "gain_shown": answer.gain_shown,
+        **(interval_content("gain", *answer.gain) if answer.gain_shown else {}),
     }
 
 

@@ -66,7 +66,6 @@ class Gain(NamedTuple):
     expected: float
     low: float
     high: float
-    chance: float  # that it gains at all
 
     @property
     def shown(self) -> bool:
@@ -105,8 +104,7 @@ def gain(utility: UtilityMap, place: Sequence[int], other: Sequence[int]) -> Gai
     error = reach / scipy.special.ndtri((1 + utility.level) / 2)
     noise = DISCOUNT[utility.doubtful] * error**2
     counted = lead**3 / (lead**2 + noise) if lead else 0.0
-    chance = float(scipy.special.ndtr(counted / error)) if error else float(lead > 0)
-    return Gain(counted, max(counted - reach, -1.0), min(counted + reach, 1.0), chance)
+    return Gain(counted, max(counted - reach, -1.0), min(counted + reach, 1.0))
 
 
 def _reach(utility: UtilityMap, base: list[int], place: list[int]) -> float:

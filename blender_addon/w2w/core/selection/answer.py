@@ -10,7 +10,7 @@ from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap
 from ..wording import InShort, capital, listed
-from .headline import mean_caution, moments, odds, per_cent, short, tenths
+from .headline import mean_caution, moments, short, tenths
 from .scored import PlaceScore, ScoredMap
 
 OTHERS = 3
@@ -108,20 +108,14 @@ class Answer(InShort):
         """What to wear, against the habit."""
         if self.habit is None or self.gain is None:
             return f"Wear {self.where}."
-        habit, first = self.habit.phrase, "Start with" if self.more else "Keep"
+        habit, start = self.habit.phrase, f"Start with {self.where}" if self.more else ""
         if self.keeps:
-            named = (
-                habit
-                if self.more
-                else f"the {habit.split(' ', 1)[1]}"
-                if habit[:2] in ("a ", "an")
-                else habit
-            )
-            return f"{first} {named}: nothing tried does better here."
-        if self.more:
-            return f"{first} {self.where}: {odds(self.gain.chance)} that it does better than {habit}."
+            named = f"the {habit.split(' ', 1)[1]}" if habit.startswith(("a ", "an ")) else habit
+            return f"{start or f'Keep {named}'}: nothing tried is shown to do better here."
+        if start:
+            return f"{start}: it may do better than {habit}."
         if not self.gain.shown:
-            return f"{capital(self.where)} may do better than {habit} ({per_cent(self.gain.chance)} sure)."
+            return f"{capital(self.where)} may do better than {habit}; these clips cannot show by how much."
         here, there = self.f1, self.habit.in_stream or self.habit.cut_out
         right = f"Wear {self.where}: it tells {moments(here, interval=False)}"
         apart = tenths(here.mean) != tenths(there.mean)
@@ -133,11 +127,14 @@ class Answer(InShort):
         said = [f"F1 {short(f1.mean)} ({self.caution or f'{short(f1.low)} to {short(f1.high)}'})."]
         others = self.others
         if self.habit and self.gain and not self.keeps:
-            other = (self.habit.in_stream or self.habit.cut_out).mean
-            counted, low, high = (short(value) for value in self.gain[:3])
-            sure = f"({low} to {high}, {per_cent(self.gain.chance)} sure)"
-            said.append(f"{capital(self.habit.phrase)}: {short(other)}; count on a gain of {counted} {sure}.")
             others = tuple(score for score in others if score.name != self.habit.name)
+            if self.gain_shown:
+                other = (self.habit.in_stream or self.habit.cut_out).mean
+                counted, low, high = (short(value) for value in self.gain)
+                sure = f"count on a gain of {counted} ({low} to {high})"
+                said.append(f"{capital(self.habit.phrase)}: {short(other)}; {sure}.")
+            else:
+                others = (self.habit, *others)
         return " ".join(filter(None, [*said, compared(others)]))
 
     def measured(self) -> str:

@@ -14,16 +14,6 @@ from ..wording import count
 WORN = {True: ".11 lower to .26 higher", False: ".19 lower to .25 higher"}
 """Range of measured against expected F1 on worn sensors of four data sets, by leaving subjects out or not."""
 
-ODDS = {
-    "1 in 2": 1 / 2,
-    "3 in 5": 3 / 5,
-    "2 in 3": 2 / 3,
-    "3 in 4": 3 / 4,
-    "4 in 5": 4 / 5,
-    "9 in 10": 9 / 10,
-}
-"""Chances as people say them."""
-
 FAR = 10.0
 """Factor on the number of clips above which a prediction would be a guess."""
 
@@ -111,16 +101,6 @@ def mean_caution(utility: UtilityMap) -> str:
         return f"from at most {max(counts)} clips per activity: too few for an interval"
     name = utility.activities[counts.index(fewest)]
     return f"from only {count('clip', fewest)} of {name}: too few for an interval"
-
-
-def per_cent(chance: float) -> str:
-    """A chance in per cent, never certain."""
-    return f"{min(round(100 * chance), 99)} %"
-
-
-def odds(chance: float) -> str:
-    """A chance as people say it: "2 in 3"."""
-    return min(ODDS, key=lambda n_of_m: abs(chance - ODDS[n_of_m]))
 
 
 def tenths(f1: float) -> int:
