@@ -20,7 +20,6 @@ FILE, FUNCTION = 350, 60
 LONGER = {
     "blender_addon/w2w/core/library/library.py",
     "blender_addon/w2w/core/motion/motion.py",
-    "blender_addon/w2w/core/ranking/utility.py",
     "blender_addon/w2w/ui/study/state.py",
     "blender_addon/w2w/api/rank.py: rank",
     "blender_addon/w2w/headless/commands/place.py: place",  # commands: a line or more an option
