@@ -2,7 +2,6 @@
 """Feed damaged files to every reader: a sentence or a result, never another error, a crash or a hang.
 
     python -m tests.robustness.fuzz [--cases 10000] [--seed 0]    # W2W's own readers, in this process
-    python -m tests.robustness.fuzz --blender 500 [--seed 0]  # damaged FBX and BVH as a library, in workers
 
 Files are real ones (and small ones made here) with bytes flipped, cut, doubled, spliced and set to extremes;
 npz files also with whole arrays changed inside, where a checksum would catch single bytes, BVH files also
@@ -256,52 +255,6 @@ def fuzz_readers(place: Path, cases: int, seed: int) -> Counter[str]:
     return found
 
 
-def fuzz_blender(place: Path, cases: int, seed: int) -> Counter[str]:
-    """Damaged FBX and BVH files as a library: what became of each clip."""
-    from w2w.core.body.body import Body
-    from w2w.core.study.config import StudyConfig
-    from w2w.core.study.signals import place_patches
-    from w2w.headless.runs.clip import WORK
-    from w2w.headless.runs.clip_task import ClipTask, Engine
-    from w2w.headless.runs.folder import make_folders
-    from w2w.headless.runs.workers import run_tasks
-
-    rng = np.random.default_rng(seed)
-    whole = [p for kind in ("mixamo/**/*.fbx", "bvh/**/*.bvh") for p in sorted(DATA.glob(kind))]
-    whole = [path for path in whole if 0 < path.stat().st_size < 2**20]
-    (place / "library" / "damaged").mkdir(parents=True)
-    for number in range(cases):
-        path = whole[rng.integers(0, len(whole))]
-        other = whole[rng.integers(0, len(whole))].read_bytes()
-        target = place / "library" / "damaged" / f"{number}{path.suffix}"
-        target.write_bytes(mutated(path.read_bytes(), rng, other))
-    config, out = StudyConfig(patches=4), place / "out"
-    make_folders(out)
-    Body.bundled().save(out / WORK / "body.npz")
-    place_patches(Body.bundled(), config).save(out / WORK / "patches.npz")
-    engine = Engine(limit_s=60.0)
-    tasks = [ClipTask(clip, out, config, "fuzz", engine) for clip in read_library(place / "library").clips]
-    results = run_tasks(tasks, 2, "", _told)
-    found: Counter[str] = Counter()
-    for result in results:
-        reason = result.reason
-        if "please report" in reason:
-            found[f"FAULT {reason}"] += 1
-        elif reason.startswith("the program that reads it crashed"):
-            found["crashed its worker, and only itself"] += 1
-        elif "longer than the limit" in reason:
-            found["hung and was given up"] += 1
-        else:
-            found["refused with a sentence" if reason else "read"] += 1
-    found["FAULT: clips without a result"] = cases - len(results)
-    return +found
-
-
-def _told(result: object) -> None:
-    """Nothing to show."""
-    del result
-
-
 def _columns(path: Path) -> np.ndarray:
     found = StoredArray.find(path, "features")
     return found.columns(0, 1)
@@ -317,14 +270,10 @@ def main() -> None:
     """Read the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--cases", type=int, default=10_000)
-    parser.add_argument("--blender", type=int, default=0, metavar="CASES")
     parser.add_argument("--seed", type=int, default=0)
     choice = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
-        if choice.blender:
-            found = fuzz_blender(Path(place), choice.blender, choice.seed)
-        else:
-            found = fuzz_readers(Path(place), choice.cases, choice.seed)
+        found = fuzz_readers(Path(place), choice.cases, choice.seed)
     for name, count in sorted(found.items()):
         print(f"{count:7d}  {name}")
     if any(name.startswith("FAULT") for name in found):

@@ -143,7 +143,7 @@ def _deep(positions: np.ndarray, fitting: list[str]) -> np.ndarray:
     steadier, as depth does.
     """
     seen = np.where(np.isfinite(positions).all(axis=2) & (positions != 0).any(axis=2), 1.0, np.nan)
-    values = positions * seen[..., None]
+    values = np.where(np.isnan(seen)[..., None], np.nan, positions)
     with warnings.catch_warnings(action="ignore"):  # frames in which nobody is seen
         spread = np.nanmedian(np.nanstd(values, axis=1), axis=0)
         lowest, highest = (find(values, axis=(0, 1), initial=0) for find in (np.nanmin, np.nanmax))

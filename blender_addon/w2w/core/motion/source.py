@@ -69,6 +69,9 @@ SAY_RATE = "--pose-rate, or a column 'rate' in labels.csv"
 MIN_FRAMES = 4
 """Fewer frames than a cubic spline needs are a pose, not a motion."""
 
+MOST = 1e10
+"""No coordinate, angle or scale of a body comes near, in any unit."""
+
 NOT_FINITE = "its animation holds values that no body has (NaN, infinite or beyond 1e10)"
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ..motion.source import (
+    MOST,
     MOST_BONE_FRAMES,
     NOT_FINITE,
     UnusableMotion,
@@ -21,9 +22,6 @@ from ..motion.source import (
     usable_rate,
 )
 from ..wording import count, free_name
-
-MOST = 1e10
-"""No coordinate or angle of a body comes near."""
 
 SHOWN = 24
 """Characters of a damaged value that are quoted."""

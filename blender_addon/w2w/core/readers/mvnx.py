@@ -9,6 +9,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..motion.source import (
+    MOST,
+    NOT_FINITE,
     SourceMotion,
     UnusableMotion,
     reading,
@@ -138,10 +140,11 @@ def _matrices(frame: dict[str, list[float]], n_segments: int) -> np.ndarray:
             f"a frame holds {len(turns)} numbers of orientation and {len(places)} of position; its "
             f"{n_segments} segments need {4 * n_segments} and {3 * n_segments}: export it with both"
         )
+    if not (np.abs(np.concatenate([turns, places])) < MOST).all():
+        raise UnusableMotion(NOT_FINITE)
     turns = turns.reshape(-1, 4)
-    lengths = np.linalg.norm(turns, axis=1)
-    if not (np.isfinite(places).all() and (np.abs(lengths - 1) < UNIT_LENGTH).all()):
-        raise UnusableMotion("its orientations are no unit quaternions, or its positions not finite")
+    if not (np.abs(np.linalg.norm(turns, axis=1) - 1) < UNIT_LENGTH).all():
+        raise UnusableMotion("its orientations are no unit quaternions")
     matrices = np.tile(np.eye(4), (n_segments, 1, 1))
     matrices[:, :3, :3] = Rotation.from_quat(turns[:, [1, 2, 3, 0]]).as_matrix()
     matrices[:, :3, 3] = places.reshape(-1, 3)

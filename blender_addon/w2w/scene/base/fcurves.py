@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ...core.motion.source import MOST
 from .body import read_values
 from .module import bpy
 
@@ -14,9 +15,6 @@ OwnCurves = dict[tuple[str, int], bpy.types.FCurve]
 
 Curves = dict[str, OwnCurves]
 """F-curves of each bone by its name, and of the object itself under the empty name."""
-
-MOST = 1e10
-"""No place, turn or scale of a body is beyond this in any unit; Blender makes infinity the largest number."""
 
 
 SMALLEST = 1e-6
