@@ -517,6 +517,13 @@ def test_a_run_is_that_of_the_command_line_and_can_be_chosen_from_again(client, 
     assert placed["answer"]["sentence"] in html.unescape(page.text)
     assert "sha256-" in page.headers["content-security-policy"]
     assert client.get(f"{study}/files/report.html", params={"wishes": "{"}).status_code == 400
+    needs = client.post(f"{study}/need", json={"place": region}).json()["needs"]
+    assert [need["place"] for need in needs] == [region]
+    assert client.post(f"{study}/need", json={"place": "nowhere"}).status_code == 400
+    told = "How cheap the sensor may be:", "tell nothing about the sensor"
+    assert not any(text in page.text for text in told)
+    page = client.get(f"{study}/files/report.html", params={"wishes": wishes, "need": "1"})
+    assert any(text in page.text for text in told)
     assert client.post(f"{study}/place", json={"only": "nowhere"}).status_code == 400
     assert client.post(f"{study}/place", json={"costs": "/etc/passwd"}).status_code == 400
 

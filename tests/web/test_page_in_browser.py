@@ -14,10 +14,12 @@ import uvicorn
 
 from w2w.core.files import write_json, write_text
 from w2w.headless.commands.report import write_report
-from w2w.web.app import App, web_app
-from w2w.web.choosing import report_again
+from w2w.web.answers import Answers
+from w2w.web.app import web_app
+from w2w.web.choosing import report_again, report_needing
 from w2w.web.guard import Doors
 from w2w.web.study import EVENTS, INPUT, Study
+from w2w.web.uploads import RefusedError
 from w2w.web.work import Work
 
 from ..headless.conftest import few_orders, made_once_here, one_worker, write_motions
@@ -318,16 +320,18 @@ def test_one_answer_changes_as_a_whole_with_the_wishes(quiet, server, drawn_resu
     study = finished(owner, drawn_results)
     asked = []
 
-    async def choose(_, study, wishes, how):
+    async def choose(_, study, wishes, how, __=None):
         """What the worker would find; the results drawn here have no signals to choose by."""
         asked.append((how.__name__, wishes))
+        if how is report_needing:
+            raise RefusedError(400, "There are no signals to try with.")
         sentence = f"Without {wishes['forbid']}." if wishes.get("forbid") else study.answer()
         if how is report_again:
             page = (study.results / "report.html").read_text(encoding="utf-8")
             return re.sub("<h1>.*?</h1>", f"<h1>{escape(sentence)}</h1>", page, flags=re.DOTALL)
         return {"answer": {"sentence": sentence}, "worn_together": None}
 
-    monkeypatch.setattr(App, "_choose", choose)
+    monkeypatch.setattr(Answers, "_choose", choose)
     study.change(parameters={"max_places": 2})
     quiet.get(f"{address}/studies/{study.id}")
     wait(lambda: find(quiet, "#report").get_attribute("src"))
@@ -347,6 +351,13 @@ def test_one_answer_changes_as_a_whole_with_the_wishes(quiet, server, drawn_resu
     wait(lambda: quiet.execute_script(headline) == first)
     quiet.execute_script("document.querySelector('#choices button').click()")
     wait(lambda: quiet.execute_script(headline) == "Without watch.")
+
+    cheap = "document.getElementById('report').contentDocument.getElementById('how-cheap').click()"
+    quiet.execute_script(cheap)
+    wait(lambda: text(quiet, "#problem") == "There are no signals to try with.")
+    assert ("report_needing", {"forbid": "watch", "max_places": 2}) in asked
+    wait(lambda: quiet.execute_script(headline) == "Without watch.")
+    quiet.get_log("browser")  # the refusal
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,7 @@
 
 import asyncio
 import json
-import mimetypes
-import secrets
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from operator import itemgetter
 from pathlib import Path
@@ -16,21 +14,16 @@ from starlette.exceptions import HTTPException
 from starlette.formparsers import MultiPartParser
 from starlette.middleware import Middleware
 from starlette.requests import ClientDisconnect, Request
-from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response, StreamingResponse
+from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from ..core.imu.presets import PRESETS
-from ..core.inside import inside
 from ..core.library.library import LABELS
 from ..core.patches.body_parts import ALL, PARTS, PRODUCTS, SIDES
 from ..core.ranking.f1 import FEWEST_CLIPS
-from ..headless.commands.place import FIGURES
-from ..headless.console import sentence_of
-from ..report.page import REPORT
-from .archive import zipped
-from .choosing import WORDS, choose_again, get_ready, report_again
-from .guard import Doors, Guard, report_policy
-from .receiving import Receiver, parsed
+from .answers import Answers
+from .guard import Doors, Guard
+from .receiving import Receiver, content_of, object_of, study_of
 from .request import INPUT
 from .shown import Pages
 from .study import Study, checked_parameters, damaged
@@ -70,11 +63,6 @@ class App:
             Route(f"{one}/events", self.events),
             Route(f"{one}/remove", self.remove, methods=["POST"]),
             Route(f"{one}/figure", self.figure),
-            Route(f"{one}/share", self.share, methods=["POST"]),
-            Route(f"{one}/share", self.unshare, methods=["DELETE"]),
-            Route(f"{one}/place", self.place, methods=["POST"]),
-            Route(f"{one}/results.zip", self.archive),
-            Route(f"{one}/files/{{name:path}}", self.file),
         ]
 
     async def about(self, _: Request) -> Response:
@@ -90,7 +78,7 @@ class App:
     async def make(self, request: Request) -> Response:
         """Make a study: empty, the demo, or with files, and run it if parameters are given."""
         kind = request.headers.get("content-type", "")
-        given = await _object(request) if kind.startswith("application/json") else {}
+        given = await object_of(request) if kind.startswith("application/json") else {}
         study = Study.make(self._folder(request), demo=bool(given.get("demo")))
         try:
             found = {}
@@ -131,21 +119,21 @@ class App:
         return JSONResponse(found, 201 if found["files"] else 400)
 
     async def label(self, request: Request) -> Response:
-        study, rows = self._idle(request), await _json(request)
+        study, rows = self._idle(request), await content_of(request)
         study.note_answered()
         await asyncio.to_thread(study.label, rows)
         return JSONResponse({"stale": await asyncio.to_thread(study.stale)})
 
     async def wish(self, request: Request) -> Response:
         """Keep wishes for the next run as they are typed."""
-        study, given = self._idle(request), await _json(request)
+        study, given = self._idle(request), await content_of(request)
         study.note_answered()
         study.change(parameters=checked_parameters(given))
         return JSONResponse({"stale": await asyncio.to_thread(study.stale)})
 
     async def run(self, request: Request) -> Response:
         study = self._idle(request)
-        await self._ask(study, await _json(request))
+        await self._ask(study, await content_of(request))
         return JSONResponse(self._short(study), 202)
 
     async def cancel(self, request: Request) -> Response:
@@ -177,7 +165,7 @@ class App:
 
     async def remove(self, request: Request) -> Response:
         """Delete files of a study."""
-        study, given = self._idle(request), await _json(request)
+        study, given = self._idle(request), await content_of(request)
         if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
             raise RefusedError(400, "what to delete is a list of files")
         study.note_answered()
@@ -194,73 +182,11 @@ class App:
             raise RefusedError(404, "There is no picture of it")
         return FileResponse(path, headers={"cache-control": "private, max-age=86400"})
 
-    async def share(self, request: Request) -> Response:
-        """Give the answer an address of its own, which shows it to whoever has it."""
-        study = self._study(request)
-        secret = study.request()["shared"] or secrets.token_urlsafe(16)
-        study.change(shared=secret)
-        return JSONResponse({"link": str(request.url_for("shared", link=f"{study.id}.{secret}"))})
-
-    async def unshare(self, request: Request) -> Response:
-        """Take the address back."""
-        self._study(request).change(shared="")
-        return JSONResponse({})
-
-    async def place(self, request: Request) -> Response:
-        study, wishes = self._study(request), await _object(request)
-        return JSONResponse(await self._choose(study, wishes, choose_again))
-
-    async def _choose(self, study: Study, wishes: dict[str, Any], how: Callable[..., Any]) -> Any:
-        """What a function makes of a study's results and wishes, in the worker that remembers them."""
-        if not study.answer() or self.work.waits(study):
-            raise RefusedError(409, "The study has no results yet: run it first")
-        if unknown := wishes.keys() - {*FIGURES, *WORDS, "compare"}:
-            raise RefusedError(400, f"there is no wish {min(unknown)[:80]!r}")
-        given = {**dict.fromkeys(wishes, ""), **checked_parameters({**wishes, "compare": ""})}
-        given["compare"] = str(wishes.get("compare", ""))
-        try:
-            chosen = await self.work.chooser.ask(how, study.results, given)
-        except (ValueError, OSError) as error:
-            raise RefusedError(400, study.shown(sentence_of(error))) from error
-        if chosen is None:
-            raise RefusedError(503, "There is too little memory to choose again")
-        return chosen
-
-    async def file(self, request: Request) -> Response:
-        study, name = self._study(request), request.path_params["name"]
-        try:
-            path = inside(study.results, name)
-        except ValueError as error:
-            raise RefusedError(404, "There is no such file") from error
-        if name.startswith(".") or not path.is_file():
-            raise RefusedError(404, "There is no such file")
-        if name == REPORT:
-            return await self._report(study, dict(request.query_params))
-        kind = mimetypes.guess_type(name)[0] if path.suffix in (".png", ".csv", ".json") else None
-        return FileResponse(path, media_type=kind or "application/octet-stream", filename=path.name)
-
-    async def _report(self, study: Study, wishes: dict[str, Any]) -> Response:
-        """The report as the run wrote it, or under the wishes that the address gives, as JSON in `wishes`."""
-        if "wishes" in wishes:
-            given = parsed(wishes["wishes"])
-            text = await self._choose(study, given if isinstance(given, dict) else {}, report_again)
-        else:
-            text = (study.results / REPORT).read_text(encoding="utf-8")
-            self.work.prepare(study.results, get_ready)
-        return HTMLResponse(text, headers={"content-security-policy": report_policy(text)})
-
-    async def archive(self, request: Request) -> Response:
-        study = self._study(request)
-        if not study.answer():
-            raise RefusedError(409, "The study has no results yet: run it first")
-        headers = {"content-disposition": f'attachment; filename="w2w-{study.id[:8]}.zip"'}
-        return StreamingResponse(zipped(study.results), media_type="application/zip", headers=headers)
-
     def _folder(self, request: Request) -> Path:
         return self.work.data / request.state.owner
 
     def _study(self, request: Request) -> Study:
-        return Study.of(self._folder(request), request.path_params["id"])
+        return study_of(self.work, request)
 
     def _idle(self, request: Request) -> Study:
         """The request's study, which no run is using."""
@@ -302,17 +228,6 @@ def _files(results: Path) -> list[str]:
     return sorted(name for name in names if not name.startswith("."))
 
 
-async def _json(request: Request) -> Any:
-    return parsed(await request.body())
-
-
-async def _object(request: Request) -> dict[str, Any]:
-    given = await _json(request)
-    if not isinstance(given, dict):
-        raise RefusedError(400, "That is no JSON object")
-    return given
-
-
 async def _say(_: Request, error: Exception) -> Response:
     """The answer to a request that is refused."""
     if isinstance(error, ClientDisconnect):
@@ -339,7 +254,7 @@ def web_app(work: Work, doors: Doors) -> Starlette:
         await work.stop()
 
     app = Starlette(
-        routes=[*Pages(work, doors).routes(), *App(work, doors).routes()],
+        routes=[route for each in (Pages, App, Answers) for route in each(work, doors).routes()],
         middleware=[Middleware(Guard, doors=doors)],
         exception_handlers=dict.fromkeys(
             (RefusedError, ClientDisconnect, HTTPException, OSError, Exception), _say

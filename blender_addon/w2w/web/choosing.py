@@ -6,12 +6,20 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from ..core.findings.advice_content import advice_content, place_content
+from ..core.findings.advice_content import advice_content, need_content, place_content, with_needs
 from ..core.ranking.stream import Stream
 from ..core.selection.advice import Advice
 from ..core.selection.joint import grow_unwished
 from ..core.selection.set_tests import SetTests
-from ..core.study.choosing import advised, advised_by, compared, prepared_tests, ranked_again, stream_in
+from ..core.study.choosing import (
+    advised,
+    advised_by,
+    compared,
+    needed,
+    prepared_tests,
+    ranked_again,
+    stream_in,
+)
 from ..core.study.config import StudyConfig
 from ..core.study.results import StudyResults
 from ..headless.commands.place import FIGURES, Wishes, chosen_content
@@ -53,11 +61,31 @@ def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
 
 def report_again(out: Path, wishes: dict[str, Any]) -> str:
     """The report of a results folder under other wishes, as HTML."""
+    return report_page(_shown(out, wishes))
+
+
+def report_needing(out: Path, wishes: dict[str, Any]) -> str:
+    """The same, whose first card says how cheap the sensor there may be, as `w2w need` does."""
+    shown = _shown(out, wishes)
+    summary, cards = shown.summary, shown.cards
+    vars(shown)["summary"] = summary | {"cards": cards[:1]}
+    found = [need_content(one) for one in needed(shown)]
+    vars(shown)["summary"] = summary | {"cards": with_needs(cards, found)}
+    return report_page(shown)
+
+
+def _shown(out: Path, wishes: dict[str, Any]) -> StudyResults:
+    """A results folder's study as its report shows it under other wishes."""
     again, config, advice = _chosen(out, wishes)
     study = _opened(out, _written(out))[0]
     shown = replace(again, parameters=config.as_dict())
     vars(shown)["summary"] = study.summary | chosen_content(study, again, config, advice)
-    return report_page(shown)
+    return shown
+
+
+def cheapest(out: Path, place: str) -> list[dict[str, Any]]:
+    """What `w2w need` finds at products and places, or at those that the run recommends."""
+    return [need_content(one) for one in needed(StudyResults.load(out), words(place))]
 
 
 def _written(out: Path) -> int:

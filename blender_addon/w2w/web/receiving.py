@@ -176,3 +176,19 @@ def parsed(text: str | bytes) -> Any:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
         raise RefusedError(400, "That is no JSON") from error
+
+
+async def content_of(request: Request) -> Any:
+    return parsed(await request.body())
+
+
+async def object_of(request: Request) -> dict[str, Any]:
+    given = await content_of(request)
+    if not isinstance(given, dict):
+        raise RefusedError(400, "That is no JSON object")
+    return given
+
+
+def study_of(work: Work, request: Request) -> Study:
+    """The study that a request names, of the person who asks."""
+    return Study.of(work.data / request.state.owner, request.path_params["id"])

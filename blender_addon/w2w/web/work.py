@@ -150,7 +150,8 @@ class Work:
 
     def __init__(self, data: Path, at_once: int, scheduler: str, keep_days: float) -> None:
         self.data, self.scheduler, self.keep_s = data, scheduler, keep_days * DAY_S
-        self.readers, self.unpackers, self.chooser = Readers(), Readers(), Reader(REMEMBERED_S)
+        self.readers, self.unpackers = Readers(), Readers()
+        self.chooser, self.tryer = Reader(REMEMBERED_S), Reader()
         self.running, self.queue = set[str](), Queue(at_once)
         self._workers = max(1, (os.cpu_count() or 1) // at_once)
         self._runs: dict[str, asyncio.Task[None]] = {}
@@ -180,7 +181,7 @@ class Work:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-        for reader in (self.readers, self.unpackers, self.chooser):
+        for reader in (self.readers, self.unpackers, self.chooser, self.tryer):
             reader.close()
 
     def studies(self) -> Iterator[Study]:

@@ -4,7 +4,7 @@ import { ask, complain, find, here, make, page, safely, send } from "./page.js";
 
 const TEXTS = ["only", "forbid", "must", "background"], NUMBERS = ["target", "every_activity", "max_places"];
 const MODES = { only: "only at", forbid: "never at", must: "always at" };
-let shown = "";
+let shown = "", last = null;
 
 const words = (input) => input.value.split(",").map((word) => word.trim()).filter(Boolean);
 
@@ -60,6 +60,7 @@ export function chips(place, form) {
 }
 
 const address = (given) => `/api${here("/files/report.html")}${given ? `?wishes=${encodeURIComponent(JSON.stringify(given))}` : ""}`;
+const NEED = "&need=1";
 
 // Wishes under which the page chooses: what the run wished and the form has cleared is taken back.
 function asked() {
@@ -79,10 +80,11 @@ async function again() {
   } catch (error) { find("chosen").textContent = ""; throw error; }
 }
 
-function show(given) {
-  const to = address(given);
+function show(given, more = "") {
+  const to = address(given) + more;
   if (shown === to) return;
   shown = to;
+  last = given;
   find("report").src = find("open").href = to;
 }
 
@@ -120,6 +122,21 @@ function share(link) {
   find("link").value = link;
 }
 
+// A button on the report's first card that tries cheaper sensors there.
+function offerNeed(inner) {
+  const card = inner.querySelector("#cards article");
+  if (!card || inner.querySelector("#cards details")) return;
+  const button = make("button", "How cheap?", { type: "button", id: "how-cheap", title: "Tries cheaper sensors here, as w2w need does" });
+  button.addEventListener("click", () => {
+    button.disabled = true;
+    button.textContent = "Trying cheaper sensors …";
+    show(last ?? {}, NEED);
+  });
+  const line = make("p", "", { class: "turns" });
+  line.append(button);
+  card.append(line);
+}
+
 // The report is as high as what stands in it: one page scrolls, not two.
 function fit() {
   const inner = find("report").contentDocument;
@@ -146,6 +163,13 @@ export function readyAnswer() {
   find("report").addEventListener("load", () => {
     fit();
     const inner = find("report").contentDocument;
-    if (inner && inner.body) new ResizeObserver(fit).observe(inner.body);
+    if (!inner || !inner.body) return;
+    if (inner.contentType === "application/json") {
+      complain((inner.body.textContent.match(/"problem":\s*"(.*)"}/) || ["", "That cannot be shown."])[1]);
+      show(last);
+      return;
+    }
+    new ResizeObserver(fit).observe(inner.body);
+    offerNeed(inner);
   });
 }
