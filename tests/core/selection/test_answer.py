@@ -160,7 +160,7 @@ def test_the_habit_is_kept_unless_a_gain_can_be_counted_on(patches, bundled_body
 
 
 def test_between_people_less_can_be_counted_on(patches, bundled_body):
-    expected = np.where(where(patches, "head"), 0.615, 0.6)
+    expected = np.where(where(patches, "head"), 0.625, 0.6)
     people = ranked(expected, protocol=SUBJECT_OUT)
     assert people.by_subject
     gains = [answer(scored(utility, patches, bundled_body)) for utility in (ranked(expected), people)]

@@ -31,12 +31,6 @@ UNHALVED = 0.1
 LEAST_PAIR = 1 / 16
 """Least variance of one pair of places, of that of any two: few halvings may show none by chance."""
 
-DISCOUNT = {False: 0.01, True: 1.0}
-"""What a lead is discounted by, in variances of its error, whether the map is doubtful.
-
-The higher of two places is so in part by luck (docs/evidence/habit.md).
-"""
-
 
 class Cost(NamedTuple):
     """Expected F1 that a sensor loses at one place against another, on other clips."""
@@ -66,6 +60,11 @@ class Gain(NamedTuple):
     expected: float
     low: float
     high: float
+
+    @property
+    def counts(self) -> bool:
+        """Whether it is any, by the two digits that are shown."""
+        return bool(as_shown(self.expected) > 0)
 
     @property
     def shown(self) -> bool:
@@ -99,11 +98,10 @@ def cost(utility: UtilityMap, base: Sequence[int], place: Sequence[int]) -> Cost
 
 
 def gain(utility: UtilityMap, place: Sequence[int], other: Sequence[int]) -> Gain:
-    """What a place chosen by these clips gains over another, discounted by its luck with them."""
+    """What a place chosen by these clips gains over another: its lead, less the luck that is in it."""
     lead, reach = cost(utility, place, other).expected, _reach(utility, list(place), list(other))
     error = reach / scipy.special.ndtri((1 + utility.level) / 2)
-    noise = DISCOUNT[utility.doubtful] * error**2
-    counted = lead**3 / (lead**2 + noise) if lead else 0.0
+    counted = lead**3 / (lead**2 + error**2) if lead else 0.0
     return Gain(counted, max(counted - reach, -1.0), min(counted + reach, 1.0))
 
 

@@ -96,7 +96,7 @@ class ScoredMap:
         It is the best product or a better region, or the habit if nothing can be counted on to do better.
         """
         found, habit = self._chosen, self.kept
-        if habit and gain(self.leaned, found.under, habit.under).expected <= EQUAL:
+        if habit and not gain(self.leaned, found.under, habit.under).counts:
             return habit
         return found
 
