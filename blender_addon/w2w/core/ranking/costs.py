@@ -18,9 +18,11 @@ EQUAL = 0.0025
 DOES_AS_WELL = "does as well"
 """The verdict on such a place."""
 
+MOMENT = 0.1
+"""Least gain over a habit that is said, as people are told F1 in moments of ten."""
+
 MAY_COST = "may cost"
 """The verdict on a place of which these clips cannot show that it costs."""
-
 
 DOUBTFUL = 1.4
 """Factor on errors between people, and of few clips: halves of those show too little of them."""
@@ -68,8 +70,8 @@ class Gain(NamedTuple):
 
     @property
     def shown(self) -> bool:
-        """Whether its interval is above zero."""
-        return bool(self.low > 0)
+        """Whether it is a moment of ten or more, and its interval is above zero."""
+        return bool(as_shown(self.expected) >= MOMENT and self.low > 0)
 
 
 def as_shown(f1: Any) -> Any:

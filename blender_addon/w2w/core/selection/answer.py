@@ -117,9 +117,8 @@ class Answer(InShort):
         if not self.gain.shown:
             return f"{capital(self.where)} may do better than {habit}; these clips cannot show by how much."
         here, there = self.f1, self.habit.in_stream or self.habit.cut_out
-        right = f"Wear {self.where}: it tells {moments(here, interval=False)}"
-        apart = tenths(here.mean) != tenths(there.mean)
-        return f"{right}, {f'where {habit} tells {tenths(there.mean)}' if apart else f'more than {habit}'}."
+        right = f"it tells {moments(here, interval=False)}, where {habit} tells {tenths(there.mean)}"
+        return f"Wear {self.where}: {right}."
 
     def detail(self) -> str:
         """F1 with its interval, what can be counted on over the habit, and what others cost."""
