@@ -40,7 +40,7 @@ class BoneMap:
     """Names of the bones of one family of rigs."""
 
     name: str  # what people call the family: "Mixamo"
-    # joint -> bones that play it, best first, as `plain_name` and `side_first` write them
+    # joint -> bones that play it, best first
     joints: dict[str, tuple[str, ...]]
 
     @classmethod
@@ -52,7 +52,7 @@ class BoneMap:
         try:
             content = json.loads(Path(path).read_text(encoding="utf-8"))
             joints = {
-                joint: _forms([names] if isinstance(names, str) else names)
+                joint: tuple(map(str.strip, [names] if isinstance(names, str) else names))
                 for joint, names in content["joints"].items()
             }
             name = str(content["name"])
@@ -69,10 +69,14 @@ class BoneMap:
         position = _positions(tuple(bones))
         matched = {}
         for joint, names in self.joints.items():
-            bone = next((position[name] for name in names if name in position), None)
+            bone = next((position[name] for name in _forms(names) if name in position), None)
             if bone is not None:
                 matched[JOINT_INDEX[joint]] = bone
         return matched
+
+    def written(self, plain: set[str]) -> int:
+        """How many joints have a bone among some plain names without more ado."""
+        return sum(any(plain_name(name) in plain for name in names) for names in self.joints.values())
 
 
 Match = tuple[BoneMap | None, dict[int, int]]
@@ -91,8 +95,9 @@ def _positions(bones: tuple[str, ...]) -> dict[str, int]:
     return position
 
 
-def _forms(names: Iterable[str]) -> tuple[str, ...]:
-    names = list(names)
+@lru_cache(maxsize=4096)
+def _forms(names: tuple[str, ...]) -> tuple[str, ...]:
+    """Names as `plain_name` writes them, then as `side_first` does."""
     return tuple(dict.fromkeys([*map(plain_name, names), *map(side_first, names)]))
 
 
@@ -161,8 +166,10 @@ def best_match(bones: Sequence[str], maps: Iterable[BoneMap] = ()) -> tuple[Bone
 
 @lru_cache(maxsize=64)
 def _best_bundled(bones: tuple[str, ...]) -> Match:
-    """The best of the bundled maps; the clips of a library have few different skeletons."""
-    return _best((bone_map, bone_map.match(bones)) for bone_map in bundled_bone_maps())
+    """The best of the bundled maps, of equally good ones that which has most names as they are written."""
+    plain = set(map(plain_name, bones))
+    maps = sorted(bundled_bone_maps(), key=lambda bone_map: -bone_map.written(plain))
+    return _best((bone_map, bone_map.match(bones)) for bone_map in maps)
 
 
 def _best(matches: Iterable[Match]) -> Match:
