@@ -15,6 +15,7 @@ from ..motion.source import TO_Z_UP, SourceMotion, unscaled_rotations
 from ..motion.up import LIMBS, Kind, Sight, Up, stood
 from ..rotations import smallest_rotation, unit
 from .bone_maps import best_match, missing_joints
+from .four_legs import refuse_four_legs
 from .structure_match import match_by_structure
 
 STANDING = np.cos(np.radians(50))
@@ -51,6 +52,7 @@ def repaired(source: SourceMotion, up: Up | None = None) -> SourceMotion:
     whole = stood(source, up or _file_up(source, matched), "y")
     clean = _moving(whole, matched)
     if not _standing(_places(clean.rest, matched)):
+        refuse_four_legs(clean, matched)
         led_by_pose = clean.first_frame > 0 and _standing(_places(whole.matrices[0], matched))
         rest = whole.matrices[0] if led_by_pose else _straightest(clean, matched)
         clean = replace(clean, rest=rest, rest_is_known=led_by_pose)

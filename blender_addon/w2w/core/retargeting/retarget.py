@@ -32,6 +32,7 @@ from ..motion.skinning import joint_transforms, relative_to_parents
 from ..motion.source import SourceMotion, UnusableMotion, unscaled_rotations
 from ..rotations import frame_of, smallest_rotation, unit
 from .bone_maps import BoneMap, best_match, missing_joints
+from .four_legs import refuse_four_legs
 from .structure_match import match_by_structure, with_whole_spine
 
 SIDES = ("left", "right")
@@ -88,6 +89,7 @@ def retarget(source: SourceMotion, body: Body, maps: Iterable[BoneMap] = ()) -> 
     have no bone, if the skeleton cannot be matched.
     """
     skeleton, matched = matched_joints(source, maps)
+    refuse_four_legs(source, matched)
     rest = {joint: source.rest[bone, :3, 3] for joint, bone in matched.items()}
     if is_crumpled(rest):
         raise UnusableMotion("its rest pose is no body's: its hips or its shoulders lie on each other")
