@@ -11,6 +11,7 @@ from pathlib import Path
 import axe_core_python
 import pytest
 import uvicorn
+from starlette.responses import JSONResponse, StreamingResponse
 
 from w2w.core.files import write_json, write_text
 from w2w.headless.commands.report import write_report
@@ -191,13 +192,16 @@ def test_a_wish_that_is_cleared_is_taken_back(browser, server, tmp_path):
     typed(quiet, "#ask [name=target]", "0.95")
     typed(quiet, "#ask [name=max_places]", "2")
     typed(quiet, "#ask [name=title]", "歩行")
+    typed(quiet, "#ask [name=background]", "slow")
+    typed(quiet, "#ask [name=every_activity]", "0.7")
     wait(lambda: study.request()["parameters"] == {
-        "only": "wrist", "target": 0.95, "max_places": 2, "title": "歩行", "by_subject": False
+        "only": "wrist", "target": 0.95, "max_places": 2, "title": "歩行", "by_subject": False,
+        "background": "slow", "every_activity": 0.7,
     })  # fmt: skip
     assert text(quiet, "h1#headline") == "歩行"
     quiet.refresh()
     wait(lambda: find(quiet, "#ask [name=only]").get_attribute("value") == "wrist")
-    for name in ("only", "target", "max_places"):
+    for name in ("only", "target", "max_places", "background", "every_activity"):
         typed(quiet, f"#ask [name={name}]", "")
     wait(lambda: study.request()["parameters"] == {"title": "歩行", "by_subject": False})
     typed(quiet, "#ask [name=forbid]", "haed")
@@ -261,6 +265,26 @@ def test_a_run_is_held_back_until_it_can_work(quiet, server, tmp_path):
     settle(quiet)
     assert not find(quiet, "#run").is_enabled()
     assert "fast: 1 clip, add 1" in text(quiet, "#cautions")
+
+
+def test_a_server_that_starts_again_behind_a_proxy_is_asked_again(browser, server, tmp_path, monkeypatch):
+    study, done, up = looked_at(browser, server, tmp_path / "LIB"), ["0 of 24"], threading.Event()
+
+    def progress(*_):
+        return {"state": "running", "sentence": f"{done[0]}.", "answer": "", "share": 0.1}
+
+    def events(told, **kinds):
+        return StreamingResponse(told, **kinds) if up.is_set() else JSONResponse({}, 502)
+
+    monkeypatch.setattr(Study, "progress", progress)
+    monkeypatch.setattr("w2w.web.app.StreamingResponse", events)
+    browser.get(f"{server[0]}/studies/{study.id}")
+    wait(lambda: "does not answer" in text(browser, "#stage"))
+    done[0] = "7 of 24"
+    up.set()
+    wait(lambda: "7 of 24" in text(browser, "#stage"))
+    done[0] = "8 of 24"  # by the stream, not by asking anew
+    wait(lambda: "8 of 24" in text(browser, "#stage"))
 
 
 def test_one_upload_that_fails_hides_no_other(browser, server, tmp_path):

@@ -69,6 +69,8 @@ def test_where_no_place_lies_nothing_can_be_forbidden_or_required(bundled_body):
         ValueError, match="'left wrist' must be chosen, but none of the 12 patches lies there"
     ):
         Constraints(must=("left wrist",)).terms(few)
+    with pytest.raises(ValueError, match="only left wrist, where none of the 12 patches lies: use more$"):
+        Constraints(only=("left wrist",)).terms(few)
 
 
 def test_costs_are_read_from_a_table(tmp_path, patches):
