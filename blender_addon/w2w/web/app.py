@@ -14,7 +14,7 @@ from starlette.exceptions import HTTPException
 from starlette.formparsers import MultiPartParser
 from starlette.middleware import Middleware
 from starlette.requests import ClientDisconnect, Request
-from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
+from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from ..core.imu.presets import PRESETS
@@ -23,6 +23,7 @@ from ..core.patches.body_parts import ALL, PARTS, PRODUCTS, SIDES
 from ..core.ranking.f1 import FEWEST_CLIPS
 from .answers import Answers
 from .guard import Doors, Guard
+from .operating import operates, operator_page
 from .receiving import Receiver, content_of, object_of, study_of
 from .request import INPUT
 from .shown import Pages
@@ -49,6 +50,7 @@ class App:
         """All addresses."""
         one = "/api/studies/{id}"
         return [
+            Route("/operator", self.operate),
             Route("/api/about", self.about),
             Route("/api/studies", self.all, methods=["GET"]),
             Route("/api/studies", self.make, methods=["POST"]),
@@ -69,6 +71,14 @@ class App:
         about: dict[str, Any] = {"sensors": [*PRESETS], "places": [*PRODUCTS, *ALL], "suffixes": SUFFIXES}
         about |= {"products": [*PRODUCTS], "parts": [*SIDES, *PARTS], "enough": FEWEST_CLIPS}
         return JSONResponse(about | {"most": self.doors.most, "clip_s": self.work.clip_s})
+
+    async def operate(self, request: Request) -> Response:
+        """The operator's page."""
+        if not operates(self.doors, request.state.owner):
+            raise RefusedError(403, "This page is for whoever runs the server: w2w serve --invite operator")
+        return HTMLResponse(
+            await asyncio.to_thread(operator_page, self.work, self.doors, dict(self.receiver.of_one))
+        )
 
     async def all(self, request: Request) -> Response:
         folder = self._folder(request)

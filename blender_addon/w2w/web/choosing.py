@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Choosing again in a finished study, in a worker that remembers it."""
 
+import json
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -93,7 +94,14 @@ def _written(out: Path) -> int:
 
 
 def _chosen(out: Path, wishes: dict[str, Any]) -> tuple[StudyResults, StudyConfig, Advice]:
-    study, tests, stream, turned = _opened(out, _written(out))
+    return _chosen_by(out, _written(out), json.dumps(wishes))
+
+
+@lru_cache(maxsize=4)
+def _chosen_by(out: Path, written: int, asked: str) -> tuple[StudyResults, StudyConfig, Advice]:
+    """A choice by wishes as JSON: its sentence is asked for, then its report."""
+    wishes = json.loads(asked)
+    study, tests, stream, turned = _opened(out, written)
     figures = {name: wishes.get(name) or None for name in FIGURES}
     config = Wishes(**figures, **{name: wishes.get(name) for name in WORDS}).over(study)
     cleared = [name for name in FIGURES if name in wishes and wishes[name] in ("", None)]

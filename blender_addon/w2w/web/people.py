@@ -12,6 +12,9 @@ from ..core.files import write_text
 
 SHORT = 32
 
+OPERATOR = "operator"
+"""The name of the person who runs the server, and sees who uses it."""
+
 
 @dataclass(frozen=True)
 class People:

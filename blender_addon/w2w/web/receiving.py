@@ -24,8 +24,8 @@ from .work import Work
 MOST_AT_ONCE, MOST_UPLOADS, MOST_OF_ONE = 200, 64, 16
 """Files of a request, requests with files that are read at the same time, and those of one person."""
 
-IN_ALL = 10
-"""All studies together may take so many times what one may."""
+OF_ONE, IN_ALL = 3, 10
+"""One person's studies, and all studies together, may take so many times what one may."""
 
 MOST_LABELS = 10**6
 """Bytes of a labels.csv: a row for each file that a study may hold, and more."""
@@ -88,19 +88,19 @@ class Receiver:
 
     def __init__(self, work: Work, most: int) -> None:
         self.work, self.most = work, most
-        self._arriving, self._of_one = Counter[Path](), Counter[str]()
+        self._arriving, self.of_one = Counter[Path](), Counter[str]()
 
     async def receive(self, request: Request, study: Study) -> dict[str, Any]:
         """Store a request's files in a study; what was taken, what was refused and why."""
         owner = study.folder.parent.name
-        if self._of_one.total() >= MOST_UPLOADS or (self._of_one[owner] >= MOST_OF_ONE and owner != "local"):
+        if self.of_one.total() >= MOST_UPLOADS or (self.of_one[owner] >= MOST_OF_ONE and owner != "local"):
             raise RefusedError(503, "Too many uploads at once: try again in a moment")
-        self._of_one[owner] += 1
+        self.of_one[owner] += 1
         try:
             async with request.form(max_files=MOST_AT_ONCE, max_fields=8) as form:
                 return await self._take(form.multi_items(), study)
         finally:
-            self._of_one[owner] -= 1
+            self.of_one[owner] -= 1
 
     async def _take(self, items: list[tuple[str, UploadFile | str]], study: Study) -> dict[str, Any]:
         found: dict[str, Any] = {}
@@ -109,11 +109,7 @@ class Receiver:
                 found[field] = checked_parameters(parsed(value))
         arrived = Arrived(study)
         size = sum(value.size or 0 for _, value in items if isinstance(value, UploadFile))
-        here, all_ = [await asyncio.to_thread(folder_size, path) for path in (study.folder, self.work.data)]
-        room = min(
-            self.most - here - self._arriving[study.folder],
-            IN_ALL * self.most - all_ - self._arriving.total(),
-        )
+        room = await self._room(study)
         self._arriving[study.folder] += size
         try:
             for field, value in items:
@@ -138,6 +134,16 @@ class Receiver:
         finally:
             self._arriving[study.folder] -= size
             await asyncio.to_thread(shutil.rmtree, arrived.folder, ignore_errors=True)
+
+    async def _room(self, study: Study) -> int:
+        """Bytes that a study may still take, beside the others of its owner and of all."""
+        owner, data, arriving = study.folder.parent, self.work.data, self._arriving
+        here, own, all_ = [await asyncio.to_thread(folder_size, path) for path in (study.folder, owner, data)]
+        room = min(self.most - here - arriving[study.folder], IN_ALL * self.most - all_ - arriving.total())
+        if owner.name == "local":
+            return room
+        coming = sum(size for folder, size in arriving.items() if folder.parent == owner)
+        return min(room, OF_ONE * self.most - own - coming)
 
     async def _unpack(self, value: UploadFile, arrived: Arrived, room: int) -> None:
         content = arrived.folder / f"z{len(arrived.files)}"

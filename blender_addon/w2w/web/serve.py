@@ -48,7 +48,9 @@ def serve(
     ] = "",
     workers: Annotated[int, option("Studies worked on at the same time.", min=1)] = 1,
     scheduler: Annotated[str, option("Dask scheduler for the runs, as for 'w2w run'.")] = "",
-    most_mb: Annotated[int, option("Most MB of a study's files; ten times that in all.", min=1)] = 2000,
+    most_mb: Annotated[
+        int, option("Most MB of a study's files; three times that of a person's, ten times in all.", min=1)
+    ] = 2000,
     keep_days: Annotated[float, option("Days after which an unused study is deleted.", min=0.01)] = 30.0,
 ) -> None:
     """Serve W2W as a web app: drop clips in a browser, get the answer.

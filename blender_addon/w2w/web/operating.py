@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The operator's page: who uses the server, how much of it, and what is at work."""
+
+import shutil
+from collections.abc import Mapping
+from contextlib import suppress
+from html import escape
+from pathlib import Path
+
+from .guard import PAGES, Doors
+from .people import OPERATOR, folder_of_person
+from .receiving import IN_ALL, OF_ONE, folder_size
+from .study import Study
+from .uploads import RefusedError
+from .work import DAY_S, Work
+
+MEGABYTE = 1e6
+
+
+def operates(doors: Doors, owner: str) -> bool:
+    """Whether an owner runs the server: whoever is on this machine, else the person `operator`."""
+    return not doors.asks or owner == folder_of_person(OPERATOR)
+
+
+def operator_page(work: Work, doors: Doors, uploads: Mapping[str, int]) -> str:
+    """The page, with a row for each person; `uploads` that arrive now by their folders."""
+    names = {folder_of_person(name): name for name in doors.people.listed()} | {"local": "this machine"}
+    rows, total = [], 0
+    for folder in sorted({study.folder.parent for study in work.studies()} | _of(work.data, names)):
+        studies, size = (
+            [study for study in work.studies() if study.folder.parent == folder],
+            folder_size(folder),
+        )
+        running = sum(study.id in work.running for study in studies)
+        waiting = sum(_waits(work, study) for study in studies) - running
+        idle = min((max(0.0, study.idle_s()) for study in studies), default=0.0) / DAY_S
+        cells = [
+            len(studies),
+            f"{size / MEGABYTE:.0f}",
+            uploads.get(folder.name, 0),
+            running,
+            waiting,
+            f"{idle:.0f}",
+        ]
+        numbers = "".join(f'<td class="n">{cell}</td>' for cell in cells)
+        rows.append(f'<tr><th scope="row">{escape(names.get(folder.name, "a token"))}</th>{numbers}</tr>')
+        total += size
+    most, free = doors.most / MEGABYTE, shutil.disk_usage(work.data).free / MEGABYTE
+    used = f"{total / MEGABYTE:.0f} of {IN_ALL * most:.0f} MB are used"
+    sentence = f"{used}; one person may use {OF_ONE * most:.0f} MB. The disk has {free:.0f} MB left."
+    text = (PAGES / "operator.html").read_text(encoding="utf-8")
+    return text.replace("{{ sentence }}", sentence).replace("{{ rows }}", "\n".join(rows))
+
+
+def _of(data: Path, names: Mapping[str, str]) -> set[Path]:
+    """The folders of people who have come, whether they have studies or not."""
+    return {data / folder for folder in names if (data / folder).is_dir()}
+
+
+def _waits(work: Work, study: Study) -> bool:
+    with suppress(RefusedError):
+        return work.waits(study)
+    return False
