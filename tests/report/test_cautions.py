@@ -8,10 +8,13 @@ from html import unescape
 from rich.console import Console
 
 import w2w
-from w2w.core.findings.cautions import KNOW, STOPS, WEAKENS, Caution, cautions
+from w2w.core.findings.advice_content import advice_content
+from w2w.core.findings.cautions import KNOW, STOPS, WEAKENS, Caution, cautions, head
+from w2w.core.selection.advice import advise
+from w2w.core.selection.scored import ScoredMap
 from w2w.core.study.clip_list import is_used
 from w2w.core.study.results import StudyResults
-from w2w.headless.reports.console_tables import show_cautions
+from w2w.headless.reports.console_tables import show_answer, show_cautions
 from w2w.report.page import report_page
 
 
@@ -39,6 +42,20 @@ def test_every_door_says_the_same_words(sparse_results):
     )
     for sentence in said:
         assert page.count(sentence) == shown.count(sentence) == 1, sentence
+
+
+def test_what_stops_an_answer_stands_in_its_place_at_every_door(drawn_results):
+    stop, weak = Caution(STOPS, "nodding is all at 24 frames a second"), Caution(WEAKENS, "few clips")
+    assert head("Wear a ring.", [weak]) == "Wear a ring."
+    stopped = "No answer yet: nodding is all at 24 frames a second."
+    assert head("Wear a ring.", [weak, stop]) == stopped
+    study, console = StudyResults.load(drawn_results), Console(record=True, width=1000, file=io.StringIO())
+    advice = advise(ScoredMap(study.utility, study.patches, study.body()), None)
+    content = advice_content(advice, study.utility, study.patches, [stop])
+    assert content["answer"]["sentence"] == stopped
+    assert content["answer"]["patch"] == advice.answer.patch
+    show_answer(advice, study.utility, [stop], console)
+    assert console.export_text().strip().startswith(stopped)
 
 
 def test_a_map_that_repeats_below_a_half_is_cautioned_of_and_painted_with_less_contrast(drawn_results):

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..core.files import write_text
+from ..core.findings.cautions import head
 from ..core.findings.new_folder import write_findings
 from ..core.given import given_path
 from ..core.library.library import Clip, Library
@@ -86,15 +87,16 @@ class Ranking(Ranked):
         ]
         about = self.answer.detail().removesuffix("."), self.answer.measured()
         said = [*(f"{text}." for text in about if text), *(each.sentence() for each in self.cautions)]
+        on_top = head(self.answer.sentence(), self.cautions)
         parts = [
-            f"<p><b>{escape(self.answer.sentence())}</b></p>",
+            f"<p><b>{escape(on_top)}</b></p>",
             *(f"<p>{escape(text)}</p>" for text in said),
             f"<table><tr><th>One sensor on<th>F1<th>95 % interval<th>Costs<th>95 % interval<th>"
             f"{''.join(rows)}"
             "</table>",
         ]
         if self.picture is not None:
-            alt, source = escape(self.answer.sentence()), b64encode(self.picture).decode()
+            alt, source = escape(on_top), b64encode(self.picture).decode()
             parts.append(f'<img alt="{alt}" style="max-width: 100%" src="data:image/png;base64,{source}">')
         return "".join(parts)
 
@@ -231,7 +233,8 @@ class Ranking(Ranked):
         path = given_path(path, "a report")
         if self.recordings is not None:
             cautions = [caution.sentence() for caution in self.cautions]
-            said = {"cautions": cautions, "skipped": self.skipped, "names": self.names}
+            on_top = head(self.answer.sentence(), self.cautions)
+            said = {"head": on_top, "cautions": cautions, "skipped": self.skipped, "names": self.names}
             page = worn_page(self.utility, self.advice, self.config, said, self.picture)
             write_text(path, page)
             return

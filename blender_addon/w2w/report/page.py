@@ -105,8 +105,8 @@ def worn_page(
 ) -> str:
     """The page of ranked recordings of worn sensors, as HTML.
 
-    `said` are the `cautions` as sentences, the clips `skipped`, each with the reason, and the `names` of the
-    places; `picture` is a PNG of the body with the places, if there is one.
+    `said` are the `head`, the `cautions` as sentences, the clips `skipped`, each with the reason, and the
+    `names` of the places; `picture` is a PNG of the body with the places, if there is one.
     """
     names, worn = said["names"], advice.worn
     recommended = advice.answer.patch

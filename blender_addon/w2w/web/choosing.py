@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.findings.advice_content import advice_content, need_content, place_content, with_needs
+from ..core.findings.cautions import Caution
 from ..core.ranking.stream import Stream
 from ..core.selection.advice import Advice
 from ..core.selection.joint import grow_unwished
@@ -57,7 +58,8 @@ def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
         scores = compared(study, words(wishes["compare"]))
         return {"compared": [place_content(score, study.patches) for score in scores]}
     again, _, advice = _chosen(out, wishes)
-    return advice_content(advice, again.utility, again.patches)
+    found = [Caution(**each) for each in again.summary["cautions"]]
+    return advice_content(advice, again.utility, again.patches, found)
 
 
 def report_again(out: Path, wishes: dict[str, Any]) -> str:

@@ -19,8 +19,7 @@ def test_activities_of_two_systems_are_named_with_them():
     assert source_caution(clips) == (
         "the ranking may tell the sources of the clips apart, not the activities: running and walking come "
         "from CMU skeletons at 120 frames/s alone, sitting from Mixamo skeletons at 30 frames/s alone; take "
-        "all activities from the same sources, or compare within each "
-        "(w2w study library)"
+        "all activities from the same sources, or compare within each"
     )
 
 

@@ -20,12 +20,15 @@ from ..selection.promise import Promise
 from ..selection.scored import PlaceScore
 from ..study.needs import Loss, Need
 from ..study.variants import ALONE, KNOBS
+from .cautions import Caution, head
 
 
-def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> dict[str, Any]:
-    """The choice as plain values."""
+def advice_content(
+    advice: Advice, utility: UtilityMap, patches: PatchSet, cautions: Sequence[Caution]
+) -> dict[str, Any]:
+    """The choice as plain values, under what speaks against it."""
     return {
-        "answer": answer_content(advice.answer, patches),
+        "answer": answer_content(advice.answer, patches, cautions),
         "cards": [
             {"sensor": called(card.patch, advice, patches), **asdict(card), "in_words": card.in_words()}
             for card in advice.cards
@@ -46,10 +49,10 @@ def advice_content(advice: Advice, utility: UtilityMap, patches: PatchSet) -> di
     }
 
 
-def answer_content(answer: Answer, patches: PatchSet) -> dict[str, Any]:
-    """Where to wear one sensor, in a sentence and by products."""
+def answer_content(answer: Answer, patches: PatchSet, cautions: Sequence[Caution]) -> dict[str, Any]:
+    """Where to wear one sensor, in a sentence and by products, or what stops the answer."""
     return {
-        "sentence": answer.sentence(),
+        "sentence": head(answer.sentence(), cautions),
         "detail": answer.detail(),
         **habit_content(answer),
         "chance": round(answer.chance, 3),

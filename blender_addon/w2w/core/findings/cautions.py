@@ -87,6 +87,12 @@ def heaviest_first(found: Iterable[Caution]) -> list[Caution]:
     return sorted((each for each in found if each.text), key=lambda each: order.index(each.weight))
 
 
+def head(answer: str, found: Iterable[Caution]) -> str:
+    """What stands on top: the answer, or what stops it."""
+    stops = next((each.text for each in found if each.weight == STOPS), "")
+    return f"No answer yet: {stops}." if stops else answer
+
+
 def window_caution(length_s: float, durations: Sequence[float]) -> Caution:
     """A caution on windows that are longer than clips, of these durations, s; without text if none is."""
     shorter = sum(duration < length_s for duration in durations)

@@ -50,8 +50,7 @@ def source_caution(clips: Sequence[Origin]) -> str:
         if source_of := confined(activities, groups):
             return (
                 "the ranking may tell the sources of the clips apart, not the activities: "
-                f"{_sources(source_of)}; take all activities from the same sources, or compare within each "
-                "(w2w study library)"
+                f"{_sources(source_of)}; take all activities from the same sources, or compare within each"
             )
     people = [clip.subject for clip in clips]
     person_of = confined(activities, people) if all(people) else {}

@@ -30,7 +30,7 @@ from .. import options
 from ..console import USAGE, console_beside, ending, print_json
 from ..options import AsJson, argument, option, with_options
 from ..reports import draw
-from ..reports.console_tables import show_answer, show_cautions, show_places, show_worn
+from ..reports.console_tables import show_answer, show_places, show_worn
 from ..runs.folder import HEATMAPS, only_run, picture_files, remove_unfinished
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import check, listed, new_file
@@ -142,8 +142,8 @@ def place(
             study = ranked_again(study, config)
         with console.status("Choosing sensors"):
             advice = advised(study, config)
-    show_answer(advice, study.utility, console)
-    show_cautions(_cautions(study, config), console)
+    found = _cautions(study, config)
+    show_answer(advice, study.utility, found, console)
     show_worn(advice, study.patches, console)
     if redrawn:
         _redraw(results, study, config, advice, console)
@@ -151,9 +151,9 @@ def place(
         with ending(USAGE, console), copied(results, folder) as copy:
             _redraw(copy, study, config, advice, console)
     elif out is not None:
-        write_json(out, advice_content(advice, study.utility, study.patches))
+        write_json(out, advice_content(advice, study.utility, study.patches, found))
     if as_json:
-        print_json(advice_content(advice, study.utility, study.patches))
+        print_json(advice_content(advice, study.utility, study.patches, found))
     if out is not None:
         console.print(f"\nWritten to {out}")
 
@@ -185,11 +185,12 @@ def chosen_content(
     study: StudyResults, ranked: StudyResults, config: StudyConfig, advice: Advice
 ) -> dict[str, Any]:
     """What `summary.json` says of a choice, made from a new ranking of a study."""
-    content = advice_content(advice, ranked.utility, ranked.patches)
+    found = _cautions(ranked, config)
+    content = advice_content(advice, ranked.utility, ranked.patches, found)
     if np.array_equal(ranked.utility.weights, study.utility.weights):
         content["cards"] = with_needs(content["cards"], needs_on(study.cards))
     content |= map_content(ranked, study.config().placements, advice.answer.base.under)
-    return content | {"cautions": [caution._asdict() for caution in _cautions(ranked, config)]}
+    return content | {"cautions": [caution._asdict() for caution in found]}
 
 
 def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice, console: Console) -> None:

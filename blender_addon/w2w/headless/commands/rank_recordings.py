@@ -15,7 +15,7 @@ from ...report.page import REPORT
 from .. import options
 from ..console import USAGE, console_beside, ending, print_json, show_left_out
 from ..options import AsJson, argument, option
-from ..reports.console_tables import show_answer, show_cautions, show_worn
+from ..reports.console_tables import show_answer, show_worn
 from ..runs.own_files import published
 from ..study_options import declared
 
@@ -64,8 +64,7 @@ def rank_recordings(
                 write_json(new / "summary.json", _content(found))
     if as_json:
         print_json(_content(found))
-    show_answer(advice, found.utility, console, simulated=False)
-    show_cautions(found.cautions, console)
+    show_answer(advice, found.utility, found.cautions, console, simulated=False)
     show_left_out(found.left_out, console)
     show_worn(advice, found.patches, console)
     for clip, why in found.skipped:
@@ -83,6 +82,6 @@ def _content(found: Ranking) -> dict[str, object]:
         "protocol": found.utility.protocol,
         "classifier": found.utility.classifier,
         "cautions": [caution._asdict() for caution in found.cautions],
-        **advice_content(found.advice, found.utility, found.patches),
+        **advice_content(found.advice, found.utility, found.patches, found.cautions),
         "map_sentence": repeat_sentence(found.utility, simulated=False),
     }

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from ...core.findings import notes
 from ...core.findings.advice_content import called, next_worn
-from ...core.findings.cautions import KNOW, OPEN, STOPS, WEAKENS, Caution
+from ...core.findings.cautions import KNOW, OPEN, STOPS, WEAKENS, Caution, head
 from ...core.findings.summary import best_regions, own_scores, study_counts
 from ...core.library.library import Library
 from ...core.patches.patches import PatchSet
@@ -59,8 +59,9 @@ def show_labels(library: Library, console: Console, verbose: bool = False) -> No
 def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console: Console) -> None:
     """Print the answer, what it rests on, the files that hold it, and what could not be drawn."""
     out, utility, patches = study.results.out, study.results.utility, study.results.patches
-    show_answer(study.advice, utility, console)
-    show_cautions([Caution(**each) for each in study.results.summary["cautions"]], console)
+    show_answer(
+        study.advice, utility, [Caution(**each) for each in study.results.summary["cautions"]], console
+    )
     placements, base = [name for name, _ in study.config.placements], study.advice.answer.base.under
     show_own_placements(own_scores(placements, utility, patches, base), console)
     show_worn(study.advice, patches, console)
@@ -131,14 +132,21 @@ def show_comparison(comparison: dict[str, Any], console: Console) -> None:
     console.print(table)
 
 
-def show_answer(advice: Advice, utility: UtilityMap, console: Console, simulated: bool = True) -> None:
-    """Print where to wear one sensor, on which products, and how sure that is."""
-    console.print(f"\n{advice.answer.sentence()}", style="bold")
+def show_answer(
+    advice: Advice,
+    utility: UtilityMap,
+    cautions: Sequence[Caution],
+    console: Console,
+    simulated: bool = True,
+) -> None:
+    """Print where to wear one sensor, on which products, how sure that is and what speaks against it."""
+    console.print(f"\n{head(advice.answer.sentence(), cautions)}", style="bold", markup=False)
     _say(advice.answer.detail().removesuffix("."), console, "")
     _say(advice.answer.measured(), console, "")
     show_places(advice.answer.products[:LISTED], console, "recommended" if advice.answer.differs else "")
     _say(headline.mean_sentence(utility), console, "")
     _say(headline.repeat_sentence(utility, simulated), console, "")
+    show_cautions(cautions, console)
 
 
 def _with_interval(value: float, low: float, high: float) -> str:

@@ -174,7 +174,7 @@ def choose(body: bpy.types.Object) -> None:
     mean = scores.expected_mean(study, utility)
     if counting.is_as_ranked(study, utility):
         found = answer(scored_map(utility, patches, state.body_as_run(body), config))
-        lists.keep_answer(study, answer_content(found, patches))
+        lists.keep_answer(study, answer_content(found, patches, lists.cautions_of(study)))
         patch = found.patch
     else:
         patch = int(np.where(terms.allowed, mean, -1).argmax())

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.findings.advice_content import advice_content
+from ...core.findings.cautions import head
 from ...core.ranking.pooling import Pooling
 from ...core.ranking.utility import UtilityMap
 from ...core.selection.advice import Advice
@@ -72,11 +73,13 @@ def choose_steps(mesh: bpy.types.Object) -> Steps:
     found, advice = yield from advised_steps(mesh, state.config_of(study))
     if reweighed and not left_out:
         results.store(mesh, found.utility, study.ranked_as, found.clips)
-    content = advice_content(advice, found.utility, found.patches)
+    cautions = lists.cautions_of(study)
+    content = advice_content(advice, found.utility, found.patches, cautions)
     lists.keep_advice(study, content)
     results.mark_chosen(mesh)
     worn = content["worn_together"]
-    text = capital(worn["sentence"]) if worn else content["answer"]["sentence"].rstrip(".")
+    said = capital(worn["sentence"]) if worn else content["answer"]["sentence"]
+    text = head(said, cautions).rstrip(".")
     return f"{text}. Without {', '.join(left_out)}" if left_out else text
 
 
