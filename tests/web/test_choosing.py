@@ -15,7 +15,9 @@ def chosen_by(tmp_path, monkeypatch):
     """Chooses again over a run of its own wishes, and gives the parameters that it chose by."""
     run = StudyConfig(target=0.9, max_places=4, constraints=Constraints(forbid=("head",)))
     clips = (SimpleNamespace(activity="walk"),)
-    study = SimpleNamespace(config=lambda: run, clips=clips, utility=None, patches=None)
+    study = SimpleNamespace(
+        config=lambda: run, clips=clips, utility=None, patches=None, summary={"cautions": []}
+    )
     monkeypatch.setattr(choosing, "_opened", lambda *_: (study, None, None, {}))
     monkeypatch.setattr(choosing, "ranked_again", lambda found, _: found)
     monkeypatch.setattr(choosing, "advised_by", lambda _, config, *__: config)

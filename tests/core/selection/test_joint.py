@@ -78,21 +78,25 @@ def test_each_sensor_is_worth_its_while_where_the_target_is_out_of_reach(tests, 
 
 
 @pytest.mark.parametrize(
-    ("f1", "low", "sensors"),
+    ("f1", "delivered", "sensors"),
     [
-        ([0.80, 0.81, 0.83], [0.7, 0.7, 0.7], 1),  # .03 for two sensors
-        ([0.80, 0.81, 0.85], [0.7, 0.7, 0.7], 3),  # the second is worth it with the third
-        ([0.80, 0.83, 0.85], [0.7, 0.7, 0.7], 3),
-        ([0.66, 0.67, 0.67], [0.54, 0.5, 0.5], 1),
-        ([0.66, 0.70, 0.70], [0.54, 0.51, 0.51], 1),  # the lower end falls
-        ([0.80, 0.8951, 0.93], [0.7, 0.8, 0.8], 2),  # reaches the target as shown
-        ([0.80, 0.8949, 0.93], [0.7, 0.8, 0.8], 3),
-        ([0.88, 0.8949, 0.90], [0.7, 0.8, 0.8], 1),
+        ([0.80, 0.81, 0.83], [0.7, 0.8, 0.9], 1),  # .03 for two sensors
+        ([0.80, 0.81, 0.85], [0.7, 0.8, 0.9], 3),  # the second is worth it with the third
+        ([0.80, 0.83, 0.85], [0.7, 0.8, 0.9], 3),
+        ([0.80, 0.83, 0.85], [0.7, 0.715, 0.74], 3),  # .02 and .04 as shown
+        ([0.80, 0.83, 0.85], [0.7, 0.714, 0.73], 1),  # halves added less
+        ([0.58, 0.62, 0.64], [0.58, 0.58, 0.58], 1),
+        ([0.66, 0.67, 0.67], [0.5, 0.6, 0.7], 1),
+        ([0.80, 0.8951, 0.93], [0.7, 0.8, 0.9], 2),  # reaches the target as shown
+        ([0.80, 0.8949, 0.93], [0.7, 0.8, 0.9], 3),
+        ([0.88, 0.8949, 0.90], [0.7, 0.8, 0.9], 1),
     ],
 )
-def test_a_further_sensor_adds_two_hundredths_and_no_doubt(f1, low, sensors):
+def test_a_further_sensor_adds_two_hundredths_as_expected_and_as_delivered(f1, delivered, sensors):
     lacks = 0.9 - np.round(f1, 2)
-    assert joint._enough(1, lacks, np.round(low, 2)) == sensors
+    halves = np.array([delivered, delivered, np.sort(delivered)[::-1]])
+    assert joint._enough(1, lacks, halves) == sensors
+    assert joint._enough(1, lacks, np.empty((0, 3))) == 1  # nothing is shown
 
 
 class Lossy:

@@ -225,7 +225,7 @@ def choose_together(
         lowest = promise.f1[:, tests.weights > 0].min(axis=1)
         f1, wanted = np.array([promise.mean, lowest]), np.array([[target], [every_activity]])
         lacks = (as_shown(wanted) - as_shown(f1)).max(axis=0)
-        enough = _enough(fewest(order, terms.required), lacks, as_shown(promise.low))
+        enough = _enough(fewest(order, terms.required), lacks, promise.delivered)
         reached = bool(lacks[enough - 1] <= 0)
         if reached or enough < len(order):
             break
@@ -239,15 +239,16 @@ def choose_together(
     )  # fmt: skip
 
 
-def _enough(fewest_sensors: int, lacks: np.ndarray, low: np.ndarray) -> int:
-    """The number of sensors to recommend, by what each number lacks of the target and its interval's end.
+def _enough(fewest_sensors: int, lacks: np.ndarray, delivered: np.ndarray) -> int:
+    """The number of sensors to recommend, by what each number lacks of the target and halves delivered.
 
-    More are worth it if each adds `WORTH` and the lower end does not fall, until the target is reached.
+    More are worth it if each adds `WORTH`, as expected and by halves (H, K), until the target is reached.
     """
     enough = fewest_sensors
     for size in range(enough + 1, len(lacks) + 1):
-        gain = lacks[enough - 1] - lacks[size - 1] + 1e-9  # of rounding
-        worth_it = gain >= WORTH * (size - enough) and low[size - 1] >= low[enough - 1]
+        gain = lacks[enough - 1] - lacks[size - 1]
+        came = np.median(delivered[:, size - 1] - delivered[:, enough - 1]) if len(delivered) else 0.0
+        worth_it = min(gain, as_shown(came)) + 1e-9 >= WORTH * (size - enough)  # but for rounding
         if lacks[enough - 1] > 0 and worth_it:
             enough = size
     return enough

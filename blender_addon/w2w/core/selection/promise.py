@@ -34,13 +34,15 @@ class Promise:
     low: np.ndarray  # (K,): its interval
     high: np.ndarray
     raw: np.ndarray  # (K, A): F1 on the clips that chose the set
+    delivered: np.ndarray  # (H, K): macro F1 of sets that a half chose, on the other half
     in_stream: bool = False  # in a stream of other clips, not on clips cut out
     known: bool = True  # whether parts of the clips could be compared; else the interval is 0 to 1
 
     def first(self, count: int) -> Promise:
         """The promise for the first `count` set sizes."""
         by_size = ("f1", "mean", "low", "high", "raw")
-        return replace(self, **{name: getattr(self, name)[:count] for name in by_size})
+        firsts = {name: getattr(self, name)[:count] for name in by_size}
+        return replace(self, **firsts, delivered=self.delivered[:, :count])
 
     def at_most(self, other: Promise) -> Promise:
         """No more than another promise for sets of the same size, nor less than for the first patch."""
@@ -80,12 +82,13 @@ class Promises:
         level_of = {part: self.level(part, size) for part in [tests.whole, *chain.from_iterable(tests.pairs)]}
         raw = tests.whole.f1_of_first(order)
         more = _better_chosen(tests)
+        ways = [way for pair in tests.pairs for way in (pair, pair[::-1])]
+        delivered = [self._delivered(choose(here, self.terms, size), there, size) for here, there in ways]
         gains = [
-            self._gain(choose(here, self.terms, size), there, level_of[there])
+            (f1 - level_of[there])
             * _left(level_of[tests.whole], level_of[there], tests.weights)[:, None]
             * more
-            for pair in tests.pairs
-            for here, there in (pair, pair[::-1])
+            for f1, (_, there) in zip(delivered, ways, strict=True)
         ]
         shown = np.maximum(np.isfinite(gains).sum(axis=0), 1)  # an activity may have too few clips for halves
         believed = 1.0 if tests.plan.disjoint else UNPROVEN  # folds share the subjects they train on
@@ -102,7 +105,8 @@ class Promises:
         reach = scipy.special.ndtri((1 + CONFIDENCE) / 2) * np.sqrt(variance)
         low, high = np.clip(mean - reach, 0, 1), np.clip(mean + reach, 0, 1)
         low[0], high[0] = alone[1:]
-        return Promise(f1, mean, low, high, raw, known=bool(gains))
+        shown_by = np.array([mean_of(one) for one in delivered]).reshape(-1, size)
+        return Promise(f1, mean, low, high, raw, shown_by, known=bool(gains))
 
     def level(self, tests: Tests, size: int) -> np.ndarray:
         """Mean F1 of sets drawn at random, by their size, shape (size, A)."""
@@ -115,15 +119,10 @@ class Promises:
             level = self._levels[tests] = np.concatenate([level, more])
         return level[:size]
 
-    def delivered(self, order: Sequence[int], there: Tests) -> np.ndarray:
-        """F1 of a set, by its size, shape (K, A)."""
-        return there.f1_of_first(order)
-
-    def _gain(self, order: Sequence[int], there: Tests, level: np.ndarray) -> np.ndarray:
-        """F1 gain of a set chosen elsewhere over random sets, by size; a shorter set keeps its last F1."""
-        delivered = self.delivered(order, there)
-        more = len(level) - len(delivered)
-        return np.concatenate([delivered, np.repeat(delivered[-1:], more, axis=0)]) - level
+    def _delivered(self, order: Sequence[int], there: Tests, size: int) -> np.ndarray:
+        """F1 of a set chosen elsewhere, by its size, shape (K, A); a shorter set keeps its last F1."""
+        f1 = there.f1_of_first(order)
+        return np.concatenate([f1, np.repeat(f1[-1:], size - len(f1), axis=0)])
 
 
 def rising(by_size: np.ndarray) -> np.ndarray:
