@@ -302,6 +302,7 @@ RANDOM = np.random.default_rng(0).normal(size=(20, 20, 3))
         ("a.json", "[" * 100_000, "it cannot be read as JSON"),
         ("a.json", '{"positions": [[[1, 2, 3]], [[1, 2]]]}', "no regular list of frames"),
         ("a.json", '{"positions": [[["a", "b", "c"]]]}', "no regular list of frames"),
+        ("a.json", '{"positions": ' + "[" * 600 + "]" * 600 + "}", "no regular list of frames"),
         ("a.json", '{"people": []}', "one frame of OpenPose"),
         ("a.json", '{"instance_info": [{"instances": []}]}', "shows nobody"),
         ("a.json", '{"positions": [[[1, 2, 3]]], "joint_names": ["a", "b"]}', "there are 2 'joint_names'"),

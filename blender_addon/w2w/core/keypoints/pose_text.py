@@ -256,7 +256,7 @@ def _array(values: list[Any]) -> np.ndarray:
     """Nested lists as an array; null is NaN."""
     try:
         return np.array(_without_null(values), dtype=np.float64)
-    except (ValueError, TypeError, OverflowError) as error:
+    except (ValueError, TypeError, OverflowError, RecursionError) as error:
         raise UnusableMotion(
             "its positions are no regular list of frames, joints and numbers: give every frame all joints"
         ) from error
