@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
@@ -74,7 +74,7 @@ class BoneMap:
                 matched[JOINT_INDEX[joint]] = bone
         return matched
 
-    def written(self, plain: set[str]) -> int:
+    def written(self, plain: Container[str]) -> int:
         """How many joints have a bone among some plain names without more ado."""
         return sum(any(plain_name(name) in plain for name in names) for names in self.joints.values())
 
@@ -166,15 +166,23 @@ def best_match(bones: Sequence[str], maps: Iterable[BoneMap] = ()) -> tuple[Bone
 
 @lru_cache(maxsize=64)
 def _best_bundled(bones: tuple[str, ...]) -> Match:
-    """The best of the bundled maps, of equally good ones that which has most names as they are written."""
-    plain = set(map(plain_name, bones))
-    maps = sorted(bundled_bone_maps(), key=lambda bone_map: -bone_map.written(plain))
-    return _best((bone_map, bone_map.match(bones)) for bone_map in maps)
+    """The best of the bundled maps; the clips of a library have few different skeletons."""
+    matches = ((bone_map, bone_map.match(bones)) for bone_map in bundled_bone_maps())
+    return _best(matches, set(map(plain_name, bones)))
 
 
-def _best(matches: Iterable[Match]) -> Match:
-    """The first map that finds most required joints, then most joints; None if none finds any."""
-    return max([(None, {}), *matches], key=lambda match: (-len(missing_joints(match[1])), len(match[1])))
+def _best(matches: Iterable[Match], plain: Container[str] = ()) -> Match:
+    """The first map that finds most required joints, then most others; None if none finds any.
+
+    Equally good maps differ by how many names they have among some, then by how much of the spine.
+    """
+
+    def rank(match: Match) -> tuple[int, int, int, int]:
+        apart = sum(not JOINT_NAMES[joint].startswith("spine") for joint in match[1])
+        written = match[0].written(plain) if match[0] else 0
+        return -len(missing_joints(match[1])), apart, written, len(match[1])
+
+    return max([(None, {}), *matches], key=rank)
 
 
 def missing_joints(matched: dict[int, int]) -> list[str]:
