@@ -5,7 +5,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.rotations import continuous_quaternions, frame_of, in_axes, smallest_rotation, turn_about
+from w2w.core.rotations import (
+    continuous_quaternions,
+    double_inverse,
+    frame_of,
+    in_axes,
+    into_frame,
+    rate_in_frame,
+    smallest_rotation,
+    turn_about,
+)  # fmt: skip
 
 EPS = np.finfo(float).eps
 
@@ -115,3 +124,20 @@ def test_rotations_in_other_axes(spins):
     np.testing.assert_allclose(
         in_axes(spins[:, 1:], own[1:]), (own.swapaxes(1, 2) @ spins @ own)[:, 1:], atol=8 * EPS
     )
+
+
+def test_a_spinning_frames_rate_and_gravity_are_those_of_a_gyroscope_on_it_at_any_length_of_the_quaternion():
+    """One turn a second about an axis of the world; the quaternion grows, which is no turn."""
+    speed, times = 2 * np.pi, np.linspace(0, 1, 50)
+    axis = np.array([2.0, -1.0, 2.0]) / 3
+    half, grown = speed * times / 2, 1 + times
+    q = np.concatenate([np.cos(half)[None], axis[:, None] * np.sin(half)]) * grown
+    turning = np.concatenate([-np.sin(half)[None], axis[:, None] * np.cos(half)]) * (speed / 2) * grown
+    q_dot = turning + q / grown
+    rate, gravity = np.empty((3, 50)), np.empty((3, 50))
+    rate_in_frame(q, double_inverse(q), q_dot, rate)
+    np.testing.assert_allclose(rate, np.tile(speed * axis[:, None], 50), atol=1e-12)
+    down = np.tile(np.array([0.0, 0.0, -9.81])[:, None], 50)
+    into_frame(q, double_inverse(q), down, gravity)
+    turned = Rotation.from_rotvec(speed * times[:, None] * axis).inv().apply(down.T)
+    np.testing.assert_allclose(gravity.T, turned, atol=1e-12)

@@ -6,7 +6,7 @@ import pytest
 from scipy.stats import kurtosis, skew
 from threadpoolctl import threadpool_limits
 
-from w2w.core.windows.features import BAND_EDGES_HZ, feature_names, window_features
+from w2w.core.windows.features import BAND_EDGES_HZ, FLOOR, feature_names, window_features
 
 RATE = 50.0
 
@@ -104,3 +104,12 @@ def test_features_are_the_same_whatever_threads_there_are():
         with threadpool_limits(threads):
             found.append(window_features(windows, 100.0))
     np.testing.assert_array_equal(*found)
+
+
+def test_a_channel_that_stands_still_is_at_the_floor_and_correlates_with_none():
+    windows = np.zeros((1, 1, 100, 6), dtype=np.float32)
+    windows[..., 0] = np.random.default_rng(2).normal(size=100)
+    windows[..., 1] = 9.81
+    features = window_features(windows, RATE)[0, 0]
+    assert features[column("acc y std")] == pytest.approx(np.log(FLOOR) / 1.5, rel=1e-4)
+    assert features[column("acc x * acc y")] == pytest.approx(0, abs=1e-3)
