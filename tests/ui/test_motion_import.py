@@ -6,7 +6,6 @@ from __future__ import annotations
 import shutil
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from scipy.spatial.transform import Rotation
 from w2w.core.library.import_plan import plan_folder
 from w2w.core.library.library import MOTION_SUFFIXES
 from w2w.core.motion.motion import Motion
+from w2w.core.reading.reader import Reader
 from w2w.scene.base.actions import read_action
 from w2w.scene.base.body import armature_of
 from w2w.ui.jobs import jobs
@@ -26,6 +26,7 @@ from w2w.ui.panels import menus
 from w2w.ui.steps import motion_import
 from w2w.ui.steps.motion_import import ImportItem, import_items, import_steps
 
+from ..hostile_c3d import plant, write_hostile
 from .made_study import make_study, names_in_file, take_through
 
 pytestmark = pytest.mark.usefixtures("blender")
@@ -57,26 +58,28 @@ def test_a_rate_in_the_labels_goes_before_the_dialog_s(library: Path, tmp_path: 
 def test_no_file_is_imported_in_one_turn_of_the_window(
     library: Path, shared_data: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What Blender need not do is done in a thread; what it reads and writes are turns apart."""
+    """Files are read and retargeted in a thread, FBX by another Blender."""
     threads: list[tuple[str, bool]] = []
 
-    def watch(name: str, do: Callable[..., object]) -> None:
+    def watch(place: object, name: str) -> None:
+        do = getattr(place, name)
+
         def watched(*given: object) -> object:
             time.sleep(3 * jobs.POLL)
             threads.append((name, threading.current_thread() is threading.main_thread()))
             return do(*given)
 
-        monkeypatch.setattr(motion_import, name, watched)
+        monkeypatch.setattr(place, name, watched)
 
-    watch("read_motion", motion_import.read_motion)
-    watch("to_body", motion_import.to_body)
+    watch(Reader, "read")
+    watch(motion_import, "to_body")
     body = make_study(library, "")
     files = ("mixamo/Conqster__TheBarMan/Walking.fbx", "bvh/bandai_namco/dataset-1_walk_active_001.bvh")
     items = [
         ImportItem(shared_data / file, file, f"walk {number}", "walking") for number, file in enumerate(files)
     ]
     turns = [[len(body.w2w.clips), len(threads)] for _ in import_steps(body, items)]
-    assert threads == [("read_motion", True), ("to_body", False), ("read_motion", False), ("to_body", False)]
+    assert threads == [("read", False), ("to_body", False)] * 2
     assert [0, 1] in turns  # the FBX file has been read, and is not written yet
     assert len(body.w2w.clips) == 2
 
@@ -90,6 +93,17 @@ def test_unusable_files_stay_in_the_list_and_say_why(library: Path, tmp_path: Pa
     bpy.ops.w2w.tick_clips(which="PROBLEM")
     bpy.ops.w2w.remove_clips()
     assert len(body.w2w.clips) == 0
+
+
+@pytest.mark.later
+def test_a_file_that_kills_its_reader_leaves_this_blender_alive(
+    library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plant(tmp_path / "planted", monkeypatch)
+    (file,) = write_hostile(tmp_path / "damaged", ("crashes",))
+    body = make_study(library, "")
+    bpy.ops.w2w.import_motions(directory=str(file.parent), files=[{"name": file.name}])
+    assert "the program that reads it crashed" in body.w2w.clips[0].problem
 
 
 def test_a_fault_of_ours_at_one_file_costs_that_file_alone(

@@ -16,7 +16,7 @@ from ...core.keypoints.facts import PoseFacts
 from ...core.keypoints.fit import UNSMOOTHED_HZ
 from ...core.keypoints.likely_rest import with_likely_rest
 from ...core.keypoints.pose_files import NO_FACTS, JointPositions, read_joints
-from ...core.library.library import BLENDER_SUFFIXES, UP_SUFFIXES, is_joint_file
+from ...core.library.library import UP_SUFFIXES, is_joint_file
 from ...core.motion.believable import believed, unbroken
 from ...core.motion.ground import on_the_ground
 from ...core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
@@ -96,11 +96,6 @@ def read_motion(path: Path, pose: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF, an
 
     found = read_clip(path, pose.rate, animation)
     return found if pose.up is None else stood(found, pose.up, written_up(path))
-
-
-def is_through_blender(path: Path) -> bool:
-    """Whether `read_motion` reads a file through Blender, in whose own thread it then has to be."""
-    return path.suffix.lower() in BLENDER_SUFFIXES
 
 
 def look_up(

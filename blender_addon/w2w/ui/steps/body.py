@@ -11,7 +11,9 @@ from bpy.props import BoolProperty, FloatProperty, StringProperty
 from ...core.adopt.smpl import load_body
 from ...core.body.body import Body
 from ...core.body.shapes import RANGES, shaped
-from ...core.wording import capital
+from ...core.motion.source import UnusableMotion
+from ...core.reading.reader import Reader
+from ...core.wording import capital, restated
 from ...scene.base.actions import reshape_body
 from ...scene.base.body import add_body, armature_of, body_of, select
 from ...scene.body.adopt import adopt_mesh
@@ -185,7 +187,9 @@ class W2W_OT_select_body(operators.OnBody, bpy.types.Operator):
 
 def load_steps(path: Path) -> jobs.Steps:
     """Read a body in a thread, which may take long, then add it as `W2W_OT_add_body` does."""
-    body = yield from jobs.in_thread(lambda _: load_body(path), f"reading {path.name}", 0.0, 0.9)
+    with Reader() as reader, restated(f"{path}:", UnusableMotion):
+        text = f"reading {path.name}"
+        body = yield from jobs.in_thread(lambda _: reader.read(load_body, path), text, 0.0, 0.9)
     yield jobs.Step(0.9, "building the body")
     add_study(bpy.context, body, body.name)
     return f"Loaded {path.name}"

@@ -11,6 +11,7 @@ from ...core.body.skeleton import JOINT_INDEX, JOINT_NAMES
 from ...core.files import file_sha256, write_json, write_text
 from ...core.keypoints.facts import PoseFacts
 from ...core.motion.source import SourceMotion, UnusableMotion
+from ...core.reading.reader import Reader
 from ...core.retargeting.bone_maps import REQUIRED_JOINTS, BoneMap, best_match
 from ...core.retargeting.retarget import matched_joints
 from ...core.wording import capital
@@ -115,7 +116,8 @@ def _path_of(rig: str) -> Path:
 def _with_bones(clip: bpy.types.PropertyGroup) -> SourceMotion:
     """The motion of a clip's file, which names its bones."""
     pose = PoseFacts(clip.given_rate or None, up=clip.given_up or None)
-    source = read_motion(Path(clip.file), pose, animation=clip.animation)
+    with Reader() as reader:
+        source = reader.read(read_motion, Path(clip.file), pose, animation=clip.animation)
     if not isinstance(source, SourceMotion):
         raise UnusableMotion("it names no bones that could be mapped")
     return source

@@ -16,6 +16,7 @@ from ...core.library import import_plan
 from ...core.library.labels import LibraryError
 from ...core.motion.source import HIGHEST_RATE
 from ...core.motion.up import BY_ITSELF, UPS, Up, Ups
+from ...core.reading.reader import Reader
 from ...core.wording import count, listed
 from ...scene.motion.load import look_up
 from ...scene.motion.scene_takes import SceneTake, SkippedTake, scene_takes, stands_beside
@@ -181,7 +182,8 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
         if not self.again:
             plan = import_plan.without_known(plan, listed)
         files = ((clip.file, clip.path) for clip in plan.clips)
-        seen = look_up(files, PoseFacts(self.frame_rate or None, up=self.given_up))
+        with Reader() as reader:
+            seen = look_up(files, PoseFacts(self.frame_rate or None, up=self.given_up), reader)
         notes = list(label_notes(plan.check))
         notes += [f"Up: {up}"] if (up := seen.sentence()) else []
         notes += [plan.unread] if plan.unread else []

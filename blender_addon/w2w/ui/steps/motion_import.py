@@ -17,11 +17,12 @@ from ...core.library.labels import same_label
 from ...core.library.library import Clip
 from ...core.motion.source import reason_of
 from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN, Up, Ups, mostly_head_down
+from ...core.reading.reader import Reader
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.wording import count, free_name, listed, shown
 from ...scene.base.actions import write_action
 from ...scene.base.body import armature_of, body_of
-from ...scene.motion.load import RetargetedMotion, Source, is_through_blender, read_motion, to_body
+from ...scene.motion.load import RetargetedMotion, Source, read_motion, to_body
 from ...scene.motion.scene_takes import SceneTake, read_scene_take
 from ..jobs import preferences
 from ..jobs.jobs import Step, Steps, as_steps, in_thread, on_body, part
@@ -87,20 +88,21 @@ def import_steps(
     down: list[tuple[int, bool]] = []
     cut: list[tuple[str, dict[str, str]]] = []
     try:
-        for number, item in enumerate(items):
-            low, high = number / len(items), (number + 1) / len(items)
-            yield Step(low, item.shown)
-            try:
-                retargeted = yield from part(_retarget(item, ups, body, maps), low, high)
-                add_clip(mesh, retargeted, item)
-                if retargeted.cut:
-                    cut.append((item.shown, {"cut": retargeted.cut}))
-                if item.take is None and item.up is None:
-                    down.append((retargeted.motion.n_frames, retargeted.motion.head_down))
-                unlabelled += not item.activity
-            except Exception as error:  # even a fault of ours costs this clip alone
-                failed += 1
-                _add_failed(mesh, replace(item, name=item.shown), reason_of(error))
+        with Reader() as reader:
+            for number, item in enumerate(items):
+                low, high = number / len(items), (number + 1) / len(items)
+                yield Step(low, item.shown)
+                try:
+                    retargeted = yield from part(_retarget(reader, item, ups, body, maps), low, high)
+                    add_clip(mesh, retargeted, item)
+                    if retargeted.cut:
+                        cut.append((item.shown, {"cut": retargeted.cut}))
+                    if item.take is None and item.up is None:
+                        down.append((retargeted.motion.n_frames, retargeted.motion.head_down))
+                    unlabelled += not item.activity
+                except Exception as error:  # even a fault of ours costs this clip alone
+                    failed += 1
+                    _add_failed(mesh, replace(item, name=item.shown), reason_of(error))
         if mostly_head_down(down):
             raise ValueError(f"Nothing is imported: {UPSIDE_DOWN}")
         for name, reason in left_out:
@@ -115,20 +117,17 @@ def import_steps(
 
 
 def _retarget(
-    item: ImportItem, ups: Ups, body: Body, maps: Sequence[BoneMap]
+    reader: Reader, item: ImportItem, ups: Ups, body: Body, maps: Sequence[BoneMap]
 ) -> Generator[Step, None, RetargetedMotion]:
-    """Read a motion and retarget it, in a thread but for what Blender has to do: that takes a turn itself."""
+    """Read a motion and retarget it, in a thread but for takes of the scene."""
     pose, text = PoseFacts(item.rate or None, up=item.up), item.shown
     source: Source
 
-    def read(_: object = None) -> Source:
-        return read_motion(item.path, pose, ups, item.animation)
+    def read(_: object) -> Source:
+        return reader.read(read_motion, item.path, pose, ups, item.animation)
 
     if item.take is not None:  # Blender must play it to read it: the window gets its turn after each frame
         source = yield from as_steps(read_scene_take(item.take), text, 0.0, 0.8)
-    elif is_through_blender(item.path):
-        source = read()
-        yield Step(0.8, text)  # the rest is for another turn: Blender's own importer takes one whole
     else:
         source = yield from in_thread(read, text, 0.0, 0.8)
     return (yield from in_thread(lambda _: to_body(source, body, maps), text, 0.8, 1.0))
