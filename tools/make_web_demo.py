@@ -40,6 +40,7 @@ def picture(results: Path) -> dict[str, object]:
         "faces": faces.ravel().tolist(),
         "share": np.rint(100 * share).astype(int).tolist(),
         "colours": np.rint(255 * colour_table(steps=11)).astype(int).tolist(),
+        "sentence": study.summary["answer"]["sentence"],
         "clips": study.summary["clips"]["used"],
         "activities": [name.replace("_", " ") for name in utility.activities],
         "products": [

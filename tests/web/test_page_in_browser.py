@@ -176,6 +176,7 @@ def test_the_first_page_shows_an_answer_before_there_is_a_study(quiet, server):
     address, _ = server
     quiet.get(address)
     wait(lambda: find(quiet, "#demo-bars").get_attribute("childElementCount") != "0")
+    assert "belt clip" in text(quiet, "#demo-title")
     assert "Belt clip" in text(quiet, "#demo-bars").replace("belt clip", "Belt clip")
     pixels = "return [...document.getElementById('body').getContext('2d').getImageData(0, 0, 420, 520).data]"
     wait(lambda: any(quiet.execute_script(pixels)))
@@ -394,7 +395,8 @@ def test_axe_finds_nothing(quiet, server, drawn_results, scheme, width):
     media = [{"name": "prefers-color-scheme", "value": scheme}]
     quiet.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": media})
     quiet.set_window_size(width, 1000)
-    for path, part in (("/", "#studies li"), (f"/studies/{study.id}", "#clips tr")):
+    paths = {"/": "#studies li", f"/studies/{study.id}": "#clips tr", "/operator": "tbody tr"}
+    for path, part in paths.items():
         quiet.get(address + path)
         wait(lambda part=part: quiet.find_elements("css selector", part))
         quiet.execute_script("fetch = () => new Promise(() => 0)")

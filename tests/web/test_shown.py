@@ -50,6 +50,7 @@ def test_the_picture_of_a_run_has_its_figures(drawn_results):
     }
     assert all(product["f1"] == round(f1[product["name"]], 2) for product in shown["products"])
     assert shown["clips"] == summary["clips"]["used"]
+    assert shown["sentence"] == summary["answer"]["sentence"]
 
 
 @pytest.mark.slow
@@ -57,6 +58,7 @@ def test_the_first_picture_is_that_of_the_demo(tmp_path):
     assert cli("demo", "--out", tmp_path, "--clips", 6)[0] == 0
     made, kept = picture(tmp_path / "results"), json.loads(TARGET.read_text(encoding="utf-8"))
     assert (made["clips"], made["activities"]) == (kept["clips"], kept["activities"])
+    assert made["sentence"] == kept["sentence"]
     ours = {product["name"]: product["f1"] for product in kept["products"]}
     for product in made["products"]:
         assert product["f1"] == pytest.approx(ours[product["name"]], abs=0.02)

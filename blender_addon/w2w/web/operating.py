@@ -27,21 +27,13 @@ def operator_page(work: Work, doors: Doors, uploads: Mapping[str, int]) -> str:
     names = {folder_of_person(name): name for name in doors.people.listed()} | {"local": "this machine"}
     rows, total = [], 0
     for folder in sorted({study.folder.parent for study in work.studies()} | _of(work.data, names)):
-        studies, size = (
-            [study for study in work.studies() if study.folder.parent == folder],
-            folder_size(folder),
-        )
+        studies = [study for study in work.studies() if study.folder.parent == folder]
+        size = folder_size(folder)
         running = sum(study.id in work.running for study in studies)
         waiting = sum(_waits(work, study) for study in studies) - running
         idle = min((max(0.0, study.idle_s()) for study in studies), default=0.0) / DAY_S
-        cells = [
-            len(studies),
-            f"{size / MEGABYTE:.0f}",
-            uploads.get(folder.name, 0),
-            running,
-            waiting,
-            f"{idle:.0f}",
-        ]
+        megabytes, arriving = f"{size / MEGABYTE:.0f}", uploads.get(folder.name, 0)
+        cells = [len(studies), megabytes, arriving, running, waiting, f"{idle:.0f}"]
         numbers = "".join(f'<td class="n">{cell}</td>' for cell in cells)
         rows.append(f'<tr><th scope="row">{escape(names.get(folder.name, "a token"))}</th>{numbers}</tr>')
         total += size
