@@ -14,6 +14,8 @@ MOST = 3_000_000
 @pytest.fixture
 def opened(tmp_path):
     """Opens an app, with other doors if they are given."""
+    # Loaded before there are threads: pytest rewrites it, and in a thread CPython 3.11 may fail to parse it.
+    from anyio import open_file  # noqa: F401
     from starlette.testclient import TestClient
 
     from w2w.web.app import web_app
