@@ -16,6 +16,7 @@ import io
 import pickle
 import pickletools
 import tempfile
+import warnings
 import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -245,7 +246,8 @@ def fuzz_readers(place: Path, cases: int, seed: int) -> Counter[str]:
         path = place / f"case{suffix}"
         path.write_bytes(data)
         try:
-            read(path)
+            with warnings.catch_warnings(action="error"):
+                read(path)
             found[f"{name}: read"] += 1
         except PROMISED:
             found[f"{name}: refused with a sentence"] += 1

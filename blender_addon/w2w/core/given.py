@@ -21,7 +21,8 @@ def given_path(path: object, what: str) -> Path:
 def given_numbers(values: Any, what: str, dtype: type[np.floating] = np.float64) -> np.ndarray:
     """The array of `what`, such as "poses"; a ValueError if not all of it are numbers."""
     try:
-        return np.asarray(values, dtype=dtype)
+        with np.errstate(over="ignore"):  # infinity is told by who needs finite numbers
+            return np.asarray(values, dtype=dtype)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{what} must be an array of numbers, all of one shape") from error
 

@@ -23,10 +23,13 @@ def test_round_trip(bundled_body, tmp_path):
     [
         ("vertices", np.zeros((5, 2)), "vertices must have shape"),
         ("faces", np.array([[0, 1, 99999]]), "outside"),
+        ("faces", np.full((5, 3), np.nan), "faces name vertices outside"),
+        ("mirror", np.full(6890, 6890), "mirror name vertices outside"),
         ("joints", np.zeros((23, 3)), "joints must have shape"),
         ("weights", np.ones((3, 24)), "weights must have shape"),
     ],
 )
+@pytest.mark.filterwarnings("error")
 def test_wrong_shapes_are_named(bundled_body, field, value, message):
     with pytest.raises(ValueError, match=message):
         replace(bundled_body, **{field: value})

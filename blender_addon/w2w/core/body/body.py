@@ -79,7 +79,8 @@ class Body:
     def __post_init__(self) -> None:
         kinds = {"vertices": np.float64, "faces": np.int32, "joints": np.float64, "weights": np.float64}
         for name, kind in (kinds | ({} if self.mirror is None else {"mirror": np.int32})).items():
-            values = np.ascontiguousarray(getattr(self, name), dtype=kind)
+            with np.errstate(all="ignore"):  # `_check` refuses what comes of it
+                values = np.ascontiguousarray(getattr(self, name), dtype=kind)
             values.setflags(write=False)
             object.__setattr__(self, name, values)
         _check(self)
@@ -126,7 +127,9 @@ class Body:
         needed = ("vertices", "faces", "joints", "weights", "name")
         data: dict[str, Any] = load_arrays(path, needed, "is not a W2W body", ("mirror",))
         weights = data["weights"].astype(np.float64)
-        data |= {"weights": weights / weights.sum(axis=1, keepdims=True), "name": str(data["name"])}
+        with np.errstate(all="ignore"):
+            weights /= weights.sum(axis=1, keepdims=True)
+        data |= {"weights": weights, "name": str(data["name"])}
         return cls(**data)
 
     @classmethod
@@ -171,8 +174,10 @@ def _check(body: Body) -> None:
         values = getattr(body, name)
         if values.ndim != 2 or values.shape[1] != 3 or len(values) == 0:
             raise ValueError(f"{name} must have shape ({rows}, 3), not {values.shape}")
-    if body.faces.min() < 0 or body.faces.max() >= n_vertices:
-        raise ValueError(f"faces name vertices outside 0..{n_vertices - 1}")
+    for name in ("faces", "mirror"):
+        values = getattr(body, name)
+        if values is not None and values.size and not 0 <= values.min() <= values.max() < n_vertices:
+            raise ValueError(f"{name} name vertices outside 0..{n_vertices - 1}")
     shapes = {"joints": (N_JOINTS, 3), "weights": (n_vertices, N_JOINTS), "mirror": (n_vertices,)}
     for name, shape in shapes.items():
         values = getattr(body, name)

@@ -186,4 +186,4 @@ class ImuRecording:
             given |= {name: data[name] for name in ("acc", "gyr", *FURTHER) if name in data}
             if "sites" in data:
                 given["sites"] = np.atleast_1d(data["sites"]).astype(str).tolist()
-            return cls(rate=float(data["rate"]), **given)
+            return cls(rate=float(data["rate"].item()), **given)
