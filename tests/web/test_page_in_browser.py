@@ -335,6 +335,7 @@ def test_an_answer_of_before_is_marked_and_shared_by_a_link(quiet, server, drawn
     link = wait(lambda: find(quiet, "#link").get_attribute("value"))
     typed(quiet, "#clips td:nth-child(3) input", "jump")
     wait(lambda: "their labels changed" in text(quiet, "#stale"))
+    assert find(quiet, "#report").value_of_css_property("opacity") == "0.55"
     quiet.get(link)
     wait(lambda: quiet.find_elements("css selector", ".stage.live"))
     assert text(quiet, "h1") == study.answer()

@@ -85,6 +85,7 @@ function show(given, more = "") {
   if (shown === to) return;
   shown = to;
   last = given;
+  find("report").classList.toggle("chosen", Boolean(given));
   find("report").src = find("open").href = to;
 }
 
