@@ -118,7 +118,7 @@ def test_a_set_is_chosen_to_be_worn_together(ranking):
     assert 1 <= len(worn.order) <= 2
     assert not any(ranking.patches.regions[patch].startswith("left") for patch in worn.order)
     assert worn.cut_out.mean[0] == pytest.approx(ranking._scored.leaned.expected_mean[worn.order[0]])
-    assert "in a stream of other clips" in worn.sentence()
+    assert "on other clips" in worn.sentence()
     with pytest.raises(ValueError, match="ridge"):
         replace(ranking, classifier="trees").wear_together()
 

@@ -77,7 +77,7 @@ def test_the_report_shows_them_with_score_rank_and_cost(finished):
         assert said.startswith(f"{own['name']} {own['region']} ")
         assert f"{own['expected_f1']:.2f}" in said
         assert f"{own['rank']} of {own['of']}" in said
-        assert ("does as well" in said) == own["as_good"]
+        assert ("as good" in said) == own["as_good"]
         assert (f" {own['verdict'] or 'costs'} {own['costs']:.2f}" in said) != own["as_good"]
         assert f'data-patch="{own["patch"]}">{own["name"]}<' in section
 

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from w2w.core.patches.own_placements import placement_vertices, read_placements
 from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.costs import costs_at, does_as_well
+from w2w.core.ranking.costs import costs_at, is_as_good
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.advice import advise
 from w2w.core.selection.headline import more_clips
@@ -118,7 +118,7 @@ def test_the_view_holds_the_body_and_its_scores(data, drawn_results, bundled_bod
     for name in ("expected_low", "expected_high"):
         np.testing.assert_allclose(unpack(data[name]) / 65535, getattr(utility, name), atol=1e-5)
     base = json.loads((drawn_results / "summary.json").read_text())["answer"]["costs_are_against"]
-    np.testing.assert_array_equal(unpack(data["as_good"]), does_as_well(costs_at(utility, base)))
+    np.testing.assert_array_equal(unpack(data["as_good"]), is_as_good(costs_at(utility, base)))
     assert data["names"] == list(patches.names)
     assert [data["regions"][code] for code in unpack(data["region"])] == list(patches.regions)
 
@@ -251,7 +251,7 @@ def test_regions_are_sorted_by_the_expected_f1_and_lead_with_it(page, drawn_resu
     best = summary["best_single_patch"]["patch"]
     assert first["best_patch"] == best == best_single(utility)
     costs = costs_at(utility, summary["answer"]["costs_are_against"])
-    assert sum(entry["as_good"] for entry in summary["regions"].values()) == does_as_well(costs).sum()
+    assert sum(entry["as_good"] for entry in summary["regions"].values()) == is_as_good(costs).sum()
     rows = re.search(r'<table id="ranked">.*?<tbody>(.*?)</tbody>', page, re.DOTALL)[1].split("</tr>")
     shown = [int(re.search(r'data-patch="(\d+)"', row)[1]) for row in rows if "<td" in row]
     assert shown == [entry["best_patch"] for entry in summary["regions"].values()][:10]

@@ -146,14 +146,14 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     first, second = scores.patch_lines(study, utility, best)
     assert mean_caution(utility)  # the library has few clips
     assert first == f"expected F1 {utility.expected_mean[best]:.2f} (too few clips for an interval)"
-    assert second == f"rank 1 of {len(patches)}, does as well; on these clips {utility.mean[best]:.2f}"
+    assert second == f"rank 1 of {len(patches)}, as good; on these clips {utility.mean[best]:.2f}"
     assert study.regions[0].high == 0
     for module in (headline, scores):
         monkeypatch.setattr(module, "mean_caution", lambda _: "")
     first, second = scores.patch_lines(study, utility, best)
     low, high = utility.expected_low[best], utility.expected_high[best]
     assert first.startswith(f"expected F1 {utility.expected_mean[best]:.2f} ({low:.2f} to {high:.2f})")
-    assert first.endswith(", does as well")
+    assert first.endswith(", as good")
     assert second.startswith(f"rank 1 of {len(patches)}; on these clips {utility.mean[best]:.2f} (")
     results.list_regions(body)
     assert study.regions[0].high == pytest.approx(high)

@@ -20,7 +20,7 @@ from ..core.imu.wearing import wearing_sentences
 from ..core.patches.body_parts import PRODUCT_NAMED, PRODUCTS
 from ..core.patches.naming import FAR_M, nearest_patch, places_on
 from ..core.patches.patches import PatchSet
-from ..core.ranking.costs import costs_at, does_as_well
+from ..core.ranking.costs import costs_at, is_as_good
 from ..core.ranking.utility import UtilityMap
 from ..core.selection import headline
 from ..core.selection.advice import Advice
@@ -210,7 +210,7 @@ def view_data(
         "expected": packed(_steps(expected)),
         "expected_low": packed(_steps(utility.expected_low)),
         "expected_high": packed(_steps(utility.expected_high)),
-        "as_good": packed(does_as_well(costs_at(utility, base))),
+        "as_good": packed(is_as_good(costs_at(utility, base))),
         "raw": packed(_steps(raw)),
         "low": packed(_steps(low)),
         "high": packed(_steps(high)),

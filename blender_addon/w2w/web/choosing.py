@@ -54,8 +54,8 @@ def get_ready(out: Path) -> None:
 def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
     """What `w2w place` would choose, or compare, in a results folder; "" takes back a wish of the run."""
     if wishes["compare"]:
-        study = _opened(out, _written(out))[0]
-        scores = compared(study, words(wishes["compare"]))
+        study, _, stream, _ = _opened(out, _written(out))
+        scores = compared(study, words(wishes["compare"]), stream)
         return {"compared": [place_content(score, study.patches) for score in scores]}
     again, _, advice = _chosen(out, wishes)
     found = [Caution(**each) for each in again.summary["cautions"]]

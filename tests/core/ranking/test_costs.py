@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from w2w.core.ranking.costs import Cost, cost, does_as_well, gain
+from w2w.core.ranking.costs import Cost, cost, gain, is_as_good
 from w2w.core.ranking.expected import expect
 from w2w.core.ranking.halves import plan
 from w2w.core.ranking.pooling import Pooling
@@ -88,13 +88,13 @@ def test_a_place_costs_nothing_against_itself_and_what_drawn_libraries_show_wher
 
 def test_two_digits_decide_as_they_are_shown():
     costs = np.array([-0.3, 0.0, 0.02, 0.0249, 0.0251, 0.3])
-    assert does_as_well(costs).tolist() == [True, True, True, True, False, False]
+    assert is_as_good(costs).tolist() == [True, True, True, True, False, False]
 
 
 def test_a_cost_whose_interval_holds_zero_is_not_shown():
     assert Cost(0.3, 0.1, 0.5).verdict() == ""
     assert Cost(0.3, -0.1, 0.7).verdict() == "may cost"
-    assert Cost(0.01, -0.1, 0.12).verdict() == "does as well"
+    assert Cost(0.01, -0.1, 0.12).verdict() == "as good"
 
 
 def test_errors_of_people_and_of_few_clips_are_wider_than_halves_show():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from w2w.core.ranking.costs import does_as_well
+from w2w.core.ranking.costs import is_as_good
 from w2w.core.ranking.expected import LIKELY, SURE, expect
 from w2w.core.ranking.halves import plan
 from w2w.core.ranking.pooling import Pooling
@@ -45,7 +45,7 @@ def world(truth, level_noise, noise, seed):
 def test_patches_that_are_all_equal_do_as_well_and_are_said_not_to_be_told_apart():
     found = [world(np.full((A, N), 0.5), 0.01, 0.05, seed)[0] for seed in range(20)]
     costs = [each.expected_mean.max() - each.expected_mean for each in found]
-    assert does_as_well(np.array(costs)).mean() > 0.9
+    assert is_as_good(np.array(costs)).mean() > 0.9
     assert np.mean([each.beats_average >= LIKELY for each in found]) < 0.2
 
 
@@ -57,7 +57,7 @@ def test_a_real_lead_is_found_and_promised_as_it_is():
         found, other = world(truth, 0.01, 0.1, seed)
         best = found.expected_mean.argmax()
         assert found.beats_average >= SURE
-        assert does_as_well(found.expected_mean.max() - found.expected_mean).mean() < 0.2
+        assert is_as_good(found.expected_mean.max() - found.expected_mean).mean() < 0.2
         promised.append(found.expected_mean[best])
         given.append(other.mean(axis=0)[best])
         lead.append(truth[0, best] - 0.5)

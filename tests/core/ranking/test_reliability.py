@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.costs import does_as_well
+from w2w.core.ranking.costs import is_as_good
 from w2w.core.ranking.expected import agreement, clips_needed, expect, of_all
 from w2w.core.ranking.halves import CrossValidation, plan
 from w2w.core.ranking.pooling import Pooling
@@ -100,7 +100,7 @@ def test_shuffled_labels_give_a_reliability_near_nought_and_cannot_rank():
 @pytest.mark.parametrize("shuffled", by_day([True], [True, False]))
 def test_patches_that_are_all_equal_rank_nothing(shuffled):
     found = classified(shuffled, 0, equal=True)
-    assert does_as_well(found.expected_mean.max() - found.expected_mean).all()
+    assert is_as_good(found.expected_mean.max() - found.expected_mean).all()
     assert not found.can_rank
     np.testing.assert_allclose(found.expected_mean, found.expected_mean[0], rtol=1e-5)
     assert found.expected_mean[0] == pytest.approx(found.mean.mean(), abs=0.03)  # which has one set of folds

@@ -42,10 +42,10 @@ def test_the_best_product_is_named_and_what_a_product_of_each_other_part_costs(p
     spoken = answer(scored(ranked(expected), patches, bundled_body))
     assert spoken.sentence() == (
         "Keep the belt clip: nothing tried is shown to do better here. "
-        "It will tell about 9 of 10 moments right, between 9 and 10; an earbud does as well."
+        "It will tell about 9 of 10 moments right, between 9 and 10; an earbud is as good."
     )
     assert spoken.detail() == (
-        "F1 .90 (.85 to .95). An earbud does as well; a watch costs .10, an ankle band .30."
+        "F1 .90 (.85 to .95). An earbud is as good; a watch costs .10, an ankle band .30."
     )
     assert spoken.product == "belt clip"
     assert patches.regions[spoken.patch] in ("left hip", "right hip")
@@ -71,7 +71,7 @@ def test_at_most_two_hundredths_as_they_are_shown_do_as_well(patches, bundled_bo
     watch = next(score for score in spoken.products if score.name == "watch")
     assert watch.cost.as_good is as_good
     assert (short(watch.cost.expected) <= ".02") is as_good
-    assert ("does as well" in spoken.sentence() or "do as well" in spoken.sentence()) is as_good
+    assert ("is as good" in spoken.sentence() or "are as good" in spoken.sentence()) is as_good
 
 
 @pytest.mark.parametrize("ahead", [-0.0024, 0.0024])
@@ -81,7 +81,7 @@ def test_of_products_that_a_seed_decides_between_the_commonest_is_recommended(pa
     spoken = answer(scored(ranked(expected), patches, bundled_body))
     assert spoken.product == "belt clip"
     assert spoken.products[0] == spoken.base
-    assert "an earbud does as well" in spoken.sentence()
+    assert "an earbud is as good" in spoken.sentence()
 
 
 def test_without_a_habit_that_may_be_worn_the_best_is_recommended(patches, bundled_body):
@@ -96,7 +96,7 @@ def test_without_a_habit_that_may_be_worn_the_best_is_recommended(patches, bundl
 def test_glasses_are_spoken_of_in_the_plural(patches, bundled_body):
     found = scored(ranked(np.where(where(patches, "head"), 0.5, 0.9)), patches, bundled_body)
     assert compared([found.named("glasses")]) == "Glasses cost .40."
-    assert compared([found.named("watch"), found.named("shoe")]) == "A watch and a shoe do as well."
+    assert compared([found.named("watch"), found.named("shoe")]) == "A watch and a shoe are as good."
     assert compared([]) == ""
 
 
@@ -118,7 +118,7 @@ def test_without_a_product_among_the_best_a_region_is_named_and_what_a_product_c
     assert {round(score.cost.expected, 3) for score in spoken.products} == {0.3}
 
 
-def test_a_region_is_named_only_if_all_of_it_does_as_well(patches, bundled_body):
+def test_a_region_is_named_only_if_all_of_it_is_as_good(patches, bundled_body):
     group = np.flatnonzero([region == "left thigh front" for region in patches.regions])
     expected = np.full(len(patches), 0.6)
     expected[group[1:]] = 0.9

@@ -13,7 +13,7 @@ import pytest
 from w2w.core.body.body import Body
 from w2w.core.files import file_sha256
 from w2w.core.patches.patches import PatchSet
-from w2w.core.ranking.costs import does_as_well
+from w2w.core.ranking.costs import is_as_good
 from w2w.core.ranking.turned import TURNS
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.answer import answer
@@ -350,7 +350,7 @@ def test_tables_have_a_cell_an_activity_and_placement(study, tmp_path):
             patch = int(row["patch"])
             assert float(row["f1"]) == pytest.approx(float(utility.expected_mean[patch]), abs=1e-6)
             assert row["same_as_best"] == (
-                "yes" if does_as_well(utility.expected_mean.max() - utility.expected_mean[patch]) else "no"
+                "yes" if is_as_good(utility.expected_mean.max() - utility.expected_mean[patch]) else "no"
             )
     first = output[output.index("Placements, left side") : output.index("legs")]
     ranked = sorted(rows[-len(near) :], key=lambda row: -float(row["f1"]))

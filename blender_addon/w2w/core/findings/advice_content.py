@@ -136,7 +136,7 @@ def place_content(score: PlaceScore, patches: PatchSet) -> dict[str, Any]:
 
 
 def cost_content(cost: Cost) -> dict[str, Any]:
-    """What a place costs against the recommended one, and whether it does as well."""
+    """What a place costs against the recommended one, and whether it is as good."""
     return {
         "costs": round(cost.expected, 2),
         "costs_interval": [round(cost.low, 2), round(cost.high, 2)],

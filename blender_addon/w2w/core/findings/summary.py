@@ -19,7 +19,7 @@ from ..files import DIGITS, file_sha256, write_json, write_text
 from ..garments.cover import garment_content, garment_sentence
 from ..library.library import Library, not_read_sentence
 from ..patches.patches import PatchSet
-from ..ranking.costs import cost, costs_at, does_as_well
+from ..ranking.costs import cost, costs_at, is_as_good
 from ..ranking.utility import UtilityMap
 from ..study.clip_files import WORK
 from ..study.clip_list import CLIP_LIST, Entry, write_clip_list
@@ -258,7 +258,7 @@ def best_regions(
 
     The costs are against a sensor that moves over the patches `base`.
     """
-    as_good = does_as_well(costs_at(utility, base))
+    as_good = is_as_good(costs_at(utility, base))
     return [
         {
             "patch": patch,
@@ -278,7 +278,7 @@ def best_regions(
 def _regions(utility: UtilityMap, patches: PatchSet, base: Sequence[int]) -> dict[str, dict[str, Any]]:
     """The number and scores of the patches of each named region, the best expected first."""
     regions = np.array(patches.regions)
-    content, as_good = {}, does_as_well(costs_at(utility, base))
+    content, as_good = {}, is_as_good(costs_at(utility, base))
     for best in patches.best_of_regions(utility.expected_mean):
         here = regions == regions[best]
         content[patches.regions[best]] = {

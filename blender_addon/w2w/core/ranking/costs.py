@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The cost of one place against another: what it loses of expected F1, and whether it does as well."""
+"""The cost of one place against another: what it loses of expected F1, and whether it is as good."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -10,12 +10,12 @@ import scipy
 from .utility import UtilityMap
 
 AS_GOOD = 0.02
-"""Largest expected cost of a place that does as well as another."""
+"""Largest expected cost of a place that is as good as another."""
 
 EQUAL = 0.0025
 """Expected F1 by which places differ no more than another seed of the folds makes them differ."""
 
-DOES_AS_WELL = "does as well"
+IS_AS_GOOD = "as good"
 """The verdict on such a place."""
 
 MOMENT = 0.1
@@ -43,8 +43,8 @@ class Cost(NamedTuple):
 
     @property
     def as_good(self) -> bool:
-        """Whether the place does as well."""
-        return bool(does_as_well(self.expected))
+        """Whether the place is as good."""
+        return bool(is_as_good(self.expected))
 
     @property
     def may(self) -> bool:
@@ -52,8 +52,8 @@ class Cost(NamedTuple):
         return not self.as_good and self.low <= 0
 
     def verdict(self) -> str:
-        """Whether it does as well, in words; "" if it is shown that it does not."""
-        return DOES_AS_WELL if self.as_good else MAY_COST if self.may else ""
+        """Whether it is as good, in words; "" if it is shown that it does not."""
+        return IS_AS_GOOD if self.as_good else MAY_COST if self.may else ""
 
 
 class Gain(NamedTuple):
@@ -79,8 +79,8 @@ def as_shown(f1: Any) -> Any:
     return np.round(f1, 2)
 
 
-def does_as_well(costs: Any) -> Any:
-    """Whether places do as well as another, by what they cost against it."""
+def is_as_good(costs: Any) -> Any:
+    """Whether places are as good as another, by what they cost against it."""
     return as_shown(costs) <= AS_GOOD
 
 

@@ -286,7 +286,7 @@ def utility_map(
         activities=trial.activities,
         f1=f1,
         **boot._asdict(),
-        **vars(expected),
+        **vars(expected) | {"expected_low": np.minimum(expected.expected_low, most_shown(clip[tested]))},
         **{name: getattr(trial, name) for name in ("protocol", "left_out", "weights")},
         predictions=predictions,
         truth=truth,
@@ -295,6 +295,11 @@ def utility_map(
         classifier=model.name,
         half_f1=np.array(halves, dtype=np.float32) if halves else None,
     )
+
+
+def most_shown(clip: np.ndarray) -> float:
+    """F1 above which so many clips, all recognised, could not show that it is: an exact binomial bound."""
+    return float(((1 - LEVEL) / 2) ** (1 / len(np.unique(clip))))
 
 
 def _try_all(

@@ -29,7 +29,7 @@ NO_PRODUCT = "no usual product sits"
 
 def compared(scores: Sequence[PlaceScore]) -> str:
     """What places do against the recommended one, in a sentence; "" without any."""
-    clauses = [as_well] if (as_well := doing_as_well(scores)) else []
+    clauses = [good] if (good := as_good_as_it(scores)) else []
     for may in (True, False):
         rest = [score for score in scores if not score.cost.as_good and score.cost.may == may]
         if rest:
@@ -40,10 +40,10 @@ def compared(scores: Sequence[PlaceScore]) -> str:
     return f"{capital('; '.join(clauses))}." if clauses else ""
 
 
-def doing_as_well(scores: Sequence[PlaceScore]) -> str:
-    """Which places do as well as the recommended one; "" if none does."""
+def as_good_as_it(scores: Sequence[PlaceScore]) -> str:
+    """Which places are as good as the recommended one; "" if none is."""
     as_good = [score.phrase for score in scores if score.cost.as_good]
-    return f"{listed(as_good)} {'do' if _many(as_good) else 'does'} as well" if as_good else ""
+    return f"{listed(as_good)} {'are' if _many(as_good) else 'is'} as good" if as_good else ""
 
 
 def _many(phrases: Sequence[str]) -> bool:
@@ -96,7 +96,7 @@ class Answer(InShort):
         tells = f"It will tell {moments(self.f1, interval=not self.caution)}"
         if not self.differs:
             return f"Wear it {self.where}: all places do alike. {tells}."
-        known = "; ".join(filter(None, [tells, doing_as_well(self.others)]))
+        known = "; ".join(filter(None, [tells, as_good_as_it(self.others)]))
         return " ".join(filter(None, [self._wear(), "" if self.gain_shown else f"{known}.", self.more]))
 
     @property
@@ -144,7 +144,7 @@ class Answer(InShort):
 
 
 def answer(scored: ScoredMap) -> Answer:
-    """Recommend the best product, or the best region if no product does as well, or the habit."""
+    """Recommend the best product, or the best region if no product is as good, or the habit."""
     utility, allowed, base, habit = scored.leaned, scored.allowed, scored.base, scored.kept
     products = scored.products
     is_product = base.name in {score.name for score in products}

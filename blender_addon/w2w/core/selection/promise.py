@@ -53,8 +53,7 @@ class Promise:
 
     def text(self) -> str:
         """The whole set's expected F1 in words."""
-        where = "in a stream of other clips" if self.in_stream else "on other clips"
-        text = f"an expected F1 of {short(self.mean[-1])} {where}"
+        text = f"an expected F1 of {short(self.mean[-1])} on other clips"
         if not self.known:
             return f"{text}, a guess: parts of these clips cannot be compared"
         return f"{text} (95 % interval {short(self.low[-1])} to {short(self.high[-1])})"

@@ -11,7 +11,7 @@ from ..body.body import Body
 from ..patches.body_parts import HABIT, PRODUCT_NAMED, PRODUCTS, Product, product_called, side_of
 from ..patches.naming import FAR_M, nearest_patch, place, resolve
 from ..patches.patches import PatchSet
-from ..ranking.costs import EQUAL, Cost, cost, does_as_well, gain
+from ..ranking.costs import EQUAL, Cost, cost, gain, is_as_good
 from ..ranking.stream import ExpectedF1, Stream
 from ..ranking.utility import UtilityMap
 from ..wording import InShort, plain_words
@@ -32,7 +32,7 @@ class PlaceScore(InShort):
 
     name: str  # "watch", "left wrist"
     phrase: str  # "a watch"
-    side: str  # the better side; "" if both do as well or there is only one place
+    side: str  # the better side; "" if both are as good or there is only one place
     patch: int  # the patch nearest to where the sensor usually sits
     under: tuple[int, ...]  # the patches that it moves over
     expected: float  # macro F1 on other clips, cut out; a loose product's is the mean of its patches
@@ -104,7 +104,7 @@ class ScoredMap:
     def _chosen(self) -> PlaceScore:
         """The best product, or a region if it is better."""
         best = _commonest(self._on_products)
-        if best and does_as_well(float(self.leaned.expected_mean[self.best]) - best.expected):
+        if best and is_as_good(float(self.leaned.expected_mean[self.best]) - best.expected):
             return best
         assert self.body is not None  # the best of places by name is one of them
         region, patch = _region(self, self.body)
@@ -115,8 +115,7 @@ class ScoredMap:
         """Every product that has an allowed patch, best first; the recommended one before all."""
         others = _best_first(self._on_products)
         return tuple(
-            replace(self._with_cost(score), in_stream=self.in_stream([score.patch], score.cut_out))
-            for score in sorted(others, key=lambda score: score.name != self.base.name)
+            self._whole(score) for score in sorted(others, key=lambda score: score.name != self.base.name)
         )
 
     def in_stream(self, worn: Sequence[int], cut_out: ExpectedF1) -> ExpectedF1 | None:
@@ -145,7 +144,7 @@ class ScoredMap:
         if not scores:
             return None
         *worse, better = sorted(scores, key=lambda score: score.expected)
-        alike = worse and does_as_well(better.expected - worse[0].expected)
+        alike = worse and is_as_good(better.expected - worse[0].expected)
         return replace(better, side="") if alike else better
 
     def named(self, word: str) -> PlaceScore:
@@ -154,9 +153,9 @@ class ScoredMap:
         product = PRODUCT_NAMED.get(rest) if self.body is not None else None
         sides = () if product is None else (side,) if side in product.sides else product.sides
         if product and (score := self._product(product, sides, anywhere=True)):
-            return self._with_cost(score)
+            return self._whole(score)
         patch = resolve(word, self.body, self.patches, lambda _: None)
-        return self._with_cost(self._at(word, word, "", patch, [patch]))
+        return self._whole(self._at(word, word, "", patch, [patch]))
 
     def _at(self, name: str, phrase: str, side: str, patch: int, under: Sequence[int]) -> PlaceScore:
         """A sensor that moves over the patches `under`, before its cost is known."""
@@ -171,8 +170,10 @@ class ScoredMap:
         none = Cost(0.0, 0.0, 0.0)
         return PlaceScore(name, phrase, side, patch, tuple(under), expected, low, high, none, by_activity=f1)
 
-    def _with_cost(self, score: PlaceScore) -> PlaceScore:
-        return replace(score, cost=cost(self.leaned, self.base.under, score.under))
+    def _whole(self, score: PlaceScore) -> PlaceScore:
+        """A score with its cost, and in a stream if that is known."""
+        found = cost(self.leaned, self.base.under, score.under)
+        return replace(score, cost=found, in_stream=self.in_stream([score.patch], score.cut_out))
 
 
 def compare(scored: ScoredMap, words: Sequence[str]) -> tuple[PlaceScore, ...]:
@@ -215,7 +216,7 @@ def product_patches(patches: PatchSet, body: Body | None) -> dict[int, str]:
 def _region(scored: ScoredMap, body: Body) -> tuple[str, int]:
     """Where most of the best patches are, in words, and the middle one; all of a region or a spot on it."""
     patches, expected = scored.patches, scored.leaned.expected_mean
-    group = np.flatnonzero(scored.allowed & does_as_well(expected[scored.best] - expected))
+    group = np.flatnonzero(scored.allowed & is_as_good(expected[scored.best] - expected))
     regions_of = np.array(patches.regions)
     regions, above = regions_of[group], expected[group]
     above = above - above.min()

@@ -91,9 +91,11 @@ def scored_map(
     return ScoredMap(utility, patches, body, allowed, stream, config.habit, general)
 
 
-def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:
+def compared(
+    study: StudyResults, words: Sequence[str], stream: Stream | None = None
+) -> tuple[PlaceScore, ...]:
     """One sensor on products and at places by name, best first; ValueError for an unknown name."""
-    return compare(scored_map(study.utility, study.patches, study.body(), study.config()), words)
+    return compare(scored_map(study.utility, study.patches, study.body(), study.config(), stream), words)
 
 
 def needed(study: StudyResults, words: Sequence[str] = ()) -> list[Need]:

@@ -20,7 +20,7 @@ from ...core.garments.cover import garment_sentence
 from ...core.parameters import parameters_at, with_values
 from ...core.ranking.weights import check_counting
 from ...core.selection.advice import Advice
-from ...core.study.choosing import advised, compared, ranked_again
+from ...core.study.choosing import advised, compared, ranked_again, stream_in
 from ...core.study.clip_files import WORK, mark_changing, mark_whole
 from ...core.study.clip_list import is_used
 from ...core.study.config import StudyConfig
@@ -123,7 +123,7 @@ def place(
             if folder is not None or redrawn:
                 raise ValueError("--compare chooses nothing: give --out a json file, and no --redraw")
             new_file(out)
-            scores = compared(study, options.words(compare))
+            scores = compared(study, options.words(compare), stream_in(study, study.config()))
             show_places(scores, console)
             content = [place_content(score, study.patches) for score in scores]
             if as_json:

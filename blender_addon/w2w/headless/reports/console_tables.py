@@ -91,7 +91,7 @@ def show_cautions(cautions: Sequence[Caution], console: Console) -> None:
 
 
 def _show_regions(results: StudyResults, advice: Advice, console: Console) -> None:
-    figures = ("expected F1", "95 % interval", "does as well", "on these clips")
+    figures = ("expected F1", "95 % interval", "as good", "on these clips")
     title = "Best regions (each by its best patch, mean over activities)"
     table = _table(title, ("patch", *figures), right=figures)
     utility = results.utility
@@ -157,8 +157,7 @@ def show_places(scores: Sequence[PlaceScore], console: Console, first: str = "re
     """Print one sensor on each of some products, or at places by name; `first` is said of the best."""
     if not scores:
         return
-    f1 = "F1 in a stream" if scores[0].in_stream else "F1 cut out"
-    table = _table("One sensor on (in brackets: 95 % intervals)", ("", f1, "costs", ""), right=(f1, "costs"))
+    table = _table("One sensor on (in brackets: 95 % intervals)", ("", "F1", "costs", ""), ("F1", "costs"))
     for score in scores:
         apart = score.cost.low < score.cost.high  # from the recommended place
         table.add_row(

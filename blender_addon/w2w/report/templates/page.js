@@ -17,7 +17,7 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
   const [expected, raw, low, high, expectedLow, expectedHigh] = ["expected", "raw", "low", "high", "expected_low", "expected_high"].map(
     (name) => Float32Array.from(unpack(data[name]), (value) => value / 65535));
   const asGood = unpack(data.as_good), scores = { expected, raw };
-  const scored = { expected: "Expected F1, clips cut out", raw: "F1 on these clips" };
+  const scored = { expected: "Expected F1, clip by clip", raw: "F1 on these clips" };
   const region = unpack(data.region), rank = unpack(data.rank), centres = unpack(data.centres);
   const spread = { count: unpack(data.spread_count), patch: unpack(data.spread_patch), share: unpack(data.spread_share) };
   const shown = { map: 0, scores: "expected", range: "own", patch: -1, listed: [] };
@@ -66,7 +66,7 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
 
   function describe(target, patch) {
     const mean = shown.map === 0, level = data.cautions[0] ? "" : `${Math.round(100 * data.level)} % interval `;
-    const sure = ` (${level}${meanInterval(patch)}${asGood[patch] ? "; does as well" : ""})`;
+    const sure = ` (${level}${meanInterval(patch)}${asGood[patch] ? "; as good" : ""})`;
     target.replaceChildren(
       make("b", data.names[patch]),
       make("span", `expected F1 ${number(expected[shown.map * patches + patch])}${mean ? sure : ""}, ${data.titles[shown.map]}`),
@@ -271,7 +271,7 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
       const row = make("li");
       if (patch < 0) return text(row, `${word}: nothing is called that; try ${data.products.join(", ")}`);
       row.append(make("button", word, { type: "button", class: "go", "data-patch": patch }),
-        make("span", `: F1 ${number(expected[patch])} (${meanInterval(patch)})${asGood[patch] ? ", does as well" : `, costs ${number(data.base_f1 - expected[patch])}`}`));
+        make("span", `: F1 ${number(expected[patch])} (${meanInterval(patch)})${asGood[patch] ? ", as good" : `, costs ${number(data.base_f1 - expected[patch])}`}`));
       return row;
     }));
   }

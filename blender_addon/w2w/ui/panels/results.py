@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 
 from ...core.findings.cautions import OPEN, STOPS
-from ...core.ranking.costs import DOES_AS_WELL
+from ...core.ranking.costs import IS_AS_GOOD
 from ...core.selection.headline import short
 from ...core.wording import capital
 from ...scene.heatmap import add_beside
@@ -52,7 +52,7 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
             draw_warning(layout, context, found)
         elif found:
             draw_products(layout, found)
-            draw_note(layout, context, "F1 expected on other clips, cut out")
+            draw_note(layout, context, "F1 expected clip by clip")
         for caution in lists.cautions_of(body.w2w)[:OPEN]:
             if caution.weight == STOPS:
                 draw_warning(self.layout, context, caution.sentence())
@@ -68,7 +68,7 @@ def draw_products(layout: Layout, products: Sequence[dict[str, Any]]) -> None:
         row.label(text=capital(f"{product['side']} {product['name']}".strip()), translate=False)
         f1 = product.get("expected_f1_in_stream", product["expected_f1"])
         text = short(f1)
-        if product["verdict"] != DOES_AS_WELL:
+        if product["verdict"] != IS_AS_GOOD:
             text += f", {'may cost' if product['verdict'] else 'costs'} {short(product['costs'])}"
         row.progress(factor=f1, text=text)
 

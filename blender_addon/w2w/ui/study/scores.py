@@ -4,7 +4,7 @@
 import numpy as np
 
 from ...core.colours import Scale
-from ...core.ranking.costs import costs_at, does_as_well
+from ...core.ranking.costs import costs_at, is_as_good
 from ...core.ranking.utility import UtilityMap
 from ...core.ranking.weights import mean_over
 from ...core.selection.headline import mean_caution
@@ -57,7 +57,7 @@ def patch_lines(study: Group, utility: UtilityMap, patch: int) -> tuple[str, ...
     low, high = utility.expected_low[patch], utility.expected_high[patch]
     raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
     base = answer_of(study).get("costs_are_against")
-    equal = ", does as well" if base and does_as_well(costs_at(utility, base)[patch]) else ""
+    equal = ", as good" if base and is_as_good(costs_at(utility, base)[patch]) else ""
     if mean_caution(utility):
         score = f"expected F1 {expected[patch]:.2f} (too few clips for an interval)"
         return score, f"{rank}{equal}; on these clips {raw[patch]:.2f}"

@@ -14,7 +14,7 @@ from w2w.core.csv_tables import apart, csv_text
 from w2w.core.files import DIGITS, write_text
 from w2w.core.findings.notes import interval_text
 from w2w.core.patches.naming import Nearest
-from w2w.core.ranking.costs import does_as_well
+from w2w.core.ranking.costs import is_as_good
 from w2w.core.ranking.f1 import FEWEST_CLIPS
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.headline import doubt, mean_caution
@@ -41,7 +41,7 @@ def show_placements(
             name,
             f"{utility.expected_mean[patch]:.2f}",
             interval_text(low, high, mean_caution(utility), 2),
-            "yes" if does_as_well(best - utility.expected_mean[patch]) else "no",
+            "yes" if is_as_good(best - utility.expected_mean[patch]) else "no",
             f"{utility.mean[patch]:.2f}",
             f"{100 * away_m:.1f} cm",
         )
@@ -89,7 +89,7 @@ def write_scores(
     best = utility.expected_mean.max()
     for column, patch in zip(columns, patches, strict=True):
         cells = [f"{values[patch]:.{DIGITS}f}" for values in utility.expected]
-        equal = "yes" if does_as_well(best - utility.expected_mean[patch]) else "no"
+        equal = "yes" if is_as_good(best - utility.expected_mean[patch]) else "no"
         tested = (len(np.unique(utility.clip)), len(utility.truth))
         lines.append(["all", EXPECTED_MEAN, column, patch, *cells, equal, *tested])
     write_text(path, csv_text(lines))

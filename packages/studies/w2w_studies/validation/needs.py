@@ -14,7 +14,7 @@ import numpy as np
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel, Triad
 from w2w.core.imu.synthesis import Synthesis
-from w2w.core.ranking.costs import does_as_well
+from w2w.core.ranking.costs import is_as_good
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.variants import (
     ACCELEROMETER,
@@ -66,7 +66,7 @@ class Curves(NamedTuple):
 
     def steps(self, knob: str) -> np.ndarray:
         """How many steps down the cheapest value is, shape (2, S); 0 where nothing cheaper does."""
-        return np.logical_and.accumulate(does_as_well(self.loss[:, self.rows(knob)]), axis=1).sum(axis=1)
+        return np.logical_and.accumulate(is_as_good(self.loss[:, self.rows(knob)]), axis=1).sum(axis=1)
 
 
 @dataclass(frozen=True, eq=False)
