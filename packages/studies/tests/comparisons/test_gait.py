@@ -39,7 +39,7 @@ def test_the_gait_trial_is_simulated_and_reported(shared_data, tmp_path):
     assert "energy of angular velocity | 0.9" in report
     taught = [line.split("|")[2] for line in report.splitlines() if line.startswith("| simulated, ")]
     f1 = [float(cell.split()[0]) for cell in taught]
-    assert f1[1] > f1[0] + 0.2  # turned as it sat, against as it is
+    assert f1[1] > f1[0] + 0.2  # turned to its angle, against as it is
 
 
 def test_a_folder_without_the_trial_gets_a_sentence(tmp_path):

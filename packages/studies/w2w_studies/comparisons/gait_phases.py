@@ -88,7 +88,7 @@ def taught_phases(
         known = [calibrate([tuple(cut(one, used) for one in pair)], longest_shift_s) for pair in pairs]
         shown = {
             "simulated, as it is": [made for _, made in pairs],
-            "simulated, turned as it sat": [
+            "simulated, turned to its angle": [
                 turned(made, one.turn) for (_, made), one in zip(pairs, known, strict=True)
             ],
             "simulated, and on its soft tissue": [

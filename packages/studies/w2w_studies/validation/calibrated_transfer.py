@@ -23,7 +23,7 @@ LONGEST_SHIFT_S = 0.5
 """Most seconds that worn and simulated recordings are apart."""
 
 AS_SIMULATED = "as simulated"
-TURNED = "turned as it sat"
+TURNED = "turned to its angle"
 TISSUE = "and on its soft tissue"
 ONE_BAND = "and both sides below {:g} Hz"
 DIFFERENCES = "and told how windows differ"
