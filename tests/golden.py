@@ -66,7 +66,7 @@ def outcome(folder: Path) -> Digests:
         made[f"signals {name}"] = digest(signals[name] / getattr(sensor, triad).resolution)
     made["features"] = digest(np.log1p(np.abs(features["features"])))
     ranked = {f"ranking {name}": digest(utility[name]) for name in RANKED}
-    ranked["ranking set"] = [worn["expected_f1"], worn["expected_f1_in_stream"], *worn["f1"].values()]
+    ranked["ranking set"] = [worn["expected_f1"], *worn["f1"].values()]
     return {"signals": made, "ranking": ranked | {"chosen": chosen}}
 
 

@@ -13,7 +13,7 @@ from sklearn.neighbors import KNeighborsClassifier
 import w2w
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.naming import place
-from w2w.core.selection.answer import answer
+from w2w.core.ranking.weights import mean_over
 from w2w.core.selection.headline import short
 from w2w_studies.paper.joint_test import multi_sensor_check
 from w2w_studies.paper.subsets import exact_subset, greedy_subset
@@ -94,16 +94,21 @@ def test_the_papers_sets_are_chosen_and_tested_by_the_studies(ranking):
     assert maps[0].mean[0] == pytest.approx(ranking.mean[chosen.order[0]], abs=0.1)
 
 
-def test_the_answer_goes_by_its_f1_in_a_stream(ranking):
-    found = ranking.answer
-    assert found.in_stream.low <= found.in_stream.mean <= found.in_stream.high
-    assert found.in_stream.mean < found.expected
-    assert found.detail().startswith(f"F1 {short(found.in_stream.mean)} (")
-    assert f"one by one, F1 is {short(found.expected)}" in found.measured()
-    assert all(score.in_stream for score in found.products)
-    cut_out = answer(replace(ranking._scored, stream=None))
-    assert cut_out.detail().startswith(f"F1 {short(found.expected)} (")
-    assert [score.cost for score in cut_out.products] == [score.cost for score in found.products]
+def test_there_is_one_f1_and_it_is_that_in_a_stream(ranking):
+    found, utility = ranking.answer, ranking.utility
+    alone = utility.expected_mean + mean_over(utility.lost, utility.weights)
+    assert mean_over(utility.lost, utility.weights) > 0
+    assert (utility.expected_mean <= alone).all()
+    assert found.in_stream
+    assert found.f1.low <= found.f1.mean <= found.f1.high
+    assert found.detail().startswith(f"F1 {short(found.f1.mean)} (")
+    belt = next(score for score in found.products if score.name == "belt clip")
+    assert ranking.compare("belt clip")[0].f1 == belt.f1
+    assert ranking.stream.on_map(utility) is utility  # once is enough
+    for score in found.products:  # what is shown subtracts
+        assert round(score.cost.expected, 2) == pytest.approx(
+            round(found.f1.mean, 2) - round(score.expected, 2), abs=1e-6
+        )
 
 
 @pytest.mark.slow
@@ -117,7 +122,7 @@ def test_a_set_is_chosen_to_be_worn_together(ranking):
     worn = ranking.wear_together(1.0, max_sensors=2, constraints=w2w.Constraints(forbid=("left",)))
     assert 1 <= len(worn.order) <= 2
     assert not any(ranking.patches.regions[patch].startswith("left") for patch in worn.order)
-    assert worn.cut_out.mean[0] == pytest.approx(ranking._scored.leaned.expected_mean[worn.order[0]])
+    assert worn.promise.mean[0] == pytest.approx(ranking._scored.leaned.expected_mean[worn.order[0]])
     assert "on other clips" in worn.sentence()
     with pytest.raises(ValueError, match="ridge"):
         replace(ranking, classifier="trees").wear_together()

@@ -51,10 +51,10 @@ def test_what_stops_an_answer_stands_in_its_place_at_every_door(drawn_results):
     assert head("Wear a ring.", [weak, stop]) == stopped
     study, console = StudyResults.load(drawn_results), Console(record=True, width=1000, file=io.StringIO())
     advice = advise(ScoredMap(study.utility, study.patches, study.body()), None)
-    content = advice_content(advice, study.utility, study.patches, [stop])
+    content = advice_content(advice, study.patches, [stop])
     assert content["answer"]["sentence"] == stopped
     assert content["answer"]["patch"] == advice.answer.patch
-    show_answer(advice, study.utility, [stop], console)
+    show_answer(advice, [stop], console)
     assert console.export_text().strip().startswith(stopped)
 
 

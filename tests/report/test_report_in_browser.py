@@ -96,7 +96,7 @@ def test_another_activity_has_other_colours_and_its_own_scale(page, drawn_result
 
 def test_the_scores_of_these_very_clips_can_be_seen_too(page, drawn_results):
     utility = UtilityMap.load(drawn_results / "utility.npz")
-    assert text(page, ".unit") == "Expected F1, clip by clip"
+    assert text(page, ".unit") == "Expected F1"
     expected, first = picture(page), text(page, "#ranked tbody tr")
     choose(page, "scores", "raw")
     ends = [float(text(page, bar)) for bar in ("#bar-low", "#bar-high")]

@@ -121,8 +121,8 @@ def test_a_run_opens_with_its_wishes_and_the_set_it_says_to_wear(finished_run: P
     worn = summary["worn_together"]
     assert advice_of(study)["worn_together"] == worn
     assert [row.patch for row in study.worn] == [row["patch"] for row in worn["places"]]
-    assert study.worn[-1].f1 == pytest.approx(worn["expected_f1_in_stream"])
-    assert (study.worn[-1].low, study.worn[-1].high) == pytest.approx(worn["expected_f1_in_stream_interval"])
+    assert study.worn[-1].f1 == pytest.approx(worn["expected_f1"])
+    assert (study.worn[-1].low, study.worn[-1].high) == pytest.approx(worn["expected_f1_interval"])
     assert spheres(body) == {row.patch for row in study.worn}
     study.wishes[0].place = "leg"
     assert advice_of(study) is None

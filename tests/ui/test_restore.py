@@ -246,5 +246,5 @@ def test_a_clip_whose_motion_the_file_does_not_hold_says_where_it_is(finished_ru
 def test_an_answer_that_is_not_the_runs_own_is_not_believed(found: object) -> None:
     known = {"patch": 3, "sentence": "A watch: F1 .90.", "products": [{"name": "watch", "costs": 0.0}]}
     assert not restore._is_same(found, known)
-    with_stream = {"name": "watch", "costs": 0.0, "expected_f1_in_stream": 0.8}
+    with_stream = {"name": "watch", "costs": 0.0, "expected_f1": 0.8}
     assert restore._is_same({"patch": 3, "products": [with_stream]}, known)

@@ -153,6 +153,7 @@ def rank(
     if classifier == Ridge.name and body is not None:
         worn = body, patches
         stream = stream_of(clips.ranked, clips.windows, lambda n, some: recordings[n].at(some), config, worn)
+        utility = stream.on_map(utility)
     ranking = Ranking(
         utility=_with_left_out(utility, activities), patches=patches, body=body, inputs=whole,
         labels=WindowLabels.of(clips.ranked, clips.windows), config=config, classifier=classifier,

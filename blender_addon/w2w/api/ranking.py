@@ -83,7 +83,7 @@ class Ranking(Ranked):
             f"<td>{short(f1.low)} to {short(f1.high)}<td>{short(max(score.cost.expected, 0.0))}"
             f"<td>{short(score.cost.low)} to {short(score.cost.high)}<td>{score.cost.verdict()}"
             for score in self.answer.products
-            for f1 in [score.in_stream or score.cut_out]
+            for f1 in [score.f1]
         ]
         about = self.answer.detail().removesuffix("."), self.answer.measured()
         said = [*(f"{text}." for text in about if text), *(each.sentence() for each in self.cautions)]

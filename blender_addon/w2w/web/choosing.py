@@ -59,7 +59,7 @@ def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
         return {"compared": [place_content(score, study.patches) for score in scores]}
     again, _, advice = _chosen(out, wishes)
     found = [Caution(**each) for each in again.summary["cautions"]]
-    return advice_content(advice, again.utility, again.patches, found)
+    return advice_content(advice, again.patches, found)
 
 
 def report_again(out: Path, wishes: dict[str, Any]) -> str:
@@ -110,4 +110,5 @@ def _chosen_by(out: Path, written: int, asked: str) -> tuple[StudyResults, Study
     config = replace(config, **{name: getattr(StudyConfig(), name) for name in cleared})
     again = ranked_again(study, config)
     same = again.utility is study.utility
-    return again, config, advised_by(study, config, tests, stream, turned) if same else advised(again, config)
+    advice = advised_by(study, config, tests, stream, turned) if same else advised(again, config)
+    return replace(again, utility=advice.map), config, advice

@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import norm
 
 from w2w.core.ranking.costs import is_as_good
-from w2w.core.ranking.expected import LIKELY, SURE, expect
+from w2w.core.ranking.expected import LIKELY, SURE, expect, most_shown
 from w2w.core.ranking.halves import plan
 from w2w.core.ranking.pooling import Pooling
 
@@ -160,3 +160,9 @@ def test_clips_that_cannot_be_halved_rank_nothing():
     assert (found.expected_low == 0).all()
     assert (found.expected_high == 1).all()
     assert np.ptp(found.expected_mean) < np.ptp(raw[0].mean(axis=0))
+
+
+def test_so_many_clips_cannot_show_more():
+    clips = np.repeat(np.arange(12).astype(str), 3)
+    assert most_shown(clips, 0.95) == pytest.approx(0.735, abs=1e-3)  # Clopper and Pearson, 12 of 12
+    assert most_shown(np.arange(400).astype(str), 0.95) > 0.99

@@ -10,7 +10,6 @@ import numpy as np
 from ..files import DIGITS
 from ..patches.patches import PatchSet
 from ..ranking.costs import Cost
-from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
 from ..selection.answer import Answer
@@ -23,10 +22,9 @@ from ..study.variants import ALONE, KNOBS
 from .cautions import Caution, head
 
 
-def advice_content(
-    advice: Advice, utility: UtilityMap, patches: PatchSet, cautions: Sequence[Caution]
-) -> dict[str, Any]:
+def advice_content(advice: Advice, patches: PatchSet, cautions: Sequence[Caution]) -> dict[str, Any]:
     """The choice as plain values, under what speaks against it."""
+    utility = advice.map
     return {
         "answer": answer_content(advice.answer, patches, cautions),
         "cards": [
@@ -58,8 +56,7 @@ def answer_content(answer: Answer, patches: PatchSet, cautions: Sequence[Caution
         "chance": round(answer.chance, 3),
         "patch": answer.patch,
         "name": patches.names[answer.patch],
-        **interval_content("expected_f1", answer.expected, answer.low, answer.high),
-        **in_stream_content(answer.in_stream),
+        **interval_content("expected_f1", *answer.f1),
         "measured": answer.measured(),
         "places_differ": answer.differs,
         "recommended": answer.product,
@@ -116,11 +113,6 @@ def _loss_content(loss: Loss) -> dict[str, Any]:
     return {"parameter": loss.knob, "value": loss.name, "f1": rounded(loss.f1)} | cost_content(loss.cost)
 
 
-def in_stream_content(expected: ExpectedF1 | None) -> dict[str, Any]:
-    """F1 expected in a stream, and its interval; nothing if it is not known."""
-    return interval_content("expected_f1_in_stream", *expected) if expected else {}
-
-
 def place_content(score: PlaceScore, patches: PatchSet) -> dict[str, Any]:
     """One sensor on a product or at a named place."""
     return {
@@ -128,8 +120,7 @@ def place_content(score: PlaceScore, patches: PatchSet) -> dict[str, Any]:
         "side": score.side,
         "patch": score.patch,
         "patch_name": patches.names[score.patch],
-        **interval_content("expected_f1", score.expected, score.low, score.high),
-        **in_stream_content(score.in_stream),
+        **interval_content("expected_f1", *score.f1),
         "expected_f1_of": {name: rounded(f1) for name, f1 in score.by_activity.items()},
         **cost_content(score.cost),
     }
@@ -155,13 +146,13 @@ def worn_content(worn: WornSet, advice: Advice, utility: UtilityMap, patches: Pa
         "every_activity": worn.every_activity,
         "reached": worn.reached,
         "cost": worn.cost,
-        **_set_content(worn, len(worn.order)),
+        **expected_content(promise, len(worn.order)),
         "f1": dict(zip(worn.activities, map(rounded, promise.f1[-1]), strict=True)),
         "places": [
             {
                 **patch_content(patch, utility, patches),
                 "product": advice.products.get(patch, ""),
-                **_set_content(worn, number, "_so_far"),
+                **expected_content(promise, number, "_so_far"),
                 "mean_f1_so_far": rounded(worn.raw_mean[number - 1]),
             }
             for number, patch in enumerate(worn.order, start=1)
@@ -190,15 +181,10 @@ def next_worn(worn: WornSet, advice: Advice, patches: PatchSet) -> dict[str, Any
     }
 
 
-def _set_content(worn: WornSet, sensors: int, suffix: str = "") -> dict[str, Any]:
-    """Expected F1 of the first `sensors` of a set on other clips, and in a stream of them if it is known."""
-    return expected_content(worn.cut_out, sensors, suffix) | expected_content(worn.promise, sensors, suffix)
-
-
 def expected_content(promise: Promise, sensors: int, suffix: str = "") -> dict[str, Any]:
-    """Expected F1 of the first `sensors` of a set, under a name that says if it is in a stream."""
-    name, last = f"expected_f1{'_in_stream' if promise.in_stream else ''}{suffix}", sensors - 1
-    return interval_content(name, promise.mean[last], promise.low[last], promise.high[last])
+    """Expected F1 of the first `sensors` of a set."""
+    at = (values[sensors - 1] for values in (promise.mean, promise.low, promise.high))
+    return interval_content(f"expected_f1{suffix}", *at)
 
 
 def interval_content(name: str, value: float, low: float, high: float) -> dict[str, Any]:

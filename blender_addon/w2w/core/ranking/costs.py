@@ -85,8 +85,8 @@ def is_as_good(costs: Any) -> Any:
 
 
 def costs_at(utility: UtilityMap, base: Sequence[int]) -> np.ndarray:
-    """Expected costs of a sensor at each patch, shape (N,), against one on the patches `base`."""
-    return utility.expected_mean[list(base)].mean() - utility.expected_mean
+    """Expected costs of a sensor at each patch, shape (N,), against one on the patches `base`, as shown."""
+    return as_shown(utility.expected_mean[list(base)].mean()) - as_shown(utility.expected_mean)
 
 
 def cost(utility: UtilityMap, base: Sequence[int], place: Sequence[int]) -> Cost:
@@ -96,12 +96,15 @@ def cost(utility: UtilityMap, base: Sequence[int], place: Sequence[int]) -> Cost
     which halves of the clips show for these two places and for any two: few halvings tell little of one pair.
     """
     base, place = list(base), list(place)
-    return judged(float(costs_at(utility, base)[place].mean()), _reach(utility, base, place))
+    here, there = (as_shown(utility.expected_mean[some].mean()) for some in (base, place))
+    return judged(float(here - there), _reach(utility, base, place))
 
 
 def gain(utility: UtilityMap, place: Sequence[int], other: Sequence[int]) -> Gain:
     """What a place chosen by these clips gains over another: its lead, less the luck that is in it."""
-    lead, reach = cost(utility, place, other).expected, _reach(utility, list(place), list(other))
+    here, there = list(place), list(other)
+    lead = float(utility.expected_mean[here].mean() - utility.expected_mean[there].mean())
+    reach = _reach(utility, here, there)
     error = reach / scipy.special.ndtri((1 + utility.level) / 2)
     counted = lead**3 / (lead**2 + error**2) if lead else 0.0
     return Gain(counted, max(counted - reach, -1.0), min(counted + reach, 1.0))

@@ -88,6 +88,11 @@ def expect(
     )
 
 
+def most_shown(clip: np.ndarray, level: float) -> float:
+    """Highest lower bound of F1 that so many clips, all recognised, could show: an exact binomial one."""
+    return float(((1 - level) / 2) ** (1 / len(np.unique(clip))))
+
+
 @dataclass(frozen=True, eq=False)
 class _Repeat:
     """Repeatability of maps."""

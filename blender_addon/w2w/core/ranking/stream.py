@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain, product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -19,6 +19,7 @@ from ..windows.stream import NO_CLIP, stream_windows
 from ..windows.windows import WindowSpec, cut_windows
 from .classifiers.ridge import Ridge
 from .f1 import window_f1
+from .utility import UtilityMap
 from .weights import mean_over
 
 FEWEST_ORDERS, MOST_ORDERS = 2, 8
@@ -62,11 +63,11 @@ class _Windows(NamedTuple):
 
 
 class ExpectedF1(NamedTuple):
-    """Macro F1 expected on other clips, and its interval."""
+    """Macro F1 expected on other clips, and its interval: of one place, or of many (N,)."""
 
-    mean: float
-    low: float
-    high: float
+    mean: Any
+    low: Any
+    high: Any
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,16 +120,32 @@ class Stream:
         the orders differ.
         """
         found = self.losing([worn])[0]
-        mean = float(np.clip(cut_out.mean - mean_over(found.loss, self.weights), 0, 1))
+        mean = np.clip(cut_out.mean - mean_over(found.loss, self.weights), 0, 1)
         by_order = mean_over(found.orders, self.weights)
         error = scipy.special.ndtri((1 + CONFIDENCE) / 2) * by_order.std(ddof=1) / np.sqrt(len(by_order))
-        variance = max(cut_out.mean * (1 - cut_out.mean), 1e-6)
-        scale = max(1.0, np.sqrt(mean * (1 - mean) / variance))
+        variance = np.maximum(cut_out.mean * (1 - cut_out.mean), 1e-6)
+        scale = np.maximum(1.0, np.sqrt(mean * (1 - mean) / variance))
         below, above = (
             np.hypot(scale * reach, error)
             for reach in (cut_out.mean - cut_out.low, cut_out.high - cut_out.mean)
         )
-        return ExpectedF1(mean, float(max(mean - below, 0)), float(min(mean + above, 1)))
+        return ExpectedF1(mean, np.maximum(mean - below, 0), np.minimum(mean + above, 1))
+
+    @property
+    def lost(self) -> np.ndarray:
+        """F1 of each activity that one sensor loses from clips cut out to the stream, shape (A,)."""
+        return self.losing([self.spots[:1]])[0].loss
+
+    def on_map(self, utility: UtilityMap) -> UtilityMap:
+        """The map of one sensor with F1 in the stream as what is expected; one that has it stays."""
+        if utility.lost is not None:
+            return utility
+        found = self.expected(self.spots[:1], ExpectedF1(*utility.expected))
+        by_activity = np.clip(utility.expected_f1 - self.lost, 0, 1)
+        mean, low, high, f1 = (np.asarray(values, dtype=np.float32) for values in (*found, by_activity))
+        return replace(
+            utility, expected_f1=f1, expected_mean=mean, expected_low=low, expected_high=high, lost=self.lost
+        )
 
     def _try(self, sets: Sequence[Sequence[int]]) -> list[StreamF1]:
         """Train and test sets of patches that are described."""

@@ -17,7 +17,7 @@ from ..files import load_arrays, write_npz
 from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks
 from .classifiers.estimator import own
 from .classifiers.ridge import Ridge
-from .expected import HALF, SURE, expect
+from .expected import HALF, SURE, expect, most_shown
 from .f1 import FEWEST_CLIPS, TASK_PATCHES, Spread, TrialScores, confusion_of, score_patches, try_patches
 from .folds import SUBJECT_OUT
 from .halves import HALVINGS, CrossValidation, TrialPlan, maps_of
@@ -39,7 +39,7 @@ LEVEL = 0.95
 ROUNDING = 1e-9
 """How near to certain a chance may come."""
 
-OPTIONAL = ("half_f1", "weights", "errors")
+OPTIONAL = ("half_f1", "weights", "errors", "lost")
 """Fields that a file may lack: `half_f1` where nothing was halved, `weights` where all count alike."""
 
 
@@ -84,8 +84,9 @@ class UtilityMap:
         Errors of `expected_mean` against as many other clips, but for the level that all patches share, as
         halves of the clips show them; no rows where nothing was halved.
     half_f1 : ndarray, shape (P, 2, A, N), float32, or None
-        F1 by window on the halves (single subjects of two or three) that choose sets for each other; None
-        where nothing was halved.
+        F1 by window on the halves (or single subjects) that choose sets for each other; None without.
+    lost : ndarray, shape (A,), or None
+        What was taken off the F1 expected of one sensor, as it is lost in a stream of clips.
 
     Examples
     --------
@@ -118,6 +119,7 @@ class UtilityMap:
     weights: np.ndarray = field(default_factory=lambda: np.empty(0))
     errors: np.ndarray = field(default_factory=lambda: np.empty((0, 0), dtype=np.float32))
     half_f1: np.ndarray | None = None
+    lost: np.ndarray | None = None
 
     def __repr__(self) -> str:
         n_patches, n_activities = self.f1.shape
@@ -286,7 +288,8 @@ def utility_map(
         activities=trial.activities,
         f1=f1,
         **boot._asdict(),
-        **vars(expected) | {"expected_low": np.minimum(expected.expected_low, most_shown(clip[tested]))},
+        **vars(expected)
+        | {"expected_low": np.minimum(expected.expected_low, most_shown(clip[tested], LEVEL))},
         **{name: getattr(trial, name) for name in ("protocol", "left_out", "weights")},
         predictions=predictions,
         truth=truth,
@@ -295,11 +298,6 @@ def utility_map(
         classifier=model.name,
         half_f1=np.array(halves, dtype=np.float32) if halves else None,
     )
-
-
-def most_shown(clip: np.ndarray) -> float:
-    """F1 above which so many clips, all recognised, could not show that it is: an exact binomial bound."""
-    return float(((1 - LEVEL) / 2) ** (1 / len(np.unique(clip))))
 
 
 def _try_all(

@@ -80,6 +80,7 @@ class Advice:
     cards: tuple[Card, ...]  # where each sensor recommended goes: those of the answer, then of the set
     products: dict[int, str]  # the patches at which usual products sit, with side and name
     allowed: np.ndarray  # (N,), bool: patches that the constraints leave; all by default
+    map: UtilityMap  # the map that is shown, with F1 in a stream if that is known
 
 
 def advise(
@@ -116,10 +117,10 @@ def advise(
         swaps = interchangeable(tests, worn, among, utility)
     recommended = dict.fromkeys([to_one.patch, *(worn.order if worn else ())])
     clusters = redundancy_clusters(utility.predictions, len(utility.activities))
-    cards = tuple(card(body, patches, utility.expected_mean, patch) for patch in recommended)
+    cards = tuple(card(body, patches, scored.own.expected_mean, patch) for patch in recommended)
     return Advice(
         best=scored.best, answer=to_one, worn=worn, alternatives=swaps, clusters=clusters, cards=cards,
-        products=products, allowed=terms.allowed,
+        products=products, allowed=terms.allowed, map=scored.own,
     )  # fmt: skip
 
 

@@ -57,10 +57,7 @@ class Answer(InShort):
 
     where: str  # "a belt clip", "anywhere on the body", "a sensor on the left thigh front (29 by 14 cm)"
     patch: int  # the patch recommended
-    expected: float  # macro F1 there on other clips, cut out
-    low: float
-    high: float
-    in_stream: ExpectedF1 | None  # in a stream of them, if that is known
+    in_stream: bool  # whether F1 is in a stream of clips; else each window holds one alone
     caution: str  # in place of the interval, if there are too few clips for one
     differs: bool  # some places may be better than others; else all are shown to do alike
     chance: float  # that the place does better than an average one on other clips
@@ -73,14 +70,9 @@ class Answer(InShort):
     products: tuple[PlaceScore, ...]  # all products that fit the wishes, best first
 
     @property
-    def cut_out(self) -> ExpectedF1:
-        """F1 on other clips, cut out."""
-        return ExpectedF1(self.expected, self.low, self.high)
-
-    @property
     def f1(self) -> ExpectedF1:
-        """F1 on other clips, in a stream if that is known."""
-        return self.in_stream or self.cut_out
+        """F1 at the patch on other clips."""
+        return self.base.f1
 
     @property
     def keeps(self) -> bool:
@@ -116,8 +108,8 @@ class Answer(InShort):
             return f"{start}: it may do better than {habit}."
         if not self.gain.shown:
             return f"{capital(self.where)} may do better than {habit}; these clips cannot show by how much."
-        here, there = self.f1, self.habit.in_stream or self.habit.cut_out
-        right = f"it tells {moments(here, interval=False)}, where {habit} tells {tenths(there.mean)}"
+        there = tenths(self.habit.expected)
+        right = f"it tells {moments(self.f1, interval=False)}, where {habit} tells {there}"
         return f"Wear {self.where}: {right}."
 
     def detail(self) -> str:
@@ -128,19 +120,18 @@ class Answer(InShort):
         if self.habit and self.gain and not self.keeps:
             others = tuple(score for score in others if score.name != self.habit.name)
             if self.gain_shown:
-                other = (self.habit.in_stream or self.habit.cut_out).mean
                 counted, low, high = (short(value) for value in self.gain)
                 sure = f"count on a gain of {counted} ({low} to {high})"
-                said.append(f"{capital(self.habit.phrase)}: {short(other)}; {sure}.")
+                said.append(f"{capital(self.habit.phrase)}: {short(self.habit.expected)}; {sure}.")
             else:
                 others = (self.habit, *others)
         return " ".join(filter(None, [*said, compared(others)]))
 
     def measured(self) -> str:
         """What the F1 is measured on, in a sentence."""
-        if self.in_stream is None:
+        if not self.in_stream:
             return "Each window holds one clip alone; in use, F1 is lower"
-        return f"Clips follow each other with standing between them; one by one, F1 is {short(self.expected)}"
+        return "Clips follow each other with standing between them"
 
 
 def answer(scored: ScoredMap) -> Answer:
@@ -158,11 +149,9 @@ def answer(scored: ScoredMap) -> Answer:
         where = everywhere if allowed.all() else "anywhere that is allowed"
     if habit:
         habit = next(score for score in products if score.name == habit.name)
-    f1 = base.cut_out
     return Answer(
-        where=where, patch=base.patch, expected=f1.mean, low=f1.low, high=f1.high,
-        caution=mean_caution(utility), in_stream=scored.in_stream([base.patch], f1), differs=differs,
-        chance=utility.chance(base.expected), habit=habit,
+        where=where, patch=base.patch, in_stream=utility.lost is not None, caution=mean_caution(utility),
+        differs=differs, chance=utility.chance(base.expected), habit=habit,
         gain=gain(utility, base.under, habit.under) if habit else None,
         more=_more(utility) if utility.few else "", base=base,
         product=base.name if is_product and differs else "",

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..ranking.costs import EQUAL, as_shown
-from ..ranking.stream import Stream
+from ..ranking.stream import ExpectedF1, Stream
 from ..ranking.weights import mean_over
 from ..wording import InShort
 from .constraints import Terms, fewest
@@ -101,8 +101,7 @@ class WornSet(InShort):
     """A set of patches chosen to be worn together."""
 
     order: tuple[int, ...]  # the patches recommended, in order of choice
-    promise: Promise  # for the first, the first two, and so on, in a stream if there is one
-    cut_out: Promise  # the same on clips cut out
+    promise: Promise  # for the first, the first two, and so on
     activities: tuple[str, ...]
     target: float  # expected macro F1 to reach
     every_activity: float  # least expected F1 of any activity; 0 for none
@@ -160,23 +159,24 @@ class _Search:
         self._grown, self._expected = GrownSet(tests.whole, terms, first, worst), expected
         self._promises, self._choose, self._stream = Promises(tests, terms), ByHalves(worst), stream
         self._free = terms.unwished and _search(tests, expected, terms.unwished, worst, stream, first)
-        self._found: dict[int, tuple[tuple[int, ...], tuple[Promise, Promise]]] = {}
+        self._found: dict[int, tuple[tuple[int, ...], Promise]] = {}
 
-    def up_to(self, size: int) -> tuple[tuple[int, ...], tuple[Promise, Promise]]:
-        """The patches in order of choice, up to a size, and what they promise: cut out, and in a stream."""
+    def up_to(self, size: int) -> tuple[tuple[int, ...], Promise]:
+        """The patches in order of choice, up to a size, and what they promise."""
         if size not in self._found:
             self._found[size] = self._up_to(size)
         return self._found[size]
 
-    def _up_to(self, size: int) -> tuple[tuple[int, ...], tuple[Promise, Promise]]:
+    def _up_to(self, size: int) -> tuple[tuple[int, ...], Promise]:
         order = self._grown.up_to(size)
-        alone, low, high = (float(values[order[0]]) for values in self._expected)
-        cut_out = self._promises.of(order, self._choose, (alone, low, high))
-        promise = promise_in_stream(self._stream, order, cut_out) if self._stream else cut_out
-        if self._free:
-            most = self._free.up_to(len(order))[1]
-            return order, (cut_out.at_most(most[0]), promise.at_most(most[1]))
-        return order, (cut_out, promise)
+        alone = ExpectedF1(*(float(values[order[0]]) for values in self._expected))
+        if self._stream:
+            lost = mean_over(self._stream.lost, self._promises.tests.weights)
+            promise = self._promises.of(order, self._choose, ExpectedF1(*(value + lost for value in alone)))
+            promise = promise_in_stream(self._stream, order, promise, alone)
+        else:
+            promise = self._promises.of(order, self._choose, alone)
+        return order, promise.at_most(self._free.up_to(len(order))[1]) if self._free else promise
 
 
 def _search(
@@ -215,13 +215,12 @@ def choose_together(
     """Choose the smallest set that reaches the target, or the one beyond which no sensor is worth it.
 
     `expected` is the macro F1 (N,) of each patch alone and the bounds of its interval; the first patch is
-    that of the highest, or of the highest of `first` (N,). In a `stream`, its F1 must reach the target; else
-    that on clips cut out.
+    that of the highest, or of the highest of `first` (N,). In a `stream` all of it is F1 there.
     """
     best_alone = expected[0] if first is None else first
     search = _search(tests, expected, terms, every_activity > 0, stream, best_alone)
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
-        order, (cut_out, promise) = search.up_to(size)
+        order, promise = search.up_to(size)
         lowest = promise.f1[:, tests.weights > 0].min(axis=1)
         f1, wanted = np.array([promise.mean, lowest]), np.array([[target], [every_activity]])
         lacks = (as_shown(wanted) - as_shown(f1)).max(axis=0)
@@ -232,7 +231,7 @@ def choose_together(
     chosen, further = order[:enough], order[enough:]
     rises = further and short(promise.mean[enough]) != short(promise.mean[enough - 1])
     return WornSet(
-        order=chosen, promise=promise.first(enough), cut_out=cut_out.first(enough),
+        order=chosen, promise=promise.first(enough),
         activities=tests.activities, target=target, every_activity=every_activity, reached=reached,
         cost=float(terms.cost[list(chosen)].sum()), weights=tests.weights, further=further,
         with_next=promise.first(enough + 1) if rises else None, most=float(promise.mean[-1]),

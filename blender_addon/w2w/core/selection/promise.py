@@ -35,7 +35,6 @@ class Promise:
     high: np.ndarray
     raw: np.ndarray  # (K, A): F1 on the clips that chose the set
     delivered: np.ndarray  # (H, K): macro F1 of sets that a half chose, on the other half
-    in_stream: bool = False  # in a stream of other clips, not on clips cut out
     known: bool = True  # whether parts of the clips could be compared; else the interval is 0 to 1
 
     def first(self, count: int) -> Promise:
@@ -169,14 +168,17 @@ def random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
     return sets
 
 
-def promise_in_stream(stream: Stream, order: Sequence[int], promise: Promise) -> Promise:
-    """The promise in a stream of the first patch, the first two, and so on, from that on clips cut out."""
+def promise_in_stream(stream: Stream, order: Sequence[int], promise: Promise, alone: ExpectedF1) -> Promise:
+    """The promise in a stream of the first patch, the first two, and so on, from that on clips cut out.
+
+    `alone` is that of the first patch in the stream.
+    """
     sets = [order[: count + 1] for count in range(len(order))]
     cut_out = zip(promise.mean.tolist(), promise.low.tolist(), promise.high.tolist(), strict=True)
     losses = np.array([found.loss for found in stream.losing(sets)])
     found = [stream.expected(worn, ExpectedF1(*of)) for worn, of in zip(sets, cut_out, strict=True)]
-    mean, low, high = np.array(found).T
+    mean, low, high = np.array([alone, *found[1:]]).T
     more = rising(mean) - mean
     low, high = np.clip([low + more, high + more], 0, 1)
     f1 = np.clip(promise.f1 - losses + more[:, None], 0, 1)
-    return replace(promise, f1=f1, mean=mean + more, low=low, high=high, in_stream=True)
+    return replace(promise, f1=f1, mean=mean + more, low=low, high=high)

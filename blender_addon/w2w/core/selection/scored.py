@@ -35,24 +35,21 @@ class PlaceScore(InShort):
     side: str  # the better side; "" if both are as good or there is only one place
     patch: int  # the patch nearest to where the sensor usually sits
     under: tuple[int, ...]  # the patches that it moves over
-    expected: float  # macro F1 on other clips, cut out; a loose product's is the mean of its patches
+    expected: float  # macro F1 on other clips; a loose product's is the mean of its patches
     low: float
     high: float
     cost: Cost  # against the recommended place
-    in_stream: ExpectedF1 | None = None  # the same in a stream of other clips, where that is known
-    by_activity: Mapping[str, float] = field(
-        default_factory=dict, compare=False
-    )  # F1 of each on other clips, cut out
+    by_activity: Mapping[str, float] = field(default_factory=dict, compare=False)  # F1 of each
 
     def in_short(self) -> str:
         """Its F1 with the interval, and what it costs."""
-        f1, costs = self.in_stream or self.cut_out, max(self.cost.expected, 0.0)
-        interval = f"({short(f1.low)} to {short(f1.high)})"
-        return f"{f'{self.side} {self.name}'.strip()}: F1 {short(f1.mean)} {interval}, costs {short(costs)}"
+        mean, low, high = map(short, self.f1)
+        costs = short(max(self.cost.expected, 0.0))
+        return f"{f'{self.side} {self.name}'.strip()}: F1 {mean} ({low} to {high}), costs {costs}"
 
     @property
-    def cut_out(self) -> ExpectedF1:
-        """F1 on other clips, cut out."""
+    def f1(self) -> ExpectedF1:
+        """F1 on other clips, and its interval."""
         return ExpectedF1(self.expected, self.low, self.high)
 
 
@@ -64,7 +61,7 @@ class ScoredMap:
     patches: PatchSet
     body: Body | None  # None for places by their names alone: each is a product of its own
     limits: np.ndarray | None = None  # (N,), bool: patches that the wishes leave; all by default
-    stream: Stream | None = None  # the clips, if F1 in a stream of them can be found
+    stream: Stream | None = None  # the clips, whose F1 in a stream is the F1, if it can be found
     habit: str = HABIT  # the product that people wear anyway
     general: Mapping[str, float] = field(default_factory=lambda: GENERAL)  # what places are scored by besides
 
@@ -74,9 +71,14 @@ class ScoredMap:
         return np.ones(len(self.patches), bool) if self.limits is None else self.limits
 
     @cached_property
+    def own(self) -> UtilityMap:
+        """The map that is shown: the clips' own, in a stream of them if that is known."""
+        return self.stream.on_map(self.utility) if self.stream else self.utility
+
+    @cached_property
     def leaned(self) -> UtilityMap:
-        """The map that places are scored by: the clips' own, moved towards what is generally good."""
-        return leaning(self.utility, self.patches, self.general if self.body else {})
+        """The map that places are scored by: the one that is shown, moved towards what is generally good."""
+        return leaning(self.own, self.patches, self.general if self.body else {})
 
     @cached_property
     def best(self) -> int:
@@ -115,12 +117,8 @@ class ScoredMap:
         """Every product that has an allowed patch, best first; the recommended one before all."""
         others = _best_first(self._on_products)
         return tuple(
-            self._whole(score) for score in sorted(others, key=lambda score: score.name != self.base.name)
+            self._with_cost(score) for score in sorted(others, key=lambda score: score.name != self.base.name)
         )
-
-    def in_stream(self, worn: Sequence[int], cut_out: ExpectedF1) -> ExpectedF1 | None:
-        """F1 in a stream of other clips, from that on clips cut out; None if nothing tells."""
-        return None if self.stream is None else self.stream.expected(worn, cut_out)
 
     @cached_property
     def _on_products(self) -> list[PlaceScore]:
@@ -153,9 +151,9 @@ class ScoredMap:
         product = PRODUCT_NAMED.get(rest) if self.body is not None else None
         sides = () if product is None else (side,) if side in product.sides else product.sides
         if product and (score := self._product(product, sides, anywhere=True)):
-            return self._whole(score)
+            return self._with_cost(score)
         patch = resolve(word, self.body, self.patches, lambda _: None)
-        return self._whole(self._at(word, word, "", patch, [patch]))
+        return self._with_cost(self._at(word, word, "", patch, [patch]))
 
     def _at(self, name: str, phrase: str, side: str, patch: int, under: Sequence[int]) -> PlaceScore:
         """A sensor that moves over the patches `under`, before its cost is known."""
@@ -170,10 +168,8 @@ class ScoredMap:
         none = Cost(0.0, 0.0, 0.0)
         return PlaceScore(name, phrase, side, patch, tuple(under), expected, low, high, none, by_activity=f1)
 
-    def _whole(self, score: PlaceScore) -> PlaceScore:
-        """A score with its cost, and in a stream if that is known."""
-        found = cost(self.leaned, self.base.under, score.under)
-        return replace(score, cost=found, in_stream=self.in_stream([score.patch], score.cut_out))
+    def _with_cost(self, score: PlaceScore) -> PlaceScore:
+        return replace(score, cost=cost(self.leaned, self.base.under, score.under))
 
 
 def compare(scored: ScoredMap, words: Sequence[str]) -> tuple[PlaceScore, ...]:

@@ -29,7 +29,7 @@ from ..windows.stream import standing_reading
 from .clip_files import ClipWindows
 from .config import StudyConfig
 
-RANKING_VERSION = 3
+RANKING_VERSION = 4
 """Version of maps, choices and what is told of them: raise it with a change that gives others."""
 
 
@@ -184,5 +184,5 @@ def stream_of(
         fold=planned.fold[first],
         weights=planned.weights,
         seed=config.seed,
-        spots=list(product_patches(patches, body)),
+        spots=list(product_patches(patches, body)) or range(len(patches)),
     )

@@ -5,7 +5,7 @@ import json
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import make_dataclass
+from dataclasses import make_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -142,8 +142,9 @@ def place(
             study = ranked_again(study, config)
         with console.status("Choosing sensors"):
             advice = advised(study, config)
+            study = replace(study, utility=advice.map)
     found = _cautions(study, config)
-    show_answer(advice, study.utility, found, console)
+    show_answer(advice, found, console)
     show_worn(advice, study.patches, console)
     if redrawn:
         _redraw(results, study, config, advice, console)
@@ -151,9 +152,9 @@ def place(
         with ending(USAGE, console), copied(results, folder) as copy:
             _redraw(copy, study, config, advice, console)
     elif out is not None:
-        write_json(out, advice_content(advice, study.utility, study.patches, found))
+        write_json(out, advice_content(advice, study.patches, found))
     if as_json:
-        print_json(advice_content(advice, study.utility, study.patches, found))
+        print_json(advice_content(advice, study.patches, found))
     if out is not None:
         console.print(f"\nWritten to {out}")
 
@@ -186,7 +187,7 @@ def chosen_content(
 ) -> dict[str, Any]:
     """What `summary.json` says of a choice, made from a new ranking of a study."""
     found = _cautions(ranked, config)
-    content = advice_content(advice, ranked.utility, ranked.patches, found)
+    content = advice_content(advice, ranked.patches, found)
     if np.array_equal(ranked.utility.weights, study.utility.weights):
         content["cards"] = with_needs(content["cards"], needs_on(study.cards))
     content |= map_content(ranked, study.config().placements, advice.answer.base.under)

@@ -13,7 +13,6 @@ from ...core.findings.cautions import KNOW, OPEN, STOPS, WEAKENS, Caution, head
 from ...core.findings.summary import best_regions, own_scores, study_counts
 from ...core.library.library import Library
 from ...core.patches.patches import PatchSet
-from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
 from ...core.selection.advice import Advice
 from ...core.selection.scored import PlaceScore
@@ -59,9 +58,7 @@ def show_labels(library: Library, console: Console, verbose: bool = False) -> No
 def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console: Console) -> None:
     """Print the answer, what it rests on, the files that hold it, and what could not be drawn."""
     out, utility, patches = study.results.out, study.results.utility, study.results.patches
-    show_answer(
-        study.advice, utility, [Caution(**each) for each in study.results.summary["cautions"]], console
-    )
+    show_answer(study.advice, [Caution(**each) for each in study.results.summary["cautions"]], console)
     placements, base = [name for name, _ in study.config.placements], study.advice.answer.base.under
     show_own_placements(own_scores(placements, utility, patches, base), console)
     show_worn(study.advice, patches, console)
@@ -133,19 +130,15 @@ def show_comparison(comparison: dict[str, Any], console: Console) -> None:
 
 
 def show_answer(
-    advice: Advice,
-    utility: UtilityMap,
-    cautions: Sequence[Caution],
-    console: Console,
-    simulated: bool = True,
+    advice: Advice, cautions: Sequence[Caution], console: Console, simulated: bool = True
 ) -> None:
     """Print where to wear one sensor, on which products, how sure that is and what speaks against it."""
     console.print(f"\n{head(advice.answer.sentence(), cautions)}", style="bold", markup=False)
     _say(advice.answer.detail().removesuffix("."), console, "")
     _say(advice.answer.measured(), console, "")
     show_places(advice.answer.products[:LISTED], console, "recommended" if advice.answer.differs else "")
-    _say(headline.mean_sentence(utility), console, "")
-    _say(headline.repeat_sentence(utility, simulated), console, "")
+    _say(headline.mean_sentence(advice.map), console, "")
+    _say(headline.repeat_sentence(advice.map, simulated), console, "")
     show_cautions(cautions, console)
 
 
@@ -162,7 +155,7 @@ def show_places(scores: Sequence[PlaceScore], console: Console, first: str = "re
         apart = score.cost.low < score.cost.high  # from the recommended place
         table.add_row(
             f"{score.side} {score.name}".strip(),
-            _with_interval(*(score.in_stream or score.cut_out)),
+            _with_interval(*score.f1),
             _with_interval(max(score.cost.expected, 0.0), *score.cost[1:3]) if apart else "",
             score.cost.verdict() if apart else first,
         )

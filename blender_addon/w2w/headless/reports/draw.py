@@ -162,12 +162,10 @@ def marked_set(study: StudyResults) -> MarkedSet:
     worn = study.summary["worn_together"]
     if worn is None:
         answer = study.summary["answer"]
-        f1 = answer.get("expected_f1_in_stream", answer["expected_f1"])
+        f1 = answer["expected_f1"]
         return MarkedSet([answer["patch"]], [f1], None, answer["sentence"])
     order = [sensor["patch"] for sensor in worn["places"]]
-    scores = [
-        sensor.get("expected_f1_in_stream_so_far", sensor["expected_f1_so_far"]) for sensor in worn["places"]
-    ]
+    scores = [sensor["expected_f1_so_far"] for sensor in worn["places"]]
     return MarkedSet(order, scores, worn["target"], capital(worn["sentence"]))
 
 

@@ -160,7 +160,8 @@ def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor)
             raise StudyError(f"{TOO_ALIKE} to choose sensors by") from error
         except ValueError as error:
             raise StudyError(f"the constraints cannot be met: {error}") from error
-    return Study(plan.library, config, baked.body, baked.clips, results, advice)
+    shown = replace(results, utility=advice.map)
+    return Study(plan.library, config, baked.body, baked.clips, shown, advice)
 
 
 def write_config(study: Study) -> None:

@@ -17,7 +17,7 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
   const [expected, raw, low, high, expectedLow, expectedHigh] = ["expected", "raw", "low", "high", "expected_low", "expected_high"].map(
     (name) => Float32Array.from(unpack(data[name]), (value) => value / 65535));
   const asGood = unpack(data.as_good), scores = { expected, raw };
-  const scored = { expected: "Expected F1, clip by clip", raw: "F1 on these clips" };
+  const scored = { expected: "Expected F1", raw: "F1 on these clips" };
   const region = unpack(data.region), rank = unpack(data.rank), centres = unpack(data.centres);
   const spread = { count: unpack(data.spread_count), patch: unpack(data.spread_patch), share: unpack(data.spread_share) };
   const shown = { map: 0, scores: "expected", range: "own", patch: -1, listed: [] };

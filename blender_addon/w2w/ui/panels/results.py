@@ -66,7 +66,7 @@ def draw_products(layout: Layout, products: Sequence[dict[str, Any]]) -> None:
     for product in products:
         row = column.split(factor=0.5, align=True)
         row.label(text=capital(f"{product['side']} {product['name']}".strip()), translate=False)
-        f1 = product.get("expected_f1_in_stream", product["expected_f1"])
+        f1 = product["expected_f1"]
         text = short(f1)
         if product["verdict"] != IS_AS_GOOD:
             text += f", {'may cost' if product['verdict'] else 'costs'} {short(product['costs'])}"

@@ -71,10 +71,10 @@ def choose_steps(mesh: bpy.types.Object) -> Steps:
     study, left_out = mesh.w2w, counting.left_out(mesh.w2w)
     reweighed = counting.is_reweighed(study, state.ranking_of(mesh))
     found, advice = yield from advised_steps(mesh, state.config_of(study))
-    if reweighed and not left_out:
-        results.store(mesh, found.utility, study.ranked_as, found.clips)
+    if not left_out and (reweighed or advice.map is not found.utility):
+        results.store(mesh, advice.map, study.ranked_as, found.clips)
     cautions = lists.cautions_of(study)
-    content = advice_content(advice, found.utility, found.patches, cautions)
+    content = advice_content(advice, found.patches, cautions)
     lists.keep_advice(study, content)
     results.mark_chosen(mesh)
     worn = content["worn_together"]

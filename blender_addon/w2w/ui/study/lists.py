@@ -85,10 +85,8 @@ def keep_advice(study: bpy.types.PropertyGroup, content: Mapping[str, Any]) -> N
     study.worn.clear()
     for sensor in (content.get("worn_together") or {}).get("places", ()):
         row = study.worn.add()
-        names = ("expected_f1_in_stream_so_far", "expected_f1_so_far")
-        f1 = next((name for name in names if name in sensor), names[-1])
-        row.patch, row.label, row.f1 = sensor["patch"], sensor["name"], sensor[f1]
-        row.low, row.high = sensor[f"{f1}_interval"]
+        row.patch, row.label, row.f1 = sensor["patch"], sensor["name"], sensor["expected_f1_so_far"]
+        row.low, row.high = sensor["expected_f1_so_far_interval"]
 
 
 def keep_answer(study: bpy.types.PropertyGroup, content: Mapping[str, Any]) -> None:
