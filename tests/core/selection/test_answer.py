@@ -133,9 +133,7 @@ def test_a_gain_that_is_shown_is_said_in_moments(patches, bundled_body):
     said = "Wear a ring: it tells about 9 of 10 moments right, where a belt clip tells 3."
     assert spoken.sentence() == said
     assert spoken.gain_shown
-    assert spoken.detail().startswith(
-        "F1 .90 (.85 to .95). A belt clip: .30; count on a gain of .60 (.54 to .66"
-    )
+    assert spoken.detail().startswith("F1 .90 (.85 to .95). A belt clip: .30; count on half of that lead.")
 
 
 def test_a_gain_that_is_not_shown_is_no_figure(patches, bundled_body):

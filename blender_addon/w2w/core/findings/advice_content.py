@@ -67,12 +67,12 @@ def answer_content(answer: Answer, patches: PatchSet, cautions: Sequence[Caution
 
 
 def habit_content(answer: Answer) -> dict[str, Any]:
-    """What people wear anyway, and what the answer gains over it, if that is shown; nothing without one."""
+    """What people wear anyway, and what to count on over it, if it is shown to gain; nothing without one."""
     if answer.habit is None or answer.gain is None:
         return {}
     return {
         "habit": answer.habit.name,
-        **(interval_content("gain", *answer.gain) if answer.gain_shown else {}),
+        **({"gain": rounded(answer.gain.expected / 2)} if answer.gain_shown else {}),
     }
 
 

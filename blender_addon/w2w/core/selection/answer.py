@@ -24,6 +24,9 @@ PLURALS = {each.phrase for each in PRODUCTS.values() if not each.phrase.startswi
 
 NUMBERS = "One", "Two", "Three", "Four"
 
+HALF_OF_IT = "count on half of that lead"
+"""What leads that were said delivered on other clips was nearer to half of them (docs/evidence/habit.md)."""
+
 NO_PRODUCT = "no usual product sits"
 
 
@@ -120,9 +123,7 @@ class Answer(InShort):
         if self.habit and self.gain and not self.keeps:
             others = tuple(score for score in others if score.name != self.habit.name)
             if self.gain_shown:
-                counted, low, high = (short(value) for value in self.gain)
-                sure = f"count on a gain of {counted} ({low} to {high})"
-                said.append(f"{capital(self.habit.phrase)}: {short(self.habit.expected)}; {sure}.")
+                said.append(f"{capital(self.habit.phrase)}: {short(self.habit.expected)}; {HALF_OF_IT}.")
             else:
                 others = (self.habit, *others)
         return " ".join(filter(None, [*said, compared(others)]))
