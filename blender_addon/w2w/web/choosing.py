@@ -81,8 +81,8 @@ def _shown(out: Path, wishes: dict[str, Any]) -> StudyResults:
     """A results folder's study as its report shows it under other wishes."""
     again, config, advice = _chosen(out, wishes)
     study = _opened(out, _written(out))[0]
-    shown = replace(again, parameters=config.as_dict())
-    vars(shown)["summary"] = study.summary | chosen_content(study, again, config, advice)
+    shown = replace(again, utility=advice.map, parameters=config.as_dict())
+    vars(shown)["summary"] = study.summary | chosen_content(study, shown, config, advice)
     return shown
 
 
@@ -110,5 +110,4 @@ def _chosen_by(out: Path, written: int, asked: str) -> tuple[StudyResults, Study
     config = replace(config, **{name: getattr(StudyConfig(), name) for name in cleared})
     again = ranked_again(study, config)
     same = again.utility is study.utility
-    advice = advised_by(study, config, tests, stream, turned) if same else advised(again, config)
-    return replace(again, utility=advice.map), config, advice
+    return again, config, advised_by(study, config, tests, stream, turned) if same else advised(again, config)

@@ -210,7 +210,7 @@ def test_no_wish_promises_more(tests, forbidden, required, dear):
     cost = np.where(np.isin(np.arange(N), list(dear)), 3.0, 1.0)
     wished = terms(2, allowed=allowed, required=[[one] for one in required], cost=cost)
     expected = alone(tests)
-    free = joint._Search(tests, expected, terms(2), False, None, expected[0]).up_to(2)[1][1]
+    free = joint._Search(tests, expected, terms(2), False, None, expected[0]).up_to(2)[1]
     chosen = choose_together(tests, expected, replace(wished, unwished=terms(2)), target=1.0)
     most = np.maximum(free.mean[: len(chosen.order)], expected[0][chosen.order[0]])
     assert (chosen.promise.mean <= most + 1e-9).all()

@@ -95,12 +95,14 @@ class ScoredMap:
     def base(self) -> PlaceScore:
         """The recommended place, which all costs are against.
 
-        It is the best product or a better region, or the habit if nothing can be counted on to do better.
+        It is the best product or a better region, or the habit if nothing counts beyond it.
         """
         found, habit = self._chosen, self.kept
-        if habit and not gain(self.leaned, found.under, habit.under).counts:
-            return habit
-        return found
+        if habit is None:
+            return found
+        costs = cost(self.leaned, found.under, habit.under)
+        kept = costs.as_good or not gain(self.leaned, found.under, habit.under).counts
+        return habit if kept else found
 
     @property
     def _chosen(self) -> PlaceScore:
