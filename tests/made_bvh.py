@@ -8,6 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from w2w.core.body.skeleton import N_JOINTS, PARENTS, Y_UP_TO_Z_UP
+from w2w.core.motion.skinning import joint_transforms
+
 TO_Z_UP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])
 """World of a BVH file, y up, to Blender's: (x, y, z) -> (x, -z, y)."""
 
@@ -23,6 +26,14 @@ ROOT Hips
 }
 """
 """A skeleton of one joint, above its MOTION."""
+
+
+NAMES = (
+    "Hips LeftUpLeg RightUpLeg Spine LeftLeg RightLeg Spine1 LeftFoot RightFoot Spine2 LeftToeBase "
+    "RightToeBase Neck LeftShoulder RightShoulder Head LeftArm RightArm LeftForeArm RightForeArm LeftHand "
+    "RightHand LeftHandMiddle1 RightHandMiddle1"
+).split()
+"""Bones of `write_bvh`, in the order of the 24 joints."""
 
 
 @dataclass(frozen=True)
@@ -109,3 +120,52 @@ def true_poses(joints: list[MadeJoint], values: np.ndarray) -> tuple[np.ndarray,
             turns[frame, number] = above[0] @ turn.as_matrix()
             places[frame, number] = above[1] + above[0] @ place
     return turns, places
+
+
+def write_bvh(path, body, motion, folded_by=None, t_pose=True, z_up=False, scale=1.0):
+    """A motion as BVH on the body's own skeleton.
+
+    `folded_by` seeds a rotation of each bone's own axes, so that the offsets alone are no rest pose;
+    0 makes the offsets z-up, whatever the motion is.
+    """
+    frames = motion.n_frames + t_pose
+    world = np.eye(3) if z_up else Y_UP_TO_Z_UP.T
+    local = np.tile(world.T if folded_by is None else np.eye(3), (N_JOINTS, 1, 1))
+    if folded_by:
+        local = Rotation.random(N_JOINTS, random_state=folded_by).as_matrix()
+    turns, _ = joint_transforms(body, motion)
+    pelvis = motion.pelvis
+    if t_pose:
+        turns = np.concatenate([np.tile(np.eye(3), (1, N_JOINTS, 1, 1)), turns])
+        pelvis = np.concatenate([body.joints[:1], pelvis])
+    turns, pelvis = world @ turns @ local, pelvis @ world.T
+    angles = np.empty((frames, N_JOINTS, 3))
+    for joint, parent in enumerate(PARENTS):
+        relative = turns[:, joint] if parent < 0 else turns[:, parent].swapaxes(1, 2) @ turns[:, joint]
+        angles[:, joint] = Rotation.from_matrix(relative).as_euler("ZXY", degrees=True)
+    lines, order = ["HIERARCHY"], []
+
+    def bone(joint, depth):
+        pad = "\t" * depth
+        order.append(joint)
+        parent = PARENTS[joint]
+        offset = np.zeros(3) if parent < 0 else local[parent].T @ (body.joints[joint] - body.joints[parent])
+        lines.append(f"{pad}{'ROOT' if parent < 0 else 'JOINT'} {NAMES[joint]}")
+        lines.append(pad + "{")
+        lines.append(f"{pad}\tOFFSET " + " ".join(f"{scale * value:.6f}" for value in offset))
+        position = "Xposition Yposition Zposition " if parent < 0 else ""
+        channels = 6 if parent < 0 else 3
+        lines.append(f"{pad}\tCHANNELS {channels} {position}Zrotation Xrotation Yrotation")
+        children = [child for child in range(N_JOINTS) if PARENTS[child] == joint]
+        for child in children:
+            bone(child, depth + 1)
+        if not children:
+            lines.extend([pad + "\tEnd Site", pad + "\t{", pad + "\t\tOFFSET 0 0.05 0", pad + "\t}"])
+        lines.append(pad + "}")
+
+    bone(0, 0)
+    lines += ["MOTION", f"Frames: {frames}", f"Frame Time: {1 / motion.rate:.8f}"]
+    for place, row in zip(pelvis, angles, strict=True):
+        values = [*(scale * place), *row[order].ravel()]
+        lines.append(" ".join(f"{value:.6f}" for value in values))
+    path.write_text("\n".join(lines) + "\n")

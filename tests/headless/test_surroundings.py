@@ -45,6 +45,7 @@ def moving(path, frames=90, seed=0, scale=0.2):
     rng = np.random.default_rng(seed)
     seconds = np.arange(frames)[:, None] / 30
     poses = scale * np.sin(2 * np.pi * seconds * rng.uniform(0.5, 2, 72) + rng.uniform(0, 6, 72))
+    poses[:, 0] += np.pi / 2  # z up
     path.parent.mkdir(parents=True, exist_ok=True)
     write_npz(path, {"poses": poses, "trans": np.zeros((frames, 3)), "mocap_framerate": np.array(30.0)})
 

@@ -92,7 +92,13 @@ def whole_files(folder: Path, kinds: tuple[str, ...] = KINDS) -> dict[str, list[
         ",".join(map(repr, row)) for row in np.column_stack([times, places.reshape(N_FRAMES, -1)]).tolist()
     ]
     found[".csv"] = ["\n".join([",".join(["time", *columns]), *rows]).encode()]
-    joints = {"rate": 30, "unit": "m", "joint_set": "smpl-24", "positions": places.round(4).tolist()}
+    joints = {
+        "rate": 30,
+        "unit": "m",
+        "up": "y",
+        "joint_set": "smpl-24",
+        "positions": places.round(4).tolist(),
+    }
     smplx = {"transl": trans, "global_orient": poses[:, :3], "body_pose": poses[:, 3:66]}
     smplx = {name: array.round(4).tolist() for name, array in smplx.items()} | {"fps": 30}
     found[".json"] = [json.dumps(joints).encode(), json.dumps(smplx).encode()]
@@ -236,7 +242,7 @@ def write_library(folder: Path, kind: str, files: list[bytes], cases: int, seed:
             path.write_bytes(parts[1])
             continue
         path.write_bytes(hurt(data))
-        if kind == ".npy":
+        if kind in (".npy", ".csv", ".trc"):
             beside = b'{"rate": 30, "up": "y"}'
             path.with_suffix(".json").write_bytes(mutated_text(beside, rng) if rng.random() < 0.2 else beside)
 

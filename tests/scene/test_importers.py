@@ -10,8 +10,8 @@ import pytest
 from w2w.core.body.skeleton import Y_UP_TO_Z_UP
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.library.library import Clip
+from w2w.core.motion.axes import TO_Z, UPS
 from w2w.core.motion.source import UnusableMotion
-from w2w.core.motion.up import TO_Z, UPS
 from w2w.headless.runs.clip import load_clip
 from w2w.scene.motion.importers import SAVE_ANEW, check_fbx, fbx_up, import_fault
 from w2w.scene.motion.load import read_motion

@@ -135,6 +135,7 @@ def test_labels_that_are_none_are_refused(client, motions, rows):
         ({"patches": "24"}, "patches cannot be"),
         ({"target": True}, "target cannot be"),
         ({"sensor": "/etc/passwd"}, "sensor is one of"),
+        ({"pose_up": "w"}, "up must be one of"),
         ({"costs": "/etc/passwd"}, "no parameter 'costs'"),
         ({"out": "/tmp"}, "no parameter 'out'"),
         ({"title": "a\nb"}, "title cannot be"),

@@ -182,10 +182,11 @@ def load(
         warn_of_spellings(library.check)
     motions, keys, facts = [], [], []
     with Reader() as reader:
-        ups = look_up(((clip.file, clip.path) for clip in clips), pose, reader).ups
+        if (seen := look_up(((clip.file, clip.path) for clip in clips), pose, reader)).question:
+            raise ValueError(in_python(seen.question))
         for clip in tracked(clips, "Reading motions"):
             try:
-                motion, about = _read(reader, clip, body, bone_maps, pose, ups)
+                motion, about = _read(reader, clip, body, bone_maps, pose, seen.ups)
             except ValueError as error:
                 skipped.append((clip.file, str(error)))
                 continue
@@ -230,7 +231,7 @@ def from_joints(positions: np.ndarray, pose: PoseFacts, body: Body | None = None
     if not isinstance(pose, PoseFacts):
         raise ValueError(f"pose must be PoseFacts, such as PoseFacts(rate=30), not {pose!r}")
     raw = RawPose(given_numbers(positions, "positions").copy(), (), NO_FACTS)
-    return _on_body(lambda: joints_of(raw, pose), body)
+    return _on_body(lambda: joints_of(raw, pose), _checked(body))
 
 
 def from_smpl(
@@ -276,15 +277,15 @@ def from_smpl(
     if facts.rate is None:
         raise ValueError("rate is the frames per second: SMPL parameters do not say it")
     arrays = given_numbers(poses, "poses"), given_numbers(trans, "trans")
-    return _on_body(lambda: smpl_motion(*arrays, rate, up), body)
+    return _on_body(lambda: smpl_motion(*arrays, rate, up), _checked(body))
 
 
-def _on_body(make: Callable[[], JointPositions | Motion], body: Body | None) -> Motion:
+def _on_body(make: Callable[[], JointPositions | Motion], body: Body) -> Motion:
     """A motion in memory, on a body."""
     from ..scene.motion.load import to_body
 
     try:
-        return to_body(make(), _checked(body)).motion
+        return to_body(make(), body).motion
     except (UnusableMotion, ValueError) as error:
         raise ValueError(in_python(str(error))) from error
 

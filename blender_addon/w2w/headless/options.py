@@ -24,8 +24,8 @@ from ..core.imu.sensor import SensorModel
 from ..core.imu.synthesis import CONVENTIONS, Synthesis
 from ..core.keypoints.facts import UNITS, PoseFacts, facts_of
 from ..core.keypoints.joint_sets import JOINT_SETS
+from ..core.motion.axes import UPS
 from ..core.motion.source import UnusableMotion
-from ..core.motion.up import UPS
 from ..core.reading.reader import Reader
 from ..core.windows.windows import WindowSpec
 from ..core.wording import restated

@@ -44,7 +44,7 @@ PARAMETERS: dict[str, tuple[type, ...]] = {
     name: (str,) if each.is_list else (int, float) if float in each.kinds else each.kinds[:1]
     for name, each in parameters_of(StudyConfig).items()
     if each.web
-}
+} | {"pose_up": (str,)}
 """Parameters that a study may ask for, each with its types: those declared for the web, none names a file."""
 
 REGIONS = [f"{side} {region}".strip() for region in ALL for side in ("", *SIDES)]
@@ -235,7 +235,9 @@ def checked_parameters(given: Any) -> dict[str, Any]:
     if given.get("sensor", "ideal") not in PRESETS:
         raise RefusedError(400, f"sensor is one of {', '.join(PRESETS)}")
     try:
-        StudyOptions(**given).config()
+        options = StudyOptions(**given)
+        options.config()
+        options.pose()
         for name in ("only", "forbid", "must"):
             for place in words(given.get(name, "")):
                 find_patches(REGIONS, REGIONS, re.sub(r" \d\d+$", "", place))

@@ -24,7 +24,7 @@ from ..core.inside import is_plain
 from ..core.library.library import LABELS, MOTION_SUFFIXES, TEXT_SUFFIXES, Clip
 from ..core.motion.motion import Motion
 from ..core.motion.source import reason_of
-from ..core.motion.up import UPSIDE_DOWN
+from ..core.motion.up import Unasked
 from ..core.readers.asf_amc import ASF_SUFFIX
 from ..core.reading.guard import LIMIT_S, MEMORY, guarded
 from ..core.reading.reader import bounded
@@ -215,15 +215,18 @@ def judge(path: Path, file: str, rate: float = 0.0) -> dict[str, Any]:
     """
     clip = Clip(path, file, "clip", "", rate=rate)
     try:
-        source, motion, details = bounded(LIMIT_S, MEMORY, partial(load_clip, clip, Body.bundled()))
+        source, motion, details = bounded(
+            LIMIT_S, MEMORY, partial(load_clip, clip, Body.bundled(), ups=Unasked())
+        )
     except NoBlenderError:
         raise
     except Exception as error:
         return {"problem": reason_of(error)}
-    if problem := too_short(details) or (UPSIDE_DOWN if "head_down" in details else ""):
+    if problem := too_short(details):
         return {"problem": problem}
     facts = {name: details[name] for name in ("duration_s", "frame_rate", "skeleton")}
-    more = {"up": getattr(source, "up", ""), "cut": details.get("cut", "")}
+    up = "" if source.up_guessed else getattr(source, "up", "")
+    more = {"up": up, "cut": details.get("cut", "")}
     return facts | more | {"figure": figure(motion)}
 
 

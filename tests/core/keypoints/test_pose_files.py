@@ -85,7 +85,7 @@ def test_every_set_is_known_again_in_every_kind_of_file(tmp_path, bundled_body, 
     positions = seen_as(JOINT_SETS[name], bundled_body, walk)
     found = read_joints(written(tmp_path, kind, name, positions, walk.rate))
     assert found.joint_set == JOINT_SETS[name]
-    assert (found.rate, found.unit, found.up, found.up_is_guessed) == (walk.rate, "mm", "z", False)
+    assert (found.rate, found.unit, found.up, found.up_guessed) == (walk.rate, "mm", "z", "")
     np.testing.assert_allclose(found.positions, 1000 * positions, atol=1e-3)
     if kind == "npy":
         fit = found.fit(bundled_body)
@@ -111,7 +111,7 @@ def test_columns_in_any_order_and_spelling_with_a_clock_and_confidences(tmp_path
     found = read_joints(tmp_path / "a.csv", PoseFacts(unit="m"))
     assert found.joint_set == joint_set
     assert found.rate == pytest.approx(30)
-    assert found.up_is_guessed
+    assert found.up_guessed == found.up
     assert found.up == "z"
     np.testing.assert_allclose(found.positions, positions, atol=1e-5)
 
@@ -237,7 +237,8 @@ def test_a_body_that_stays_between_nought_and_one_is_one(tmp_path, bundled_body,
     positions = seen_as(JOINT_SETS["coco-17"], bundled_body, walk)[..., axes]
     positions = (positions - positions.min(axis=(0, 1))) / np.ptp(positions, axis=(0, 1)).max()
     np.save(tmp_path / "a.npy", positions + 0.002 * np.random.default_rng(0).random(positions.shape))
-    assert read_joints(tmp_path / "a.npy", PoseFacts(rate=30.0)).joint_set == JOINT_SETS["coco-17"]
+    facts = PoseFacts(rate=30.0, up="z")
+    assert read_joints(tmp_path / "a.npy", facts).joint_set == JOINT_SETS["coco-17"]
 
 
 def test_key_points_of_a_picture_and_joints_of_smpl_as_people_have_them(shared_cases):
@@ -255,11 +256,11 @@ def as_object(path, content):
 
 
 def test_a_result_of_motion_diffusion_is_read(tmp_path, bundled_body, walk, shared_cases):
-    positions = seen_as(JOINT_SETS["humanml3d-22"], bundled_body, walk)
+    positions = seen_as(JOINT_SETS["humanml3d-22"], bundled_body, walk) @ Y_UP_TO_Z_UP
     motion = positions.transpose(1, 2, 0)[None].astype(np.float32)
     as_object(tmp_path / "results.npy", {"motion": motion, "text": ["x"], "lengths": np.array([80])})
     found = read_joints(tmp_path / "results.npy", PoseFacts(rate=20.0))
-    assert found.joint_set == JOINT_SETS["humanml3d-22"]
+    assert (found.joint_set, found.up, found.up_guessed) == (JOINT_SETS["humanml3d-22"], "y", "")
     np.testing.assert_allclose(found.positions, positions[:80], atol=1e-6)
     as_object(tmp_path / "results.npy", {"motion": motion.repeat(3, axis=0)})
     with pytest.raises(
@@ -354,8 +355,8 @@ def test_rate_unit_and_side_car_are_asked_for_in_a_sentence(tmp_path, bundled_bo
 def test_a_real_kinect_skeleton_is_read_and_fitted(shared_data, tmp_path, bundled_body):
     trial = read_utd_mhad(shared_data / "imu/utd_mhad/utd_mhad_subjects_1_4.npz")[0]
     np.save(tmp_path / "kinect.npy", trial.skeleton)
-    found = read_joints(tmp_path / "kinect.npy", PoseFacts(rate=30.0, unit="m"))
-    assert (found.joint_set, found.up) == (JOINT_SETS["kinect-20"], "y")
+    found = read_joints(tmp_path / "kinect.npy", PoseFacts(rate=30.0, unit="m", up="y"))
+    assert found.joint_set == JOINT_SETS["kinect-20"]
     fit = found.fit(bundled_body)
     assert 1.3 < found.height(bundled_body, fit) < 2.1
     assert fit.motion.n_frames == len(trial.skeleton)
@@ -424,10 +425,8 @@ def test_joint_centres_of_a_c3d_file(tmp_path, bundled_body, walk, ends):
     fit = found.fit(bundled_body)
     assert found.height(bundled_body, fit) == pytest.approx(bundled_body.height, rel=0.02)
     write_c3d(tmp_path / "said.c3d", labels, points, screen="+Y")
-    assert (read_joints(tmp_path / "said.c3d").up, read_joints(tmp_path / "said.c3d").up_is_guessed) == (
-        "y",
-        False,
-    )
+    said = read_joints(tmp_path / "said.c3d")
+    assert (said.up, said.up_guessed) == ("y", "")
     write_c3d(tmp_path / "markers.c3d", ["LASI", "RASI", "LHJC"], points[:, :3])
     with pytest.raises(
         UnusableMotion, match=r"no joint centre of the .*right hip.* holds LASI, RASI, LHJC: W2W"

@@ -57,11 +57,11 @@ def test_trc_as_w2w_writes_it_is_the_motion_again(tmp_path, bundled_body, walk):
     positions = joint_transforms(bundled_body, walk)[1] @ Y_UP_TO_Z_UP
     write_trc(tmp_path / "a.trc", positions, walk.rate)
     assert [clip.file for clip in read_library(tmp_path).clips] == ["a.trc"]
-    found = read_joints(tmp_path / "a.trc")
-    assert (found.joint_set, found.rate, found.unit, found.up) == (JOINT_SETS["smpl-24"], walk.rate, "m", "y")
+    found = read_joints(tmp_path / "a.trc", PoseFacts(up="y"))
+    assert (found.joint_set, found.rate, found.unit) == (JOINT_SETS["smpl-24"], walk.rate, "m")
     np.testing.assert_allclose(found.positions, positions, atol=1e-6)
     assert_moves_as(bundled_body, found, walk)
-    assert read_joints(tmp_path / "a.trc", PoseFacts(rate=25.0)).rate == 25
+    assert read_joints(tmp_path / "a.trc", PoseFacts(rate=25.0, up="y")).rate == 25
 
 
 def as_trc(names, positions, unit="mm", rate="30.000000"):
@@ -87,7 +87,7 @@ def test_trc_of_pose2sim(tmp_path, bundled_body, walk):
     positions = seen[:, [body_25.joints.index(name) for name in HALPE.values()]]
     positions[5, 7] = np.nan
     (tmp_path / "a.trc").write_text(as_trc(list(HALPE), positions))
-    found = read_joints(tmp_path / "a.trc")
+    found = read_joints(tmp_path / "a.trc", PoseFacts(up="y"))
     assert (found.joint_set, found.rate, found.unit) == (body_25, 30, "mm")
     for number, name in enumerate(HALPE.values()):
         if name != "mid_hip":
@@ -99,7 +99,7 @@ def test_trc_of_joint_centres(tmp_path):
     names = [f"{side}{joint}JC" for side in "LR" for joint in "HKASEW"]
     positions = np.random.default_rng(0).normal(size=(9, 12, 3))
     (tmp_path / "a.trc").write_text(as_trc(names, positions))
-    assert read_joints(tmp_path / "a.trc").joint_set == JOINT_SETS["joint-centres"]
+    assert read_joints(tmp_path / "a.trc", PoseFacts(up="y")).joint_set == JOINT_SETS["joint-centres"]
 
 
 MARKERS = as_trc(["LASI", "RASI"], np.ones((9, 2, 3)))
@@ -154,8 +154,8 @@ def test_freemocap(tmp_path, walk, seen, kind):
         info = {"segment_lengths": {}, "schemas": ["x" * 40_000]}
         path.write_text(json.dumps({"info": info, "data_by_frame": frames}, indent=4))
     assert is_motion(path)
-    found = read_joints(path, PoseFacts(rate=walk.rate))
-    assert (found.joint_set, found.up) == (BLAZEPOSE, "z")
+    found = read_joints(path, PoseFacts(rate=walk.rate, up="z"))
+    assert found.joint_set == BLAZEPOSE
     np.testing.assert_allclose(found.positions, millimetres, atol=1e-6)
 
 
@@ -213,6 +213,6 @@ def test_landmarks_by_their_numbers(tmp_path, seen, walk, column):
     path = tmp_path / "a.csv"
     path.write_text("\n".join([",".join(np.array(columns)[order]), *rows]))
     assert is_motion(path)
-    found = read_joints(path, PoseFacts(rate=walk.rate))
+    found = read_joints(path, PoseFacts(rate=walk.rate, up="z"))
     assert found.joint_set == BLAZEPOSE
     np.testing.assert_allclose(found.positions, seen, atol=1e-8)

@@ -10,13 +10,14 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.files import write_npz
+from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.motion.believable import believed, moving_part
 from w2w.core.motion.motion import Motion, demo_motions, read_amass
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.scene.motion.load import read_motion, to_body
 
-from ..readers.test_bvh import write_bvh
+from ...made_bvh import write_bvh
 
 RATE = 60.0
 LIMBS = [JOINT_INDEX[f"{side}_{joint}"] for side in ("left", "right") for joint in ("hip", "shoulder")]
@@ -317,9 +318,9 @@ def test_files_with_damaged_ends(shared_cases, bundled_body, file, frames):
     assert to_body(read_motion(shared_cases / file), bundled_body).motion.n_frames == frames
 
 
-@pytest.mark.parametrize("file", ["trans_in_cm.npz", "aist_cm.npz"])
-def test_files_in_centimetres(shared_cases, bundled_body, file):
+@pytest.mark.parametrize(("file", "up"), [("trans_in_cm.npz", "z"), ("aist_cm.npz", "y")])
+def test_files_in_centimetres(shared_cases, bundled_body, file, up):
     with pytest.raises(
         UnusableMotion, match="its translation looks like centimetres, not metres: divide it by 100"
     ):
-        to_body(read_motion(shared_cases / file), bundled_body)
+        to_body(read_motion(shared_cases / file, PoseFacts(up=up)), bundled_body)

@@ -42,7 +42,7 @@ def path():
 @pytest.fixture
 def expected(tmp_path, poses, path):
     np.savez(tmp_path / "a.npz", global_orient=poses[:, :3], body_pose=poses[:, 3:66], transl=path, fps=30.0)
-    return read_amass(tmp_path / "a.npz")
+    return read_amass(tmp_path / "a.npz", up="y")
 
 
 def same(found, expected):
@@ -112,7 +112,7 @@ def gvhmr(poses, path):
 def test_gvhmr_in_the_world(tmp_path, poses, path, expected, torch_saved):
     torch_saved(tmp_path / "hmr4d_results.pt", gvhmr(poses, path))
     assert is_motion(tmp_path / "hmr4d_results.pt")
-    same(read_amass(tmp_path / "hmr4d_results.pt", 30.0), expected)
+    same(read_amass(tmp_path / "hmr4d_results.pt", 30.0, "y"), expected)
     with pytest.raises(UnusableMotion, match="does not say its frame rate"):
         read_amass(tmp_path / "hmr4d_results.pt")
 
@@ -132,14 +132,14 @@ def wham(poses, path):
 @pytest.mark.parametrize("compress", [0, 3, ("gzip", 3)])
 def test_wham_the_person_seen_longest(tmp_path, poses, path, expected, compress):
     joblib.dump(wham(poses, path), tmp_path / "wham_output.pkl", compress=compress)
-    same(read_amass(tmp_path / "wham_output.pkl", 30.0), expected)
+    same(read_amass(tmp_path / "wham_output.pkl", 30.0, "y"), expected)
 
 
 def test_wham_another_person(tmp_path, poses, path, expected):
     joblib.dump(wham(poses, path), tmp_path / "wham_output.pkl")
-    found = read_amass(tmp_path / "wham_output.pkl", 30.0, person=2)
+    found = read_amass(tmp_path / "wham_output.pkl", 30.0, "y", person=2)
     assert (found.people, found.n_frames) == (2, len(wham(poses, path)[0]["pose_world"]))
-    same(read_amass(tmp_path / "wham_output.pkl", 30.0, person=1), expected)
+    same(read_amass(tmp_path / "wham_output.pkl", 30.0, "y", person=1), expected)
     with pytest.raises(UnusableMotion, match=r"it shows 2 people, and none is number 3"):
         read_amass(tmp_path / "wham_output.pkl", 30.0, person=3)
 
@@ -154,7 +154,7 @@ def test_files_that_are_no_result_have_no_other_person(shared_cases):
 def test_aist(tmp_path, poses, path, expected, protocol):
     content = {"smpl_poses": poses, "smpl_trans": 92.5 * path, "smpl_scaling": np.array([92.5]), "fps": 60}
     (tmp_path / "a.pkl").write_bytes(pickle.dumps(content, protocol))
-    found = read_amass(tmp_path / "a.pkl")
+    found = read_amass(tmp_path / "a.pkl", up="y")
     assert found.rate == 60
     np.testing.assert_allclose(found.pelvis, expected.pelvis, atol=1e-5)
     np.testing.assert_allclose(found.rotations, expected.rotations, atol=1e-6)
@@ -169,7 +169,7 @@ def test_4d_humans_the_longest_track_in_place(tmp_path, poses, expected):
         tracks = {7: other, 2: own} if number % 3 else {2: own}
         frames[f"{number:06d}.jpg"] = {"tid": list(tracks), "smpl": list(tracks.values()), "shot": 0}
     joblib.dump(frames, tmp_path / "demo.pkl", compress=3)
-    found = read_amass(tmp_path / "demo.pkl", 30.0)
+    found = read_amass(tmp_path / "demo.pkl", 30.0, "y")
     np.testing.assert_allclose(found.rotations, expected.rotations, atol=1e-6)
     assert not np.ptp(found.pelvis, axis=0).any()
 

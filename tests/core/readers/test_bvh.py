@@ -7,14 +7,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
+from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP
+from w2w.core.motion.axes import TO_Z, UPS
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.core.motion.source import UnusableMotion
-from w2w.core.motion.up import TO_Z, UPS
 from w2w.core.readers.bvh import read_bvh
 from w2w.core.retargeting.retarget import BY_STRUCTURE, matched_joints, retarget
 
+from ...made_bvh import NAMES, write_bvh
 from ...rings import each_by_day
 
 pytestmark = pytest.mark.filterwarnings("ignore:Gimbal lock")
@@ -33,12 +34,6 @@ SEGMENTS = [
     for side in ("left", "right")
     for start, end in (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
 ]
-
-NAMES = (
-    "Hips LeftUpLeg RightUpLeg Spine LeftLeg RightLeg Spine1 LeftFoot RightFoot Spine2 LeftToeBase "
-    "RightToeBase Neck LeftShoulder RightShoulder Head LeftArm RightArm LeftForeArm RightForeArm LeftHand "
-    "RightHand LeftHandMiddle1 RightHandMiddle1"
-).split()
 
 
 @pytest.fixture(scope="module")
@@ -117,14 +112,14 @@ def test_skeletons_are_known_by_name(carried):
 
 
 @pytest.mark.parametrize(
-    ("file", "spine"),
+    ("file", "up", "spine"),
     [
-        (GAIT, ("Chest", "Chest3", "Chest4")),
-        ("bvh/pybvh/bvh_test3.bvh", ("Spine", "Spine2", "Spine3")),
+        (GAIT, None, ("Chest", "Chest3", "Chest4")),
+        ("bvh/pybvh/bvh_test3.bvh", "z", ("Spine", "Spine2", "Spine3")),
     ],
 )
-def test_the_spine_reaches_the_bone_that_carries_neck_and_arms(shared_data, file, spine):
-    source = read_bvh(shared_data / file)
+def test_the_spine_reaches_the_bone_that_carries_neck_and_arms(shared_data, file, up, spine):
+    source = read_bvh(shared_data / file, up=up)
     matched = matched_joints(source)[1]
     assert tuple(source.bones[matched[JOINT_INDEX[f"spine{number}"]]] for number in (1, 2, 3)) == spine
 
@@ -190,55 +185,6 @@ def test_knees_bend_about_their_hinge(carried):
 
 
 # --- files of known motion
-
-
-def write_bvh(path, body, motion, folded_by=None, t_pose=True, z_up=False, scale=1.0):
-    """A motion as BVH on the body's own skeleton.
-
-    `folded_by` seeds a rotation of each bone's own axes, so that the offsets alone are no rest pose;
-    0 makes the offsets z-up, whatever the motion is.
-    """
-    frames = motion.n_frames + t_pose
-    world = np.eye(3) if z_up else Y_UP_TO_Z_UP.T
-    local = np.tile(world.T if folded_by is None else np.eye(3), (N_JOINTS, 1, 1))
-    if folded_by:
-        local = Rotation.random(N_JOINTS, random_state=folded_by).as_matrix()
-    turns, _ = joint_transforms(body, motion)
-    pelvis = motion.pelvis
-    if t_pose:
-        turns = np.concatenate([np.tile(np.eye(3), (1, N_JOINTS, 1, 1)), turns])
-        pelvis = np.concatenate([body.joints[:1], pelvis])
-    turns, pelvis = world @ turns @ local, pelvis @ world.T
-    angles = np.empty((frames, N_JOINTS, 3))
-    for joint, parent in enumerate(PARENTS):
-        relative = turns[:, joint] if parent < 0 else turns[:, parent].swapaxes(1, 2) @ turns[:, joint]
-        angles[:, joint] = Rotation.from_matrix(relative).as_euler("ZXY", degrees=True)
-    lines, order = ["HIERARCHY"], []
-
-    def bone(joint, depth):
-        pad = "\t" * depth
-        order.append(joint)
-        parent = PARENTS[joint]
-        offset = np.zeros(3) if parent < 0 else local[parent].T @ (body.joints[joint] - body.joints[parent])
-        lines.append(f"{pad}{'ROOT' if parent < 0 else 'JOINT'} {NAMES[joint]}")
-        lines.append(pad + "{")
-        lines.append(f"{pad}\tOFFSET " + " ".join(f"{scale * value:.6f}" for value in offset))
-        position = "Xposition Yposition Zposition " if parent < 0 else ""
-        channels = 6 if parent < 0 else 3
-        lines.append(f"{pad}\tCHANNELS {channels} {position}Zrotation Xrotation Yrotation")
-        children = [child for child in range(N_JOINTS) if PARENTS[child] == joint]
-        for child in children:
-            bone(child, depth + 1)
-        if not children:
-            lines.extend([pad + "\tEnd Site", pad + "\t{", pad + "\t\tOFFSET 0 0.05 0", pad + "\t}"])
-        lines.append(pad + "}")
-
-    bone(0, 0)
-    lines += ["MOTION", f"Frames: {frames}", f"Frame Time: {1 / motion.rate:.8f}"]
-    for place, row in zip(pelvis, angles, strict=True):
-        values = [*(scale * place), *row[order].ravel()]
-        lines.append(" ".join(f"{value:.6f}" for value in values))
-    path.write_text("\n".join(lines) + "\n")
 
 
 @pytest.fixture

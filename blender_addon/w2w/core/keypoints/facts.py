@@ -9,8 +9,8 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, Self
 
+from ..motion.axes import UPS, Up
 from ..motion.source import UnusableMotion
-from ..motion.up import UPS, Up
 from ..wording import restated, shown
 from .joint_sets import JOINT_SETS
 
@@ -97,10 +97,15 @@ def facts_of(content: Mapping[str, Any]) -> PoseFacts:
     """
     given: dict[str, Any] = {}
     for key, value in content.items():
-        name = SPELLINGS.get(str(key).lower(), str(key).lower())
+        name = named(key)
         if name in IN_FILES and value not in (None, ""):
             given[name] = value
     return PoseFacts(**{name: _fact(name, value) for name, value in given.items()})
+
+
+def named(key: object) -> str:
+    """The usual name of a fact that a file calls `key`."""
+    return SPELLINGS.get(str(key).lower(), str(key).lower())
 
 
 def _fact(name: str, value: Any) -> Any:
@@ -120,6 +125,20 @@ def side_car(path: Path) -> Path | None:
     return facts if path.suffix.lower() != ".json" and facts.is_file() else None
 
 
+def up_beside(path: Path) -> Up | None:
+    """The axis that NAME.json next to a file of poses says is up; None if nothing says it."""
+    file = side_car(path)
+    try:
+        content = json.loads(file.read_text(encoding="utf-8-sig")) if file and _is_small(file) else None
+    except (OSError, ValueError, RecursionError):  # another program's
+        content = None
+    said = (
+        [value for key, value in content.items() if named(key) == "up"] if isinstance(content, dict) else []
+    )
+    with restated(f"{shown(path.with_suffix('.json').name)} next to it:", ValueError, UnusableMotion):
+        return facts_of({"up": said[0]}).up if said else None
+
+
 def side_car_facts(path: Path) -> PoseFacts:
     """The facts in a side-car; UnusableMotion if there is one that cannot be understood."""
     file = side_car(path)
@@ -127,7 +146,7 @@ def side_car_facts(path: Path) -> PoseFacts:
         return PoseFacts()
     name = shown(file.name)
     try:
-        if file.stat().st_size > MAX_BYTES:
+        if not _is_small(file):
             raise UnusableMotion(f"{name} next to it is too large to say its rate and unit")
         content = json.loads(file.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError) as error:
@@ -138,3 +157,7 @@ def side_car_facts(path: Path) -> PoseFacts:
         )
     with restated(f"{name} next to it:", ValueError, UnusableMotion):
         return facts_of(content)
+
+
+def _is_small(file: Path) -> bool:
+    return file.stat().st_size <= MAX_BYTES

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..body.skeleton import JOINT_INDEX
+from ..motion.axes import Up
 from ..motion.source import UnusableMotion
 from ..retargeting.bone_maps import best_match, missing_joints
 from ..wording import listed, shown
@@ -57,6 +58,7 @@ class RawPose(NamedTuple):
     positions: np.ndarray
     names: tuple[str, ...]  # of the joints; empty if the file has none
     facts: PoseFacts  # what the file says of them
+    up: Up | None = None  # the axis that is up in all files of the program that wrote it
 
 
 def joint_set_of(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray, bool]:

@@ -10,6 +10,8 @@ import numpy as np
 from ..body.body import Body
 from ..files import array_names, read_arrays, read_npy
 from ..library.library import POSITION_KEYS
+from ..motion.axes import UPS, Up
+from ..motion.sight import Kind
 from ..motion.smpl_layouts import chosen_person
 from ..motion.source import (
     SAY_RATE,
@@ -21,13 +23,13 @@ from ..motion.source import (
     size_and_head,
     usable_rate,
 )
-from ..motion.up import BY_ITSELF, UPS, Kind, Up, Ups
+from ..motion.up import BY_ITSELF, Ups
 from ..pickles import read_npy_object
 from ..wording import restated, shown
 from .facts import IN_FILES, SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
 from .fit import CUTOFF_HZ, KeypointFit, fit_keypoints, seen_joints
 from .joint_sets import JOINT_SETS, JointSet
-from .naming import RawPose, joint_set_of, plain_joint
+from .naming import FEATURES, RawPose, joint_set_of, plain_joint
 from .paths import REQUIRED
 from .pose_text import read_csv_pose, read_json_pose, read_trc_pose
 
@@ -129,6 +131,9 @@ USUAL_UP: dict[str, Up] = {
 CAMERA = "pred_cam_t"
 """SAM 3D Body's path of the person; its joints are against that."""
 
+PROGRAMS: dict[str, Up] = {"posed_joints": "y", "pred_joint_coords": "-y", "pred_keypoints_3d": "-y"}
+"""Axes that are up under a program's own names: Kimodo's world, and SAM 3D Body's camera."""
+
 NO_FACTS = PoseFacts()
 
 FACT_KEYS = (*sorted(IN_FILES), *SPELLINGS)
@@ -143,7 +148,7 @@ class JointPositions:
     joint_set: JointSet
     unit: str  # "" if unknown
     up: Up
-    up_is_guessed: bool  # by how people stand, not by the file's word
+    up_guessed: str  # the same axis, if only by how people stand
     people: int = 1  # in the file, of whom this is one
 
     @property
@@ -205,14 +210,15 @@ def joints_of(raw: RawPose, given: PoseFacts, ups: Ups = BY_ITSELF, side_car: st
     positions = _seen(positions)
     refuse_few_frames(len(positions))
     _refuse_unseen(positions, joint_set, rate)
-    usual = {JOINT_SETS[key].name: up for key, up in USUAL_UP.items()}.get(joint_set.name, "y")
-    kind = Kind(f"joints ({joint_set.name})", usual, firm=False, read=UPS)  # estimators write any axis up
+    told = raw.up or ("y" if raw.positions.ndim == 2 and raw.positions.shape[1] in FEATURES else None)
+    usual = told or {JOINT_SETS[key].name: up for key, up in USUAL_UP.items()}.get(joint_set.name, "y")
+    kind = Kind(f"joints ({joint_set.name})", usual, told=told is not None, read=UPS)
     with reading(ValueError):
         up = facts.up or ups.of(kind, seen_joints(positions, joint_set))
     if left_handed:
         positions[..., int(up[-1] == "x")] *= -1
-    unit, guessed = facts.unit or "", facts.up is None
-    return JointPositions(positions, rate, joint_set, unit, up, guessed, len(people))
+    guess = "" if facts.up else kind.guess(up)
+    return JointPositions(positions, rate, joint_set, facts.unit or "", up, guess, len(people))
 
 
 def _people(array: np.ndarray) -> list[np.ndarray]:
@@ -261,7 +267,7 @@ def _read_npz(path: Path) -> RawPose:
         positions = positions + arrays[CAMERA][:, None]
     if key == "posed_joints" and positions.shape[-2:-1] == (34,):
         raise UnusableMotion("its 34 joints are those of a robot, Unitree's G1: take a person's skeleton")
-    return RawPose(positions, (), facts_of(facts))
+    return RawPose(positions, (), facts_of(facts), PROGRAMS.get(key))
 
 
 def _read_npy(path: Path) -> RawPose:
@@ -282,7 +288,7 @@ def _read_npy(path: Path) -> RawPose:
         )
     length = np.ravel(content.get("lengths", ()))  # what comes after it fills up
     frames = int(length[0]) if length.size and length.dtype.kind in "iu" else motion.shape[3]
-    return RawPose(motion[0].transpose(2, 0, 1)[:frames], (), NO_FACTS)
+    return RawPose(motion[0].transpose(2, 0, 1)[:frames], (), NO_FACTS, "y")
 
 
 _READERS = {

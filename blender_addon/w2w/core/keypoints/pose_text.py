@@ -212,7 +212,7 @@ def _mediapipe(content: Any) -> RawPose | None:
         points = [[[_place(point) for point in person] for person in frame] for frame in people]
     except (KeyError, TypeError, AttributeError, IndexError) as error:
         raise UnusableMotion("its landmarks are not as MediaPipe writes them") from error
-    return RawPose(_array(_filled(points)), (), PoseFacts(unit="m", joint_set="blazepose-33"))
+    return RawPose(_array(_filled(points)), (), PoseFacts(unit="m", joint_set="blazepose-33"), "-y")
 
 
 def _is_person(value: Any) -> bool:

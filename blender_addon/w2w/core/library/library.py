@@ -45,7 +45,7 @@ ARRAY_SUFFIXES = (".npy", ".c3d", ".trc")
 JOINT_SUFFIXES = (*ARRAY_SUFFIXES, *TEXT_SUFFIXES)
 """Kinds of files that hold joint positions, besides npz, which may hold anything."""
 
-UP_SUFFIXES = (".npz", *RESULT_SUFFIXES, *JOINT_SUFFIXES)
+UP_SUFFIXES = (".bvh", ".npz", *RESULT_SUFFIXES, *JOINT_SUFFIXES)
 """Kinds of files that may not say which axis is up."""
 
 MOTIVE = "Format Version,"

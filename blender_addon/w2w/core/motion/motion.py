@@ -19,6 +19,8 @@ from ..given import given_path
 from ..pickles import read_result
 from ..rotations import in_axes
 from ..wording import in_python
+from .axes import Up, turned
+from .sight import LIMBS, MOSTLY, SEEN_FRAMES, Kind, Sight
 from .smpl_layouts import (
     MOTION_X,
     RESULT_KEYS,
@@ -40,7 +42,7 @@ from .source import (
     size_and_head,
     usable_rate,
 )
-from .up import BY_ITSELF, HEAD_DOWN, LIMBS, MOSTLY, Kind, Sight, Up, Ups, turned
+from .up import BY_ITSELF, HEAD_DOWN, Ups
 
 SMPL_PELVIS = np.array([-0.00179506, -0.22333382, 0.02821918])
 """Pelvis of SMPL's neutral template in its own y-up axes, metres: AMASS's ``trans`` is
@@ -64,6 +66,8 @@ class Motion:
         Label, person and name of the clip; "" if unknown.
     people : int
         People in the file that it was read from, of whom this is one.
+    up_guessed : str
+        Axis of the file that is taken as up, if only by how people stand; else "".
 
     Raises
     ------
@@ -84,6 +88,7 @@ class Motion:
     subject: str = ""
     clip: str = ""
     people: int = 1
+    up_guessed: str = ""
 
     def __repr__(self) -> str:
         return f"<Motion {self.clip!r}, {self.activity!r}: {self.n_frames} frames at {self.rate:g} Hz>"
@@ -169,11 +174,8 @@ POSE_KEYS = (("poses",), ("bodyPose",), ("root_orient", "pose_body"), ("global_o
 """Names of the poses in AMASS and in `.smpl` files (Meshcapade's smplcodec, an npz by other names), or of the
 pelvis's turn and the other joints', in files that keep them apart."""
 
-AMASS, SMPLX = Kind("AMASS", "z"), Kind("SMPL-X", "y", firm=False)
-"""Kinds by the names of their arrays: with those of smplx, y is up unless people stand otherwise."""
-
-SEEN_FRAMES = 400
-"""Frames looked at for the axis that is up."""
+AMASS, SMPLX = Kind("AMASS", "z", firm=True), Kind("SMPL-X", "y")
+"""Kinds by the names of their arrays: AMASS's world is z up, and files with smplx's names have any."""
 
 BODY_JOINTS = min(BODY_HANDS)
 """Joints before the hands: the same in SMPL, SMPL-H and SMPL-X (Pavlakos et al. 2019)."""
@@ -244,22 +246,24 @@ def _motion_of(arrays: dict[str, np.ndarray], rate: float | None, up: Up | None,
     turns = Rotation.from_rotvec(poses.reshape(-1, 3)).as_matrix().reshape(len(poses), -1, 3, 3)
     rotations[:, 1:BODY_JOINTS] = in_axes(turns[:, 1:], Y_UP_TO_Z_UP.T)
     rotations[:, 0], pelvis = turns[:, 0] @ Y_UP_TO_Z_UP.T, trans + SMPL_PELVIS
-    up = up or _up(arrays, rotations, pelvis, ups)
+    up, guess = (up, "") if up else _up(arrays, rotations, pelvis, ups)
     rotations[:, 0] = turned(rotations[:, 0], up)
-    return Motion(rotations, turned(pelvis.T, up).T, rate)
+    return Motion(rotations, turned(pelvis.T, up).T, rate, up_guessed=guess)
 
 
-def _up(arrays: dict[str, np.ndarray], rotations: np.ndarray, pelvis: np.ndarray, ups: Ups) -> Up:
-    """The axis of the file that is up: by its format, else by its library or its people."""
+def _up(arrays: dict[str, np.ndarray], rotations: np.ndarray, pelvis: np.ndarray, ups: Ups) -> tuple[Up, str]:
+    """The axis of the file that is up: by its format, or by its library or its people, and then twice."""
     if arrays.keys() >= set(LABELS):
-        return "z"
+        return "z", ""
     if "bodyPose" in arrays:
-        return "y"
+        return "y", ""
     frames = np.linspace(0, len(pelvis) - 1, min(SEEN_FRAMES, len(pelvis))).astype(int)
     _, joints = posed_joints(_rest_joints(), rotations[frames], pelvis[frames])
     sides = {part: [JOINT_INDEX[f"{side}_{part}"] for side in ("left", "right")] for part in LIMBS}
     seen = Sight.of(joints, {part: joints[:, both] for part, both in sides.items()})
-    return ups.of(AMASS if "global_orient" not in arrays else SMPLX, seen)
+    kind = AMASS if "global_orient" not in arrays else SMPLX
+    up = ups.of(kind, seen)
+    return up, kind.guess(up)
 
 
 @cache

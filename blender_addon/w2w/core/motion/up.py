@@ -1,55 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The axis that is up in a motion file whose format lacks it, by how people stand and lie in it."""
+"""The axis that is up in a motion file whose format lacks it: by a rest pose, or a vote of its library."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple, Self
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 
-import numpy as np
-
-from ..rotations import smallest_rotation, unit
 from ..wording import count
-from .source import SourceMotion, UnusableMotion
+from .axes import UPS, Up
+from .sight import MOSTLY, Kind, Sight
+from .source import UnusableMotion
 
-Up = Literal["x", "y", "z", "-x", "-y", "-z"]
-
-UPS: tuple[Up, ...] = ("x", "y", "z", "-x", "-y", "-z")
-
-_AXES = np.concatenate([np.eye(3), -np.eye(3)])
-
-TO_Z = dict(zip(UPS, smallest_rotation(_AXES, np.array([0.0, 0.0, 1.0])).round() + 0.0, strict=True))
-"""Rotations that turn an axis to z."""
-
-LIMBS = ("hip", "knee", "ankle", "shoulder")
-"""Joints of both sides that show how a body stands."""
-
-UPRIGHT = np.cos(np.radians(45))
-"""A body is upright along an axis if the line from its feet to its shoulders leans from it by less."""
-
-MOSTLY, OFTEN = 0.5, 0.2
-"""Shares of the frames that decide how a clip is, and that it is so at times."""
-
-CLEARLY = 1.2
-"""How many times as far the head goes over its ground along one axis as along any other that is so plain."""
-
-STEADY = 0.35
-"""The lowest joint of someone on the ground rises and falls by less, in leg lengths."""
-
-AT_GROUND = 0.15
-"""The lowest joint of someone who stands is this near to height 0, in leg lengths."""
-
-LYING = (0.01, 0.25)
-"""Height of the lowest joint of someone who lies on a ground at 0, in leg lengths."""
-
-HIP_HEIGHT = (0.6, 1.3)
-"""Height of the hips above the lowest joint of a standing body, in leg lengths."""
-
-MOVES = 0.05
-"""Hips that move by fewer leg lengths are the origin."""
-
-RISE, SLIDE = 0.8, 2.0
-"""Leg lengths that nobody rises by, or moves sideways, while lying in one direction."""
+SURE, SEVERAL = 2, 3
+"""Clips beyond doubt, and clips in all, by which an axis must lead in a vote."""
 
 HEAD_DOWN = -0.5
 """A trunk points down if its own up has less than this along the world's."""
@@ -59,192 +22,132 @@ SAY_UP = "give --pose-up, or Up in Blender's import dialog"
 UPSIDE_DOWN = f"trunks point down in most of the frames: {SAY_UP}, with the axis of the file that is up"
 
 
-class Kind(NamedTuple):
-    """A kind of files; one axis is up in all of a library's files of a kind."""
-
-    name: str
-    usual: Up  # the format's own convention
-    firm: bool = True  # whether only plain signs speak against the usual axis
-    read: tuple[Up, ...] = ("y", "z")  # axes that are believed without being given
-
-
-@dataclass(frozen=True, eq=False)
-class Sight:
-    """How a clip looks along the six axes of `UPS`; lengths are in lengths of its legs."""
-
-    upright: np.ndarray  # (6,) share of the frames in which the body is upright
-    lowest: np.ndarray  # (6,) height of the lowest joint above the origin, median
-    steady: np.ndarray  # (6,) range of that
-    hips: np.ndarray  # (6,) height of the hips above the lowest joint, median
-    travel: np.ndarray  # (6, 3) range of the hips along x, y and z while the body is upright along each
-    along: Up  # the axis nearest to the trunk's mean direction
-    frames: int  # in which hips and shoulders are seen
-
-    @classmethod
-    def of(cls, joints: np.ndarray, limbs: Mapping[str, np.ndarray]) -> Self:
-        """Look at joints (T, J, 3) and the left and right one of each of `LIMBS` (T, 2, 3).
-
-        NaN marks what was not seen. Raises ValueError if hips and shoulders are never seen together.
-        """
-        hips, shoulders, ankles = (limbs[part].mean(axis=1) for part in ("hip", "shoulder", "ankle"))
-        trunk = unit(shoulders - hips)
-        if not (seen := np.isfinite(trunk).all(axis=1)).any():
-            raise ValueError(
-                "its hips and shoulders are never seen together: nobody is in it, or its joints are in "
-                "another order (--pose-joints)"
-            )
-        mean = trunk[seen].mean(axis=0)
-        upwards = np.where(np.isfinite(ankles), unit(shoulders - ankles), trunk)[seen]
-        upright = upwards @ _AXES.T > UPRIGHT  # (T, 6)
-        ends = (("hip", "knee"), ("knee", "ankle"))
-        bones = [np.linalg.norm(limbs[start] - limbs[end], axis=-1)[seen] for start, end in ends]
-        known = [bone[np.isfinite(bone)] for bone in bones]
-        legs = sum(np.median(bone) if len(bone) else np.inf for bone in known)
-        place = hips[seen] / legs
-        heights = np.nanmin(joints[seen] @ _AXES.T, axis=1) / legs  # (T, 6)
-        low, high = np.percentile(heights, (10, 90), axis=0)
-        placed = np.ptp(place, axis=0).max() > MOVES  # else positions are from the hips and show no ground
-        inner = [np.percentile(place[rows], (5, 95), axis=0) for rows in upright.T if rows.any()]
-        travel = np.zeros((6, 3))  # but for the farthest frames
-        travel[upright.any(axis=0)] = np.ptp(np.reshape(inner, (-1, 2, 3)), axis=1)
-        return cls(
-            upright.mean(axis=0),
-            np.median(heights, axis=0),
-            placed * (high - low),
-            np.median(place @ _AXES.T - heights, axis=0),
-            travel,
-            UPS[int((mean @ _AXES.T).argmax())],
-            int(seen.sum()),
-        )
-
-    def up(self, kind: Kind) -> tuple[Up, bool]:
-        """The axis that is up in a file of this kind by itself, and whether the clip shows it plainly."""
-        usual = UPS.index(kind.usual)
-        axes = [axis for axis in range(6) if UPS[axis] in kind.read or not kind.firm]
-        if (ground := self._ground(axes)) is not None:
-            return UPS[ground], True
-        if self.upright[usual] >= MOSTLY:
-            return kind.usual, True
-        standing = [axis for axis in axes if self.upright[axis] >= MOSTLY and self._stands(axis)]
-        if standing:
-            best = max(standing, key=lambda axis: self.upright[axis])
-            lying = [axis for axis in (usual, 1, 2) if self._lies(axis, best)]
-            if self._plainly(best, usual) or not (kind.firm or lying):
-                return UPS[best], True
-            return (kind.usual if kind.firm else UPS[lying[0]]), False
-        return (kind.usual if kind.firm or self.steady[usual] <= STEADY else self.along), False
-
-    def _ground(self, believed: Sequence[int]) -> int | None:
-        """The axis along which the head rises and falls over a steady ground, if a body lies down."""
-        axes = [axis for axis in range(6) if self.upright[axis] >= OFTEN]
-        rise = self.steady[np.arange(6) - 3] / np.maximum(self.steady, 0.01)
-        over = {axis: rise[axis] for axis in axes if axis in believed}
-        first, second = (*sorted(over.values(), reverse=True), 0.0, 0.0)[:2]
-        if len({axis % 3 for axis in axes}) < 2 or first < CLEARLY * max(second, 2.0):
-            return None
-        best = max(over, key=over.__getitem__)
-        return best if self.steady[best] <= STEADY else None
-
-    def _stands(self, axis: int) -> bool:
-        """Whether the ground stays where it is along an axis, or the body goes further across it: stairs."""
-        across = np.delete(self.travel[axis], axis % 3)
-        return bool(self.steady[axis] <= STEADY or self.steady[axis] < across.max())
-
-    def _lies(self, axis: int, best: int) -> bool:
-        """Whether the body may lie on a ground at 0 along an axis, and not stand on one along the `best`."""
-        low, high = LYING
-        at_ground = low <= self.lowest[axis] <= high and self.steady[axis] <= STEADY
-        return bool(at_ground and axis % 3 != best % 3 and abs(self.lowest[best]) > AT_GROUND)
-
-    def _plainly(self, best: int, usual: int) -> bool:
-        """Whether the body stands along one axis so that it cannot lie with another up."""
-        low, high = HIP_HEIGHT
-        stands = abs(self.lowest[best]) <= AT_GROUND and low < self.hips[best] < high
-        if stands and not LYING[0] <= self.lowest[usual] <= LYING[1]:
-            return True
-        aside = 3 - best % 3 - usual % 3
-        travel = self.travel[best]
-        return bool(best % 3 != usual % 3 and (travel[usual % 3] >= RISE or travel[aside] >= SLIDE))
-
-
 @dataclass(frozen=True)
 class Ups:
-    """The axis that is up in a library's files of a kind; files of other kinds speak for themselves."""
+    """The axis that is up in a library's files of a kind; None where it is to be asked for.
 
-    chosen: tuple[tuple[str, Up], ...] = ()
+    Files of other kinds speak for themselves.
+    """
+
+    chosen: tuple[tuple[str, Up | None], ...] = ()
 
     def of(self, kind: Kind, seen: Sight) -> Up:
         """The axis that is up in a file; UnusableMotion if the user must give it."""
-        up = dict(self.chosen).get(kind.name) or seen.up(kind)[0]
+        up = self.found(kind, seen)
+        if up is None:
+            raise UnusableMotion(f"it does not say which axis is up; {_shown([seen])}")
         if up not in kind.read:
             raise UnusableMotion(f"its person stands along {up} of its axes: {SAY_UP}, if that is up")
         return up
+
+    def found(self, kind: Kind, seen: Sight) -> Up | None:
+        """The axis that is up in a file, by its skeleton's files, its own rest pose or its kind's files."""
+        chosen = dict(self.chosen)
+        if up := chosen.get(kind.own):
+            return up
+        return seen.by_itself(kind) if kind.told or kind.name not in chosen else chosen[kind.name]
 
 
 BY_ITSELF = Ups()
 """The `Ups` for a file that is part of no library."""
 
 
+class Unasked(Ups):
+    """Axes for a look at a file before its library is known: where one would be asked for, the usual one."""
+
+    def of(self, kind: Kind, seen: Sight) -> Up:
+        """The axis that a file is looked at with."""
+        up = self.found(kind, seen)
+        return up if up is not None and up in kind.read else kind.usual
+
+
 @dataclass(frozen=True)
 class Votes(Ups):
     """Votes of a library's files on the axis that is up: read each file with it, then ask for the `ups`."""
 
-    cast: dict[Kind, list[Sight]] = field(default_factory=lambda: defaultdict(list))
+    cast: list[tuple[Kind, Sight]] = field(default_factory=list)
     others: list[str] = field(default_factory=list)  # files whose format says the axis
 
     def of(self, kind: Kind, seen: Sight) -> Up:
         """Take down how a file looks."""
-        self.cast[kind].append(seen)
+        self.cast.append((kind, seen))
         return kind.usual
 
-    @property
+    @cached_property
     def ups(self) -> Ups:
-        """One axis for all files of a kind."""
-        return Ups(tuple(sorted((kind.name, self._axis(kind)) for kind in self.cast)))
+        """One axis for all files of a kind, or of a skeleton."""
+        groups = defaultdict(list)
+        for kind, seen in self.cast:
+            for name in {kind.own, kind.name}:
+                groups[name].append((kind, seen))
+        kinds = {kind.name for kind, _ in self.cast}
+        axes = {name: _axis(group) for name, group in sorted(groups.items()) if len(group) > 1}
+        return Ups(tuple((name, up) for name, up in axes.items() if up or name in kinds))
 
     def sentence(self) -> str:
         """The axes, their files and why, such as "z, 40 files of AMASS"; "" without files."""
-        parts = []
-        for kind, seen in sorted(self.cast.items()):
-            up = self._axis(kind)
-            how = "" if up == kind.usual else ", by their feet"
-            parts.append(f"{up}, {count('file', len(seen))} of {kind.name}{how}")
-        return "; ".join(parts)
+        ups, parts = self.ups, Counter[tuple[str, str, str]]()
+        for kind, seen in self.cast:
+            up = ups.found(kind, seen)
+            parts[kind.name, up or "not known", ", as people stand" if up and kind.guess(up) else ""] += 1
+        return "; ".join(
+            f"{up}, {count('file', n)} of {name}{why}" for (name, up, why), n in sorted(parts.items())
+        )
 
     @property
-    def head_down(self) -> bool:
-        """Whether people hang head down in most frames of the files looked at, and there are no others."""
-        down = [
-            (sight.frames, bool(sight.upright[UPS.index(self._axis(kind)) - 3] >= MOSTLY))
-            for kind, seen in self.cast.items()
-            for sight in seen
-        ]
-        return not self.others and mostly_head_down(down)
+    def question(self) -> str:
+        """What the user must say before most of the library can be read; "" if nothing."""
+        ups = self.ups
+        asked = [(kind, seen) for kind, seen in self.cast if ups.found(kind, seen) not in kind.read]
+        if not asked or 2 * len(asked) < len(self.cast) + len(self.others):
+            return ""
+        what = f"{count('file', len(asked))} of {', '.join(sorted({kind.name for kind, _ in asked}))}"
+        return f"nothing says which axis is up in {what}; {_shown([seen for _, seen in asked])}"
 
-    def _axis(self, kind: Kind) -> Up:
-        seen = self.cast[kind]
-        ups = [sight.up(kind) for sight in seen]
-        votes = Counter(up for up, plain in ups if plain) or Counter(up for up, _ in ups)
-        best = max(votes, key=lambda up: (votes[up], up == kind.usual, -UPS.index(up)))
-        standing = sum(sight.upright[UPS.index(best)] >= MOSTLY for sight in seen)
-        return kind.usual if kind.firm and 2 * max(standing, votes[best]) < len(seen) else best
+
+def _axis(group: Sequence[tuple[Kind, Sight]]) -> Up | None:
+    """One axis for all files of a group; None if nothing decides, or most people would lie or hang."""
+    votes = Counter(up for kind, seen in group for up in seen.votes(kind))
+    (best, first), (_, second) = [*votes.most_common(2), (None, 0), (None, 0)][:2]
+    alone = Counter(seen.by_itself(kind) for kind, seen in group)
+    usual = {kind.usual if kind.firm else None for kind, _ in group}
+    by_format = usual.pop() if len(usual) == 1 else None
+    up = next(iter(alone)) if len(alone) == 1 else None
+    if by_format and not {*votes} - {by_format} and (votes or 2 * alone[by_format] > len(group)):
+        up = by_format
+    elif best and first - second >= SURE:
+        standing = sum(UPS.index(best) in seen.stands(kind) for kind, seen in group)
+        up = best if max(first, standing) - second >= SEVERAL else up
+    elif by_format and not votes:
+        up = _stood_along([seen for _, seen in group], group[0][0])
+    if up is None or up == by_format or any(kind.told for kind, _ in group):
+        return up
+    upright = sum(seen.upright[UPS.index(up)] >= MOSTLY for _, seen in group)
+    return up if 2 * upright >= len(group) else None
+
+
+def _stood_along(sights: Sequence[Sight], kind: Kind) -> Up | None:
+    """The axis along which several people may stand, who neither stand nor lie along the format's."""
+    usual = UPS.index(kind.usual)
+    rest = [
+        seen for seen in sights if not (seen.placed and seen.lies(usual)) and seen.upright[usual] < MOSTLY
+    ]
+    for axis in kind.likely:
+        standing = sum(bool(seen.may_stand(axis) and seen.steady[axis]) for seen in rest)
+        if axis != usual and standing - (len(sights) - len(rest)) >= SEVERAL and 2 * standing > len(sights):
+            return UPS[axis]
+    return None
+
+
+def _shown(sights: Sequence[Sight]) -> str:
+    """Along which axes people may stand, in words."""
+    axes = [UPS[int(seen.upright.argmax())] if seen.upright.max() >= MOSTLY else "none" for seen in sights]
+    files = sorted(Counter(axes).items(), key=lambda each: (each[0] == "none", -each[1], each[0]))
+    shown = axes[0] if len(axes) == 1 else ", ".join(f"{axis} in {number}" for axis, number in files)
+    return f"people may stand along {shown}: {SAY_UP}"
 
 
 def mostly_head_down(motions: Iterable[tuple[int, bool]]) -> bool:
     """Whether most frames are of motions head down, by each motion's frames and whether it is."""
     frames = list(motions)
     return 2 * sum(count for count, down in frames if down) > sum(count for count, _ in frames)
-
-
-def turned(vectors: np.ndarray, up: Up) -> np.ndarray:
-    """Vectors or matrices (..., 3, n) as columns, with an axis that is up turned to z."""
-    return vectors if up == "z" else TO_Z[up] @ vectors
-
-
-def stood(source: SourceMotion, up: Up, read_as: Up) -> SourceMotion:
-    """The motion of a file whose axis `up` points up, that was read as if another one did."""
-    if up == read_as:
-        return replace(source, up=up)
-    turn = np.eye(4)
-    turn[:3, :3] = TO_Z[up] @ TO_Z[read_as].T
-    return replace(source, matrices=turn @ source.matrices, up=up)

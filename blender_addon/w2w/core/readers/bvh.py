@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ..motion.axes import Up
 from ..motion.source import TO_Z_UP, SourceMotion, UnusableMotion, people_in, refuse_pose
-from ..motion.up import Up
+from ..motion.up import BY_ITSELF, Ups
 from ..retargeting.repair import repaired
 from ..wording import shown
 from .bvh_text import BvhText, read_bvh_text
@@ -17,10 +18,12 @@ LEAST_TURN = 0.1
 """Angles below it, in any unit, are a skeleton that is moved by positions, or still."""
 
 
-def read_bvh(path: Path, rate: float | None = None, up: Up | None = None) -> SourceMotion:
+def read_bvh(
+    path: Path, rate: float | None = None, up: Up | None = None, ups: Ups = BY_ITSELF
+) -> SourceMotion:
     """Read a BVH file: z up, in its own unit, without T-poses at its ends, at rest as a person can be.
 
-    `rate` and the axis `up` go before the file's own.
+    `rate` and the axis `up` go before the file's own; `ups` are the axes of its library.
 
     Raises UnusableMotion, with the reason, if the file cannot be used.
     """
@@ -28,7 +31,7 @@ def read_bvh(path: Path, rate: float | None = None, up: Up | None = None) -> Sou
     _refuse_radians(text)
     motion = as_it_stands(text, shown(path.stem))
     refuse_pose(motion)
-    return repaired(motion, up)
+    return repaired(motion, up, ups)
 
 
 def _refuse_radians(text: BvhText) -> None:

@@ -5,14 +5,18 @@ A BVH file has no rest pose: its offsets are one only where the exporter's bones
 start with a T-pose that is no part of the motion, and some are z-up though the format is y-up.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
+from zlib import crc32
 
 import numpy as np
 
 from ..body.skeleton import BODY_HANDS, JOINT_INDEX, trunk_line
+from ..motion.axes import UPS, Up, stood
 from ..motion.believable import REST_POSE, cut_words, moving_part, shows_rest
+from ..motion.sight import LIMBS, SEEN_FRAMES, Kind, Sight
 from ..motion.source import TO_Z_UP, SourceMotion, unscaled_rotations
-from ..motion.up import LIMBS, Kind, Sight, Up, stood
+from ..motion.up import BY_ITSELF, Ups
 from ..rotations import smallest_rotation, unit
 from .bone_maps import best_match, missing_joints
 from .four_legs import refuse_four_legs
@@ -34,26 +38,31 @@ LOW_PERCENTILE = 25
 SHANK_UPRIGHT = np.cos(np.radians(30))
 """A foot is stood on in frames where its ankle is as low as this and its shank as upright."""
 
+AXES: tuple[Up, ...] = ("y", "z")
+"""Axes that are up in BVH files, that of the format first."""
+
 SAMPLES = 400
 """Frames looked at for a rest pose."""
 
 
-def repaired(source: SourceMotion, up: Up | None = None) -> SourceMotion:
+def repaired(source: SourceMotion, up: Up | None = None, ups: Ups = BY_ITSELF) -> SourceMotion:
     """A BVH file's motion without T-poses at its ends, z up, with a rest pose that people can take.
 
-    `source` has the file's y axis up; `up` is the one that is, where it is known. It comes back as it is
-    where nothing is wrong, or where the skeleton is not understood.
+    `source` has the file's y axis up; `up` is the one that is, where it is known, and `ups` are those of its
+    library. It comes back as it is where nothing is wrong, or where the skeleton is not understood.
     """
     matched = best_match(source.bones)[1]
     if missing_joints(matched):
         matched = match_by_structure(source)
     if missing_joints(matched):
         return stood(source, up or "y", "y")
-    whole = stood(source, up or _file_up(source, matched), "y")
-    clean = _moving(whole, matched)
+    clean = _moving(source, matched)
+    led_by_pose = clean.first_frame > 0 and _standing(_places(source.matrices[0], matched))
+    first = source.matrices[0]
+    up, guess = (up, "") if up else _file_up(clean, matched, [first, source.rest][not led_by_pose :], ups)
+    clean, whole = (replace(stood(motion, up, "y"), up_guessed=guess) for motion in (clean, source))
     if not _standing(_places(clean.rest, matched)):
         refuse_four_legs(clean, matched)
-        led_by_pose = clean.first_frame > 0 and _standing(_places(whole.matrices[0], matched))
         rest = whole.matrices[0] if led_by_pose else _straightest(clean, matched)
         clean = replace(clean, rest=rest, rest_is_known=led_by_pose)
     clean = replace(clean, rest=_upright(clean.rest, matched))
@@ -72,20 +81,26 @@ def _moving(source: SourceMotion, matched: dict[int, int]) -> SourceMotion:
     return replace(source, matrices=source.matrices[part], first_frame=part.start, cut=cut)
 
 
-def _file_up(source: SourceMotion, matched: dict[int, int]) -> Up:
-    """The file's own axis that is up: its rest pose's, unless people stand along the other one of y and z.
+def _file_up(
+    source: SourceMotion, matched: dict[int, int], poses: Sequence[np.ndarray], ups: Ups
+) -> tuple[Up, str]:
+    """The file's own axis that is up: by the first of some rest poses that stands along one, or by `ups`.
 
-    The format is y up, but some files, such as Blender's, are z up, and so is their rest pose. In others only
-    the offsets are z up, and the root's rotation makes up for it.
+    The format is y up, but some files, such as Blender's, are z up, and so is their rest pose. Twice if only
+    by how people stand.
     """
-    places = _places(source.rest, matched)
-    z_up = _standing(places) and unit(trunk_line(places))[1] < -LEANING
-    frames = np.linspace(0, source.n_frames - 1, min(SAMPLES, source.n_frames)).astype(int)
+    standing = [places for pose in poses if _standing(places := _places(pose, matched))]
+    trunks = [unit(trunk_line(places)) @ TO_Z_UP[:3, :3] for places in standing]
+    told: list[Up] = [up for trunk in trunks for up in AXES if trunk[UPS.index(up)] > LEANING]
+    frames = np.linspace(0, source.n_frames - 1, min(SEEN_FRAMES, source.n_frames)).astype(int)
     joints = source.matrices[frames][:, list(matched.values())][..., :3, 3] @ TO_Z_UP[:3, :3]
     column = {joint: number for number, joint in enumerate(matched)}
     sides = {part: [column[JOINT_INDEX[f"{side}_{part}"]] for side in ("left", "right")] for part in LIMBS}
     seen = Sight.of(joints, {part: joints[:, both] for part, both in sides.items()})
-    return seen.up(Kind("BVH", "z" if z_up else "y"))[0]
+    skeleton = f"{crc32(repr((source.bones, source.parents.tolist())).encode()):08x}"
+    kind = Kind("BVH", [*told, AXES[0]][0], firm=True, told=bool(told), skeleton=skeleton)
+    up = ups.of(kind, seen)
+    return up, kind.guess(up)
 
 
 def _straightest(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:

@@ -9,7 +9,6 @@ from typing import Annotated
 from ...core.findings.cautions import subjects_sentence
 from ...core.library.labels import same_label
 from ...core.library.library import Library, read_library
-from ...core.motion.up import UPSIDE_DOWN
 from ...core.ranking.weights import check_counting
 from ...core.reading.reader import Reader
 from ...core.study.ranking import known_motions
@@ -91,8 +90,8 @@ def run(
         plan = replace(plan, deadly=reader.deadly, again=asked.strict or asked.verify or len(bodies) > 1)
     if up := seen.sentence():
         console.print(f"Up: {up}.")
-    if seen.head_down:
-        raise ended(f"No result: {UPSIDE_DOWN}.", NOTHING_TO_DO, monitor)
+    if seen.question:
+        raise ended(f"No result: {seen.question}.", NOTHING_TO_DO, monitor)
     if shard:
         execute_shard(plan, bodies, out, (part, parts), monitor)
         monitor.log("finished", exit_code=0)

@@ -13,6 +13,7 @@ from ...core.files import file_sha256
 from ...core.keypoints.facts import PoseFacts, side_car
 from ...core.keypoints.pose_files import NO_FACTS
 from ...core.library.library import UP_SUFFIXES, Clip, is_joint_file
+from ...core.motion.motion import SMPL_SUFFIXES
 from ...core.motion.source import UnusableMotion
 from ...core.motion.up import BY_ITSELF, Ups
 from ...core.readers.asf_amc import AMC_SUFFIX, skeleton_file
@@ -110,7 +111,7 @@ def look(library: str, path: Path) -> Looks:
 
 
 def read_beside(path: Path) -> list[Path]:
-    """Companion files: the skeleton of an AMC, or the side-car with rate and joint set."""
+    """Companion files: the skeleton of an AMC, or the side-car with rate, up axis and joint set."""
     suffix = path.suffix.lower()
     if suffix == AMC_SUFFIX:
         try:
@@ -120,7 +121,7 @@ def read_beside(path: Path) -> list[Path]:
     if suffix not in UP_SUFFIXES:
         return []
     beside = side_car(path)  # first: telling what a file holds opens it
-    return [beside] if beside is not None and is_joint_file(path) else []
+    return [beside] if beside is not None and (suffix in SMPL_SUFFIXES or is_joint_file(path)) else []
 
 
 def mark_read(task: ClipTask, source: str, looks: Looks) -> None:

@@ -6,8 +6,8 @@ import struct
 import tempfile
 from pathlib import Path
 
+from ...core.motion.axes import UPS, Up
 from ...core.motion.source import SAY_RATE, UnusableMotion, size_and_head
-from ...core.motion.up import UPS, Up
 from ...core.readers.import_checks import VRM_SUFFIXES, check_gltf, with_skin
 from ..base.actions import set_scene_rate
 from ..base.module import bpy

@@ -12,16 +12,18 @@ from typing import Any, NamedTuple
 from zlib import crc32
 
 from ...core.body.body import Body
-from ...core.keypoints.facts import PoseFacts
+from ...core.keypoints.facts import PoseFacts, up_beside
 from ...core.keypoints.fit import UNSMOOTHED_HZ
 from ...core.keypoints.likely_rest import with_likely_rest
 from ...core.keypoints.pose_files import NO_FACTS, JointPositions, read_joints
 from ...core.library.library import UP_SUFFIXES, is_joint_file
+from ...core.motion.axes import stood
 from ...core.motion.believable import believed, unbroken
 from ...core.motion.ground import on_the_ground
 from ...core.motion.motion import SMPL_SUFFIXES, Motion, read_amass
+from ...core.motion.sight import Kind, Sight
 from ...core.motion.source import HIGHEST_RATE, SourceMotion, UnusableMotion
-from ...core.motion.up import BY_ITSELF, Kind, Sight, Ups, Votes, stood
+from ...core.motion.up import BY_ITSELF, Ups, Votes
 from ...core.readers.asf_amc import AMC_SUFFIX, read_amc
 from ...core.readers.bvh import BVH_SUFFIX, read_bvh
 from ...core.readers.mvnx import MVNX_SUFFIX, read_mvnx
@@ -83,11 +85,12 @@ def read_motion(path: Path, pose: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF, an
     if is_joint_file(path):
         return read_joints(path, pose, ups)
     if kind in (*SMPL_SUFFIXES, ".npy"):  # npy: Motion-X's
-        return read_amass(path, pose.rate, pose.up, ups, pose.person)
+        up = pose.up or (up_beside(path) if kind in UP_SUFFIXES else None)
+        return read_amass(path, pose.rate, up, ups, pose.person)
     if pose.person not in (None, 1):
         raise UnusableMotion("--person chooses among people in a result of video, which it is not")
     if kind == BVH_SUFFIX:
-        return read_bvh(path, pose.rate, pose.up)
+        return read_bvh(path, pose.rate, pose.up, ups)
     if kind == AMC_SUFFIX:
         return stood(read_amc(path, pose.rate), pose.up or "y", "y")
     if kind == MVNX_SUFFIX:
@@ -126,12 +129,11 @@ def look_up(
         with suppress(Exception):  # whoever uses the file says what is wrong with it
             if path.is_file() and path.stat().st_size <= MOST_SAMPLE_BYTES:
                 found = _sights(path, known) if reader is None else reader.read(_sights, path, known)
-                for kind, seen in found.items():
-                    votes.cast[kind] += seen
+                votes.cast.extend(found)
     return votes
 
 
-def _sights(path: Path, pose: PoseFacts) -> dict[Kind, list[Sight]]:
+def _sights(path: Path, pose: PoseFacts) -> list[tuple[Kind, Sight]]:
     """What a file shows of the axis that is up."""
     votes = Votes()
     with suppress(Exception):  # whoever uses the file says what is wrong with it
@@ -149,11 +151,12 @@ def to_body(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> Retarge
         part, cut = unbroken(body, source.fit(body, UNSMOOTHED_HZ).motion)
         fit = replace(source, positions=source.positions[part]).fit(body)
         kept = believed(body, fit.motion, None, part.start, cut, path_apart=False)
-        guess = source.up if source.up_is_guessed else ""
-        return RetargetedMotion(kept.motion, "", source.joint_set.name, fit.scale, kept.cut, guess)
+        name = source.joint_set.name
+        return RetargetedMotion(kept.motion, "", name, fit.scale, kept.cut, source.up_guessed)
     if isinstance(source, Motion):
         kept = believed(body, on_the_ground(body, source))
-        return RetargetedMotion(kept.motion, "", "SMPL", 1.0, kept.cut)
+        return RetargetedMotion(kept.motion, "", "SMPL", 1.0, kept.cut, source.up_guessed)
     found = retarget(with_likely_rest(source, body, maps), body, maps)
     kept = believed(body, found.motion, found.rest, source.first_frame, source.cut, found.path)
-    return RetargetedMotion(kept.motion, source.take, found.bone_map, found.scale, kept.cut)
+    about = (source.take, found.bone_map, found.scale, kept.cut, source.up_guessed)
+    return RetargetedMotion(kept.motion, *about)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ...core.library.library import GLTF_SUFFIXES, MOTION_SUFFIXES, WAYS
+from ...core.motion.axes import Up
 from ...core.motion.source import (
     LOWEST_RATE,
     NOT_FINITE,
@@ -23,7 +24,6 @@ from ...core.motion.source import (
     refuse_too_long,
     usable_rate,
 )
-from ...core.motion.up import Up
 from ...core.readers.animations import MIXAMO
 from ...core.readers.bvh import BVH_SUFFIX
 from ...core.readers.bvh_text import read_bvh_text

@@ -188,7 +188,7 @@ class W2W_PG_clip(Group):
     rate: FloatProperty(name="Frame Rate", description="Frames per second of the motion")
     animation: StringProperty(options={"HIDDEN"})  # the one that it is, of a file that holds several
     given_rate: FloatProperty(options={"HIDDEN"})  # at its import; 0 where the file's own is right
-    given_up: StringProperty(options={"HIDDEN"})  # axis of the file that points up, where that was given
+    given_up: StringProperty(options={"HIDDEN"})  # the axis that is up, where the format does not say it
     skeleton: StringProperty(name="Skeleton", description="Naming that the file's bones follow")
     scale: FloatProperty(name="Scale", description="Body metres in one unit of the file", default=1.0)
     selected: BoolProperty(name="Select", description="Take part in Relabel, Remove and Bake Selected")

@@ -14,8 +14,9 @@ from ...core.findings.notes import label_notes
 from ...core.keypoints.facts import PoseFacts
 from ...core.library import import_plan
 from ...core.library.labels import LibraryError
+from ...core.motion.axes import UPS, Up
 from ...core.motion.source import HIGHEST_RATE
-from ...core.motion.up import BY_ITSELF, UPS, Up, Ups
+from ...core.motion.up import BY_ITSELF, Ups
 from ...core.reading.reader import Reader
 from ...core.wording import count, listed
 from ...scene.motion.load import look_up
@@ -184,6 +185,8 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
         files = ((clip.file, clip.path) for clip in plan.clips)
         with Reader() as reader:
             seen = look_up(files, PoseFacts(self.frame_rate or None, up=self.given_up), reader)
+        if seen.question:
+            return ImportList(error=seen.question)
         notes = list(label_notes(plan.check))
         notes += [f"Up: {up}"] if (up := seen.sentence()) else []
         notes += [plan.unread] if plan.unread else []

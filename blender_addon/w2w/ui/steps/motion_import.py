@@ -15,8 +15,9 @@ from ...core.keypoints.facts import PoseFacts
 from ...core.library.import_plan import ImportPlan, same_files
 from ...core.library.labels import same_label
 from ...core.library.library import Clip
+from ...core.motion.axes import Up
 from ...core.motion.source import reason_of
-from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN, Up, Ups, mostly_head_down
+from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
 from ...core.reading.reader import Reader
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.wording import count, free_name, listed, shown
@@ -184,7 +185,8 @@ def add_clip(mesh: bpy.types.Object, retargeted: RetargetedMotion, item: ImportI
     with state.without_updates():  # activities are listed when all clips are in
         clip.activity = item.activity
     clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
-    clip.given_rate, clip.given_up, clip.animation = item.rate, item.up or "", item.animation
+    clip.given_rate, clip.animation = item.rate, item.animation
+    clip.given_up = item.up or retargeted.up_guessed
     set_motion(clip, retargeted)
 
 

@@ -25,6 +25,7 @@ from w2w.core.patches.naming import resolve
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.headless.runs.clip import load_clip
+from w2w.scene.motion.load import look_up
 
 from ..datasets.utd_mhad import read_utd_mhad
 from ..validation.protocol import BY_POSTURE, KINECT, Analysis, Match, Protocol
@@ -205,12 +206,13 @@ def _files(protocol: Protocol, library: Path, body: Body) -> Loaded:
         clips = read_library(library, own_labels=False).clips
     except LibraryError as error:
         raise ValueError(f"{error} ({KINECT_FILES})") from error
+    ups = look_up((clip.file, clip.path) for clip in clips).ups
     for clip in clips:
         match = protocol.match(clip.file)
         if match is None or match.source == KINECT:
             continue
         try:
-            yield clip.name, (load_clip(clip, body)[1], match)
+            yield clip.name, (load_clip(clip, body, ups=ups)[1], match)
         except (UnusableMotion, ValueError) as error:
             yield clip.file, str(error)
 
