@@ -242,7 +242,7 @@ def write_library(folder: Path, kind: str, files: list[bytes], cases: int, seed:
             path.write_bytes(parts[1])
             continue
         path.write_bytes(hurt(data))
-        if kind in (".npy", ".csv", ".trc"):
+        if kind in (".npy", ".csv"):
             beside = b'{"rate": 30, "up": "y"}'
             path.with_suffix(".json").write_bytes(mutated_text(beside, rng) if rng.random() < 0.2 else beside)
 

@@ -57,11 +57,11 @@ def test_trc_as_w2w_writes_it_is_the_motion_again(tmp_path, bundled_body, walk):
     positions = joint_transforms(bundled_body, walk)[1] @ Y_UP_TO_Z_UP
     write_trc(tmp_path / "a.trc", positions, walk.rate)
     assert [clip.file for clip in read_library(tmp_path).clips] == ["a.trc"]
-    found = read_joints(tmp_path / "a.trc", PoseFacts(up="y"))
-    assert (found.joint_set, found.rate, found.unit) == (JOINT_SETS["smpl-24"], walk.rate, "m")
+    found = read_joints(tmp_path / "a.trc")
+    assert (found.joint_set, found.rate, found.unit, found.up) == (JOINT_SETS["smpl-24"], walk.rate, "m", "y")
     np.testing.assert_allclose(found.positions, positions, atol=1e-6)
     assert_moves_as(bundled_body, found, walk)
-    assert read_joints(tmp_path / "a.trc", PoseFacts(rate=25.0, up="y")).rate == 25
+    assert read_joints(tmp_path / "a.trc", PoseFacts(rate=25.0)).rate == 25
 
 
 def as_trc(names, positions, unit="mm", rate="30.000000"):
@@ -87,7 +87,7 @@ def test_trc_of_pose2sim(tmp_path, bundled_body, walk):
     positions = seen[:, [body_25.joints.index(name) for name in HALPE.values()]]
     positions[5, 7] = np.nan
     (tmp_path / "a.trc").write_text(as_trc(list(HALPE), positions))
-    found = read_joints(tmp_path / "a.trc", PoseFacts(up="y"))
+    found = read_joints(tmp_path / "a.trc")
     assert (found.joint_set, found.rate, found.unit) == (body_25, 30, "mm")
     for number, name in enumerate(HALPE.values()):
         if name != "mid_hip":

@@ -202,6 +202,25 @@ def test_one_clip_decides_for_no_library_and_several_do(tmp_path, bundled_body, 
             assert set(outcomes(files, bundled_body)) == expected, (kind, standing)
 
 
+@pytest.mark.parametrize(
+    ("kinds", "up", "floor", "expected"),
+    [
+        (("stand", "walk", "supine"), "z", 0.0, "z"),
+        (("walk", "squat", "supine", "supine"), "z", 0.9, "z"),
+        (("stand", "wave", "one_leg"), "y", -1.05, "y"),  # nobody moves
+        (("stand", "wave", "one_leg"), "y", None, "y"),  # all in place
+        (("stand", "wave"), "y", -1.05, None),
+        (("supine", "prone", "walk"), "y", 0.0, None),
+    ],
+)
+def test_a_format_holds_while_nothing_speaks_against_it(tmp_path, bundled_body, kinds, up, floor, expected):
+    for number, kind in enumerate(kinds):
+        motion = posed(kind, bundled_body, 90 * number, floor, "away", number)
+        write_smpl(tmp_path / f"{number}.npz", motion, up=up)
+    seen = look_up([(path.name, path) for path in sorted(tmp_path.iterdir())])
+    assert (seen.ups.chosen, bool(seen.question)) == ((("AMASS", expected),), expected is None)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("file_kind", "up"), FILES[:12])
 def test_libraries_are_read_right_or_asked_for(tmp_path, bundled_body, file_kind, up):

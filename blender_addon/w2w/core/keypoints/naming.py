@@ -59,6 +59,7 @@ class RawPose(NamedTuple):
     names: tuple[str, ...]  # of the joints; empty if the file has none
     facts: PoseFacts  # what the file says of them
     up: Up | None = None  # the axis that is up in all files of the program that wrote it
+    firm: bool = False  # whether the usual axis is the format's own
 
 
 def joint_set_of(raw: RawPose, wanted: str | None) -> tuple[JointSet, np.ndarray, bool]:

@@ -212,7 +212,7 @@ def joints_of(raw: RawPose, given: PoseFacts, ups: Ups = BY_ITSELF, side_car: st
     _refuse_unseen(positions, joint_set, rate)
     told = raw.up or ("y" if raw.positions.ndim == 2 and raw.positions.shape[1] in FEATURES else None)
     usual = told or {JOINT_SETS[key].name: up for key, up in USUAL_UP.items()}.get(joint_set.name, "y")
-    kind = Kind(f"joints ({joint_set.name})", usual, told=told is not None, read=UPS)
+    kind = Kind(f"joints ({joint_set.name})", usual, raw.firm, told is not None, UPS)
     with reading(ValueError):
         up = facts.up or ups.of(kind, seen_joints(positions, joint_set))
     if left_handed:

@@ -113,7 +113,7 @@ def read_trc_pose(path: Path) -> RawPose:
     table = _floats(rows, (len(rows), 3 * len(names)))
     rate = float(head.get("DataRate", 0))
     facts = facts_of({"rate": rate if rate > 0 else None, "unit": head.get("Units")})
-    return RawPose(table.reshape(len(rows), -1, 3), tuple(names), facts)
+    return RawPose(table.reshape(len(rows), -1, 3), tuple(names), facts, firm=True)
 
 
 def _numbers(lines: list[str], separator: str, width: int, decimal_comma: bool) -> np.ndarray:
