@@ -17,8 +17,22 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driver import FIELD, LAST, MIDDLE, Driver, Script
-from panel import OUT, curves, empty, idle, install, longest_freeze, module, open_tab, play, report, study
+from driver import CLOSED, FIELD, IN_HEADER, LAST, MIDDLE, Driver, Script
+from panel import (
+    OUT,
+    TABS,
+    curves,
+    empty,
+    idle,
+    install,
+    longest_freeze,
+    module,
+    open_tab,
+    play,
+    report,
+    study,
+    to_page,
+)
 
 DATA = Path(os.environ["W2W_DATA"])
 ACTIVITIES = (
@@ -132,6 +146,9 @@ def drop_a_clip(driver: Driver) -> Script:
 
 def step_patches(driver: Driver) -> Script:
     """Place patches twice: nothing of the first time is left."""
+    yield from to_page(driver, "Details")
+    yield from driver.look("3_details")
+    yield from driver.open_panel_below("w2w_page", TABS["Details"])
     yield from driver.press("w2w.place_patches")
     yield from idle(driver)
     report["patches"] = len(study().patch_collection.objects)
@@ -150,7 +167,6 @@ def step_patches(driver: Driver) -> Script:
 
 def step_signals(driver: Driver) -> Script:
     """Cancel a bake by Esc, bake, undo and redo it."""
-    yield from driver.scroll_sidebar(14)
     yield from driver.press("w2w.bake_signals")
     yield from driver.turns(20)
     yield from driver.look("4_baking")
@@ -224,12 +240,15 @@ def step_utility(driver: Driver) -> Script:
         driver, "rank", lambda: (len(bpy.context.scene.w2w.body.data.color_attributes), len(study().chosen))
     )
     yield from driver.look("5_mean")
-    yield from driver.scroll_sidebar(12)
+    yield from to_page(driver, "Answer")
     yield from driver.look("5_places")
+    yield from driver.open_panel_below("w2w.export_presentation")
     x, y = yield from driver.reach("target", FIELD)
     yield from driver.drag(x, y, -60)
     report["target_after_drag"] = round(study().target, 3)
     yield from undo_and_redo(driver, "target", lambda: round(study().target, 3))
+    yield from to_page(driver, "Details")
+    yield from driver.click_header("w2w.reset_shape", CLOSED, IN_HEADER)  # Top Regions, over Shape
     yield from driver.press("w2w.select_patch")
     report["picked_in_table"] = study().picked
     yield from driver.look("5_table_pick")
@@ -273,8 +292,8 @@ def in_sight(driver: Driver) -> dict[str, list[bool]]:
 
 def reshape(driver: Driver) -> Script:
     """Drag a shape slider: the body changes under its heatmap; one undo brings it back."""
-    yield from driver.scroll_sidebar_to_top()
-    yield from driver.open_panel_below("show_armature", FIELD)
+    yield from to_page(driver, "Details")
+    yield from driver.open_panel_with("w2w.reset_shape")
     x, y = yield from driver.reach("shape.gender", FIELD)
     before, shown = outline(), bpy.context.scene.w2w.body.data.color_attributes.active_color.name
     yield from driver.drag(x, y, 60)

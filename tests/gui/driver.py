@@ -26,8 +26,8 @@ ROW = 18
 HEADER, CLOSED = 32, 26
 """Pixels from a panel's outermost button to the next header, and from a closed panel's header to the next."""
 
-BUTTON, MIDDLE, FIELD, LAST = 0.3, 0.5, 0.7, 0.835
-"""Where across the sidebar buttons stand, the second of three, fields behind their names, a row's last."""
+BUTTON, MIDDLE, FIELD, LAST, IN_HEADER = 0.3, 0.5, 0.7, 0.835, 0.79
+"""Where across the sidebar stand buttons, the second of three, fields, a row's last, and a header's."""
 
 TRIES = 8
 """How often the sidebar is scrolled in search of a button."""
@@ -152,6 +152,10 @@ class Driver:
     def open_panel_above(self, wanted: str) -> Script:
         """Click the header of the closed panel over that of the panel whose first field this is."""
         yield from self.click_header(wanted, HEADER + CLOSED, FIELD)
+
+    def open_panel_with(self, wanted: str) -> Script:
+        """Click the header of the panel in whose header this button stands."""
+        yield from self.click_header(wanted, 0, IN_HEADER)
 
     def close_panel(self, wanted: str) -> Script:
         """Click the header of the panel whose first field this is."""

@@ -16,7 +16,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from driver import MIDDLE, Driver, Script
-from panel import OUT, idle, install, module, open_tab, play, report, study
+from panel import OUT, idle, install, module, open_tab, play, report, study, to_page
 
 EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
 ENGINES = {"WORKBENCH": "BLENDER_WORKBENCH", "CYCLES": "CYCLES", "EEVEE": EEVEE}
@@ -99,6 +99,7 @@ def read_the_sentence(driver: Driver) -> Script:
 def play_a_clip(driver: Driver) -> Script:
     """Preview plays; the same button stops it, and so does Esc."""
     screen, scene = driver.window.screen, bpy.context.scene
+    yield from to_page(driver, "Clips")
     yield from driver.press("w2w.preview_clip")
     frames = set()
     for _ in range(60):
@@ -118,7 +119,7 @@ def play_a_clip(driver: Driver) -> Script:
 def compare_and_show(driver: Driver) -> Script:
     """Compare two products, render the picture to show."""
     study().compare = "ring, necklace"
-    yield from driver.scroll_sidebar(26)
+    yield from to_page(driver, "Answer")
     yield from driver.look("4_compared")
     report["compared"] = [row["name"] for row in module("study.lists").comparison_of(study())]
     with driver.in_view():

@@ -15,7 +15,7 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
 from driver import MIDDLE, Driver, Script
-from panel import OUT, add_body_and_clips, idle, module, play, report, study
+from panel import OUT, add_body_and_clips, idle, module, play, report, study, to_page
 
 N_PATCHES = 128
 EXTENSION = "bl_ext.user_default.w2w"
@@ -32,7 +32,8 @@ def prepare(driver: Driver) -> Script:
 
 def other_frame_rate(driver: Driver) -> Script:
     """Bake, give the scene another frame rate, bake and preview again."""
-    yield from driver.press("w2w.place_patches")
+    with driver.in_view():
+        bpy.ops.w2w.place_patches()
     yield from idle(driver)
     report["signals"] = []
     for rate in (KEYED_AT, LATER):
@@ -179,7 +180,7 @@ def labels(driver: Driver) -> Script:
         (folder / "labels.csv").write_text("\n".join(["file,activity", *rows]))
         bpy.ops.w2w.tick_clips(which="ALL")
         bpy.ops.w2w.remove_clips()
-        yield from driver.scroll_sidebar_to_top()
+        yield from to_page(driver, "Clips")
         yield from driver.press("w2w.import_folder", MIDDLE)
         yield from driver.choose_folder(folder)
         yield from driver.turns(30)

@@ -69,8 +69,8 @@ def open_file(driver: Driver) -> Script:
 
 def look_at_a_spot(driver: Driver) -> Script:
     """Scroll down to the table of sensor places, click the first row, play a clip."""
-    yield from driver.scroll_sidebar(40)
     yield from driver.look("2_ranking")
+    yield from driver.open_panel_below("w2w.export_presentation")
     yield from driver.press("w2w.select_patch")
     report["picked"] = study().picked
     with driver.in_view():
@@ -108,6 +108,7 @@ def cancel_a_choice(driver: Driver) -> Script:
 def two_maps(driver: Driver) -> Script:
     """Press Side by Side, let an activity be background, press again."""
     yield from driver.scroll_sidebar_to_top()
+    yield from driver.open_panel_with("show_overlay")
     yield from driver.press("w2w.side_by_side")
     yield from driver.until(lambda: study().beside is not None, 30)
     study().view, study().beside_view = "A1", "A2"

@@ -14,7 +14,7 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
 from driver import FIELD, MIDDLE, Driver, Script
-from panel import OUT, empty, idle, install, module, open_tab, play, report, study
+from panel import OUT, empty, idle, install, module, open_tab, play, report, study, to_page
 
 N_PATCHES = 64
 EDGE, WIDER = 6, 200
@@ -120,6 +120,7 @@ def look_around(driver: Driver) -> Script:
 
 def choose_a_part(driver: Driver) -> Script:
     """Choose one's own part from the menu of sensors, then a preset again."""
+    yield from to_page(driver, "Details")
     report["sensors"] = []
     for letter in "OB":
         x, y = yield from driver.reach("w2w.sensor", FIELD)

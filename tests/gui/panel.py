@@ -22,6 +22,9 @@ PACKAGE = "w2w"
 JOB_S = 1800.0
 """The longest that a job may take on a busy machine; garments take longest."""
 
+TABS = {"Clips": 0.2, "Answer": 0.5, "Details": 0.8}
+"""Where across the sidebar the tabs stand."""
+
 report: dict[str, object] = {}
 
 
@@ -59,6 +62,15 @@ def open_tab(driver: Driver) -> Script:
     yield from driver.turns(5)
     driver.region("UI").active_panel_category = "W2W"
     yield from driver.turns(10)
+
+
+def to_page(driver: Driver, name: str) -> Script:
+    """Click a tab at the top of the panel."""
+    yield from driver.scroll_sidebar_to_top()
+    driver.seen.clear()  # a button further down turns pages, too
+    x, y = yield from driver.reach("w2w_page", TABS[name])
+    yield from driver.click(x, y)
+    yield from driver.turns(20)
 
 
 def empty(driver: Driver) -> None:

@@ -14,7 +14,7 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
 from driver import Driver, Script
-from panel import add_body_and_clips, idle, longest_freeze, module, play, report, study
+from panel import add_body_and_clips, idle, longest_freeze, module, play, report, study, to_page
 
 N_PATCHES = 128
 BAKED_FIRST = 3
@@ -66,15 +66,12 @@ def name_a_spot(driver: Driver) -> Script:
     yield from driver.key("RET")
     yield from driver.turns(10)
     report["own"] = {own.name: own.vertex for own in study().own}
-    yield from driver.scroll_sidebar_to_top()
+    yield from to_page(driver, "Clips")
     yield from driver.press("w2w.run_all")
     yield from idle(driver)
     body = bpy.context.scene.w2w.body
     report["scores"] = module("results.own_placements").scores_of_own(body, study().own[0])
-    yield from driver.scroll_sidebar(6)
-    yield from driver.look("6_ranked")
-    yield from driver.scroll_sidebar(14)
-    yield from driver.look("7_results")
+    yield from driver.look("6_answer")
 
 
 play(prepare, stop_and_go_on, name_a_spot)

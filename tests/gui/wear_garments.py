@@ -15,7 +15,7 @@ import bpy
 
 sys.path.insert(0, str(Path(__file__).parent))
 from driver import FIELD, LAST, Driver, Script
-from panel import add_body_and_clips, idle, longest_freeze, play, report, study
+from panel import TABS, add_body_and_clips, idle, longest_freeze, play, report, study, to_page
 
 N_PATCHES = 64
 
@@ -28,7 +28,8 @@ def worn() -> list[str]:
 def prepare(driver: Driver) -> Script:
     """Install the extension, add a body and a motion, open the panel under step 3."""
     yield from add_body_and_clips(driver, N_PATCHES, os.environ["W2W_CLIPS"])
-    yield from driver.reach("w2w.place_patches")
+    yield from to_page(driver, "Details")
+    yield from driver.open_panel_below("w2w_page", TABS["Details"])
     yield from driver.open_panel_below("w2w.place_patches")
     yield from driver.look("1_closed_body")
 

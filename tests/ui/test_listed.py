@@ -14,6 +14,7 @@ from w2w.ui.results import results
 from w2w.ui.steps.motion_import import remove_clips
 from w2w.ui.study import scores
 from w2w.ui.study.counting import is_reweighed
+from w2w.ui.study.pages import turn_to
 from w2w.ui.study.state import config_of, rank_settings, utility_of
 
 from .made_study import make_study
@@ -30,6 +31,7 @@ def listed(study: bpy.types.PropertyGroup) -> list[tuple[str, str, float]]:
 
 def test_the_activities_of_the_clips_are_listed_before_the_ranking(library: Path) -> None:
     study = make_study(library, "").w2w
+    turn_to(W2W_PT_activities.page)
     assert not W2W_PT_activities.poll(bpy.context)
     bpy.ops.w2w.import_folder(directory=str(library))
     assert listed(study) == [(name, "COUNTED", 1.0) for name in LABELS]

@@ -17,7 +17,7 @@ from .made_study import make_study
 pytestmark = pytest.mark.usefixtures("blender")
 
 WITHOUT_A_MENU = {
-    "run_job", "dismiss_message", "pick_patch", "select_patch",  # the panel's own, or the mouse's
+    "run_job", "dismiss_message", "pick_patch", "click_body", "select_patch",  # the panel's or mouse's
     "add_wish", "remove_wish",  # of a row of the panel
     "import_labelled",  # follows when files have been chosen
     "tick_clips", "add_study_preset", "clear_cache",  # in menus of their own, and the preferences

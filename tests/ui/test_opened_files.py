@@ -46,7 +46,7 @@ def test_a_file_without_its_folder_shows_the_ranking_and_says_what_is_missing(
     assert len(body.w2w.chosen)
     assert jobs.message.text == (
         "Opened a finished run: 9 clips on 24 patches. The signals of 9 clips are not next to this file: "
-        "locate the results folder, or bake them again (step 4)"
+        "locate the results folder, or bake them again (page Details)"
     )
     assert bpy.ops.w2w.bake_signals() == {"FINISHED"}
     assert all(signal_cache.has(clip) for clip in body.w2w.clips if clip.action)

@@ -10,12 +10,14 @@ from unittest.mock import MagicMock
 import bpy
 import pytest
 
-from w2w.ui.jobs import preferences
+from w2w.ui.jobs import jobs, preferences
 from w2w.ui.panels.placement import W2W_PT_placement
 from w2w.ui.panels.results import W2W_PT_findings
-from w2w.ui.panels.steps import W2W_PT_main, W2W_PT_signals
+from w2w.ui.panels.steps import W2W_PT_signals
+from w2w.ui.panels.top import W2W_PT_main
 from w2w.ui.study import signal_cache, state
-from w2w.ui.study.lists import advice_of
+from w2w.ui.study.lists import advice_of, answer_of
+from w2w.ui.study.pages import turn_to
 from w2w.ui.viewport.legend import legend
 
 from .made_study import make_study
@@ -72,6 +74,7 @@ def test_a_changed_study_is_said_to_be_out_of_date(
     assert shown.column().active is False
     assert why in words(shown)
     assert ("w2w.run_all" in buttons(shown)) == (change is not lose_armature)
+    turn_to("CLIPS")
     assert why in words(draw(W2W_PT_main, view_of_panels()))
     assert legend(body.w2w, state.utility_of(body.w2w)).note == "out of date"
 
@@ -106,3 +109,16 @@ def test_a_sensor_of_the_set_is_a_row_that_opens_into_its_card(library: Path) ->
     assert card["in_words"] not in closed
     body.w2w.worn[0].is_open = True
     assert card["in_words"] in words(draw(W2W_PT_placement, view_of_panels()))
+
+
+def test_the_answer_is_said_once_and_what_else_was_done_stays(library: Path) -> None:
+    body = make_study(library)
+    sentence = answer_of(body.w2w)["sentence"]
+    jobs.message = jobs.Message(f"Done: {sentence} Hidden to show the whole body: Cube.", False, "Run All")
+    said = []
+    for page in ("CLIPS", "ANSWER"):
+        turn_to(page)
+        said.append(words(draw(W2W_PT_main, view_of_panels())))
+    assert said[0].startswith("Done: ")
+    assert "Done" not in said[1]
+    assert "Cube." in said[1]

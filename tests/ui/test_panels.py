@@ -14,6 +14,9 @@ from w2w import ui
 from w2w.ui.jobs import text
 from w2w.ui.panels import steps
 from w2w.ui.panels.steps import FIELD_MARGINS
+from w2w.ui.panels.top import W2W_PT_main
+from w2w.ui.study import lists
+from w2w.ui.study.pages import PAGES, shown_page, turn_to
 from w2w.ui.study.state import patches_of
 
 from .made_study import ALL_STEPS, make_study
@@ -29,7 +32,8 @@ PANELS = [
 
 
 def draw(panel: type, context: SimpleNamespace) -> MagicMock | None:
-    """A layout that takes everything, with a panel drawn on it; None if the panel is not shown."""
+    """A layout that takes everything, with a panel drawn on it, on its page; None if it is not shown."""
+    turn_to(panel.page or shown_page())
     if not getattr(panel, "poll", lambda _: True)(context):
         return None
     drawn = SimpleNamespace(layout=MagicMock(), titles=panel.titles)
@@ -44,7 +48,16 @@ def draw(panel: type, context: SimpleNamespace) -> MagicMock | None:
 
 def view_of_panels() -> SimpleNamespace:
     """What panels see."""
-    names = ("scene", "object", "mode", "view_layer", "selected_objects", "preferences", "screen")
+    names = (
+        "scene",
+        "window_manager",
+        "object",
+        "mode",
+        "view_layer",
+        "selected_objects",
+        "preferences",
+        "screen",
+    )
     region = SimpleNamespace(width=300)
     return SimpleNamespace(region=region, **{name: getattr(bpy.context, name) for name in names})
 
@@ -67,6 +80,44 @@ def test_every_panel_draws_itself(library: Path, stage: str) -> None:
     context = view_of_panels()
     shown = {panel.__name__ for panel in PANELS if draw(panel, context) is not None}
     assert len(shown) >= (len(PANELS) - 1 if stage == ALL_STEPS else 6)
+
+
+def test_a_panel_is_on_one_page_alone_and_each_page_has_its_own(library: Path) -> None:
+    make_study(library)
+    context = view_of_panels()
+    shown = {}
+    for page, *_ in PAGES:
+        turn_to(page)
+        shown[page] = {panel.__name__ for panel in PANELS if panel.poll(context)}
+    assert {"W2W_PT_body", "W2W_PT_motions"} <= shown["CLIPS"]
+    assert {"W2W_PT_findings", "W2W_PT_placement", "W2W_PT_heatmap"} <= shown["ANSWER"]
+    assert {"W2W_PT_patches", "W2W_PT_signals", "W2W_PT_utility", "W2W_PT_sure"} <= shown["DETAILS"]
+    everywhere = set.intersection(*shown.values())
+    assert everywhere == {"W2W_PT_main"}
+    assert sum(len(names - everywhere) for names in shown.values()) == len(
+        set().union(*shown.values()) - everywhere
+    )
+
+
+def test_an_empty_tab_says_what_w2w_does_and_how_to_begin() -> None:
+    drawn = draw(W2W_PT_main, view_of_panels())
+    started = [call.args[0] for call in drawn.mock_calls if call[0].endswith("operator")]
+    assert started == ["w2w.try_examples", "w2w.import_folder"]
+
+
+def test_clips_that_come_first_bring_a_body(library: Path) -> None:
+    assert bpy.ops.w2w.import_folder(directory=str(library)) == {"FINISHED"}
+    assert len(bpy.context.scene.w2w.body.w2w.clips) > 0
+
+
+@pytest.mark.slow
+def test_the_example_motions_give_an_answer_at_once() -> None:
+    assert bpy.ops.w2w.try_examples() == {"FINISHED"}
+    study = bpy.context.scene.w2w.body.w2w
+    assert len(study.clips) == 24
+    assert lists.answer_of(study)["patch"] is not None
+    assert shown_page() == "ANSWER"
+    assert not bpy.ops.w2w.try_examples.poll()
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ pytestmark = pytest.mark.usefixtures("blender")
 
 
 def test_each_step_says_what_is_missing(library: Path) -> None:
-    assert missing_for_bake(None) == "Add a body first (step 1)"
+    assert missing_for_bake(None) == "Add a body first"
     assert not bpy.ops.w2w.place_patches.poll()
     body = make_study(library, "")
     assert "Import motions" in missing_for_bake(body)

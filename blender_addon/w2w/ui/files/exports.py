@@ -229,7 +229,7 @@ class W2W_OT_export_signals(operators.AsksForFolder, operators.StartsJob, bpy.ty
     @staticmethod
     def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         baked = state.patches_of(body) is not None and ranked_clips(body.w2w)
-        return "" if baked else "Bake the signals first (step 4)"
+        return "" if baked else "Bake the signals first (page Details)"
 
     def steps(self, body: bpy.types.Object) -> Steps:
         picked = [patch for patch in picks(bpy.context, body) if patch < len(state.placed_patches(body))]

@@ -52,7 +52,7 @@ def remove(collection: bpy.types.Collection) -> None:
 def bake_key_steps(mesh: bpy.types.Object, chosen: Sequence[int]) -> Steps:
     """Keep the empties in the scene."""
     if not chosen:
-        raise ValueError("No patch is chosen yet: rank first (step 5), or click a spot on the body")
+        raise ValueError("No patch is chosen yet: rank first (page Details), or click a spot on the body")
     collection = yield from key_steps(mesh, chosen)
     return f"Keyed {len(chosen)} patches in '{collection.name}'"
 

@@ -24,6 +24,7 @@ from ..results.restore import SUMMARY, check_fits, clips_of, fill, find_folder, 
 from ..results.results import hide_patches, show_colours
 from ..steps.body import add_study, make_study
 from ..study import operators, signal_cache, state
+from ..study.pages import ANSWER, turn_to
 from ..viewport.framing import fold_soon, frame_answer
 
 Context = bpy.types.Context
@@ -77,7 +78,7 @@ class W2W_OT_locate_results(ChoosesResults, operators.WorkOperator, bpy.types.Op
             )
         text = f"Found the signals of {found} clips in {folder}"
         if found < len(stored):
-            text += f"; those of {len(stored) - found} are not there: bake them again (step 4)"
+            text += f"; those of {len(stored) - found} are not there: bake them again (page Details)"
         return text
 
 
@@ -125,6 +126,7 @@ def open_steps(folder: Path) -> jobs.Steps:
         fill(mesh, run, clips_of(run, signals, actions))
         yield jobs.Step(0.95, "painting heatmaps")
         hidden = frame_answer(mesh)
+        turn_to(ANSWER)
         fold_soon()
     except BaseException:
         bpy.data.batch_remove(new_data(before))

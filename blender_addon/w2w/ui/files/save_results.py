@@ -38,7 +38,7 @@ def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Step
     """Read the study from the scene, clip by clip, then write a folder; `stay`: the study goes on in it."""
     study = mesh.w2w
     if study.ranked_as != state.rank_settings(study):
-        raise ValueError("Clips or settings have changed since the ranking: rank again first (step 5)")
+        raise ValueError("Clips or settings have changed since the ranking: rank again first (page Details)")
     check_new(folder)
     left_out, reweighed = set(counting.left_out(study)), counting.is_reweighed(study, state.ranking_of(mesh))
     sampled = state.sampled_patches(study, len(state.placed_patches(mesh)))

@@ -47,11 +47,16 @@ TABS_AND_MARGINS, ICON = 56, 22
 """Pixels of the sidebar that no text gets, at a scale of 1."""
 
 
-def draw_message(layout: bpy.types.UILayout, context: bpy.types.Context, message: jobs.Message) -> None:
-    """Draw the outcome of the last job, with a button that closes it."""
+def draw_message(
+    layout: bpy.types.UILayout, context: bpy.types.Context, message: jobs.Message, known: str = ""
+) -> None:
+    """Draw the outcome of the last job but for what is `known`, with a button that closes it."""
+    text = message.text.removeprefix(known).strip()
+    if not text:
+        return
     box = styled(layout.box(), alert=message.is_error)
     row, icon = box.row(), "ERROR" if message.is_error else "INFO"
-    draw_text(row.column(align=True), context, message.text, icon, indent=56)
+    draw_text(row.column(align=True), context, text, icon, indent=56)
     row.operator("w2w.dismiss_message", text="", icon="X", emboss=False)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Base classes of panels: those of the five steps say what they wait for and what their buttons did."""
+"""Base classes of panels: each is on a page; those of steps say what they wait for and what was done."""
 
 from typing import TypeAlias
 
@@ -8,6 +8,7 @@ import bpy
 from ..jobs import jobs
 from ..jobs.text import draw_outcome, draw_text, styled
 from ..study.declared import SHOWN, property_of
+from ..study.pages import ANSWER, DETAILS, shown_page
 from ..study.state import current_body, is_ranked, missing_for_patches, outdated_at_a_glance, polled_body
 
 Body = bpy.types.Object | None
@@ -24,15 +25,28 @@ class W2WPanel:
     titles: tuple[str, ...] = ()
     """Jobs that the panel's buttons start: their outcome is shown next to the buttons."""
 
+    page = ""
+    """The page that the panel is on; "" is every page."""
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return cls.page in ("", shown_page()) and cls.is_wanted(current_body(context))
+
+    @staticmethod
+    def is_wanted(_body: Body) -> bool:
+        """Whether there is anything to show of a body, or without one."""
+        return True
+
 
 class PartPanel(W2WPanel):
     """A part of a step, which needs a body; closed at first."""
 
     bl_options = {"DEFAULT_CLOSED"}
+    page = DETAILS
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return current_body(context) is not None
+    @staticmethod
+    def is_wanted(body: Body) -> bool:
+        return body is not None
 
 
 def draw_parameters(layout: Layout, study: bpy.types.PropertyGroup, panel: str, *besides: str) -> None:
@@ -45,15 +59,15 @@ def draw_parameters(layout: Layout, study: bpy.types.PropertyGroup, panel: str, 
 class ResultPanel(W2WPanel):
     """A part of the results."""
 
-    bl_parent_id = "W2W_PT_utility"
+    bl_parent_id = "W2W_PT_main"
+    page = ANSWER
 
     def column(self, context: bpy.types.Context) -> Layout:
         """A column that is grey where the ranking is not of the study as it is now."""
         return styled(self.layout.column(), active=not outdated_at_a_glance(polled_body(context)))
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        body = current_body(context)
+    @staticmethod
+    def is_wanted(body: Body) -> bool:
         return body is not None and is_ranked(body)
 
 

@@ -2,6 +2,7 @@
 """Menus: Add > Mesh, File > Import, dropped files, presets, the keymap."""
 
 from pathlib import Path
+from typing import Any
 
 import bpy
 from bl_operators.presets import AddPresetBase
@@ -19,14 +20,23 @@ PRESET_PROPERTIES = (
 )  # fmt: skip
 """Properties of a study that a preset sets, in this order."""
 
-KEY = {"type": "W", "value": "PRESS", "ctrl": True, "alt": True}
+KEYS: tuple[tuple[str, dict[str, Any], dict[str, str]], ...] = (
+    (
+        "wm.tool_set_by_id",
+        {"type": "W", "value": "PRESS", "ctrl": True, "alt": True},
+        {"name": "w2w.pick_tool"},
+    ),
+    ("w2w.click_body", {"type": "LEFTMOUSE", "value": "CLICK"}, {}),
+    ("w2w.clear_pick", {"type": "ESC", "value": "PRESS"}, {}),
+)
+"""Keys in a 3D view: operators, events, properties."""
 
 STEPS = (
     ("add_body", "load_body", "use_mesh", "open_results", "locate_results", "select_body", "reset_shape"),
     ("use_character", "forget_character"),
     (
-        "import_motions", "import_folder", "use_scene_animation", "add_armature_motion", "map_bones",
-        "load_bone_map",
+        "try_examples", "import_motions", "import_folder", "use_scene_animation", "add_armature_motion",
+        "map_bones", "load_bone_map",
     ),
     ("relabel_clips", "remove_clips"),
     ("preview_clip", "show_source"),
@@ -133,9 +143,11 @@ def register() -> None:
     configuration = bpy.context.window_manager.keyconfigs.addon
     if configuration is not None:  # there is none without a window
         keymap = configuration.keymaps.new(name="3D View", space_type="VIEW_3D")
-        item = keymap.keymap_items.new("wm.tool_set_by_id", **KEY)
-        item.properties.name = "w2w.pick_tool"
-        _keymap_items.append((keymap, item))
+        for operator, event, properties in KEYS:
+            item = keymap.keymap_items.new(operator, **event)
+            for name, value in properties.items():
+                setattr(item.properties, name, value)
+            _keymap_items.append((keymap, item))
 
 
 def unregister() -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensor Placement: wishes, the best spot that they allow, and the set to wear together."""
+"""Sensors Together: wishes, the best spot that they allow, and the set to wear together."""
 
 from typing import Any
 
@@ -65,8 +65,9 @@ class W2W_OT_remove_wish(operators.OnPatches, bpy.types.Operator):
 class W2W_PT_placement(ResultPanel, bpy.types.Panel):
     """Wishes, and the sensors to wear together."""
 
-    bl_label = "Sensor Placement"
-    bl_order = 3
+    bl_label = "Sensors Together"
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 2
     titles = ("Choose Sensors", "Find Needs")
 
     def draw(self, context: bpy.types.Context) -> None:

@@ -23,6 +23,7 @@ from ..jobs.jobs import is_there
 from ..steps.body import W2W_PG_shape
 from ..study import sensors, state
 from ..study.declared import declared, properties
+from ..study.pages import PAGES
 from ..study.scores import EXPECTED, NOTHING, ON_THESE, beside_of, view_items
 from . import rows
 
@@ -273,9 +274,13 @@ def register() -> None:
     """Hang the groups on objects and scenes."""
     bpy.types.Object.w2w = PointerProperty(type=W2W_PG_study)
     bpy.types.Scene.w2w = PointerProperty(type=W2W_PG_scene)
+    bpy.types.WindowManager.w2w_page = EnumProperty(
+        name="Page", description="What the tab W2W shows", items=PAGES, options={"SKIP_SAVE"}
+    )
 
 
 def unregister() -> None:
     """Take back what `register` did."""
+    del bpy.types.WindowManager.w2w_page
     del bpy.types.Scene.w2w
     del bpy.types.Object.w2w

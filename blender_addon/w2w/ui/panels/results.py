@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The results below step 5: the findings, the heatmap, a second one next to it, activities and regions."""
+"""The answer, the heatmap, a second one next to it, activities and regions."""
 
 from collections.abc import Sequence
 from typing import Any
 
 import bpy
 
-from ...core.findings.cautions import OPEN, STOPS
+from ...core.findings.cautions import OPEN, STOPS, WEAKENS
 from ...core.ranking.costs import IS_AS_GOOD
 from ...core.selection.headline import short
 from ...core.wording import capital
@@ -18,12 +18,16 @@ from ..results import results
 from ..results.results import findings
 from ..study import counting, lists, operators, scores, state
 from ..study.counting import Group
+from ..study.pages import CLIPS, DETAILS
 from ..viewport import legend
 from ..viewport.framing import frame
-from .base import Layout, PartPanel, ResultPanel, draw_note, draw_outdated, draw_warning
+from .base import Body, Layout, PartPanel, ResultPanel, draw_note, draw_outdated, draw_warning
 
 WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
 """Column widths of weight and score, in row heights."""
+
+GREEN, YELLOW, RED = "COLORSET_03_VEC", "COLORSET_09_VEC", "COLORSET_01_VEC"
+"""Icons of a good answer, a weak one and none."""
 
 PRODUCTS = 3
 """Products shown."""
@@ -37,11 +41,16 @@ def can_change_now(context: bpy.types.Context) -> bool:
 class W2W_PT_findings(ResultPanel, bpy.types.Panel):
     """The best place for one sensor, and how reliable that is."""
 
-    bl_label = "Where to Wear One"
+    bl_label = "One Sensor"
     bl_order = 1
+    titles = (
+        "Presentation Render", "Export Map", "Export Table", "Export Patches", "Export Report",
+        "Export Signals", "Save Results",
+    )  # fmt: skip
 
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
+        draw_light(self.layout, context, body)
         draw_outdated(self.layout, context, body)
         answer, layout = lists.answer_of(body.w2w), self.column(context)
         draw_text(layout, context, answer.get("sentence", ""))
@@ -58,6 +67,27 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
                 draw_warning(self.layout, context, caution.sentence())
             else:
                 draw_text(layout, context, caution.sentence())
+        row = self.layout.row(align=True)
+        row.operator("w2w.export_presentation", text="Picture", translate=False, icon="RENDER_STILL")
+        row.menu("W2W_MT_export", text="Export", icon="EXPORT")
+        draw_outcome(self.layout, context, self.titles)
+
+
+def draw_light(layout: Layout, context: bpy.types.Context, body: bpy.types.Object) -> None:
+    """Draw whether the answer is good, weak or none yet, and where that can be mended."""
+    weights = {caution.weight for caution in lists.cautions_of(body.w2w)}
+    if state.outdated_at_a_glance(body):
+        icon, words = RED, "Out of date"
+    elif STOPS in weights:
+        icon, words = RED, "No answer yet"
+    elif WEAKENS in weights:
+        icon, words = YELLOW, "Weak answer"
+    else:
+        icon, words = GREEN, "Good answer"
+    row = layout.row(align=True)
+    row.label(text=words, icon=icon, translate=False)
+    if icon != GREEN:
+        row.prop_enum(context.window_manager, "w2w_page", CLIPS, text="To the Clips", icon="FORWARD")
 
 
 def draw_products(layout: Layout, products: Sequence[dict[str, Any]]) -> None:
@@ -77,8 +107,9 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
     """How sure the answer is."""
 
     bl_label = "How Sure"
-    bl_parent_id = "W2W_PT_findings"
     bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 4
+    page = DETAILS
 
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
@@ -127,9 +158,8 @@ class W2W_PT_activities(PartPanel, bpy.types.Panel):
     bl_label = "Activities"
     bl_parent_id = "W2W_PT_utility"
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        body = state.current_body(context)
+    @staticmethod
+    def is_wanted(body: Body) -> bool:
         return body is not None and len(body.w2w.activities) > 0 and state.utility_of(body.w2w) is None
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -141,8 +171,11 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
     """Choice of the heatmap and its colours."""
 
     bl_label = "Heatmap"
-    bl_order = 2
-    titles = ("Presentation Render",)
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 3
+
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.w2w, "show_overlay", text="", icon="OVERLAY", emboss=False)
 
     def draw(self, context: bpy.types.Context) -> None:
         study = state.polled_body(context).w2w
@@ -160,8 +193,6 @@ class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
         else:
             layout.prop(study, "minus")
         layout.prop(study, "scores")
-        layout.operator("w2w.export_presentation", icon="RENDER_STILL")
-        draw_outcome(self.layout, context, self.titles)
         if scores.minus_index(study) >= 0:  # a difference has colours of its own
             return
         layout.prop(study, "colour_map")
@@ -199,7 +230,9 @@ class W2W_PT_regions(ResultPanel, bpy.types.Panel):
     """The best regions."""
 
     bl_label = "Top Regions"
+    bl_options = {"DEFAULT_CLOSED"}
     bl_order = 5
+    page = DETAILS
 
     def draw(self, context: bpy.types.Context) -> None:
         study = state.polled_body(context).w2w

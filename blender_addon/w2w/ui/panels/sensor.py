@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensor and Bands, below step 4: the figures of an own part, its file, and the bands."""
+"""Sensor and Bands, under Signals: the figures of an own part, its file, and the bands."""
 
 from pathlib import Path
 

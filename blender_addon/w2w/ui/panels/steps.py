@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The W2W tab of the 3D view's sidebar: five steps, each saying what it still needs."""
+"""The W2W tab of the 3D view's sidebar: the steps, each saying what it still needs."""
 
 from pathlib import Path
 
@@ -10,25 +10,22 @@ from ...core.wording import capital, count
 from ...scene.motion.source_beside import source_collections
 from ..files.open_results import misses_folder
 from ..jobs import jobs
-from ..jobs.text import PANEL_POINTS, draw_message, draw_progress, draw_text, shortened, styled
+from ..jobs.text import PANEL_POINTS, draw_text, shortened, styled
 from ..steps.baking import UNBAKED
 from ..steps.body import draw_sliders
 from ..steps.motions import has_source, is_playing
-from ..steps.run_all import TITLE as RUN_ALL, missing_for_all
 from ..study import signal_cache, state
 from ..study.counting import Group
+from ..study.pages import CLIPS, DETAILS
 from ..viewport.drawing import width_of
 from .base import (
     Body,
     Layout,
     PartPanel,
     StepPanel,
-    W2WPanel,
-    beside_their_buttons,
     draw_info,
     draw_note,
     draw_parameters,
-    draw_warning,
 )
 
 ICONS = {state.BAKED: "CHECKMARK", state.STALE: "FILE_REFRESH", state.FAILED: "ERROR"}
@@ -38,39 +35,11 @@ ROW_TAKEN, NAME_MARGINS, FIELD_MARGINS = 126, 14, 18
 """Pixels that a row of the list of clips, a name and a field in it have for no text, at a scale of 1."""
 
 
-class W2W_PT_main(W2WPanel, bpy.types.Panel):
-    """The top: which body, what is going on."""
-
-    bl_label = "Where to Wear"
-
-    def draw_header_preset(self, context: bpy.types.Context) -> None:
-        self.layout.prop(context.scene.w2w, "show_overlay", text="", icon="OVERLAY", emboss=False)
-
-    def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        if len(state.bodies(context.scene)) > 1:
-            layout.prop(context.scene.w2w, "body", text="")
-        body = state.current_body(context)
-        outdated = "" if body is None else state.outdated_at_a_glance(body)
-        elsewhere = beside_their_buttons() | ({RUN_ALL} if outdated else set())
-        if body is not None and state.usable(body.w2w):
-            styled(layout.column(), scale_y=1.4).operator("w2w.run_all", icon="PLAY")
-            if missing := missing_for_all(body):
-                draw_info(layout, context, missing)
-            elif outdated:
-                draw_warning(layout, context, f"Out of date. {outdated}.")
-        if jobs.running is not None:
-            if jobs.running.title != RUN_ALL:  # its button stands just above
-                layout.label(text=jobs.running.title, translate=False)
-            draw_progress(layout, jobs.running)
-        elif jobs.message is not None and jobs.message.job not in elsewhere:
-            draw_message(layout, context, jobs.message)
-
-
 class W2W_PT_body(StepPanel, bpy.types.Panel):
-    """Step 1."""
+    """The body."""
 
-    bl_label = "1  Body"
+    bl_label = "Body"
+    page = CLIPS
     titles = ("Load SMPL Body", "Open Results")
 
     def missing(self, body: Body) -> str:
@@ -81,13 +50,13 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
 
     def draw_step(self, context: bpy.types.Context, layout: Layout, body: Body) -> None:
         if body is None:
-            styled(layout.column(), scale_y=1.4).operator("w2w.add_body", icon="OUTLINER_OB_ARMATURE")
+            layout.operator("w2w.add_body", icon="OUTLINER_OB_ARMATURE")
             layout.operator("w2w.load_body", icon="FILE_FOLDER")
             layout.operator("w2w.use_mesh", icon="MESH_DATA")
             layout.operator("w2w.open_results", icon="IMPORT")
             return
         row = layout.row(align=True)
-        row.prop(body, "name", text="", icon="OUTLINER_OB_MESH")
+        row.label(text=body.name, icon="OUTLINER_OB_MESH", translate=False)
         row.operator("w2w.select_body", text="", icon="RESTRICT_SELECT_OFF")
         row.operator("w2w.add_body", text="", icon="ADD")
         row.operator("w2w.open_results", text="", icon="IMPORT")
@@ -101,11 +70,11 @@ class W2W_PT_shape(PartPanel, bpy.types.Panel):
     """The shape of W2W's own body."""
 
     bl_label = "Shape"
-    bl_parent_id = "W2W_PT_body"
+    bl_parent_id = "W2W_PT_main"
+    bl_order = 6
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        body = state.current_body(context)
+    @staticmethod
+    def is_wanted(body: Body) -> bool:
         return body is not None and body.w2w.has_shape
 
     def draw_header_preset(self, context: bpy.types.Context) -> None:
@@ -149,10 +118,15 @@ def activity_share(study: Group, room: float, scale: float) -> float:
 
 
 class W2W_PT_motions(StepPanel, bpy.types.Panel):
-    """Step 2."""
+    """The clips and their labels."""
 
-    bl_label = "2  Motions"
+    bl_label = "Motions"
+    page = CLIPS
     titles = ("Import Motions",)
+
+    @staticmethod
+    def is_wanted(body: Body) -> bool:
+        return body is not None
 
     def is_done(self, body: bpy.types.Object) -> bool:
         return bool(state.usable(body.w2w))
@@ -211,9 +185,12 @@ def draw_bone_map(row: Layout) -> None:
 
 
 class W2W_PT_patches(StepPanel, bpy.types.Panel):
-    """Step 3."""
+    """The spots that are tried."""
 
-    bl_label = "3  Patches"
+    bl_label = "Patches"
+    bl_options = {"DEFAULT_CLOSED"}
+    bl_order = 1
+    page = DETAILS
     titles = ("Place Patches", "Bake to Keyframes")
 
     def is_done(self, body: bpy.types.Object) -> bool:
@@ -234,9 +211,11 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
 
 
 class W2W_PT_signals(StepPanel, bpy.types.Panel):
-    """Step 4."""
+    """The sensor and its signals."""
 
-    bl_label = "4  Signals"
+    bl_label = "Signals"
+    bl_order = 2
+    page = DETAILS
     titles = ("Bake Signals",)
 
     def missing(self, body: Body) -> str:
@@ -259,11 +238,7 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
         row.operator(
             "w2w.bake_signals", text=f"Bake Ticked ({len(state.selected(study))})", translate=False
         ).which = "TICKED"
-        if misses_folder(study):
-            where = study.results_folder or "the results folder beside this file"
-            draw_text(layout, context, f"The signals are gone: they were in {where}", icon="ERROR")
-            layout.operator("w2w.locate_results", icon="FILE_FOLDER")
-        else:
+        if not misses_folder(study):
             baked = state.baked(study)
             lost = sum(map(signal_cache.is_lost, baked))
             text = f"{len(baked) - lost} of {len(state.usable(study))} clips are up to date"
@@ -277,13 +252,12 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
 
 
 class W2W_PT_utility(StepPanel, bpy.types.Panel):
-    """Step 5."""
+    """How well each spot tells the activities apart."""
 
-    bl_label = "5  Utility"
-    titles = (
-        "Rank Patches", "Export Map", "Export Table", "Export Patches", "Export Report", "Export Signals",
-        "Save Results",
-    )  # fmt: skip
+    bl_label = "Score"
+    bl_order = 3
+    page = DETAILS
+    titles = ("Rank Patches",)
 
     def missing(self, body: Body) -> str:
         return "" if body is not None and state.is_ranked(body) else state.missing_for_any_rank(body)
@@ -308,8 +282,6 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
             translate=False,
             icon="SORT_DESC",
         )
-        if ranked:
-            row.menu("W2W_MT_export", text="", icon="EXPORT")
         missing = state.missing_for_rank(body) or state.unreadable_ranking(study)
         if missing:
             draw_info(layout, context, missing)

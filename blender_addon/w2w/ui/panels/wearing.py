@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Below step 3: your placements, spots that you name by a click or a table; and what the body wears."""
+"""Under Patches: your placements, spots that you name by a click or a table; and what the body wears."""
 
 from typing import Any
 
@@ -19,8 +19,9 @@ from ..results.own_placements import is_pending, patch_of_own, scores_of_own
 from ..study import operators, state
 from ..study.counting import Group
 from ..study.garments import worn_by
+from ..study.pages import DETAILS
 from ..viewport.overlay import NO_PICK, picks
-from .base import Layout, PartPanel, W2WPanel, draw_info, draw_note
+from .base import Body, Layout, PartPanel, W2WPanel, draw_info, draw_note
 
 GARMENTS = tuple((kind, NAMES[kind], f"Loose {NAMES[kind].lower()} of cotton") for kind in KINDS)
 
@@ -109,10 +110,10 @@ class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
 
     bl_label = "Your Placements"
     bl_parent_id = "W2W_PT_patches"
+    page = DETAILS
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        body = state.current_body(context)
+    @staticmethod
+    def is_wanted(body: Body) -> bool:
         return body is not None and (state.patches_of(body) is not None or len(body.w2w.own) > 0)
 
     def draw(self, context: bpy.types.Context) -> None:

@@ -162,7 +162,7 @@ def opened_text(mesh: bpy.types.Object) -> str:
     if not lost:
         return text
     where = f"in {study.results_folder}" if study.results_folder else "next to this file"
-    hint = "locate the results folder, or bake them again (step 4)"
+    hint = "locate the results folder, or bake them again (page Details)"
     return f"{text}. The signals of {len(lost)} clips are not {where}: {hint}"
 
 

@@ -10,6 +10,7 @@ from ...scene.body.character import MARK
 from ...scene.heatmap import BESIDE, remove_beside
 from ..jobs import jobs
 from ..study import state
+from ..study.pages import ANSWER, CLIPS, turn_to
 from ..viewport.framing import fold_soon
 from . import results
 
@@ -47,8 +48,10 @@ def _patch_collections() -> set[int]:
 
 @bpy.app.handlers.persistent
 def loaded(*_: object) -> None:
-    """A file was opened: scenes of the same name are others now."""
+    """A file was opened: scenes of the same name are others now, and an answer in it is shown."""
     _counts.clear()
+    body = state.current_body(bpy.context)
+    turn_to(ANSWER if body is not None and state.is_ranked(body) else CLIPS)
 
 
 @bpy.app.handlers.persistent

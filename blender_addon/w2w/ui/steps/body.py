@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Step 1: the bundled body, whose sliders reshape it in place, or a mesh of the user's own."""
+"""The bundled body, whose sliders reshape it in place, or a mesh of the user's own."""
 
 from __future__ import annotations
 
@@ -113,6 +113,13 @@ class W2W_OT_add_body(operators.WorkOperator, bpy.types.Operator):
             for name in NAMES:
                 setattr(mesh.w2w.shape, name, getattr(self, name))
         return frame([mesh])
+
+
+def body_to_fill(context: bpy.types.Context) -> bpy.types.Object:
+    """The body that the panel works on; W2W's own is added where there is none."""
+    if state.current_body(context) is None:
+        bpy.ops.w2w.add_body()
+    return state.polled_body(context)
 
 
 class W2W_OT_reset_shape(operators.OnBody, bpy.types.Operator):

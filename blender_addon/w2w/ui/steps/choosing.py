@@ -58,9 +58,9 @@ class SceneResults(StudyResults):
 def missing_for_choice(body: bpy.types.Object) -> str:
     """What prevents choosing sensors, as a sentence, or ""."""
     if not state.is_ranked(body):
-        return "Rank the patches first (step 5)"
+        return "Rank the patches first, or Run All"
     outdated = state.outdated(body)
-    return f"{outdated}: rank again first (step 5)" if outdated else ""
+    return f"{outdated}: rank again first (page Details)" if outdated else ""
 
 
 @on_body

@@ -24,6 +24,7 @@ from ...scene.motion.scene_takes import SceneTake, SkippedTake, scene_takes, sta
 from ..jobs import jobs
 from ..jobs.text import styled
 from ..study import operators, state
+from .body import body_to_fill
 from .motion_import import ImportItem, import_items, import_steps, listed_files
 
 ROWS = 12
@@ -82,6 +83,7 @@ class ImportDialog(operators.OnBody):
     """A dialog that shows which clips would get which label, then imports them."""
 
     bl_options = {"REGISTER"}
+    adds_body = True
     kind = "files"
     nothing = ""
     """Error if there is nothing at all to import."""
@@ -114,7 +116,7 @@ class ImportDialog(operators.OnBody):
         error = known or found.error or self.nothing
         if error and not found.items:
             return jobs.show_error(self, error)
-        steps = import_steps(state.current_body(context), found.items, found.left_out, found.ups)
+        steps = import_steps(body_to_fill(context), found.items, found.left_out, found.ups)
         return jobs.start(self, context, "Import Motions", steps)
 
 
@@ -162,7 +164,8 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
     def found(self, context: bpy.types.Context) -> ImportList:
         """The files to import as it is set; looked at anew only when that changes, for it is drawn often."""
         names = tuple(file.name for file in self.files if file.name)
-        listed = tuple(listed_files(state.current_body(context)))
+        body = state.current_body(context)
+        listed = () if body is None else tuple(listed_files(body))
         files = (self.directory, names, listed)
         settings = (*files, self.labelled_by, self.csv, self.frame_rate, self.up, self.again)
         if self.planned is None or self.planned[0] != settings:
@@ -211,6 +214,7 @@ def _armatures(_self: W2W_OT_use_scene_animation, context: bpy.types.Context) ->
 class W2W_OT_use_scene_animation(ImportDialog, bpy.types.Operator):
     """Take all actions and NLA strips of an armature in the scene as clips; the armature is only read"""
 
+    adds_body = False
     kind, nothing = "actions", "There is no action that moves bones"
 
     armature: EnumProperty(

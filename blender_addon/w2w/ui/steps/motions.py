@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Step 2: fill the list of motions, label them, play them on the body."""
+"""Fill the list of motions, label them, play them on the body."""
 
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from ...scene.motion.load import to_body
 from ...scene.motion.takes import best_take
 from ..jobs import jobs
 from ..study import lists, operators, state
+from .body import body_to_fill
 from .motion_import import ImportItem, add_clip, import_items, import_steps, remove_clips, saved_maps
 
 
@@ -26,6 +27,7 @@ class _Import(operators.AsksForFile, operators.OnBody):
     """Import motions from a script at once; else show first how several would be labelled."""
 
     bl_options = {"REGISTER"}
+    adds_body = True
     asked = False
     """Whether their labels are shown first."""
 
@@ -44,7 +46,7 @@ class _Import(operators.AsksForFile, operators.OnBody):
             plan = self.plan(Path(self.directory))
         except LibraryError as error:
             return jobs.show_error(self, str(error))
-        steps = import_steps(state.current_body(context), import_items(plan), plan.left_out)
+        steps = import_steps(body_to_fill(context), import_items(plan), plan.left_out)
         return jobs.start(self, context, "Import Motions", steps)
 
     def names(self) -> list[str]:

@@ -21,6 +21,7 @@ from ..viewport.legend import owner_of
 from .body import select_only
 
 NO_BODY = "Click on a body that has patches"
+NO_TAB = "Open the tab W2W of the sidebar"
 CLICK = {"type": "LEFTMOUSE", "value": "PRESS"}
 
 
@@ -104,6 +105,8 @@ class W2W_OT_clear_pick(operators.OnBody, bpy.types.Operator):
 
     @staticmethod
     def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        if context.screen is not None and context.screen.is_animation_playing:
+            return "Stop the clip first"  # by the same key
         return "" if body.w2w.picked >= 0 else "No patch is looked at"
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
@@ -152,23 +155,54 @@ class W2W_OT_pick_patch(operators.OnBody, bpy.types.Operator):
         return "" if context.area is not None and context.area.type == "VIEW_3D" else "Click in a 3D view"
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        mouse = (event.mouse_region_x, event.mouse_region_y)
-        origin = region_2d_to_origin_3d(context.region, context.region_data, mouse)
-        direction = region_2d_to_vector_3d(context.region, context.region_data, mouse)
-        depsgraph = context.evaluated_depsgraph_get()
-        hit, point, _, face, item, _ = context.scene.ray_cast(depsgraph, origin, direction)
-        shown, item = item, (owner_of(item) or item) if hit else None
+        point, face, shown = under_mouse(context, event)
+        item = None if shown is None else owner_of(shown) or shown
         if item is None or item.type != "MESH" or not item.w2w.is_body:
             text = f"'{item.name}' is no body: hide it (H) if it covers one" if item else NO_BODY
             self.report({"INFO"}, text)
             return {"CANCELLED"}
         if state.patches_of(item) is None:
-            self.report({"WARNING"}, f"'{item.name}' has no patches: place them first (step 3)")
+            self.report({"WARNING"}, f"'{item.name}' has no patches: place them first (page Details)")
             return {"CANCELLED"}
         context.scene.w2w.body = item
-        patch, vertex = spot_at(depsgraph, item, face, np.array(point), shown)
+        patch, vertex = spot_at(context.evaluated_depsgraph_get(), item, face, point, shown)
         pick(context, item, patch, self.compare, vertex)
         return {"FINISHED"}
+
+
+class W2W_OT_click_body(operators.OnRanking, bpy.types.Operator):
+    """Look at the patch that was clicked, while the tab W2W is open; any other click is Blender's own"""
+
+    bl_options = {"UNDO"}
+
+    @staticmethod
+    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
+        return operators.OnRanking.missing(context, body) or ("" if is_tab_open(context.area) else NO_TAB)
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        _, _, shown = under_mouse(context, event)
+        if shown is None or (owner_of(shown) or shown) is not state.polled_body(context):
+            return {"PASS_THROUGH"}
+        return bpy.ops.w2w.pick_patch("INVOKE_DEFAULT")
+
+
+def is_tab_open(area: bpy.types.Area | None) -> bool:
+    """Whether the sidebar of a 3D view shows W2W's tab."""
+    regions = area.regions if area is not None and area.type == "VIEW_3D" else ()
+    return any(
+        each.type == "UI" and each.width > 1 and each.active_panel_category == "W2W" for each in regions
+    )
+
+
+def under_mouse(
+    context: bpy.types.Context, event: bpy.types.Event
+) -> tuple[np.ndarray, int, bpy.types.Object | None]:
+    """The point (3,) in the world, the face and the object that a 3D view shows under the mouse."""
+    mouse = (event.mouse_region_x, event.mouse_region_y)
+    origin = region_2d_to_origin_3d(context.region, context.region_data, mouse)
+    direction = region_2d_to_vector_3d(context.region, context.region_data, mouse)
+    found = context.scene.ray_cast(context.evaluated_depsgraph_get(), origin, direction)
+    return np.array(found[1]), found[3], found[4]
 
 
 class W2W_WT_pick(bpy.types.WorkSpaceTool):

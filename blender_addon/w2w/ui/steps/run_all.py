@@ -9,6 +9,7 @@ from ...core.wording import listed
 from ..jobs.jobs import Step, Steps, is_there, on_body, part, start
 from ..results.own_placements import is_pending
 from ..study import lists, operators, state
+from ..study.pages import ANSWER, turn_to
 from ..viewport.framing import frame_answer
 from .baking import bake_steps, rank_steps, to_bake
 from .choosing import choose_steps, missing_for_choice
@@ -26,7 +27,7 @@ def missing_for_all(body: bpy.types.Object) -> str:
     if missing := state.missing_for_patches(body):
         return missing
     if not clips:
-        return "Import motions first (step 2)"
+        return "Add clips first, on the page Clips"
     return state.labels_problem(clips) or state.classifier_problem(body.w2w)
 
 
@@ -59,10 +60,16 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
     if not answer:
         return ". ".join(outcomes)
     hidden = frame_answer(mesh)
+    turn_to(ANSWER)
     baked = {clip.name for clip in state.baked(study)}
     failed = listed([clip.name for clip in state.usable(study) if clip.name not in baked])
     problem = f" Not baked: {failed}; the list of motions says why." if failed else ""
-    return f"Done: {answer['sentence']}{problem} {hidden}".rstrip()
+    return f"{as_outcome(answer['sentence'])}{problem} {hidden}".rstrip()
+
+
+def as_outcome(sentence: str) -> str:
+    """An answer's sentence as the outcome of Run All."""
+    return f"Done: {sentence}"
 
 
 def kept_of(mesh: bpy.types.Object) -> Callable[[], str]:

@@ -43,11 +43,16 @@ class WorkOperator(NamedOperator):
 class OnBody(WorkOperator):
     """An operator that works on a body which no job is changing."""
 
+    adds_body = False
+    """Whether it adds the body that it works on where there is none."""
+
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         body = current_body(context)
+        if body is None and cls.adds_body:
+            return jobs.can_start(cls, context)
         if body is None:
-            cls.poll_message_set("Add a body first (step 1)")
+            cls.poll_message_set("Add a body first")
         if body is None or not jobs.can_start(cls, context):
             return False
         missing = LINKED if body.library is not None else cls.missing(context, body)
@@ -63,19 +68,19 @@ class OnBody(WorkOperator):
 class OnClips(OnBody):
     """An operator that works on the list of clips."""
 
-    missing = staticmethod(lambda _, body: "" if len(body.w2w.clips) else "Import motions first (step 2)")
+    missing = staticmethod(lambda _, body: "" if len(body.w2w.clips) else "Import motions first (page Clips)")
 
 
 class OnPatches(OnBody):
     """An operator that needs patches."""
 
-    missing = staticmethod(lambda _, body: "" if patches_of(body) else "Place patches first (step 3)")
+    missing = staticmethod(lambda _, body: "" if patches_of(body) else "Place patches first, or Run All")
 
 
 class OnRanking(OnBody):
     """An operator that needs a ranking."""
 
-    missing = staticmethod(lambda _, body: "" if is_ranked(body) else "Rank the patches first (step 5)")
+    missing = staticmethod(lambda _, body: "" if is_ranked(body) else "Rank the patches first, or Run All")
 
 
 class AsksForFile(NamedOperator):

@@ -54,7 +54,9 @@ def places_of(clips: Sequence[bpy.types.PropertyGroup]) -> list[Place]:
     """
     lost = [clip.name for clip in clips if not has(clip)]
     if lost:
-        raise ValueError(f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (step 4)")
+        raise ValueError(
+            f"The signals of {len(lost)} clips are gone ({lost[0]}): bake them first (page Details)"
+        )
     return [place_of(clip) for clip in clips]
 
 

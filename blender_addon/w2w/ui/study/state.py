@@ -201,7 +201,7 @@ def placed_patches(body: bpy.types.Object) -> PatchSet:
     """The patches placed on a body; a ValueError if there are none."""
     patches = patches_of(body)
     if patches is None:
-        raise ValueError("Place patches first (step 3)")
+        raise ValueError("Place patches first, or Run All")
     return patches
 
 
@@ -209,7 +209,7 @@ def ranking_of(body: bpy.types.Object) -> UtilityMap:
     """A body's ranking; a ValueError if it has none."""
     utility = utility_of(body.w2w)
     if utility is None:
-        raise ValueError("Rank the patches first (step 5)")
+        raise ValueError("Rank the patches first, or Run All")
     return utility
 
 
@@ -350,7 +350,7 @@ def playing_clip(body: bpy.types.Object) -> Group | None:
 def missing_for_patches(body: bpy.types.Object | None) -> str:
     """What prevents placing patches, as a sentence, or ""."""
     if body is None:
-        return "Add a body first (step 1)"
+        return "Add a body first"
     if body.library is not None:
         return LINKED
     has_bones = any(part.type == "ARMATURE" and part.object for part in body.modifiers)
@@ -360,9 +360,9 @@ def missing_for_patches(body: bpy.types.Object | None) -> str:
 def missing_for_bake(body: bpy.types.Object | None) -> str:
     """What prevents baking signals, or ""."""
     if body is not None and not usable(body.w2w):
-        return "Import motions first (step 2)"
+        return "Import motions first (page Clips)"
     if body is not None and patches_of(body) is None:
-        return "Place patches first (step 3)"
+        return "Place patches first, or Run All"
     return missing_for_patches(body)
 
 
@@ -378,7 +378,7 @@ def missing_for_any_rank(body: bpy.types.Object | None) -> str:
     if body is None or missing:
         return missing
     clips = baked(body.w2w)
-    return labels_problem(clips) if clips else "Bake the signals first (step 4)"
+    return labels_problem(clips) if clips else "Bake the signals first (page Details)"
 
 
 def labels_problem(clips: Sequence[Group]) -> str:
@@ -386,7 +386,7 @@ def labels_problem(clips: Sequence[Group]) -> str:
     labelled = Counter(clip.activity for clip in clips if clip.activity.strip())
     if sum(count > 1 for count in labelled.values()) < 2:
         if labelled.total() < len(clips):
-            return "Give the clips activities (step 2): two with two clips each are needed"
+            return "Give the clips activities (page Clips): two with two clips each are needed"
         return "Two activities with two clips each are needed"
     return ""
 

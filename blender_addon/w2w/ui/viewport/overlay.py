@@ -242,9 +242,9 @@ def _card(
     if recording is not None and recording.n_sensors != len(patches):
         recording = None
     if clip is None:
-        shows = "Preview a clip (step 2) to see its signals"
+        shows = "Preview a clip (page Clips) to see its signals"
     elif recording is None:
-        shows = f"Bake '{clip.name}' (step 4) to see its signals"
+        shows = f"Bake '{clip.name}' (page Details) to see its signals"
     else:
         shows = f"{clip.activity}: {clip.name}" if clip.activity else clip.name
     lines: tuple[str, ...] = (f"patch {patch}, not ranked yet",)
