@@ -41,6 +41,9 @@ def heading(mesh: bpy.types.Object) -> tuple[str, str]:
         name = legend(study, utility).name
         return name, f"Farthest above: {patches.names[best]} ({values[best]:+.2f})"
     title = mean_title(utility) if counting.is_as_ranked(study, utility) else "Activities that count (mean)"
+    if not index and study.scores == "EXPECTED":
+        allowed = state.constraints_of(study).terms(patches).allowed
+        best = int(np.where(allowed, values, -1).argmax())
     if index:
         title = utility.activities[index - 1].replace("_", " ").capitalize()
     return title, doubted(utility, f"Best patch: {patches.names[best]} ({values[best]:.2f})")
