@@ -94,7 +94,7 @@ extension-all: setup
 # In a real Blender 4.3, its window and its command line; fails where the window test cannot run at all. All of it,
 # Run All, updates, Rigify and garments, too, by `make test-window WINDOW=tests/gui`, by night; pictures in
 # .cache/blender-4.3.
-WINDOW ?= $(addprefix tests/gui/test_,open_run.py program.py window.py zips.py)
+WINDOW ?= $(addprefix tests/gui/test_,open_run.py program.py try_examples.py window.py zips.py)
 WINDOW_REPORT = .cache/$(notdir $(W2W_BLENDER_SANDBOX))/window/report.json
 test-window: export W2W_BLENDER_SANDBOX ?= $(CURDIR)/.sandbox/blender-4.3
 test-window:
