@@ -154,8 +154,7 @@ class Ranking(Ranked):
         Returns
         -------
         WornSet
-            ``order`` holds the patches, ``promise`` the expected F1 of the first, the first two, and so on,
-            in a stream; ``cut_out`` has that on clips cut out.
+            ``order`` holds the patches, ``promise`` the expected F1 of the first, the first two, and so on.
 
         Raises
         ------

@@ -169,7 +169,7 @@ def random_sets(terms: Terms, size: int, seed: int) -> list[list[int]]:
 
 
 def promise_in_stream(stream: Stream, order: Sequence[int], promise: Promise, alone: ExpectedF1) -> Promise:
-    """The promise in a stream of the first patch, the first two, and so on, from that on clips cut out.
+    """The promise in a stream of the first patch, the first two, and so on, from that on clips alone.
 
     `alone` is that of the first patch in the stream.
     """
