@@ -10,6 +10,7 @@ from rich.console import Console
 import w2w
 from w2w.core.findings.advice_content import advice_content
 from w2w.core.findings.cautions import KNOW, STOPS, WEAKENS, Caution, cautions, head
+from w2w.core.keypoints.likely_rest import ITS_OWN
 from w2w.core.selection.advice import advise
 from w2w.core.selection.scored import ScoredMap
 from w2w.core.study.clip_list import is_used
@@ -76,6 +77,8 @@ def test_the_heaviest_caution_comes_first_and_what_a_few_clips_had_is_named(draw
     study = StudyResults.load(drawn_results)
     clips, facts = study.clips, [dict(entry) for entry in study.listed if is_used(entry)]
     facts[0] |= {"cut": "frame 0 cut off: a rest pose", "at_full_scale": 0.2, "up_guessed": "y"}
+    facts[1] |= {"rest_guessed": "from 8 clips of it"}
+    facts[2] |= {"rest_guessed": ITS_OWN}
     long = replace(study.config(), windows=replace(study.config().windows, length_s=60.0))
     found = cautions(study.utility, clips, facts, long, "Of 9 patches 3 on a shirt")
     weights = [caution.weight for caution in found]
@@ -87,6 +90,7 @@ def test_the_heaviest_caution_comes_first_and_what_a_few_clips_had_is_named(draw
         f"{name} (frame 0 cut off",
         f"the most: {name}, 20 %",
         "y is taken as up in 1 clip",
+        "the rest pose of 2 clips is a guess, one for each skeleton, but for 1 by the clip's own motion",
         "shirt",
     ):
         assert sum(text in caution.text for caution in found) == 1, text

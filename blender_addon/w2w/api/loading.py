@@ -21,7 +21,7 @@ from ..core.library.labels import LabelCheck
 from ..core.library.library import Clip, activity_of, read_library
 from ..core.motion.motion import Motion, smpl_motion
 from ..core.motion.source import UnusableMotion, reason_of
-from ..core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
+from ..core.motion.up import UPSIDE_DOWN, mostly_head_down
 from ..core.readers.animations import Content, animations_in
 from ..core.reading.reader import Reader
 from ..core.retargeting.bone_maps import BoneMap
@@ -166,12 +166,13 @@ def load(
         raise ValueError("labels are for the files in a folder: give the folder")
     if path.is_file() and not animations_in(path):
         with Reader() as reader:
-            motion, about = _read(reader, Content(path, path.name), body, bone_maps, pose, BY_ITSELF)
+            motion, about = _read(reader, Content(path, path.name), body, bone_maps, pose)
         _refuse_head_down([motion], pose)
         if not motion.activity:
             motion = motion.labelled(activity_of(path.name), motion.subject, motion.clip or path.stem)
         return Motions((motion,), body, (), ("",), (about,))
     from ..scene.motion.load import look_up
+    from ..scene.motion.rests import look_rests
 
     if path.is_file():  # each of its animations is a clip
         plan = plan_files([path])
@@ -182,11 +183,13 @@ def load(
         warn_of_spellings(library.check)
     motions, keys, facts = [], [], []
     with Reader() as reader:
-        if (seen := look_up(((clip.file, clip.path) for clip in clips), pose, reader)).question:
+        files = [(clip.file, clip.path) for clip in clips]
+        if (seen := look_up(files, pose, reader)).question:
             raise ValueError(in_python(seen.question))
+        of_library = seen.ups, look_rests(files, pose, seen.ups, bone_maps, reader)
         for clip in tracked(clips, "Reading motions"):
             try:
-                motion, about = _read(reader, clip, body, bone_maps, pose, seen.ups)
+                motion, about = _read(reader, clip, body, bone_maps, pose, *of_library)
             except ValueError as error:
                 skipped.append((clip.file, str(error)))
                 continue
@@ -312,27 +315,22 @@ def warn_of_spellings(check: LabelCheck) -> None:
 
 
 def _read(
-    reader: Reader, item: Clip | Content, body: Body, maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups
+    reader: Reader,
+    item: Clip | Content,
+    body: Body,
+    maps: Sequence[BoneMap],
+    pose: PoseFacts,
+    *of_library: Any,
 ) -> tuple[Motion, dict[str, Any]]:
-    """Read a motion onto the body, with facts; ValueError if it cannot be used or lacks a module."""
+    """Read a motion onto the body, with facts, by its library's `Ups` and `Rests`, or raise a ValueError."""
+    from ..scene.motion.load import read_to_body
+
     facts = pose.at(item.rate if isinstance(item, Clip) else 0)
     try:
         with _needs_blender(item.path.name):
-            return reader.read(_on_body_from, item.path, body, maps, facts, ups, item.animation)
+            found = reader.read(read_to_body, item.path, body, maps, facts, item.animation, *of_library)
     except Exception as error:  # even a fault of ours costs this file alone
         raise ValueError(in_python(reason_of(error))) from error
-
-
-def _on_body_from(
-    path: Path, body: Body, maps: Sequence[BoneMap], pose: PoseFacts, ups: Ups, animation: str
-) -> tuple[Motion, dict[str, Any]]:
-    """The motion of a file on the body, with facts."""
-    from ..scene.base.output import quiet_output
-    from ..scene.motion.load import read_motion, to_body
-
-    with quiet_output():
-        source = read_motion(path, pose, ups, animation)
-    found = to_body(source, body, maps)
     return found.motion, found.facts()
 
 

@@ -8,12 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_NAMES, PARENTS
-from w2w.core.keypoints.likely_rest import RESTS, with_likely_rest
+from w2w.core.keypoints.likely_rest import ITS_OWN, RESTS, with_likely_rest
 from w2w.core.motion.motion import Motion, demo_motions
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion
 from w2w.core.readers.bvh import read_bvh
-from w2w.core.retargeting.bone_maps import bundled_bone_maps
+from w2w.core.retargeting.bone_maps import bundled_bone_maps, plain_name
 from w2w.core.retargeting.retarget import retarget
 
 LIMBS = [f"{side}_{part}" for side in ("left", "right") for part in ("hip", "knee", "shoulder", "elbow")]
@@ -40,14 +40,16 @@ def rigged(body, motion: Motion, seed: int = 0) -> SourceMotion:
 def test_limbs_are_turned_as_by_the_true_rest_pose(bundled_body, file):
     motion = demo_motions(1)[file]
     source = replace(rigged(bundled_body, motion), rest_is_known=False)
-    found = apart(bundled_body, motion, retarget(with_likely_rest(source, bundled_body), bundled_body).motion)
+    found = apart(
+        bundled_body, motion, retarget(with_likely_rest(source, bundled_body)[0], bundled_body).motion
+    )
     most = {"pelvis": 3, "hip": 4, "knee": 4, "shoulder": 12, "elbow": 25}
     assert all(found[joint] < most[joint.rpartition("_")[2]] for joint in ("pelvis", *LIMBS)), found
 
 
 def test_a_rest_pose_that_is_known_stays(bundled_body):
     source = rigged(bundled_body, next(iter(demo_motions(1).values())))
-    assert with_likely_rest(source, bundled_body) is source
+    assert with_likely_rest(source, bundled_body)[0] is source
 
 
 def test_soma_with_a_flat_rest_pose_moves_as_with_the_true_one(shared_cases, bundled_body):
@@ -55,7 +57,9 @@ def test_soma_with_a_flat_rest_pose_moves_as_with_the_true_one(shared_cases, bun
     assert (flat.rest_is_known, truth.rest_is_known) == (False, True)
     expected = retarget(truth, bundled_body).motion
     before = apart(bundled_body, expected, retarget(flat, bundled_body).motion)
-    found = apart(bundled_body, expected, retarget(with_likely_rest(flat, bundled_body), bundled_body).motion)
+    found = apart(
+        bundled_body, expected, retarget(with_likely_rest(flat, bundled_body)[0], bundled_body).motion
+    )
     assert before["left_shoulder"] > 33
     assert max(found.values()) < 1
 
@@ -72,11 +76,15 @@ def test_the_t_pose_of_a_rig_is_taken_only_where_the_motion_speaks_for_it(bundle
     motion = demo_motions(1)[next(iter(demo_motions(1)))]
     source = replace(rigged(bundled_body, motion), bones=tuple(SOMA[name] for name in JOINT_NAMES))
     turns, _ = joint_transforms(bundled_body, motion)
-    own = [Rotation.from_rotvec(RESTS["SOMA"].get(bone, [0, 0, 0]), degrees=True) for bone in source.bones]
+    own = [
+        Rotation.from_rotvec(RESTS["SOMA"].get(plain_name(bone), [0, 0, 0]), degrees=True)
+        for bone in source.bones
+    ]
     if is_soma_s:
         source.matrices[..., :3, :3] = turns @ np.array([turn.as_matrix() for turn in own])
     source = replace(source, rest=source.matrices[0], rest_is_known=False)
-    found = with_likely_rest(source, bundled_body)
+    found, origin = with_likely_rest(source, bundled_body)
+    assert origin == ITS_OWN
     against = found.rest[:22, :3, :3].swapaxes(1, 2) @ [turn.as_matrix() for turn in own[:22]]
     angles = np.degrees(Rotation.from_matrix(against).magnitude())
     body = [number for number, name in enumerate(JOINT_NAMES[:22]) if name.endswith(("collar", "wrist"))]

@@ -2,6 +2,7 @@
 """What speaks against an answer: one list, in the same words in report, panel, console, Python and files."""
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from ..garments.on_cloth import caught_sentences
 from ..imu.sensor import FULL_SCALE
+from ..keypoints.likely_rest import ITS_OWN
 from ..library.labels import same_label
 from ..motion.up import SAY_UP
 from ..ranking.expected import HALF
@@ -30,7 +32,7 @@ OPEN = 2
 LONG_WINDOW = 1.5
 """Windows longer than so many median clips are cautioned against: in use they hold more than one activity."""
 
-ODD = {"cut", "at_full_scale", "cloth_caught", "up_guessed"}
+ODD = {"cut", "at_full_scale", "cloth_caught", "up_guessed", "rest_guessed"}
 """Facts of a clip that only some have."""
 
 Facts = Mapping[str, Any]
@@ -76,7 +78,7 @@ def cautions(
         *(Caution(WEAKENS, text) for text in (shared, full_scale_sentence(odd), config.synthesis.caution)),
         *(Caution(WEAKENS, text) for text in caught_sentences(odd)),
         Caution(WEAKENS if utility.left_out else KNOW, copies_sentence(copies_among(clips, clips))),
-        *(Caution(KNOW, text) for text in (_up(odd), cut_sentence(odd), garments)),
+        *(Caution(KNOW, text) for text in (_up(odd), _rests(odd), cut_sentence(odd), garments)),
     ]
     return heaviest_first(found)
 
@@ -208,6 +210,17 @@ def _up(clips: Sequence[tuple[str, Facts]]) -> str:
         f"{' or '.join(sorted(set(axes)))} is taken as up in {count('clip', len(axes))}, by how people stand "
         f"in them: if that is wrong, {SAY_UP}"
     )
+
+
+def _rests(clips: Sequence[tuple[str, Facts]]) -> str:
+    """A sentence on the clips whose rest pose is a guess; "" without any."""
+    origins = Counter(record["rest_guessed"] for _, record in clips if "rest_guessed" in record)
+    if not origins:
+        return ""
+    alone = origins[ITS_OWN]
+    what = f"the rest pose of {count('clip', origins.total())} is a guess, one for each skeleton"
+    own = f", but for {alone} by the clip's own motion" if alone else ""
+    return f"{what}{own}: arms and legs may be turned about their length, alike in all clips of a skeleton"
 
 
 def cut_sentence(clips: Iterable[tuple[str, Facts]]) -> str:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The likely rest pose of a skeleton whose file has none: by its own motion, and that of a known rig."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -15,6 +15,7 @@ from ..motion.source import SourceMotion, unscaled_rotations
 from ..retargeting.bone_maps import BoneMap, plain_name
 from ..retargeting.repair import flat_footed
 from ..retargeting.retarget import matched_joints
+from ..wording import count
 from .fit import fit_keypoints
 from .joint_sets import JOINT_SETS, JointSet
 
@@ -28,31 +29,88 @@ NEAR = 30.0
 """Degrees by which limbs of a known rest pose may differ from those by the motion, which finds them to 25."""
 
 
-def with_likely_rest(source: SourceMotion, body: Body, maps: Sequence[BoneMap] = ()) -> SourceMotion:
-    """The motion, with the body's T-pose as rest pose if the file's own is not known.
+@dataclass(frozen=True)
+class Rests:
+    """Guessed rest poses of a library's skeletons whose files have none, one for all clips of a skeleton."""
+
+    poses: tuple[tuple[str, bytes, str], ...] = ()  # `SourceMotion.skeleton`, matrices and origin of each
+    files: Mapping[str, str] = field(default_factory=dict, repr=False)  # skeletons by files in the library
+
+    def of_file(self, file: str) -> "Rests":
+        """The rest pose of one file's skeleton."""
+        if (skeleton := self.files.get(file)) is None:
+            return ALONE
+        return Rests(tuple(pose for pose in self.poses if pose[0] == skeleton), {file: skeleton})
+
+    def of(self, source: SourceMotion) -> tuple[np.ndarray | None, str]:
+        """Rest matrices (B, 4, 4) of a motion's skeleton, and where they come from."""
+        for skeleton, pose, origin in self.poses:
+            if skeleton == source.skeleton:
+                return np.frombuffer(pose).reshape(source.rest.shape), origin
+        return None, ""
+
+    def sentence(self) -> str:
+        """How many skeletons have a guess, and how many files; "" without any."""
+        skeletons, files = (
+            count(what, len(of)) for what, of in (("skeleton", self.poses), ("file", self.files))
+        )
+        return f"one guess for each of {skeletons} without one, in {files}" if self.poses else ""
+
+
+ALONE = Rests()
+"""The `Rests` for a file that is part of no library."""
+
+ITS_OWN = "from its own motion"
+
+
+def with_likely_rest(
+    source: SourceMotion, body: Body, maps: Sequence[BoneMap] = (), rests: Rests = ALONE
+) -> tuple[SourceMotion, str]:
+    """The motion, with a likely rest pose if the file's own is not known, and where that comes from, else "".
+
+    It is its skeleton's in the library, else the body's T-pose by the clip itself. Raises UnusableMotion if
+    the skeleton cannot be matched.
+    """
+    if source.rest_is_known:
+        return source, ""
+    rest, origin = rests.of(source)
+    if rest is None:
+        rest, origin = likely_rest([source], body, maps), ITS_OWN
+    return source if rest is None else replace(source, rest=rest), origin
+
+
+def likely_rest(clips: Sequence[SourceMotion], body: Body, maps: Sequence[BoneMap] = ()) -> np.ndarray | None:
+    """Rest matrices (B, 4, 4) of a skeleton in the body's T-pose, by clips of it; None if they show none.
 
     The joints' positions show how the body's are turned in each frame: by their directions, and the twist of
     limbs by the planes that they bend in. A bone's turn against its joint is the same in all frames, that of
     the rest pose: its mean is taken. The T-pose of a known rig is taken if its limbs are near that. Raises
     UnusableMotion if the skeleton cannot be matched.
     """
-    if source.rest_is_known:
-        return source
-    rig, matched = matched_joints(source, maps)
+    rig, matched = matched_joints(clips[0], maps)
     joints = _joint_set(matched)
     bones = [matched[JOINT_INDEX[name]] for name in joints.joints]
-    with suppress(ValueError):
-        fitted = fit_keypoints(source.matrices[:, bones][..., :3, 3], source.rate, joints, body)
-        if not fitted.exchanged:
-            turns, _ = joint_transforms(body, fitted.motion)
-            rest = source.rest.copy()
-            for joint, bone in matched.items():
-                against = turns[:, joint].swapaxes(1, 2) @ unscaled_rotations(source.matrices[:, bone])
-                rest[bone, :3, :3] = _mean(against)
-                rest[bone, :3, 3] = body.joints[joint] / fitted.scale
-            rest = _of_rig(source, rig, rest, matched)
-            return replace(source, rest=flat_footed(replace(source, rest=rest), matched))
-    return source
+    against, scales = [], []
+    for clip in clips:
+        with suppress(ValueError):
+            fitted = fit_keypoints(clip.matrices[:, bones][..., :3, 3], clip.rate, joints, body)
+            if not fitted.exchanged:
+                turns = joint_transforms(body, fitted.motion)[0][:, list(matched)].swapaxes(-1, -2)
+                against.append(turns @ unscaled_rotations(clip.matrices[:, list(matched.values())]))
+                scales.append(fitted.scale)
+    if not against:
+        return None
+    rest, turned = clips[0].rest.copy(), np.concatenate(against)
+    for number, (joint, bone) in enumerate(matched.items()):
+        rest[bone, :3, :3] = _mean(turned[:, number])
+        rest[bone, :3, 3] = body.joints[joint] / np.mean(scales)
+    rest = _of_rig(clips[0], rig, rest, matched)
+    feet = np.array([flat_footed(replace(clip, rest=rest), matched) for clip in clips])
+    for side in ("left", "right"):
+        ankle, toe = (matched.get(JOINT_INDEX[f"{side}_{part}"]) for part in ("ankle", "foot"))
+        if ankle is not None and toe is not None:
+            rest[[ankle, toe]] = feet[_middle(feet[:, ankle, :3, :3])][[ankle, toe]]
+    return rest
 
 
 def _of_rig(source: SourceMotion, rig: str, likely: np.ndarray, matched: dict[int, int]) -> np.ndarray:
@@ -77,6 +135,11 @@ def _joint_set(matched: dict[int, int]) -> JointSet:
     joints = tuple(name for name in whole.joints if JOINT_INDEX[name] in matched)
     landmarks = {mark: of for mark, of in whole.landmarks.items() if set(of) <= set(joints)}
     return JointSet(whole.name, joints, landmarks)
+
+
+def _middle(turns: np.ndarray) -> int:
+    """The number of the rotation (N, 3, 3) that is nearest to the others: some feet never stood flat."""
+    return int(np.median(np.einsum("iab,jab->ij", turns, turns), axis=1).argmax())
 
 
 def _mean(turns: np.ndarray) -> np.ndarray:

@@ -29,6 +29,7 @@ class SourceMotion:
     take: str = ""  # name of the take (action) that the frames come from
     people: int = 1  # whole skeletons in the file, of which this is one
     rest_is_known: bool = True  # whether the file has a rest pose, or `rest` is a frame of the motion
+    skeleton: str = ""  # a digest of the bones' names and offsets, of a BVH file
     first_bone: int = 0  # number of the first true bone: 1 if the armature that holds them comes before
     other_takes: tuple[str, ...] = ()  # names of takes of the file that move, too, and are not read
     up: str = ""  # the file's own axis that is up, where it was looked for or given

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """BVH files as motions: the joints' channels as world matrices, z up."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from ..motion.source import TO_Z_UP, SourceMotion, UnusableMotion, people_in, re
 from ..motion.up import BY_ITSELF, Ups
 from ..retargeting.repair import repaired
 from ..wording import shown
-from .bvh_text import BvhText, read_bvh_text
+from .bvh_text import BvhText, digest_of, read_bvh_text
 
 BVH_SUFFIX = ".bvh"
 
@@ -59,7 +60,8 @@ def as_it_stands(text: BvhText, take: str) -> SourceMotion:
         np.matmul(TO_Z_UP if root else matrices[:, joint.parent], local[:, number], out=matrices[:, number])
     parents = np.array([joint.parent for joint in joints])
     names = tuple(joint.name for joint in joints)
-    return SourceMotion(names, parents, rest, matrices, text.rate, take, people_in(parents))
+    found = SourceMotion(names, parents, rest, matrices, text.rate, take, people_in(parents))
+    return replace(found, skeleton=digest_of(joints))
 
 
 def _local_matrices(text: BvhText) -> np.ndarray:

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A BVH file's joints, frame rate and numbers, or what is wrong with it."""
 
+import hashlib
 import math
 import re
-from collections.abc import Iterator
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -66,21 +67,42 @@ class BvhText:
     values: np.ndarray  # (T, C), a row a frame, the joints' channels one after another; angles in degrees
 
 
+def read_skeleton(path: Path) -> list[BvhJoint]:
+    """The skeleton of a BVH file; its frames are not read. Raises UnusableMotion as `read_bvh_text` does."""
+    with _opened(path) as (lines, size):
+        return _joints(lines, size)
+
+
+def digest_of(joints: Sequence[BvhJoint]) -> str:
+    """A digest of the joints' names, parents and offsets but the roots', which differ from clip to clip."""
+    parts = [
+        (joint.name, joint.parent, [f"{value + 0.0:.4g}" for value in joint.offset if joint.parent >= 0])
+        for joint in joints
+    ]
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+
+
 def read_bvh_text(path: Path, rate: float | None = None) -> BvhText:
     """Read a BVH file, line by line.
 
     Raises UnusableMotion if the file cannot be read, is no BVH, cut short or damaged, if its header and its
     frames disagree, if it does not say its frame rate, or is too long.
     """
+    with _opened(path) as (lines, size):
+        joints = _joints(lines, size)
+        n_frames, rate = _header(lines, rate)
+        return BvhText(joints, rate, _frames(lines, n_frames, joints))
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[Lines, int]]:
+    """The numbered lines of a BVH file, and its size in bytes."""
     size, head = size_and_head(path)
     if head.removeprefix(b"\xef\xbb\xbf").lstrip()[:9].upper() != b"HIERARCHY":
         raise UnusableMotion("it is not a BVH file: it does not begin with HIERARCHY")
     try:
         with reading(), path.open(encoding="utf-8-sig") as stream:
-            lines = enumerate(stream, start=1)
-            joints = _joints(lines, size)
-            n_frames, rate = _header(lines, rate)
-            return BvhText(joints, rate, _frames(lines, n_frames, joints))
+            yield enumerate(stream, start=1), size
     except UnicodeDecodeError as error:
         raise UnusableMotion(
             "it holds bytes that are not UTF-8 text: it is damaged, or was saved in another encoding; if it "

@@ -202,6 +202,12 @@ def rests_straight(source: SourceMotion) -> bool:
     return _standing(places) and min(bends) > STRAIGHT
 
 
+def are_rest_pose(bones: Sequence[str], heads: np.ndarray) -> bool:
+    """Whether places (B, 3) of bones are a pose that a person can rest in, as far as their names tell."""
+    matched = best_match(bones)[1]
+    return not missing_joints(matched) and _standing({joint: heads[bone] for joint, bone in matched.items()})
+
+
 def _standing(places: dict[int, np.ndarray]) -> bool:
     """Whether a pose is one that a person can rest in: legs below the trunk, shoulders along hips."""
     trunk = unit(trunk_line(places))

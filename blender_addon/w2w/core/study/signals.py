@@ -20,7 +20,7 @@ from ..windows.features import further_features, window_features
 from ..windows.windows import cut_windows
 from .config import StudyConfig
 
-SIGNALS_VERSION = 1
+SIGNALS_VERSION = 2
 """Version of motions on the body, signals and features: raise it with a change that gives others."""
 
 

@@ -32,6 +32,7 @@ from ...core.study.config import plain
 from ...core.windows.windows import WindowSpec
 from ...core.wording import listed, shown
 from ...scene.motion.load import look_up
+from ...scene.motion.rests import look_rests
 from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
 from ..options import AsJson, PoseOptions, argument, option, with_options
 from ..runs.clip_task import Engine
@@ -77,9 +78,10 @@ def inspect(
                     f"{shown(file)} is a folder: give one of its files, and the folder as --library"
                 )
             seen = look_up(files, pose, reader)
+            rests = look_rests(files, pose, seen.ups, bone_maps, reader)
         try:
             clip = Clip(file, shown(file.name), "clip", "", rate=rate)
-            how = Engine(bone_maps=bone_maps, pose=pose, ups=seen.ups if library else BY_ITSELF)
+            how = Engine(bone_maps=bone_maps, pose=pose, ups=seen.ups if library else BY_ITSELF, rests=rests)
             source, motion, details = load_alone(clip, body, how, reader)
         except UnusableMotion as error:
             if as_json:
@@ -189,8 +191,8 @@ def _about_source(
         rows.append(("other takes", f"{what}: {quoted(source.other_takes)}; save each as a file of its own"))
     if source.people > 1:
         rows.append(("people", f"{source.people}; only one of them is used, the one that moves most"))
-    if not source.rest_is_known:
-        rows.append(("rest pose", "a guess, by the motion itself: the file has none that a body can take"))
+    if guess := details.get("rest_guessed"):
+        rows.append(("rest pose", f"a guess, {guess}: the file has none that a body can take"))
     extent = np.ptp(source.rest[source.first_bone :, :3, 3], axis=0).max()
     scale = f"1 unit in the file is {details['scale']:.4g} m on W2W's body"
     rows.append(("scale", f"{scale}; the rest pose spans {extent:.4g} units"))

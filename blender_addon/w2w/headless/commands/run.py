@@ -13,6 +13,7 @@ from ...core.ranking.weights import check_counting
 from ...core.reading.reader import Reader
 from ...core.study.ranking import known_motions
 from ...scene.motion.load import look_up
+from ...scene.motion.rests import look_rests
 from ..config_file import take_options
 from ..console import NOTHING_TO_DO, Terminal
 from ..options import argument, option, with_options, words
@@ -83,13 +84,17 @@ def run(
         check_counting(found.activities, parameters.background, parameters.weights)
         engine = asked.engine()
         with Reader(engine.limit_s, engine.memory) as reader:
-            seen = look_up(((clip.file, clip.path) for clip in found.clips), engine.pose, reader)
-        engine = replace(engine, ups=seen.ups)
+            files = [(clip.file, clip.path) for clip in found.clips]
+            seen = look_up(files, engine.pose, reader)
+            rests = look_rests(files, engine.pose, seen.ups, engine.bone_maps, reader)
+        engine = replace(engine, ups=seen.ups, rests=rests)
         plan = RunPlan(found, parameters, engine, asked.pictures, asked.report, verbose=asked.verbose)
         bodies = ready_for(plan, asked, out)
         plan = replace(plan, deadly=reader.deadly, again=asked.strict or asked.verify or len(bodies) > 1)
     if up := seen.sentence():
         console.print(f"Up: {up}.")
+    if guesses := rests.sentence():
+        console.print(f"Rest poses: {guesses}.")
     if seen.question:
         raise ended(f"No result: {seen.question}.", NOTHING_TO_DO, monitor)
     if shard:

@@ -13,6 +13,7 @@ from ...core.files import file_sha256
 from ...core.garments.cover import FITTED, Cover, load_covers
 from ...core.garments.on_cloth import ClothSensors, caught_content
 from ...core.keypoints.facts import PoseFacts
+from ...core.keypoints.likely_rest import ALONE, Rests
 from ...core.keypoints.pose_files import NO_FACTS, JointPositions
 from ...core.library.library import Clip
 from ...core.motion.motion import Motion
@@ -173,7 +174,8 @@ def _out_of_memory(task: ClipTask, source: str, looks: Looks) -> ClipResult:
 
 def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     body, patches = _body_and_patches(task.out, task.inputs)
-    _, motion, details = load_clip(task.clip, body, task.engine.bone_maps, task.engine.pose, task.engine.ups)
+    how = task.engine
+    _, motion, details = load_clip(task.clip, body, how.bone_maps, how.pose, how.ups, how.rests)
     _refuse_too_long(motion, task)
     on_cloth = _sensors_on_cloth(task, body, patches, motion)
     recording = record(body, patches, motion, task.config, on_cloth)
@@ -211,6 +213,7 @@ def load_clip(
     bone_maps: Sequence[BoneMap] = (),
     pose: PoseFacts = NO_FACTS,
     ups: Ups = BY_ITSELF,
+    rests: Rests = ALONE,
 ) -> tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]:
     """Read a clip's file and retarget it to the body, under the clip's labels.
 
@@ -221,7 +224,7 @@ def load_clip(
 
     with needs_blender(), quiet_output():
         source = read_motion(clip.path, pose.at(clip.rate), ups, clip.animation)
-    retargeted = to_body(source, body, bone_maps)
+    retargeted = to_body(source, body, bone_maps, rests)
     motion = retargeted.motion.labelled(clip.activity, clip.subject, clip.name)
     details = retargeted.facts()
     if source.people > 1:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from ...core.files import file_sha256
 from ...core.keypoints.facts import PoseFacts, side_car
+from ...core.keypoints.likely_rest import ALONE, Rests
 from ...core.keypoints.pose_files import NO_FACTS
 from ...core.library.library import UP_SUFFIXES, Clip, is_joint_file
 from ...core.motion.motion import SMPL_SUFFIXES
@@ -33,7 +34,7 @@ class Engine:
 
     `scheduler` is the address or file of a Dask scheduler, which brings its own workers; a clip may take
     `limit_s` seconds and `memory` bytes; `bone_maps` are the user's own, tried before the bundled ones; `ups`
-    are the axes that are up in the library's files;
+    are the axes that are up in the library's files, `rests` the rest poses of its skeletons;
     `verify` reads all that an earlier run left again, and `signals` says whether they are kept.
     """
 
@@ -44,6 +45,7 @@ class Engine:
     memory: int = MEMORY
     pose: PoseFacts = NO_FACTS
     ups: Ups = BY_ITSELF
+    rests: Rests = ALONE
     verify: bool = False
     signals: bool = True
 
@@ -93,6 +95,8 @@ class ClipTask:
         parts += [f"rate {self.clip.rate}"] if self.clip.rate else []
         if self.clip.path.suffix.lower() in UP_SUFFIXES:
             parts.append(repr(self.engine.ups))
+        if (rests := self.engine.rests.of_file(self.clip.file)).poses:
+            parts.append(repr(rests))
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
     def look(self) -> Looks:

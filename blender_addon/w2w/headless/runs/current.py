@@ -98,7 +98,7 @@ def _study(plan: RunPlan) -> tuple[Any, ...]:
     return (
         plan.config.as_dict(), versions(), results_made_by(), plan.pictures, plan.report, plan.more,
         library.labelled_by, library.skipped, library.check,
-        engine.bone_maps, engine.pose, engine.ups, engine.signals,
+        engine.bone_maps, engine.pose, engine.ups, engine.rests, engine.signals,
     )  # fmt: skip
 
 

@@ -216,7 +216,8 @@ def _bake(
                 own_files.clear()
 
         for clip in plan.library.clips:
-            task = ClipTask(clip, out, config, inputs, engine, records.text(clip.name), library)
+            its = replace(engine, rests=engine.rests.of_file(clip.file))
+            task = ClipTask(clip, out, config, inputs, its, records.text(clip.name), library)
             as_it_was = None if engine.verify else untouched(task, records.get(clip.name))
             if as_it_was is not None:
                 done(as_it_was.small(clip))

@@ -209,7 +209,7 @@ def load_alone(clip: Clip, body: Body, how: Engine = PLAIN, reader: Reader | Non
 
     Without the `ups` of a library the clip is by itself, and refused if it is upside down.
     """
-    work = partial(load_clip, clip, body, how.bone_maps, how.pose, how.ups)
+    work = partial(load_clip, clip, body, how.bone_maps, how.pose, how.ups, how.rests)
     try:
         with nullcontext(reader) if reader else Reader() as used:
             found = used.call(clip.path, work)

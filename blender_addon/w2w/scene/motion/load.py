@@ -14,7 +14,7 @@ from zlib import crc32
 from ...core.body.body import Body
 from ...core.keypoints.facts import PoseFacts, up_beside
 from ...core.keypoints.fit import UNSMOOTHED_HZ
-from ...core.keypoints.likely_rest import with_likely_rest
+from ...core.keypoints.likely_rest import ALONE, Rests, with_likely_rest
 from ...core.keypoints.pose_files import NO_FACTS, JointPositions, read_joints
 from ...core.library.library import UP_SUFFIXES, is_joint_file
 from ...core.motion.axes import stood
@@ -31,6 +31,7 @@ from ...core.readers.poselib import read_poselib
 from ...core.reading.reader import Reader
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.retargeting.retarget import retarget
+from ..base.output import quiet_output
 
 
 class RetargetedMotion(NamedTuple):
@@ -38,7 +39,8 @@ class RetargetedMotion(NamedTuple):
 
     `take` is empty for SMPL files; `skeleton` says whose bone names matched, or the joint set; `scale` is
     body metres in one unit of the file; `cut` says which frames at the ends were left out, if any, and
-    `up_guessed` which axis of the file is taken as up, if by how people stand.
+    `up_guessed` which axis of the file is taken as up, if by how people stand, and `rest_guessed` where the
+    rest pose comes from, if it is a guess.
     """
 
     motion: Motion
@@ -47,9 +49,10 @@ class RetargetedMotion(NamedTuple):
     scale: float
     cut: str
     up_guessed: str = ""
+    rest_guessed: str = ""
 
     def facts(self) -> dict[str, Any]:
-        """What a clip's record says of it; `cut` and `up_guessed` only if they say something."""
+        """What a clip's record says of it; what is guessed or cut only if they say something."""
         motion = self.motion
         about = {
             "take": self.take,
@@ -59,7 +62,7 @@ class RetargetedMotion(NamedTuple):
             "duration_s": round(motion.duration, 4),
             "scale": self.scale,
         }
-        some = {"cut": self.cut, "up_guessed": self.up_guessed}
+        some = {"cut": self.cut, "up_guessed": self.up_guessed, "rest_guessed": self.rest_guessed}
         return about | {name: value for name, value in some.items() if value}
 
 
@@ -141,11 +144,13 @@ def _sights(path: Path, pose: PoseFacts) -> list[tuple[Kind, Sight]]:
     return votes.cast
 
 
-def to_body(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> RetargetedMotion:
+def to_body(
+    source: Source, body: Body, maps: Sequence[BoneMap] = (), rests: Rests = ALONE
+) -> RetargetedMotion:
     """Retarget what a file holds to a body; the user's own bone maps are tried before the bundled ones.
 
-    Rest poses and damage at the ends are left out. Raises `UnusableMotion` if the skeleton cannot be matched,
-    the joints make no body, or no body moves so.
+    `rests` are the rest poses of its library's skeletons. Rest poses and damage at the ends are left out.
+    Raises `UnusableMotion` if the skeleton cannot be matched, the joints make no body, or no body moves so.
     """
     if isinstance(source, JointPositions):
         part, cut = unbroken(body, source.fit(body, UNSMOOTHED_HZ).motion)
@@ -156,7 +161,23 @@ def to_body(source: Source, body: Body, maps: Sequence[BoneMap] = ()) -> Retarge
     if isinstance(source, Motion):
         kept = believed(body, on_the_ground(body, source))
         return RetargetedMotion(kept.motion, "", "SMPL", 1.0, kept.cut, source.up_guessed)
-    found = retarget(with_likely_rest(source, body, maps), body, maps)
+    rested, origin = with_likely_rest(source, body, maps, rests)
+    found = retarget(rested, body, maps)
     kept = believed(body, found.motion, found.rest, source.first_frame, source.cut, found.path)
-    about = (source.take, found.bone_map, found.scale, kept.cut, source.up_guessed)
+    about = (source.take, found.bone_map, found.scale, kept.cut, source.up_guessed, origin)
     return RetargetedMotion(kept.motion, *about)
+
+
+def read_to_body(
+    path: Path,
+    body: Body,
+    maps: Sequence[BoneMap],
+    pose: PoseFacts,
+    animation: str = "",
+    ups: Ups = BY_ITSELF,
+    rests: Rests = ALONE,
+) -> RetargetedMotion:
+    """The motion of a file, or of one animation in it, on the body; see `read_motion` and `to_body`."""
+    with quiet_output():
+        source = read_motion(path, pose, ups, animation)
+    return to_body(source, body, maps, rests)

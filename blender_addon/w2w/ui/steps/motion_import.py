@@ -4,6 +4,7 @@
 import json
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -12,6 +13,7 @@ from ...core.body.body import Body
 from ...core.files import file_sha256
 from ...core.findings.cautions import ODD, cut_sentence
 from ...core.keypoints.facts import PoseFacts
+from ...core.keypoints.likely_rest import Rests
 from ...core.library.import_plan import ImportPlan, same_files
 from ...core.library.labels import same_label
 from ...core.library.library import Clip
@@ -24,6 +26,7 @@ from ...core.wording import count, free_name, listed, shown
 from ...scene.base.actions import write_action
 from ...scene.base.body import armature_of, body_of
 from ...scene.motion.load import RetargetedMotion, Source, read_motion, to_body
+from ...scene.motion.rests import look_rests
 from ...scene.motion.scene_takes import SceneTake, read_scene_take
 from ..jobs import preferences
 from ..jobs.jobs import Step, Steps, as_steps, in_thread, on_body, part
@@ -88,13 +91,17 @@ def import_steps(
     failed = unlabelled = 0
     down: list[tuple[int, bool]] = []
     cut: list[tuple[str, dict[str, str]]] = []
+    files = [(item.shown, item.path) for item in items if item.take is None]
+    pose = PoseFacts(up=next((item.up for item in items if item.up), None))
     try:
         with Reader() as reader:
+            look = partial(look_rests, files, pose, ups, maps, reader)
+            rests = yield from in_thread(lambda _: look(), "Rest poses", 0.0, 0.0)
             for number, item in enumerate(items):
                 low, high = number / len(items), (number + 1) / len(items)
                 yield Step(low, item.shown)
                 try:
-                    retargeted = yield from part(_retarget(reader, item, ups, body, maps), low, high)
+                    retargeted = yield from part(_retarget(reader, item, ups, rests, body, maps), low, high)
                     add_clip(mesh, retargeted, item)
                     if retargeted.cut:
                         cut.append((item.shown, {"cut": retargeted.cut}))
@@ -118,7 +125,7 @@ def import_steps(
 
 
 def _retarget(
-    reader: Reader, item: ImportItem, ups: Ups, body: Body, maps: Sequence[BoneMap]
+    reader: Reader, item: ImportItem, ups: Ups, rests: Rests, body: Body, maps: Sequence[BoneMap]
 ) -> Generator[Step, None, RetargetedMotion]:
     """Read a motion and retarget it, in a thread but for takes of the scene."""
     pose, text = PoseFacts(item.rate or None, up=item.up), item.shown
@@ -131,7 +138,7 @@ def _retarget(
         source = yield from as_steps(read_scene_take(item.take), text, 0.0, 0.8)
     else:
         source = yield from in_thread(read, text, 0.0, 0.8)
-    return (yield from in_thread(lambda _: to_body(source, body, maps), text, 0.8, 1.0))
+    return (yield from in_thread(lambda _: to_body(source, body, maps, rests), text, 0.8, 1.0))
 
 
 def _spelled_as_listed(study: bpy.types.PropertyGroup, items: Sequence[ImportItem]) -> list[ImportItem]:
