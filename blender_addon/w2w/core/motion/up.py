@@ -120,10 +120,11 @@ def _axis(group: Sequence[tuple[Kind, Sight]]) -> Up | None:
         up = best if max(first, standing) - second >= SEVERAL else up
     elif by_format and not votes:
         up = _stood_along([seen for _, seen in group], group[0][0])
-    if up is None or up == by_format or any(kind.told for kind, _ in group):
+    if up is None or any(kind.told for kind, _ in group):
         return up
-    upright = sum(seen.upright[UPS.index(up)] >= MOSTLY for _, seen in group)
-    return up if 2 * upright >= len(group) else None
+    number = UPS.index(up)
+    upright, hang = (sum(seen.upright[axis] >= MOSTLY for _, seen in group) for axis in (number, number - 3))
+    return up if 2 * upright >= len(group) or (up == by_format and 2 * hang <= len(group)) else None
 
 
 def _stood_along(sights: Sequence[Sight], kind: Kind) -> Up | None:
