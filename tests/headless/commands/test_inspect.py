@@ -123,7 +123,7 @@ def test_plain_english_for_each_kind_of_file(shared_data):
         "smpl_poses/nghorbani__amass/amass_sample.npz": "skeleton SMPL joints frames 601 at 120 frames/s "
         "up z, 1 file of AMASS duration 5.00 s",
         "bvh/bandai_namco/dataset-2_raise-up-left-hand_active_001.bvh": "skeleton 22 bones, matched by their "
-        "names (Bandai-Namco) rest pose a guess, by the motion itself: the file has none that a body can "
+        "names (Bandai-Namco) rest pose a guess, from its own motion: the file has none that a body can "
         "take scale 1 unit in the file is 0.01049 m on W2W's body; the rest pose spans 140 units frames 37 "
         "at 30 frames/s up y",
     }
