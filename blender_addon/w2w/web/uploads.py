@@ -31,6 +31,7 @@ from ..core.reading.reader import bounded
 from ..headless.blender import NoBlenderError
 from ..headless.commands.inspect import too_short
 from ..headless.runs.clip import load_clip
+from ..headless.runs.clip_task import Engine
 
 SUFFIXES = (*MOTION_SUFFIXES, *TEXT_SUFFIXES, ASF_SUFFIX)
 """Kinds of files that are taken: motions, tables of joints, labels and skeletons."""
@@ -216,7 +217,7 @@ def judge(path: Path, file: str, rate: float = 0.0) -> dict[str, Any]:
     clip = Clip(path, file, "clip", "", rate=rate)
     try:
         source, motion, details = bounded(
-            LIMIT_S, MEMORY, partial(load_clip, clip, Body.bundled(), ups=Unasked())
+            LIMIT_S, MEMORY, partial(load_clip, clip, Body.bundled(), Engine(ups=Unasked()))
         )
     except NoBlenderError:
         raise

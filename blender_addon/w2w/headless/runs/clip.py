@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The work on one clip, from its file to its motion, signals and features on disk."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,24 +12,20 @@ from ...core.body.body import Body
 from ...core.files import file_sha256
 from ...core.garments.cover import FITTED, Cover, load_covers
 from ...core.garments.on_cloth import ClothSensors, caught_content
-from ...core.keypoints.facts import PoseFacts
-from ...core.keypoints.likely_rest import ALONE, Rests
-from ...core.keypoints.pose_files import NO_FACTS, JointPositions
+from ...core.keypoints.pose_files import JointPositions
 from ...core.library.library import Clip
 from ...core.motion.motion import Motion
 from ...core.motion.signature import motion_signature
 from ...core.motion.source import SourceMotion, UnusableMotion, readable_size, reason_of, unreadable
-from ...core.motion.up import BY_ITSELF, Ups
 from ...core.patches.patches import PatchSet
 from ...core.reading.guard import allowed_memory, crashed, guarded, timed_out, untimed
-from ...core.retargeting.bone_maps import BoneMap
 from ...core.study.clip_files import WORK, mark_changing, write_features
 from ...core.study.results import ClipResult
 from ...core.study.signals import describe, measured, record
 from ...core.threads import unthreaded_products
 from ...scene.base.output import quiet_output
 from ..blender import NoBlenderError, needs_blender
-from .clip_task import ClipTask, Looks, mark_read, marked_read
+from .clip_task import ClipTask, Engine, Looks, mark_read, marked_read
 from .records import finished, last_record, refresh, unfinished, untouched, write_record
 
 SAMPLE_BYTES = 24
@@ -175,7 +171,7 @@ def _out_of_memory(task: ClipTask, source: str, looks: Looks) -> ClipResult:
 def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     body, patches = _body_and_patches(task.out, task.inputs)
     how = task.engine
-    _, motion, details = load_clip(task.clip, body, how.bone_maps, how.pose, how.ups, how.rests)
+    _, motion, details = load_clip(task.clip, body, how)
     _refuse_too_long(motion, task)
     on_cloth = _sensors_on_cloth(task, body, patches, motion)
     recording = record(body, patches, motion, task.config, on_cloth)
@@ -207,29 +203,28 @@ def _sensors_on_cloth(task: ClipTask, body: Body, patches: PatchSet, motion: Mot
         return followed(body, patches, covers, measured(motion, task.config))
 
 
+PLAIN = Engine()
+
+
 def load_clip(
-    clip: Clip,
-    body: Body,
-    bone_maps: Sequence[BoneMap] = (),
-    pose: PoseFacts = NO_FACTS,
-    ups: Ups = BY_ITSELF,
-    rests: Rests = ALONE,
+    clip: Clip, body: Body, how: Engine = PLAIN
 ) -> tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]:
     """Read a clip's file and retarget it to the body, under the clip's labels.
 
-    Returns what the file holds, the motion, and facts: take, skeleton, scale, frames, rate, duration. Raises
-    UnusableMotion and NoBlenderError.
+    Of `how`, the bone maps, the pose, and what its library's files tell together count: the axes that are up,
+    rest poses. Returns what the file holds, the motion, and facts: take, skeleton, scale, frames, rate,
+    duration. Raises UnusableMotion and NoBlenderError.
     """
     from ...scene.motion.load import read_motion, to_body
 
     with needs_blender(), quiet_output():
-        source = read_motion(clip.path, pose.at(clip.rate), ups, clip.animation)
-    retargeted = to_body(source, body, bone_maps, rests)
+        source = read_motion(clip.path, how.pose.at(clip.rate), how.ups, clip.animation)
+    retargeted = to_body(source, body, how.bone_maps, how.rests)
     motion = retargeted.motion.labelled(clip.activity, clip.subject, clip.name)
     details = retargeted.facts()
     if source.people > 1:
         details["people"] = source.people
-    if motion.head_down and pose.up is None:
+    if motion.head_down and how.pose.up is None:
         details["head_down"] = True
     return source, motion, details
 

@@ -32,7 +32,7 @@ from ...core.reading.reader import Reader
 from ...core.study.results import ClipResult
 from ..blender import NoBlenderError, inside_blender
 from ..stopping import deaf_children, when_stopped
-from .clip import get_ready, load_clip, record_death, try_alone, work_in_worker
+from .clip import PLAIN, get_ready, load_clip, record_death, try_alone, work_in_worker
 from .clip_task import ClipTask, Engine
 from .cluster import EngineError, run_on_cluster
 
@@ -201,15 +201,12 @@ def _kill(executor: ProcessPoolExecutor) -> None:
 LoadedClip = tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]
 
 
-PLAIN = Engine()
-
-
 def load_alone(clip: Clip, body: Body, how: Engine = PLAIN, reader: Reader | None = None) -> LoadedClip:
     """Like `load_clip`, in a worker process, of the `reader` or its own, whatever the file does to it.
 
     Without the `ups` of a library the clip is by itself, and refused if it is upside down.
     """
-    work = partial(load_clip, clip, body, how.bone_maps, how.pose, how.ups, how.rests)
+    work = partial(load_clip, clip, body, how)
     try:
         with nullcontext(reader) if reader else Reader() as used:
             found = used.call(clip.path, work)

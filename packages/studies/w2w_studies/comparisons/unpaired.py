@@ -25,6 +25,7 @@ from w2w.core.patches.naming import resolve
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.headless.runs.clip import load_clip
+from w2w.headless.runs.clip_task import Engine
 from w2w.scene.motion.load import look_up
 
 from ..datasets.utd_mhad import read_utd_mhad
@@ -212,7 +213,7 @@ def _files(protocol: Protocol, library: Path, body: Body) -> Loaded:
         if match is None or match.source == KINECT:
             continue
         try:
-            yield clip.name, (load_clip(clip, body, ups=ups)[1], match)
+            yield clip.name, (load_clip(clip, body, Engine(ups=ups))[1], match)
         except (UnusableMotion, ValueError) as error:
             yield clip.file, str(error)
 
