@@ -3,6 +3,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -140,6 +141,15 @@ class WornSet(InShort):
         return f"{text}; no more sensors are allowed"
 
 
+class _Given(NamedTuple):
+    """What a search goes by, besides tests and terms."""
+
+    expected: Sequence[np.ndarray]
+    worst: bool
+    stream: Stream | None
+    first: np.ndarray
+
+
 class _Search:
     """Sets that grow under some terms, and their promises.
 
@@ -147,18 +157,10 @@ class _Search:
     with noise: so no set promises more than the set of its size that was found without wishes.
     """
 
-    def __init__(
-        self,
-        tests: SetTests,
-        expected: Sequence[np.ndarray],
-        terms: Terms,
-        worst: bool,
-        stream: Stream | None,
-        first: np.ndarray,
-    ) -> None:
-        self._grown, self._expected = GrownSet(tests.whole, terms, first, worst), expected
-        self._promises, self._choose, self._stream = Promises(tests, terms), ByHalves(worst), stream
-        self._free = terms.unwished and _search(tests, expected, terms.unwished, worst, stream, first)
+    def __init__(self, tests: SetTests, terms: Terms, given: _Given) -> None:
+        self._grown, self._given = GrownSet(tests.whole, terms, given.first, given.worst), given
+        self._promises, self._choose = Promises(tests, terms), ByHalves(given.worst)
+        self._free = terms.unwished and _search(tests, terms.unwished, given)
         self._found: dict[int, tuple[tuple[int, ...], Promise]] = {}
 
     def up_to(self, size: int) -> tuple[tuple[int, ...], Promise]:
@@ -169,31 +171,24 @@ class _Search:
 
     def _up_to(self, size: int) -> tuple[tuple[int, ...], Promise]:
         order = self._grown.up_to(size)
-        alone = ExpectedF1(*(float(values[order[0]]) for values in self._expected))
-        if self._stream:
-            lost = mean_over(self._stream.lost, self._promises.tests.weights)
+        alone = ExpectedF1(*(float(values[order[0]]) for values in self._given.expected))
+        if stream := self._given.stream:
+            lost = mean_over(stream.lost, self._promises.tests.weights)
             promise = self._promises.of(order, self._choose, ExpectedF1(*(value + lost for value in alone)))
-            promise = promise_in_stream(self._stream, order, promise, alone)
+            promise = promise_in_stream(stream, order, promise, alone)
         else:
             promise = self._promises.of(order, self._choose, alone)
         return order, promise.at_most(self._free.up_to(len(order))[1]) if self._free else promise
 
 
-def _search(
-    tests: SetTests,
-    expected: Sequence[np.ndarray],
-    terms: Terms,
-    worst: bool,
-    stream: Stream | None,
-    first: np.ndarray,
-) -> _Search:
+def _search(tests: SetTests, terms: Terms, given: _Given) -> _Search:
     """A search; one without wishes is kept with its tests, as the next wishes are held against it, too."""
     if terms.unwished:
-        return _Search(tests, expected, terms, worst, stream, first)
-    arrays = expected[0], first, terms.allowed, terms.cost, *terms.required
-    key = *(array.tobytes() for array in arrays), terms.max_size, worst, stream
+        return _Search(tests, terms, given)
+    arrays = given.expected[0], given.first, terms.allowed, terms.cost, *terms.required
+    key = *(array.tobytes() for array in arrays), terms.max_size, given.worst, given.stream
     if key not in tests.searches:
-        tests.searches[key] = _Search(tests, expected, terms, worst, stream, first)
+        tests.searches[key] = _Search(tests, terms, given)
     return tests.searches[key]
 
 
@@ -218,7 +213,7 @@ def choose_together(
     that of the highest, or of the highest of `first` (N,). In a `stream` all of it is F1 there.
     """
     best_alone = expected[0] if first is None else first
-    search = _search(tests, expected, terms, every_activity > 0, stream, best_alone)
+    search = _search(tests, terms, _Given(expected, every_activity > 0, stream, best_alone))
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
         order, promise = search.up_to(size)
         lowest = promise.f1[:, tests.weights > 0].min(axis=1)

@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ...core.findings.cautions import OPEN, STOPS, WEAKENS
+from ...core.findings.cautions import OPEN, STOPS, WEAKENS, Caution
 from ...core.ranking.costs import IS_AS_GOOD
 from ...core.selection.headline import short
 from ...core.wording import capital
@@ -50,7 +50,8 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
-        draw_light(self.layout, context, body)
+        cautions = lists.cautions_of(body.w2w)
+        draw_light(self.layout, context, body, cautions)
         draw_outdated(self.layout, context, body)
         answer, layout = lists.answer_of(body.w2w), self.column(context)
         draw_text(layout, context, answer.get("sentence", ""))
@@ -62,7 +63,7 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
         elif found:
             draw_products(layout, found)
             draw_note(layout, context, "F1 expected clip by clip")
-        for caution in lists.cautions_of(body.w2w)[:OPEN]:
+        for caution in cautions[:OPEN]:
             if caution.weight == STOPS:
                 draw_warning(self.layout, context, caution.sentence())
             else:
@@ -73,9 +74,11 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
         draw_outcome(self.layout, context, self.titles)
 
 
-def draw_light(layout: Layout, context: bpy.types.Context, body: bpy.types.Object) -> None:
+def draw_light(
+    layout: Layout, context: bpy.types.Context, body: bpy.types.Object, cautions: Sequence[Caution]
+) -> None:
     """Draw whether the answer is good, weak or none yet, and where that can be mended."""
-    weights = {caution.weight for caution in lists.cautions_of(body.w2w)}
+    weights = {caution.weight for caution in cautions}
     if state.outdated_at_a_glance(body):
         icon, words = RED, "Out of date"
     elif STOPS in weights:

@@ -165,8 +165,7 @@ class W2W_OT_pick_patch(operators.OnBody, bpy.types.Operator):
             self.report({"WARNING"}, f"'{item.name}' has no patches: place them first (page Details)")
             return {"CANCELLED"}
         context.scene.w2w.body = item
-        patch, vertex = spot_at(context.evaluated_depsgraph_get(), item, face, point, shown)
-        pick(context, item, patch, self.compare, vertex)
+        pick_spot(context, item, point, face, shown, self.compare)
         return {"FINISHED"}
 
 
@@ -180,10 +179,25 @@ class W2W_OT_click_body(operators.OnRanking, bpy.types.Operator):
         return operators.OnRanking.missing(context, body) or ("" if is_tab_open(context.area) else NO_TAB)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
-        _, _, shown = under_mouse(context, event)
-        if shown is None or (owner_of(shown) or shown) is not state.polled_body(context):
+        point, face, shown = under_mouse(context, event)
+        body = state.polled_body(context)
+        if shown is None or (owner_of(shown) or shown) is not body:
             return {"PASS_THROUGH"}
-        return bpy.ops.w2w.pick_patch("INVOKE_DEFAULT")
+        pick_spot(context, body, point, face, shown)
+        return {"FINISHED"}
+
+
+def pick_spot(
+    context: bpy.types.Context,
+    body: bpy.types.Object,
+    point: np.ndarray,
+    face: int,
+    shown: bpy.types.Object,
+    compare: bool = False,
+) -> None:
+    """Look at the patch of a point (3,) that was clicked on a face of a body, or of what shows it."""
+    patch, vertex = spot_at(context.evaluated_depsgraph_get(), body, face, point, shown)
+    pick(context, body, patch, compare, vertex)
 
 
 def is_tab_open(area: bpy.types.Area | None) -> bool:
