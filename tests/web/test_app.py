@@ -19,7 +19,7 @@ from w2w.core.library.library import read_library
 from w2w.core.study.clip_files import CHANGING
 from w2w.web import receiving
 from w2w.web.request import EVENTS, INPUT, RESULTS
-from w2w.web.study import Study
+from w2w.web.study import PARAMETERS, Study
 from w2w.web.uploads import RefusedError
 from w2w.web.work import Reader, Work
 
@@ -420,7 +420,11 @@ def test_a_clip_that_a_version_without_pictures_judged_gets_its_figure(client, m
 
 
 def test_openapi_describes_every_address(client):
-    described = client.get("/api").json()["paths"]
+    page = client.get("/api").json()
+    described, schemas = page["paths"], page["components"]["schemas"]
+    assert schemas["Parameters"]["properties"].keys() == PARAMETERS.keys()
+    assert schemas["Wishes"]["properties"]["max_places"] == {"type": "integer"}
+    assert '"#/components/schemas/Wishes"' in json.dumps(described)
     served = {
         (route.path.replace(":path", ""), method.lower())
         for route in client.app.routes

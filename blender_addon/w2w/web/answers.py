@@ -11,14 +11,13 @@ from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Respon
 from starlette.routing import Route
 
 from ..core.inside import inside
-from ..headless.commands.place import FIGURES
 from ..headless.console import sentence_of
 from ..report.page import REPORT
 from .archive import zipped
-from .choosing import WORDS, cheapest, choose_again, get_ready, report_again, report_needing
+from .choosing import cheapest, choose_again, get_ready, report_again, report_needing
 from .guard import Doors, report_policy
 from .receiving import object_of, parsed, study_of
-from .study import Study, checked_parameters
+from .study import WISHES, Study, checked_parameters
 from .uploads import RefusedError
 from .work import Reader, Work
 
@@ -69,7 +68,7 @@ class Answers:
         self, study: Study, wishes: dict[str, Any], how: Callable[..., Any], worker: Reader | None = None
     ) -> Any:
         """What a function makes of a study's results and wishes, in a worker that remembers them."""
-        if unknown := wishes.keys() - {*FIGURES, *WORDS, "compare"}:
+        if unknown := wishes.keys() - {*WISHES, "compare"}:
             raise RefusedError(400, f"there is no wish {min(unknown)[:80]!r}")
         given = {**dict.fromkeys(wishes, ""), **checked_parameters({**wishes, "compare": ""})}
         given["compare"] = str(wishes.get("compare", ""))

@@ -9,6 +9,7 @@ from typing import Any
 
 from ..core.findings.advice_content import advice_content, need_content, place_content, with_needs
 from ..core.findings.cautions import Caution
+from ..core.parameters import with_values
 from ..core.ranking.stream import Stream
 from ..core.selection.advice import Advice
 from ..core.selection.joint import grow_unwished
@@ -24,12 +25,9 @@ from ..core.study.choosing import (
 )
 from ..core.study.config import StudyConfig
 from ..core.study.results import StudyResults
-from ..headless.commands.place import FIGURES, Wishes, chosen_content
+from ..headless.commands.place import CHOICE, Wishes, chosen_content
 from ..headless.options import words
 from ..report.page import report_page
-
-WORDS = "only", "forbid", "must", "background"
-"""Wishes that `place` takes besides figures."""
 
 
 @lru_cache(maxsize=1)
@@ -104,10 +102,10 @@ def _chosen_by(out: Path, written: int, asked: str) -> tuple[StudyResults, Study
     """A choice by wishes as JSON: its sentence is asked for, then its report."""
     wishes = json.loads(asked)
     study, tests, stream, turned = _opened(out, written)
-    figures = {name: wishes.get(name) or None for name in FIGURES}
-    config = Wishes(**figures, **{name: wishes.get(name) for name in WORDS}).over(study)
-    cleared = [name for name in FIGURES if name in wishes and wishes[name] in ("", None)]
-    config = replace(config, **{name: getattr(StudyConfig(), name) for name in cleared})
+    figures = [name for name, each in CHOICE.items() if not each.is_list]
+    cleared = {name: CHOICE[name].default for name in figures if wishes.get(name) == ""}
+    given = {name: wishes[name] for name in wishes if name in CHOICE and name not in cleared}
+    config = with_values(Wishes(**given).over(study), cleared)
     again = ranked_again(study, config)
     same = again.utility is study.utility
     return again, config, advised_by(study, config, tests, stream, turned) if same else advised(again, config)

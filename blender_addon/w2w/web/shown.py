@@ -2,17 +2,19 @@
 """The pages of the web app: its own, the door, and answers that were shared."""
 
 import asyncio
+import json
 from contextlib import suppress
 from html import escape
+from typing import Any
 
 from starlette.requests import Request
-from starlette.responses import FileResponse, HTMLResponse, Response
+from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from ..core.inside import inside
 from ..report.page import PAGE, REPORT
 from .guard import PAGES, Doors, enter_page, entered, report_policy
-from .study import Study
+from .study import PARAMETERS, WISHES, Study
 from .uploads import RefusedError
 from .work import Work
 
@@ -21,7 +23,7 @@ WRONG_S = 1.0
 
 SCRIPTS = ("app", "answer", "clips", "enter", "figures", "page", "uploads")
 
-STATIC = ("app.css", "openapi.json", "style.css", "demo.json", *(f"{name}.js" for name in SCRIPTS))
+STATIC = ("app.css", "style.css", "demo.json", *(f"{name}.js" for name in SCRIPTS))
 
 PICTURE = "heatmaps/mean.png"
 
@@ -41,7 +43,7 @@ class Pages:
             Route("/shared/{link}", self.shared),
             Route("/shared/{link}/picture.png", self.shared_picture),
             Route("/enter", self.enter, methods=["POST"]),
-            Route("/api", self.static),
+            Route("/api", self.interface),
         ]
 
     async def page(self, request: Request) -> Response:
@@ -55,11 +57,18 @@ class Pages:
         return HTMLResponse(text)
 
     async def static(self, request: Request) -> Response:
-        name = request.path_params.get("name", "openapi.json")
+        name = request.path_params["name"]
         folder = PAGE if name == "style.css" else PAGES
         if name not in STATIC:
             raise RefusedError(404, "There is no such page")
         return FileResponse(folder / name)
+
+    async def interface(self, _: Request) -> Response:
+        """The interface as OpenAPI describes it, with the parameters as they are declared."""
+        described = json.loads((PAGES / "openapi.json").read_text(encoding="utf-8"))
+        schemas = {"Parameters": PARAMETERS, "Wishes": WISHES | {"compare": (str,)}}
+        described["components"] = {"schemas": {name: _schema(each) for name, each in schemas.items()}}
+        return JSONResponse(described)
 
     async def enter(self, request: Request) -> Response:
         """Let in whoever sends the token, and lead on to where they wanted to go."""
@@ -81,6 +90,15 @@ class Pages:
     async def shared_picture(self, request: Request) -> Response:
         study = Study.shared(self.work.data, request.path_params["link"])
         return FileResponse(inside(study.results, PICTURE))
+
+
+JSON_KINDS = {str: "string", bool: "boolean", int: "integer", float: "number"}
+
+
+def _schema(parameters: dict[str, tuple[type, ...]]) -> dict[str, Any]:
+    """The schema of an object of parameters, each with its types."""
+    types = {name: {"type": JSON_KINDS[kinds[-1]]} for name, kinds in parameters.items()}
+    return {"type": "object", "properties": types}
 
 
 def with_preview(page: str, study: Study, address: str, picture: str) -> str:

@@ -23,6 +23,7 @@ from ..core.ranking.weights import check_counting
 from ..core.study.config import StudyConfig
 from ..core.study.results import UnfinishedError, check_finished
 from ..headless.commands.demo import TARGET, write_library
+from ..headless.commands.place import CHOICE
 from ..headless.commands.status import describe
 from ..headless.options import words
 from ..headless.runs.monitor import read_state
@@ -46,6 +47,9 @@ PARAMETERS: dict[str, tuple[type, ...]] = {
     if each.web
 } | {"pose_up": (str,)}
 """Parameters that a study may ask for, each with its types: those declared for the web, none names a file."""
+
+WISHES = {name: PARAMETERS[name] for name in CHOICE if name in PARAMETERS}
+"""Those of them that can be chosen by again."""
 
 REGIONS = [f"{side} {region}".strip() for region in ALL for side in ("", *SIDES)]
 

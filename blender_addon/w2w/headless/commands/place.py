@@ -43,9 +43,6 @@ REDRAW = "place --redraw"
 CHOICE = parameters_at("choice", StudyConfig)
 """Parameters that can be chosen by again."""
 
-FIGURES = tuple(name for name, each in CHOICE.items() if not each.is_list)
-"""Those that are numbers."""
-
 CLEARED = "Activities not to count in the mean, comma-separated; '' for none.  [default: the run's]"
 
 LEFT_BEHIND = ("lock", "holder", "running")
