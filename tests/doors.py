@@ -4,6 +4,7 @@
 Each is tried with 2.5 in its place, as a user would.
 """
 
+import asyncio
 import json
 import sys
 from collections.abc import Callable
@@ -24,7 +25,7 @@ from w2w.headless.commands import run
 from w2w.headless.commands.init import template
 from w2w.ui.panels.sensor import W2W_PT_sensor
 from w2w.ui.study.state import config_of
-from w2w.web.openapi import page
+from w2w.web.shown import Pages
 from w2w.web.study import Study, checked_parameters
 
 GIVEN = 2.5
@@ -62,12 +63,12 @@ def panel(name: str, _folder: Path) -> bool:
 
 def web(name: str, folder: Path) -> bool:
     """It is described, checked, kept, and handed on to the run's command."""
-    described = page()["paths"]["/api/studies/{id}/run"]["post"]["requestBody"]["content"]["application/json"]
+    described = json.loads(asyncio.run(Pages(None, None).interface(None)).body)["components"]["schemas"]
     asked = checked_parameters({name: GIVEN})
     study = Study.make(folder)
     study.change(parameters=asked)
     option = f"--{name.replace('_', '-')}={GIVEN}"
-    return described["schema"]["properties"][name]["type"] == "number" and option in study.command(1, "")
+    return described["Parameters"]["properties"][name]["type"] == "number" and option in study.command(1, "")
 
 
 def python(name: str, _folder: Path) -> bool:
