@@ -43,7 +43,6 @@ def with_z_up(path, folder):
     return turned
 
 
-@pytest.mark.filterwarnings("ignore:Gimbal lock:UserWarning")  # the file is turned by Euler angles
 def test_the_source_of_a_file_with_z_up_stands(body_in_scene, shared_data, tmp_path):
     path = with_z_up(shared_data / FILES[0], tmp_path)
     assert read_bvh(path).up == "z"
