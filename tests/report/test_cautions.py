@@ -9,7 +9,7 @@ from rich.console import Console
 
 import w2w
 from w2w.core.findings.advice_content import advice_content
-from w2w.core.findings.cautions import KNOW, STOPS, WEAKENS, Caution, cautions, head
+from w2w.core.findings.cautions import KNOW, STOPS, WEAKENS, Caution, below, cautions, head
 from w2w.core.keypoints.likely_rest import ITS_OWN
 from w2w.core.selection.advice import advise
 from w2w.core.selection.scored import ScoredMap
@@ -52,11 +52,20 @@ def test_what_stops_an_answer_stands_in_its_place_at_every_door(drawn_results):
     assert head("Wear a ring.", [weak, stop]) == stopped
     study, console = StudyResults.load(drawn_results), Console(record=True, width=1000, file=io.StringIO())
     advice = advise(ScoredMap(study.utility, study.patches, study.body()), None)
-    content = advice_content(advice, study.patches, [stop])
+    content = advice_content(advice, study.utility, study.patches, [stop])
     assert content["answer"]["sentence"] == stopped
     assert content["answer"]["patch"] == advice.answer.patch
-    show_answer(advice, [stop], console)
-    assert console.export_text().strip().startswith(stopped)
+    assert content["answer"]["recommended"] == ""
+    show_answer(advice, study.utility, [stop, weak], console)
+    said = console.export_text().strip()
+    assert said.startswith(stopped)
+    assert said.count(stop.text) == said.count("Weakens the answer: few clips.") == 1
+    assert "recommended" not in said
+    assert below([weak, stop, stop]) == [weak, stop]
+    vars(study)["summary"] = study.summary | content | {"cautions": [stop._asdict(), weak._asdict()]}
+    page = report_page(study).partition("</head>")[2]
+    assert page.count(stop.text) == 1
+    assert "recommended</span>" not in page
 
 
 def test_a_map_that_repeats_below_a_half_is_cautioned_of_and_painted_with_less_contrast(drawn_results):

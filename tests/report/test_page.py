@@ -225,7 +225,7 @@ def test_the_console_begins_with_the_answer_and_its_figures(drawn_results):
     utility, out = UtilityMap.load(drawn_results / "utility.npz"), drawn_results
     study, console = StudyResults.load(out), Console(record=True, width=200, file=io.StringIO())
     advice = advise(ScoredMap(utility, study.patches, study.body()), None)
-    show_answer(advice, [], console)
+    show_answer(advice, utility, [], console)
     said = " ".join(console.export_text().split())
     assert said.startswith(f"{advice.answer.sentence()} {advice.answer.detail()}")
 

@@ -19,7 +19,7 @@ from w2w.ui.jobs import jobs
 from w2w.ui.steps.choosing import choose_steps
 from w2w.ui.study import signal_cache
 from w2w.ui.study.lists import advice_of, answer_of, comparison_of, is_understood, leading, suggestions
-from w2w.ui.study.state import FORBID, config_of, constraints_of, patches_of
+from w2w.ui.study.state import FORBID, config_of, constraints_of, patches_of, utility_of
 
 from .made_study import make_study
 from .test_restore import open_file
@@ -259,3 +259,15 @@ def test_places_are_compared_as_on_the_command_line(finished_run: Path, tmp_path
     assert "tail" in comparison_of(study)
     study.compare = ""
     assert comparison_of(study) == []
+
+
+def test_choosing_sensors_leaves_map_and_answer_as_the_ranking_said_them(finished_run: Path) -> None:
+    study = open_file(finished_run / "study.blend").w2w
+    assert bpy.ops.w2w.rank_patches() == {"FINISHED"}
+    ranked, answered, coloured = utility_of(study), answer_of(study), study.utility_key
+    assert ranked is not None
+    assert ranked.lost is not None
+    study.max_places = 1
+    assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
+    assert answer_of(study) == answered
+    assert study.utility_key == coloured

@@ -238,13 +238,3 @@ def test_a_clip_whose_motion_the_file_does_not_hold_says_where_it_is(finished_ru
     assert (first["problem"], third["problem"]) == ("", "")
     assert "no longer where the run left it" in second["problem"]
     assert all("Open Results" in clip["problem"] for clip in others[: len(run.clips) - 3])
-
-
-@pytest.mark.parametrize(
-    "found", [None, {}, {"patch": 3}, {"patch": 3, "products": 1}, {"patch": 3, "products": []}]
-)
-def test_an_answer_that_is_not_the_runs_own_is_not_believed(found: object) -> None:
-    known = {"patch": 3, "sentence": "A watch: F1 .90.", "products": [{"name": "watch", "costs": 0.0}]}
-    assert not restore._is_same(found, known)
-    with_stream = {"name": "watch", "costs": 0.0, "expected_f1": 0.8}
-    assert restore._is_same({"patch": 3, "products": [with_stream]}, known)

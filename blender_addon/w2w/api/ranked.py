@@ -130,7 +130,7 @@ class Ranked:
 
     @cached_property
     def _scored(self) -> ScoredMap:
-        return scored_map(self.utility, self.patches, self.body, self.config, self.stream)
+        return scored_map(self.utility, self.patches, self.body, self.config)
 
     @property
     def names(self) -> tuple[str, ...]:

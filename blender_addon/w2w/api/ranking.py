@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..core.files import write_text
-from ..core.findings.cautions import head
+from ..core.findings.cautions import below, head
 from ..core.findings.new_folder import write_findings
 from ..core.given import given_path
 from ..core.library.library import Clip, Library
@@ -61,7 +61,7 @@ class Ranking(Ranked):
     details : sequence of dict
         Duration, windows and the like of each of them, for cautions and report.
     stream : Stream, optional
-        The clips in a stream, by which sets are judged; None for other classifiers than the ridge.
+        The clips one after another, by which sets are judged; None for other classifiers than the ridge.
     folder : Path, optional
         The results folder that it was read from, which holds all that a report says.
     recordings : Recordings, optional
@@ -86,7 +86,7 @@ class Ranking(Ranked):
             for f1 in [score.f1]
         ]
         about = self.answer.detail().removesuffix("."), self.answer.measured()
-        said = [*(f"{text}." for text in about if text), *(each.sentence() for each in self.cautions)]
+        said = [*(f"{text}." for text in about if text), *(each.sentence() for each in below(self.cautions))]
         on_top = head(self.answer.sentence(), self.cautions)
         parts = [
             f"<p><b>{escape(on_top)}</b></p>",
@@ -144,7 +144,7 @@ class Ranking(Ranked):
         Parameters
         ----------
         target : float
-            Expected macro F1 to reach in a stream of clips.
+            Expected macro F1 to reach where clips follow one another.
         every_activity : float
             Expected F1 to reach for each activity as well; 0 for no such limit.
         max_sensors : int, optional
@@ -231,7 +231,7 @@ class Ranking(Ranked):
 
         path = given_path(path, "a report")
         if self.recordings is not None:
-            cautions = [caution.sentence() for caution in self.cautions]
+            cautions = [caution.sentence() for caution in below(self.cautions)]
             on_top = head(self.answer.sentence(), self.cautions)
             said = {"head": on_top, "cautions": cautions, "skipped": self.skipped, "names": self.names}
             page = worn_page(self.utility, self.advice, self.config, said, self.picture)

@@ -14,7 +14,7 @@ from markupsafe import Markup
 from ..core.body.body import Body
 from ..core.colours import colour_table
 from ..core.findings import notes
-from ..core.findings.cautions import OPEN
+from ..core.findings.cautions import OPEN, Caution, below
 from ..core.findings.summary import MOST_REGIONS, best_regions
 from ..core.imu.wearing import wearing_sentences
 from ..core.patches.body_parts import PRODUCT_NAMED, PRODUCTS
@@ -76,6 +76,7 @@ def _page(study: StudyResults, project: str | None) -> str:
         .render(
             project=study.parameters.get("title", "") if project is None else project.strip(),
             summary=summary,
+            cautions=below([Caution(**each) for each in summary["cautions"]]),
             config=config,
             counts=notes.counts_sentence(summary["clips"], utility),
             in_blend=len(study.clips_in_blend),

@@ -52,12 +52,12 @@ def get_ready(out: Path) -> None:
 def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
     """What `w2w place` would choose, or compare, in a results folder; "" takes back a wish of the run."""
     if wishes["compare"]:
-        study, _, stream, _ = _opened(out, _written(out))
-        scores = compared(study, words(wishes["compare"]), stream)
+        study = _opened(out, _written(out))[0]
+        scores = compared(study, words(wishes["compare"]))
         return {"compared": [place_content(score, study.patches) for score in scores]}
     again, _, advice = _chosen(out, wishes)
     found = [Caution(**each) for each in again.summary["cautions"]]
-    return advice_content(advice, again.patches, found)
+    return advice_content(advice, again.utility, again.patches, found)
 
 
 def report_again(out: Path, wishes: dict[str, Any]) -> str:
@@ -79,7 +79,7 @@ def _shown(out: Path, wishes: dict[str, Any]) -> StudyResults:
     """A results folder's study as its report shows it under other wishes."""
     again, config, advice = _chosen(out, wishes)
     study = _opened(out, _written(out))[0]
-    shown = replace(again, utility=advice.map, parameters=config.as_dict())
+    shown = replace(again, parameters=config.as_dict())
     vars(shown)["summary"] = study.summary | chosen_content(study, shown, config, advice)
     return shown
 
@@ -107,5 +107,7 @@ def _chosen_by(out: Path, written: int, asked: str) -> tuple[StudyResults, Study
     given = {name: wishes[name] for name in wishes if name in CHOICE and name not in cleared}
     config = with_values(Wishes(**given).over(study), cleared)
     again = ranked_again(study, config)
-    same = again.utility is study.utility
-    return again, config, advised_by(study, config, tests, stream, turned) if same else advised(again, config)
+    if again.utility is study.utility:
+        return again, config, advised_by(study, config, tests, stream, turned)
+    again, advice = advised(again, config)
+    return again, config, advice

@@ -51,7 +51,7 @@ def waves(*hertz):
 
 def test_what_differs_throughout_is_told_in_a_stream_as_on_clips():
     (found,) = stream_of(waves(1.0, 3.0, 8.0)).f1([[0]])
-    assert found.cut_out == pytest.approx(1.0)
+    assert found.by_clip == pytest.approx(1.0)
     assert found.orders.min() > 0.93  # half of some windows is standing
 
 
@@ -104,10 +104,10 @@ FIELDS = ("read", "standing", "sensor", "spec", "activity", "fold", "weights")
 
 def test_what_is_expected_in_a_stream_is_lower_and_no_surer():
     made = stream_of([still, *waves(1.0, 3.0)])
-    cut_out = ExpectedF1(0.9, 0.85, 0.95)
-    found = made.expected([0], cut_out)
+    by_clip = ExpectedF1(0.9, 0.85, 0.95)
+    found = made.expected([0], by_clip)
     assert found.mean == pytest.approx(0.9 - made.f1([[0]])[0].loss.mean())
-    assert found.high - found.low > cut_out.high - cut_out.low
+    assert found.high - found.low > by_clip.high - by_clip.low
     assert 0 <= found.low < found.mean < found.high <= 1
 
 
@@ -132,4 +132,4 @@ def test_signals_of_a_patch_are_read_once():
     counted.f1([[0, 1], [1]])
     counted.f1([[1, 0]])
     assert sorted(asked) == [0, 1]
-    assert counted.f1([[1]])[0].cut_out == pytest.approx(made.f1([[1]])[0].cut_out)
+    assert counted.f1([[1]])[0].by_clip == pytest.approx(made.f1([[1]])[0].by_clip)

@@ -15,7 +15,7 @@ from w2w.core.selection.headline import short
 from w2w.core.selection.joint import ByHalves, GrownSet, choose_together
 from w2w.core.selection.promise import Promises, promise_in_stream
 
-from .made_sets import NAMES, N, alone, library, prepare, terms
+from .made_sets import CLIPS, NAMES, D, N, alone, library, prepare, terms
 
 pytestmark = pytest.mark.later
 
@@ -112,18 +112,18 @@ class Lossy:
     def lost(self):
         return np.full(len(NAMES), self.loss)
 
-    def expected(self, _worn, cut_out):
-        return ExpectedF1(cut_out.mean - self.loss, cut_out.low - self.loss, cut_out.high - self.loss)
+    def expected(self, _worn, by_clip):
+        return ExpectedF1(by_clip.mean - self.loss, by_clip.low - self.loss, by_clip.high - self.loss)
 
 
 @pytest.mark.slow
 def test_a_target_is_reached_in_a_stream_or_not_at_all(tests):
-    cut_out = choose_together(tests, alone(tests), terms(4), target=0.3)
+    plain = choose_together(tests, alone(tests), terms(4), target=0.3)
     lossless, lossy = (
         choose_together(tests, alone(tests), terms(4), 0.3, stream=Lossy(loss)) for loss in (0.0, 0.2)
     )
-    assert cut_out.promise.mean[0] == pytest.approx(lossless.promise.mean[0])
-    assert cut_out.sentence() == lossless.sentence()
+    assert plain.promise.mean[0] == pytest.approx(lossless.promise.mean[0])
+    assert plain.sentence() == lossless.sentence()
     assert lossy.promise.mean[0] == pytest.approx(lossless.promise.mean[0])  # in the stream as given
     never = choose_together(tests, alone(tests), terms(4), 0.85, stream=Lossy(0.5))
     assert not never.reached
@@ -133,7 +133,7 @@ def test_a_promise_in_a_stream_never_falls_though_the_stream_does(tests):
     order = grown(tests.whole, terms(3)).up_to(3)
     made = Promises(tests, terms(3)).of(order, ByHalves(), ExpectedF1(*(v[order[0]] for v in alone(tests))))
     stream = Lossy(0.0)
-    stream.expected = lambda worn, cut_out: ExpectedF1(0.8 - 0.1 * len(worn), 0.1, cut_out.high)
+    stream.expected = lambda worn, by_clip: ExpectedF1(0.8 - 0.1 * len(worn), 0.1, by_clip.high)
     found = promise_in_stream(stream, order, made, ExpectedF1(0.7, 0.6, 0.8))
     assert (np.diff(found.mean) >= 0).all()
     assert found.mean[0] == pytest.approx(0.7)
@@ -210,7 +210,8 @@ def test_no_wish_promises_more(tests, forbidden, required, dear):
     cost = np.where(np.isin(np.arange(N), list(dear)), 3.0, 1.0)
     wished = terms(2, allowed=allowed, required=[[one] for one in required], cost=cost)
     expected = alone(tests)
-    free = joint._Search(tests, expected, terms(2), False, None, expected[0]).up_to(2)[1]
+    given = joint._Given(expected, False, None, expected[0])
+    free = joint._Search(tests, terms(2), given).up_to(2)[1]
     chosen = choose_together(tests, expected, replace(wished, unwished=terms(2)), target=1.0)
     most = np.maximum(free.mean[: len(chosen.order)], expected[0][chosen.order[0]])
     assert (chosen.promise.mean <= most + 1e-9).all()
@@ -333,3 +334,16 @@ def test_no_weights_and_equal_weights_promise_the_same():
     assert one.order == other.order
     np.testing.assert_array_equal(one.promise.mean, other.promise.mean)
     np.testing.assert_array_equal(one.promise.low, other.promise.low)
+
+
+def test_a_set_that_is_never_wrong_is_no_surer_than_so_many_clips_can_show():
+    rng = np.random.default_rng(3)
+    clip = np.repeat(np.arange(4 * CLIPS), 2)
+    features = rng.normal(size=(len(clip), N, D)).astype(np.float32)
+    activity = np.repeat(np.arange(4), 2 * CLIPS)
+    features[:, :, :4] += 60 * np.eye(4, dtype=np.float32)[activity][:, None]
+    tests = prepare(features, np.array(NAMES)[activity], clip)
+    found = Promises(tests, terms(3)).of((0, 5, 9), ByHalves(), (1.0, 0.9, 1.0))
+    assert found.mean[1:] == pytest.approx(1.0)
+    assert found.high[1:] == pytest.approx(1.0)
+    assert found.low[1:] == pytest.approx(0.025 ** (1 / (4 * CLIPS)))  # Clopper and Pearson

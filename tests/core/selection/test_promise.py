@@ -50,7 +50,9 @@ def world(noise, seed, disjoint=True):
     whole = Measured(truth, 0.0, rng)
     whole.single = (halves[0].single + halves[1].single) / 2
     plan = SimpleNamespace(disjoint=disjoint, shrink=4.0)
-    tests = SimpleNamespace(whole=whole, pairs=(halves,), plan=plan, seed=seed, weights=np.ones(1))
+    tests = SimpleNamespace(
+        whole=whole, pairs=(halves,), plan=plan, seed=seed, weights=np.ones(1), most_shown=1.0
+    )
     order = best_first(whole, None, K)
     made = Promises(tests, FREE).of(order, best_first, (0.0, 0.0, 1.0))
     return made.mean[1:], reached(truth, order)[1:]
@@ -75,7 +77,9 @@ def test_where_nothing_repeats_nothing_is_gained():
         rng = np.random.default_rng(seed)
         halves = tuple(Measured(np.full(PATCHES, 0.5), 0.05, rng) for _ in range(2))
         plan = SimpleNamespace(disjoint=True, shrink=4.0)
-        tests = SimpleNamespace(whole=halves[0], pairs=(halves,), plan=plan, seed=seed, weights=np.ones(1))
+        tests = SimpleNamespace(
+            whole=halves[0], pairs=(halves,), plan=plan, seed=seed, weights=np.ones(1), most_shown=1.0
+        )
         promises, order = Promises(tests, FREE), best_first(halves[0], None, K)
         found.append(promises.of(order, best_first, (0.5, 0.0, 1.0)).mean[1:])
     np.testing.assert_allclose(
@@ -155,7 +159,7 @@ def test_less_is_gained_where_less_is_left(whole, half, promised_f1):
     one, other = Judged(half, half + 0.04), Judged(half, half + 0.04)
     plan = SimpleNamespace(disjoint=True, shrink=4.0)
     found = SimpleNamespace(
-        whole=Judged(whole, 1.0), pairs=((one, other),), plan=plan, seed=0, weights=np.ones(4)
+        whole=Judged(whole, 1.0), pairs=((one, other),), plan=plan, seed=0, weights=np.ones(4), most_shown=1.0
     )
     made = Promises(found, terms(2)).of([0, 4], lambda *_: [0, 4], (0.3, 0.2, 0.4))
     assert made.mean[1] == pytest.approx(promised_f1)

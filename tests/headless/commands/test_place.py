@@ -19,7 +19,6 @@ from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.answer import answer
 from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.scored import ScoredMap
-from w2w.core.study.choosing import stream_in
 from w2w.core.study.results import StudyResults
 from w2w.headless.runs.folder import only_run
 from w2w.scene.files.study_file import read_record
@@ -81,8 +80,7 @@ def test_the_run_keeps_to_the_constraints_and_says_what_they_cost(study):
     assert any("--leave-out" in reason for reason in skipped_clips(out).values())
     ranked = StudyResults.load(out)
     allowed = Constraints(forbid=("head", "hand")).terms(ranked.patches).allowed
-    stream = stream_in(ranked, ranked.config())
-    said = answer(ScoredMap(ranked.utility, ranked.patches, ranked.body(), allowed, stream)).sentence()
+    said = answer(ScoredMap(ranked.utility, ranked.patches, ranked.body(), allowed)).sentence()
     assert summary["answer"]["sentence"] == said
     assert summary["map_sentence"] in output
     assert " ".join(output.split()).index(said) < " ".join(output.split()).index("One sensor on")

@@ -22,9 +22,10 @@ from ..study.variants import ALONE, KNOBS
 from .cautions import Caution, head
 
 
-def advice_content(advice: Advice, patches: PatchSet, cautions: Sequence[Caution]) -> dict[str, Any]:
+def advice_content(
+    advice: Advice, utility: UtilityMap, patches: PatchSet, cautions: Sequence[Caution]
+) -> dict[str, Any]:
     """The choice as plain values, under what speaks against it."""
-    utility = advice.map
     return {
         "answer": answer_content(advice.answer, patches, cautions),
         "cards": [
@@ -49,8 +50,9 @@ def advice_content(advice: Advice, patches: PatchSet, cautions: Sequence[Caution
 
 def answer_content(answer: Answer, patches: PatchSet, cautions: Sequence[Caution]) -> dict[str, Any]:
     """Where to wear one sensor, in a sentence and by products, or what stops the answer."""
+    sentence = head(answer.sentence(), cautions)
     return {
-        "sentence": head(answer.sentence(), cautions),
+        "sentence": sentence,
         "detail": answer.detail(),
         **habit_content(answer),
         "chance": round(answer.chance, 3),
@@ -58,8 +60,7 @@ def answer_content(answer: Answer, patches: PatchSet, cautions: Sequence[Caution
         "name": patches.names[answer.patch],
         **interval_content("expected_f1", *answer.f1),
         "measured": answer.measured(),
-        "places_differ": answer.differs,
-        "recommended": answer.product,
+        "recommended": answer.product if sentence == answer.sentence() else "",
         "costs_are_against": list(answer.base.under),
         "compared_with": [score.name for score in answer.others],
         "products": [place_content(score, patches) for score in answer.products],

@@ -95,6 +95,12 @@ def head(answer: str, found: Iterable[Caution]) -> str:
     return f"No answer yet: {stops}." if stops else answer
 
 
+def below(found: Sequence[Caution]) -> list[Caution]:
+    """The cautions that stand below the answer: all but the one that stops it, which is said in its place."""
+    stops = next((number for number, each in enumerate(found) if each.weight == STOPS), None)
+    return [each for number, each in enumerate(found) if number != stops]
+
+
 def window_caution(length_s: float, durations: Sequence[float]) -> Caution:
     """A caution on windows that are longer than clips, of these durations, s; without text if none is."""
     shorter = sum(duration < length_s for duration in durations)

@@ -53,7 +53,7 @@ def write_folder(
 
 def write_findings(study: Study) -> None:
     """Write a results folder but for the clips' files: body, patches, ranking, choice, parameters."""
-    out, study = study.results.out, replace(study, results=replace(study.results, utility=study.advice.map))
+    out = study.results.out
     study.body.save(out / WORK / "body.npz")
     study.results.patches.save(out / WORK / "patches.npz")
     write_results(study)

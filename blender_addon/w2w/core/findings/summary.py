@@ -141,7 +141,7 @@ def summary(study: Study) -> dict[str, Any]:
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
         **({"garments": garments} if garments else {}),
-        **advice_content(study.advice, patches, found),
+        **advice_content(study.advice, study.results.utility, patches, found),
         **map_content(study.results, study.config.placements, study.advice.answer.base.under),
     }
 

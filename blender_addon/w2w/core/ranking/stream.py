@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""F1 in a stream of the clips beside F1 on the clips cut out, by the same classifier in the same folds."""
+"""F1 in a stream of the clips next to F1 on windows of one clip, by the same classifier in the same folds."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ CONFIDENCE = 0.95
 
 
 class StreamF1(NamedTuple):
-    """F1 of a set of patches by activity: on clips cut out, and in a stream of them."""
+    """F1 of a set of patches by activity: on windows of one clip, and in a stream of all."""
 
-    cut_out: np.ndarray  # (A,)
+    by_clip: np.ndarray  # (A,)
     orders: np.ndarray  # (O, A): in the stream, for each order of the clips; 0 where no window is of it
 
     @property
     def loss(self) -> np.ndarray:
-        """F1 lost from clips cut out to the stream, shape (A,)."""
-        return self.cut_out - self.orders.mean(axis=0)
+        """F1 lost in the stream, shape (A,)."""
+        return self.by_clip - self.orders.mean(axis=0)
 
 
 class _Windows(NamedTuple):
@@ -88,7 +88,7 @@ class Stream:
     seed: int
     spots: Sequence[int] = ()  # where one sensor may sit; by default each is judged by itself
     _known: dict[tuple[int, ...], StreamF1] = field(default_factory=dict)
-    _windows: dict[str, _Windows] = field(default_factory=dict)  # cut out, and in the stream
+    _windows: dict[str, _Windows] = field(default_factory=dict)  # of single clips, and in the stream
     _ridges: dict[str, float] = field(default_factory=dict)  # chosen once: sets differ by signals alone
 
     def f1(self, sets: Iterable[Sequence[int]]) -> list[StreamF1]:
@@ -102,7 +102,7 @@ class Stream:
         return [self._known[worn] for worn in wanted]
 
     def losing(self, sets: Sequence[Sequence[int]]) -> list[StreamF1]:
-        """F1 of sets, by whose loss from clips cut out to the stream other clips are judged.
+        """F1 of sets, by whose loss in the stream other clips are judged.
 
         For one sensor it is the mean over the `spots`, which tells more than a spot's own loss does.
         """
@@ -113,27 +113,27 @@ class Stream:
             for worn, f1 in zip(sets, found, strict=False)
         ]
 
-    def expected(self, worn: Sequence[int], cut_out: ExpectedF1) -> ExpectedF1:
-        """What other clips would give in a stream, from what they would give cut out.
+    def expected(self, worn: Sequence[int], by_clip: ExpectedF1) -> ExpectedF1:
+        """What other clips would give in a stream, from what they would give one by one.
 
         The loss on these clips is taken off. The interval grows as binomial variance, p (1 - p), and by what
         the orders differ.
         """
         found = self.losing([worn])[0]
-        mean = np.clip(cut_out.mean - mean_over(found.loss, self.weights), 0, 1)
+        mean = np.clip(by_clip.mean - mean_over(found.loss, self.weights), 0, 1)
         by_order = mean_over(found.orders, self.weights)
         error = scipy.special.ndtri((1 + CONFIDENCE) / 2) * by_order.std(ddof=1) / np.sqrt(len(by_order))
-        variance = np.maximum(cut_out.mean * (1 - cut_out.mean), 1e-6)
+        variance = np.maximum(by_clip.mean * (1 - by_clip.mean), 1e-6)
         scale = np.maximum(1.0, np.sqrt(mean * (1 - mean) / variance))
         below, above = (
             np.hypot(scale * reach, error)
-            for reach in (cut_out.mean - cut_out.low, cut_out.high - cut_out.mean)
+            for reach in (by_clip.mean - by_clip.low, by_clip.high - by_clip.mean)
         )
         return ExpectedF1(mean, np.maximum(mean - below, 0), np.minimum(mean + above, 1))
 
     @property
     def lost(self) -> np.ndarray:
-        """F1 of each activity that one sensor loses from clips cut out to the stream, shape (A,)."""
+        """F1 of each activity that one sensor loses in the stream, shape (A,)."""
         return self.losing([self.spots[:1]])[0].loss
 
     def on_map(self, utility: UtilityMap) -> UtilityMap:
@@ -150,9 +150,9 @@ class Stream:
     def _try(self, sets: Sequence[Sequence[int]]) -> list[StreamF1]:
         """Train and test sets of patches that are described."""
         n_activities = len(self.weights)
-        cut, played = self._windows["cut out"], self._windows["stream"]
+        cut, played = self._windows["by clip"], self._windows["stream"]
         of_cut = [
-            window_f1(one, cut.labels[cut.is_test], n_activities) for one in self._predicted("cut out", sets)
+            window_f1(one, cut.labels[cut.is_test], n_activities) for one in self._predicted("by clip", sets)
         ]
         counted = [
             np.flatnonzero((played.order == order) & (played.labels < n_activities))
@@ -179,7 +179,7 @@ class Stream:
         duration = sum(one.n_samples / one.rate for one in recordings)
         n_orders = int(np.clip(ENOUGH_S // duration, FEWEST_ORDERS, MOST_ORDERS))
         found = {
-            "cut out": _Windows(
+            "by clip": _Windows(
                 self.activity[clip],
                 self.fold[clip],
                 np.concatenate([one.is_test for one in cut]),

@@ -86,7 +86,7 @@ class UtilityMap:
     half_f1 : ndarray, shape (P, 2, A, N), float32, or None
         F1 by window on the halves (or single subjects) that choose sets for each other; None without.
     lost : ndarray, shape (A,), or None
-        What was taken off the F1 expected of one sensor, as it is lost in a stream of clips.
+        What was taken off the F1 expected of one sensor, as it is lost where clips follow one another.
 
     Examples
     --------

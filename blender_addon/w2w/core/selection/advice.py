@@ -8,6 +8,7 @@ from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 
 from ..patches.card import Card, card
+from ..ranking.stream import Stream
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import mean_over
 from .answer import Answer, answer
@@ -80,7 +81,6 @@ class Advice:
     cards: tuple[Card, ...]  # where each sensor recommended goes: those of the answer, then of the set
     products: dict[int, str]  # the patches at which usual products sit, with side and name
     allowed: np.ndarray  # (N,), bool: patches that the constraints leave; all by default
-    map: UtilityMap  # the map that is shown, with F1 in a stream if that is known
 
 
 def advise(
@@ -90,11 +90,13 @@ def advise(
     every_activity: float = 0.0,
     max_places: int | None = None,
     constraints: Constraints | None = None,
+    stream: Stream | None = None,
 ) -> Advice:
     """Choose patches from a finished ranking: sets by their `tests`, else the best spot alone.
 
     `target` and `every_activity` are as for `choose_together`. Sets are chosen among the places of usual
-    products unless a constraint says which patches to use. A ValueError says which constraints cannot be met.
+    products unless a constraint says which patches to use, by F1 in a `stream` if there is one. A
+    ValueError says which constraints cannot be met.
     """
     constraints, utility, patches, body = (
         constraints or Constraints(),
@@ -111,16 +113,14 @@ def advise(
         among = _at_products(terms, products, constraints)
         first = scored.leaned.expected_mean.copy()
         first[to_one.patch] += 1  # sets begin with the answer
-        worn = choose_together(
-            tests, scored.leaned.expected, among, target, every_activity, scored.stream, first
-        )
+        worn = choose_together(tests, scored.leaned.expected, among, target, every_activity, stream, first)
         swaps = interchangeable(tests, worn, among, utility)
     recommended = dict.fromkeys([to_one.patch, *(worn.order if worn else ())])
     clusters = redundancy_clusters(utility.predictions, len(utility.activities))
-    cards = tuple(card(body, patches, scored.own.expected_mean, patch) for patch in recommended)
+    cards = tuple(card(body, patches, utility.expected_mean, patch) for patch in recommended)
     return Advice(
         best=scored.best, answer=to_one, worn=worn, alternatives=swaps, clusters=clusters, cards=cards,
-        products=products, allowed=terms.allowed, map=scored.own,
+        products=products, allowed=terms.allowed,
     )  # fmt: skip
 
 

@@ -101,7 +101,7 @@ class Promises:
         else:
             variance = np.ones(size)
         reach = scipy.special.ndtri((1 + CONFIDENCE) / 2) * np.sqrt(variance)
-        low, high = np.clip(mean - reach, 0, 1), np.clip(mean + reach, 0, 1)
+        low, high = np.clip(mean - reach, 0, tests.most_shown), np.clip(mean + reach, 0, 1)
         low[0], high[0] = alone[1:]
         shown_by = np.array([mean_of(one) for one in delivered]).reshape(-1, size)
         return Promise(f1, mean, low, high, raw, shown_by, known=bool(gains))
@@ -174,9 +174,9 @@ def promise_in_stream(stream: Stream, order: Sequence[int], promise: Promise, al
     `alone` is that of the first patch in the stream.
     """
     sets = [order[: count + 1] for count in range(len(order))]
-    cut_out = zip(promise.mean.tolist(), promise.low.tolist(), promise.high.tolist(), strict=True)
+    by_clip = zip(promise.mean.tolist(), promise.low.tolist(), promise.high.tolist(), strict=True)
     losses = np.array([found.loss for found in stream.losing(sets)])
-    found = [stream.expected(worn, ExpectedF1(*of)) for worn, of in zip(sets, cut_out, strict=True)]
+    found = [stream.expected(worn, ExpectedF1(*of)) for worn, of in zip(sets, by_clip, strict=True)]
     mean, low, high = np.array([alone, *found[1:]]).T
     more = rising(mean) - mean
     low, high = np.clip([low + more, high + more], 0, 1)

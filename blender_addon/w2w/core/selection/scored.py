@@ -12,7 +12,7 @@ from ..patches.body_parts import HABIT, PRODUCT_NAMED, PRODUCTS, Product, produc
 from ..patches.naming import FAR_M, nearest_patch, place, resolve
 from ..patches.patches import PatchSet
 from ..ranking.costs import EQUAL, Cost, cost, gain, is_as_good
-from ..ranking.stream import ExpectedF1, Stream
+from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap
 from ..wording import InShort, plain_words
 from .headline import short
@@ -61,7 +61,6 @@ class ScoredMap:
     patches: PatchSet
     body: Body | None  # None for places by their names alone: each is a product of its own
     limits: np.ndarray | None = None  # (N,), bool: patches that the wishes leave; all by default
-    stream: Stream | None = None  # the clips, whose F1 in a stream is the F1, if it can be found
     habit: str = HABIT  # the product that people wear anyway
     general: Mapping[str, float] = field(default_factory=lambda: GENERAL)  # what places are scored by besides
 
@@ -71,14 +70,9 @@ class ScoredMap:
         return np.ones(len(self.patches), bool) if self.limits is None else self.limits
 
     @cached_property
-    def own(self) -> UtilityMap:
-        """The map that is shown: the clips' own, in a stream of them if that is known."""
-        return self.stream.on_map(self.utility) if self.stream else self.utility
-
-    @cached_property
     def leaned(self) -> UtilityMap:
         """The map that places are scored by: the one that is shown, moved towards what is generally good."""
-        return leaning(self.own, self.patches, self.general if self.body else {})
+        return leaning(self.utility, self.patches, self.general if self.body else {})
 
     @cached_property
     def best(self) -> int:

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 
 from ..ranking.classifiers.ridge import Ridge
+from ..ranking.expected import most_shown
 from ..ranking.f1 import class_auc, window_f1
 from ..ranking.halves import CrossValidation, Plan, Trial
 from ..ranking.joint_scores import JointScores, Training
 from ..ranking.pooling import Pooling
-from ..ranking.utility import UtilityMap
+from ..ranking.utility import LEVEL, UtilityMap
 from ..ranking.weights import mean_over
 from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks, spans
 
@@ -84,6 +85,7 @@ class SetTests:
     activities: tuple[str, ...]
     seed: int
     weights: np.ndarray  # (A,): what each activity counts
+    most_shown: float  # highest lower bound of F1 that so many clips could show
     searches: dict[Any, Any] = field(default_factory=dict)  # those without wishes (`joint.choose_together`)
 
     @classmethod
@@ -103,7 +105,7 @@ class SetTests:
         used = everything.used
         activity, clip = np.asarray(protocol.activity)[used], np.asarray(protocol.clip)[used]
         work = everything.among(_evenly(activity, clip, everything.is_test, MOST_WINDOWS))
-        weights = work.weights
+        weights, shown = work.weights, most_shown(clip[everything.is_test], LEVEL)
         source = SomeWindows(as_blocks(inputs), work.used)
         ridge = Ridge().choose_alpha(source, work.labels, work.fold, work.is_test)
         features = _held(source)
@@ -125,7 +127,7 @@ class SetTests:
         whole = work.plan.whole
         by_trial = {trial: tests(trial) for trial in dict.fromkeys([whole, *chain.from_iterable(halves)])}
         pairs = tuple((by_trial[a], by_trial[b]) for a, b in halves)
-        return cls(by_trial[whole], pairs, work.plan, work.activities, protocol.seed, weights)
+        return cls(by_trial[whole], pairs, work.plan, work.activities, protocol.seed, weights, shown)
 
 
 def _held(source: PatchBlocks) -> np.ndarray:

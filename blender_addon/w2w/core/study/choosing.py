@@ -3,6 +3,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -26,6 +27,8 @@ from .config import StudyConfig, plain
 from .needs import Need, needs
 from .ranking import WindowLabels, rank_clips, set_tests, stream_of
 from .results import StudyResults
+
+Found = TypeVar("Found", bound=StudyResults)
 
 
 def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
@@ -68,34 +71,27 @@ def choose_to_wear(
 ) -> Advice:
     """Choose the best spot and the patches to wear together, with `tests` from `prepared_tests`.
 
-    The F1 promised is that in a `stream`, if there is one, else on clips cut out.
+    The F1 promised to a set is that in a `stream`, if there is one.
 
     The config is the run's, or has another target and other constraints; ValueError if they cannot be met.
     """
     return advise(
-        scored_map(utility, patches, body, config, stream), tests, target=config.target,
+        scored_map(utility, patches, body, config), tests, target=config.target,
         every_activity=config.every_activity, max_places=config.max_places, constraints=config.constraints,
+        stream=stream,
     )  # fmt: skip
 
 
-def scored_map(
-    utility: UtilityMap,
-    patches: PatchSet,
-    body: Body | None,
-    config: StudyConfig,
-    stream: Stream | None = None,
-) -> ScoredMap:
+def scored_map(utility: UtilityMap, patches: PatchSet, body: Body | None, config: StudyConfig) -> ScoredMap:
     """The map with its products, under the config's constraints; ValueError if they cannot be met."""
     allowed = config.constraints.terms(patches).allowed
     general = GENERAL if config.prior else {}
-    return ScoredMap(utility, patches, body, allowed, stream, config.habit, general)
+    return ScoredMap(utility, patches, body, allowed, config.habit, general)
 
 
-def compared(
-    study: StudyResults, words: Sequence[str], stream: Stream | None = None
-) -> tuple[PlaceScore, ...]:
+def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:
     """One sensor on products and at places by name, best first; ValueError for an unknown name."""
-    return compare(scored_map(study.utility, study.patches, study.body(), study.config(), stream), words)
+    return compare(scored_map(study.utility, study.patches, study.body(), study.config()), words)
 
 
 def needed(study: StudyResults, words: Sequence[str] = ()) -> list[Need]:
@@ -111,9 +107,16 @@ def needed(study: StudyResults, words: Sequence[str] = ()) -> list[Need]:
     return needs(study, list(named), list(named.values()), numbers)
 
 
-def advised(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> Advice:
-    """Choose in a ranked study, as `choose_to_wear`: the step of a run, of `w2w place` and of the panel."""
-    return advised_by(study, config, prepared_tests(study, config, pooling), stream_in(study, config), {})
+def advised(study: Found, config: StudyConfig, pooling: Pooling | None = None) -> tuple[Found, Advice]:
+    """Put F1 in a stream on a ranked study, and choose: a step of runs, `w2w place` and the panel."""
+    stream = stream_in(study, config)
+    study = in_stream(study, stream)
+    return study, advised_by(study, config, prepared_tests(study, config, pooling), stream, {})
+
+
+def in_stream(study: Found, stream: Stream | None) -> Found:
+    """The study whose map is of F1 in a stream of its clips, if there is one."""
+    return replace(study, utility=stream.on_map(study.utility)) if stream else study
 
 
 def advised_by(
@@ -168,9 +171,9 @@ def _turns(study: StudyResults, config: StudyConfig, patches: Sequence[int]) -> 
     numbers = _evenly([clip.activity for clip in study.clips])
     labels = WindowLabels.of([study.clips[n] for n in numbers], [study.windows[n] for n in numbers])
 
-    def cut_out(number: int) -> np.ndarray:
+    def cut_of(number: int) -> np.ndarray:
         return cut_windows(study.recording(number, patches), config.windows).signals
 
-    cut = np.concatenate(for_each(cut_out, numbers))
+    cut = np.concatenate(for_each(cut_of, numbers))
     rate, protocol = config.synthesis.rate_hz, labels.protocol(config)
     return for_each(lambda card: may_turn(cut[:, card], rate, protocol, DROP), range(len(patches)))

@@ -14,7 +14,7 @@ import typer
 from ...core.body.body import Body
 from ...core.files import json_number, write_json
 from ...core.findings.advice_content import patch_content
-from ...core.findings.cautions import Caution, window_caution
+from ...core.findings.cautions import Caution, below, window_caution
 from ...core.findings.summary import study_counts, write_failure, write_results
 from ...core.inside import ForeignFileError, inside
 from ...core.ranking.agreement import rank_agreement
@@ -171,7 +171,7 @@ def _say_unchanged(out: Path, monitor: RunMonitor) -> dict[str, int]:
     """Say that an earlier run's results are those of this one, too; returns the counts of its clips."""
     summary = json.loads((out / folder.SUMMARY).read_text(encoding="utf-8"))
     monitor.console.print(f"\n{summary['answer']['sentence']}", style="bold")
-    console_tables.show_cautions([Caution(**each) for each in summary["cautions"]], monitor.console)
+    console_tables.show_cautions(below([Caution(**each) for each in summary["cautions"]]), monitor.console)
     monitor.console.print(f"Nothing has changed since the last run, whose results are in {out} as they were.")
     return summary["clips"]
 

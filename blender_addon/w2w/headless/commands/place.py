@@ -5,7 +5,7 @@ import json
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import make_dataclass, replace
+from dataclasses import make_dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,7 +20,7 @@ from ...core.garments.cover import garment_sentence
 from ...core.parameters import parameters_at, with_values
 from ...core.ranking.weights import check_counting
 from ...core.selection.advice import Advice
-from ...core.study.choosing import advised, compared, ranked_again, stream_in
+from ...core.study.choosing import advised, compared, ranked_again
 from ...core.study.clip_files import WORK, mark_changing, mark_whole
 from ...core.study.clip_list import is_used
 from ...core.study.config import StudyConfig
@@ -120,7 +120,7 @@ def place(
             if folder is not None or redrawn:
                 raise ValueError("--compare chooses nothing: give --out a json file, and no --redraw")
             new_file(out)
-            scores = compared(study, options.words(compare), stream_in(study, study.config()))
+            scores = compared(study, options.words(compare))
             show_places(scores, console)
             content = [place_content(score, study.patches) for score in scores]
             if as_json:
@@ -138,10 +138,9 @@ def place(
         with console.status("Ranking"):
             study = ranked_again(study, config)
         with console.status("Choosing sensors"):
-            advice = advised(study, config)
-            study = replace(study, utility=advice.map)
+            study, advice = advised(study, config)
     found = _cautions(study, config)
-    show_answer(advice, found, console)
+    show_answer(advice, study.utility, found, console)
     show_worn(advice, study.patches, console)
     if redrawn:
         _redraw(results, study, config, advice, console)
@@ -149,9 +148,9 @@ def place(
         with ending(USAGE, console), copied(results, folder) as copy:
             _redraw(copy, study, config, advice, console)
     elif out is not None:
-        write_json(out, advice_content(advice, study.patches, found))
+        write_json(out, advice_content(advice, study.utility, study.patches, found))
     if as_json:
-        print_json(advice_content(advice, study.patches, found))
+        print_json(advice_content(advice, study.utility, study.patches, found))
     if out is not None:
         console.print(f"\nWritten to {out}")
 
@@ -184,7 +183,7 @@ def chosen_content(
 ) -> dict[str, Any]:
     """What `summary.json` says of a choice, made from a new ranking of a study."""
     found = _cautions(ranked, config)
-    content = advice_content(advice, ranked.patches, found)
+    content = advice_content(advice, ranked.utility, ranked.patches, found)
     if np.array_equal(ranked.utility.weights, study.utility.weights):
         content["cards"] = with_needs(content["cards"], needs_on(study.cards))
     content |= map_content(ranked, study.config().placements, advice.answer.base.under)

@@ -64,7 +64,7 @@ def rank_recordings(
                 write_json(new / "summary.json", _content(found))
     if as_json:
         print_json(_content(found))
-    show_answer(advice, found.cautions, console, simulated=False)
+    show_answer(advice, found.utility, found.cautions, console, simulated=False)
     show_left_out(found.left_out, console)
     show_worn(advice, found.patches, console)
     for clip, why in found.skipped:
@@ -82,6 +82,6 @@ def _content(found: Ranking) -> dict[str, object]:
         "protocol": found.utility.protocol,
         "classifier": found.utility.classifier,
         "cautions": [caution._asdict() for caution in found.cautions],
-        **advice_content(found.advice, found.patches, found.cautions),
+        **advice_content(found.advice, found.utility, found.patches, found.cautions),
         "map_sentence": repeat_sentence(found.utility, simulated=False),
     }

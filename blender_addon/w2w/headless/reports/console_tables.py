@@ -9,10 +9,11 @@ from rich.table import Table
 
 from ...core.findings import notes
 from ...core.findings.advice_content import called, next_worn
-from ...core.findings.cautions import KNOW, OPEN, STOPS, WEAKENS, Caution, head
+from ...core.findings.cautions import KNOW, OPEN, STOPS, WEAKENS, Caution, below, head
 from ...core.findings.summary import best_regions, own_scores, study_counts
 from ...core.library.library import Library
 from ...core.patches.patches import PatchSet
+from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
 from ...core.selection.advice import Advice
 from ...core.selection.scored import PlaceScore
@@ -58,7 +59,9 @@ def show_labels(library: Library, console: Console, verbose: bool = False) -> No
 def show_outcome(study: Study, plan: RunPlan, failed: Mapping[str, str], console: Console) -> None:
     """Print the answer, what it rests on, the files that hold it, and what could not be drawn."""
     out, utility, patches = study.results.out, study.results.utility, study.results.patches
-    show_answer(study.advice, [Caution(**each) for each in study.results.summary["cautions"]], console)
+    show_answer(
+        study.advice, utility, [Caution(**each) for each in study.results.summary["cautions"]], console
+    )
     placements, base = [name for name, _ in study.config.placements], study.advice.answer.base.under
     show_own_placements(own_scores(placements, utility, patches, base), console)
     show_worn(study.advice, patches, console)
@@ -130,16 +133,22 @@ def show_comparison(comparison: dict[str, Any], console: Console) -> None:
 
 
 def show_answer(
-    advice: Advice, cautions: Sequence[Caution], console: Console, simulated: bool = True
+    advice: Advice,
+    utility: UtilityMap,
+    cautions: Sequence[Caution],
+    console: Console,
+    simulated: bool = True,
 ) -> None:
     """Print where to wear one sensor, on which products, how sure that is and what speaks against it."""
-    console.print(f"\n{head(advice.answer.sentence(), cautions)}", style="bold", markup=False)
+    sentence = head(advice.answer.sentence(), cautions)
+    console.print(f"\n{sentence}", style="bold", markup=False)
     _say(advice.answer.detail().removesuffix("."), console, "")
     _say(advice.answer.measured(), console, "")
-    show_places(advice.answer.products[:LISTED], console, "recommended" if advice.answer.differs else "")
-    _say(headline.mean_sentence(advice.map), console, "")
-    _say(headline.repeat_sentence(advice.map, simulated), console, "")
-    show_cautions(cautions, console)
+    recommended = advice.answer.differs and sentence == advice.answer.sentence()
+    show_places(advice.answer.products[:LISTED], console, "recommended" if recommended else "")
+    _say(headline.mean_sentence(utility), console, "")
+    _say(headline.repeat_sentence(utility, simulated), console, "")
+    show_cautions(below(cautions), console)
 
 
 def _with_interval(value: float, low: float, high: float) -> str:
@@ -209,6 +218,6 @@ def show_own_placements(placements: Sequence[dict[str, Any]], console: Console) 
     table = _table("Your placements", ("placement", "region", *figures, ""), right=figures)
     for placement in placements:
         rank = f"{placement['rank']} of {placement['of']}"
-        f1, costs = f"{placement['expected_f1']:.3f}", headline.short(max(placement["costs"], 0.0))
+        f1, costs = headline.short(placement["expected_f1"]), headline.short(max(placement["costs"], 0.0))
         table.add_row(placement["name"], placement["region"], f1, rank, costs, placement["verdict"])
     console.print(table)

@@ -155,13 +155,12 @@ def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor)
     results = StudyResults(out, utility, baked.patches, ranked, config.as_dict(), read=files)
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
         try:
-            advice = advised(results, config, pooling)
+            results, advice = advised(results, config, pooling)
         except np.linalg.LinAlgError as error:
             raise StudyError(f"{TOO_ALIKE} to choose sensors by") from error
         except ValueError as error:
             raise StudyError(f"the constraints cannot be met: {error}") from error
-    shown = replace(results, utility=advice.map)
-    return Study(plan.library, config, baked.body, baked.clips, shown, advice)
+    return Study(plan.library, config, baked.body, baked.clips, results, advice)
 
 
 def write_config(study: Study) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ...core.findings.cautions import OPEN, STOPS, WEAKENS, Caution
+from ...core.findings.cautions import OPEN, STOPS, WEAKENS, Caution, below
 from ...core.ranking.costs import IS_AS_GOOD
 from ...core.selection.headline import short
 from ...core.wording import capital
@@ -21,7 +21,7 @@ from ..study.counting import Group
 from ..study.pages import CLIPS, DETAILS
 from ..viewport import legend
 from ..viewport.framing import frame
-from .base import Body, Layout, PartPanel, ResultPanel, draw_note, draw_outdated, draw_warning
+from .base import Body, Layout, PartPanel, ResultPanel, draw_outdated, draw_warning
 
 WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
 """Column widths of weight and score, in row heights."""
@@ -62,8 +62,7 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
             draw_warning(layout, context, found)
         elif found:
             draw_products(layout, found)
-            draw_note(layout, context, "F1 expected clip by clip")
-        for caution in cautions[:OPEN]:
+        for caution in below(cautions)[:OPEN]:
             if caution.weight == STOPS:
                 draw_warning(self.layout, context, caution.sentence())
             else:
@@ -117,7 +116,7 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
         layout = self.column(context)
-        known = [each.sentence() for each in lists.cautions_of(body.w2w)[OPEN:]]
+        known = [each.sentence() for each in below(lists.cautions_of(body.w2w))[OPEN:]]
         for sentence in (*findings(body.w2w, state.ranking_of(body)), *known):
             draw_text(layout, context, sentence)
 

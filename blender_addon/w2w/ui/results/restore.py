@@ -4,7 +4,6 @@
 import json
 import os
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -138,8 +137,7 @@ def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]])
             clip.baked_as = settings if clip.signals else ""
     results.store(mesh, run.utility, state.rank_settings(study), run.clips)
     content = {name: run.summary.get(name) for name in ("worn_together", "cards")}
-    found = run.summary.get("answer")
-    _advise(mesh, content | ({"answer": found} if _is_same(found, lists.answer_of(study)) else {}))
+    _advise(mesh, content)
     results.show_colours()
     find_folder(study)
 
@@ -178,17 +176,6 @@ def _set_parameters(study: bpy.types.PropertyGroup, config: StudyConfig) -> None
             study.sensor = config.sensor
         study.record, study.recognise_by = set(config.further.record), set(config.further.features)
         study.magnetic_dip = config.further.dip_deg
-
-
-def _is_same(found: Any, known: Mapping[str, Any]) -> bool:
-    """Whether an answer that was read is one that was computed, with figures in a stream beside its own."""
-    words = ("sentence", "detail", "measured", "products")
-    with suppress(AttributeError, KeyError, TypeError, ValueError):
-        return all(found.get(name) == value for name, value in known.items() if name not in words) and all(
-            there.items() <= here.items()
-            for there, here in zip(known["products"], found["products"], strict=True)
-        )
-    return False
 
 
 def _advise(mesh: bpy.types.Object, content: Mapping[str, Any]) -> None:

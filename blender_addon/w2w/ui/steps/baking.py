@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from operator import attrgetter
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -19,6 +20,7 @@ from ...core.motion.signature import motion_signature
 from ...core.motion.source import reason_of
 from ...core.ranking.pooling import Pooling
 from ...core.ranking.utility import UtilityMap
+from ...core.study.choosing import in_stream, stream_in
 from ...core.study.clip_files import ClipWindows, ranking_inputs
 from ...core.study.ranking import LabelledClip, rank_clips, same_motions
 from ...core.study.signals import describe, record_baked
@@ -30,6 +32,7 @@ from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body, par
 from ..jobs.preferences import cache_folder
 from ..results import results
 from ..study import garments, operators, signal_cache, state
+from .scene_results import SceneResults
 
 OF_SIGNALS = {"at_full_scale", "cloth_caught", "cloth_frames"}
 """Facts of a clip that a bake finds."""
@@ -142,6 +145,8 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
         inputs = ranking_inputs(places, windows, config.classifier, config.windows)
         ranked = same_motions(used, windows)
         utility = rank_clips(ranked, windows, inputs, config, Pooling.on(body, patches), progress=progress)
+        found = SceneResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
+        utility = in_stream(found, stream_in(found, config)).utility
         pack(utility)  # kept, as the regions are: here they stop no window
         regions_of(body)
         return utility, ranked

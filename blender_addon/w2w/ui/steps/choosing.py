@@ -4,14 +4,13 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Generator
+from dataclasses import replace
 from pathlib import Path
 
 import bpy
 import numpy as np
 
-from ...core.body.body import Body
 from ...core.findings.advice_content import advice_content
 from ...core.findings.cautions import head
 from ...core.ranking.pooling import Pooling
@@ -21,38 +20,14 @@ from ...core.study.choosing import advised
 from ...core.study.clip_files import ClipWindows
 from ...core.study.config import StudyConfig
 from ...core.study.ranking import rank_clips, same_motions
-from ...core.study.results import StudyResults
 from ...core.wording import capital
 from ..jobs.jobs import Step, Steps, in_thread, on_body
 from ..results import results
 from ..study import counting, lists, operators, signal_cache, state
 from .baking import as_labelled, ranked_clips
+from .scene_results import SceneResults
 
 _poolings: dict[str, Pooling] = {}
-
-
-@dataclass(frozen=True, eq=False)
-class SceneResults(StudyResults):
-    """A finished study that is in the scene; the files of its clips may lie in several folders."""
-
-    stored: tuple[tuple[Path, str], ...]
-    shown: Body
-
-    @property
-    def places(self) -> tuple[tuple[Path, str], ...]:
-        """Folder of each clip's files, and their name in it."""
-        return self.stored
-
-    def body(self) -> Body:
-        """The body of the study."""
-        return self.shown
-
-    def renamed(self, names: Sequence[str]) -> SceneResults:
-        """The same with other names of the clips."""
-        name_of = dict(zip((clip.name for clip in self.clips), names, strict=True))
-        pairs = zip(self.clips, names, strict=True)
-        clips = (replace(clip, name=name, motion_key=name_of[clip.motion_key]) for clip, name in pairs)
-        return replace(self, clips=tuple(clips))
 
 
 def missing_for_choice(body: bpy.types.Object) -> str:
@@ -71,10 +46,10 @@ def choose_steps(mesh: bpy.types.Object) -> Steps:
     study, left_out = mesh.w2w, counting.left_out(mesh.w2w)
     reweighed = counting.is_reweighed(study, state.ranking_of(mesh))
     found, advice = yield from advised_steps(mesh, state.config_of(study))
-    if not left_out and (reweighed or advice.map is not found.utility):
-        results.store(mesh, advice.map, study.ranked_as, found.clips)
+    if not left_out and reweighed:
+        results.store(mesh, found.utility, study.ranked_as, found.clips)
     cautions = lists.cautions_of(study)
-    content = advice_content(advice, found.patches, cautions)
+    content = advice_content(advice, found.utility, found.patches, cautions)
     lists.keep_advice(study, content)
     results.mark_chosen(mesh)
     worn = content["worn_together"]
@@ -124,7 +99,7 @@ def advised_steps(
 
         found = replace(found, utility=(yield from in_thread(rank, text, 0.2, 0.3)))
     text = "choosing what to wear"
-    return found, (yield from in_thread(lambda _: advised(found, config, pooling), text, 0.3, 1.0))
+    return (yield from in_thread(lambda _: advised(found, config, pooling), text, 0.3, 1.0))
 
 
 def _pooling(finished: SceneResults) -> Pooling:

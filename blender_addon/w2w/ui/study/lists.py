@@ -95,10 +95,7 @@ def keep_answer(study: bpy.types.PropertyGroup, content: Mapping[str, Any]) -> N
 
 
 def answer_of(study: bpy.types.PropertyGroup) -> dict[str, Any]:
-    """Where to wear one sensor, as `w2w run` writes it, or {} before a ranking.
-
-    Once sensors are chosen, it has the F1 in a stream.
-    """
+    """Where to wear one sensor, as `w2w run` writes it, or {} before a ranking."""
     if chosen := (advice_of(study) or {}).get("answer"):
         return chosen
     return _read_advice(study.answer_text) if study.answer_text else {}
