@@ -8,6 +8,7 @@ from .study_library import library
 from .study_mixamo import mixamo
 from .study_need import need
 from .study_paper import paper
+from .study_pilot import pilot
 from .study_prior import prior
 from .study_rehab import rehab
 from .study_repeatability import repeatability
@@ -19,6 +20,7 @@ STUDY.command()(mixamo)
 STUDY.command()(library)
 STUDY.command()(truth)
 STUDY.command()(paper)
+STUDY.command()(pilot)
 STUDY.command()(repeatability)
 STUDY.command()(copies)
 STUDY.command()(need)
