@@ -16,7 +16,7 @@ ERRORS_LEFT = {2: 0.6, 3: 0.85}
 """Of so many people each is tested on a classifier of one or two others: what more people leave of 1 - F1."""
 
 LEFT_OPEN = {1: 0.18, 2: 0.165}
-"""Half of the 90 % interval at a place that was not worn, by how many were, before the people's own spread."""
+"""Half of the 90 % interval at a place that was not worn, by how many were, without the people's spread."""
 
 OF_TWO = 0.2
 """The same for two people."""

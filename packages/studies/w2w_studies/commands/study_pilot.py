@@ -12,7 +12,16 @@ from w2w.headless.console import USAGE, ending
 
 from ..comparisons.pilot import PARTS, WAYS, Simulated, simulated_f1, worn_f1
 from ..comparisons.pilot_rules import (
-    Case, by_activity_errors, by_distance_errors, cases, errors, frozen, mean_abs, no_pilot, regrets, rules,
+    Case,
+    by_activity_errors,
+    by_distance_errors,
+    cases,
+    errors,
+    frozen,
+    mean_abs,
+    no_pilot,
+    regrets,
+    rules,
 )  # fmt: skip
 from ..comparisons.truth import DATA_SETS
 from .consoles import wide_console
@@ -75,7 +84,10 @@ def _table(found: dict[str, list[Case]], console: Console) -> None:
         for sites in (2, 3):
             row(
                 f"by distance {length}, {sites} sites",
-                {s: [mean_abs([by_distance_errors(c, sites, length)]) for c in both] for s, both in found.items()},
+                {
+                    s: [mean_abs([by_distance_errors(c, sites, length)]) for c in both]
+                    for s, both in found.items()
+                },
             )
     for m in (0.0, 0.25, 0.5, 0.75, 1.0):
         rule = rules()["shrunk shift 0.8"]
@@ -87,7 +99,10 @@ def _table(found: dict[str, list[Case]], console: Console) -> None:
         for people in (None, 2, 3):
             held = {s: [frozen(c, sites, people) for c in both] for s, both in found.items()}
             what = f"{people} people" if people else "everyone"
-            row(f"frozen, {sites} sites, {what}", {s: [mean_abs([h.errors]) for h in v] for s, v in held.items()})
+            row(
+                f"frozen, {sites} sites, {what}",
+                {s: [mean_abs([h.errors]) for h in v] for s, v in held.items()},
+            )
             of = {s: [float(np.mean(h.inside)) for h in v] for s, v in held.items()}
             row(f"  its 90 % intervals hold, {WAYS[0]} and {WAYS[1]}", of)
             if people is None:

@@ -23,35 +23,45 @@ Rule = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 """Macro F1 (S,) predicted from that expected (S,), that worn at some sites (K,) and their numbers (K,)."""
 
 
-def no_pilot(e: np.ndarray, w: np.ndarray, at: np.ndarray) -> np.ndarray:
+def no_pilot(e: np.ndarray, *_: np.ndarray) -> np.ndarray:
+    """The map as it is."""
     return e
 
 
-def for_all(e: np.ndarray, w: np.ndarray, at: np.ndarray) -> np.ndarray:
+def for_all(e: np.ndarray, w: np.ndarray, *_: np.ndarray) -> np.ndarray:
+    """F1 of the worn sites everywhere."""
     return np.full_like(e, w.mean())
 
 
 def shift(e: np.ndarray, w: np.ndarray, at: np.ndarray, k: float = 1.0) -> np.ndarray:
+    """The map moved by a share of the difference."""
     return e + k * (w - e[at]).mean()
 
 
 def less_noise(e: np.ndarray, w: np.ndarray, at: np.ndarray, c: float) -> np.ndarray:
+    """The map moved by the difference less what is noise."""
     d = (w - e[at]).mean()
     return e + d * max(0.0, 1 - (c / d) ** 2) if d else e
 
 
 def log_odds(e: np.ndarray, w: np.ndarray, at: np.ndarray, k: float) -> np.ndarray:
+    """The map moved by a share of the difference in log odds."""
     odds, worn = (logit(np.clip(f1, EDGE, 1 - EDGE)) for f1 in (e, w))
     return expit(odds + k * (worn - odds[at]).mean())
 
 
 def between(e: np.ndarray, w: np.ndarray, at: np.ndarray, k: float) -> np.ndarray:
+    """F1 of the worn sites with a share of the map's contrast."""
     return w.mean() + k * (e - e[at].mean())
 
 
 def rules() -> dict[str, Rule]:
     """All rules for macro F1 from one site, in the order of the table."""
-    found: dict[str, Rule] = {"no pilot": no_pilot, "worn site's F1 for all": for_all, "constant shift": shift}
+    found: dict[str, Rule] = {
+        "no pilot": no_pilot,
+        "worn site's F1 for all": for_all,
+        "constant shift": shift,
+    }
     found |= {f"shrunk shift {k}": partial(shift, k=k) for k in (0.5, 0.6, 0.7, 0.8, 0.9)}
     found |= {f"shift less noise {c}": partial(less_noise, c=c) for c in (0.03, 0.05, 0.08)}
     found |= {f"log odds {k}": partial(log_odds, k=k) for k in (0.7, 0.85, 1.0)}
@@ -91,6 +101,7 @@ def tries(case: Case, sites: int, people: int | None = None) -> Iterator[tuple[n
 
 
 def left_out(case: Case, at: np.ndarray) -> np.ndarray:
+    """Numbers of the sites that were not worn."""
     return np.setdiff1d(np.arange(len(case.e)), at)
 
 
