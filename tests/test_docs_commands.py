@@ -66,7 +66,10 @@ def unknown(command, words):
     known = {"--help"} | {option for one in command.params for option in one.opts + one.secondary_opts}
     if not hasattr(command, "commands") or not words or words[0].startswith("-"):
         return options_in(words) - known
-    return unknown(command.commands[words[0]], words[1:]) - known
+    found = command.get_command(None, words[0])
+    if not found:
+        raise KeyError(words[0])
+    return unknown(found, words[1:]) - known
 
 
 @cache

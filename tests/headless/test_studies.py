@@ -4,20 +4,18 @@
 from importlib.metadata import EntryPoints, entry_points
 
 import pytest
-import typer
+import typer.testing
 from typer.testing import CliRunner
 
-from w2w.headless import app as command_line
+from w2w.headless import lazy_group
+from w2w.headless.app import APP
 
 STUDIES = ("tables", "sweep", "challenge", "demo-library", "study", "validate")
 SAID = "W2W's studies are a package of their own"
 
 
 def w2w(*words):
-    made = typer.Typer(cls=command_line._Commands, no_args_is_help=True)
-    made.command()(lambda: None)
-    command_line.add_further_commands(made)
-    done = CliRunner().invoke(made, words, prog_name="w2w")
+    done = CliRunner().invoke(APP, words, prog_name="w2w")
     return done.exit_code, done.output
 
 
@@ -31,8 +29,9 @@ def test_with_the_studies_each_command_has_its_help(command):
 @pytest.mark.parametrize("words", [(), ("--help",), ("mhad", "--out", "OUT", "-x")], ids=str)
 @pytest.mark.parametrize("command", STUDIES)
 def test_without_them_it_says_how_to_get_them(monkeypatch, command, words):
-    others = EntryPoints(point for point in entry_points(group="w2w.commands") if point.name != "studies")
-    monkeypatch.setattr(command_line, "entry_points", lambda **_: others)
+    others = EntryPoints(point for point in entry_points(group=lazy_group.GROUP) if point.name not in STUDIES)
+    monkeypatch.setattr(lazy_group, "entry_points", lambda **_: others)
+    monkeypatch.setattr(typer.testing, "_get_command", typer.main.get_command)  # conftest keeps one
     code, said = w2w(command, *words)
     assert code == 2
     assert SAID in said

@@ -8,37 +8,20 @@ import shutil
 import sys
 import tempfile
 from contextlib import suppress
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from filelock import FileLock, Timeout
-from typer.core import TyperGroup
 
 from .blender import NoBlenderError
-from .commands.calibrate import calibrate_sensor
-from .commands.demo import demo
-from .commands.export import export
-from .commands.init import init
-from .commands.inspect import inspect
-from .commands.need import need
-from .commands.place import place
-from .commands.rank_recordings import rank_recordings
-from .commands.report import report
-from .commands.run import run
-from .commands.sensors import sensors
-from .commands.status import status
-from .commands.synth import synth
-from .console import NOTHING_TO_DO, sentence_of
+from .lazy_group import GROUP, LazyGroup
 from .stopping import always_when_stopped, ignore_signals, stop_on_signals
 
 PATHS = ("--out", "-o", "--plot")
 """Options that name what is written."""
-
-FURTHER = "w2w.commands"
-"""Entry points by which installed packages add commands, such as the studies."""
 
 HOW_TO_GET_STUDIES = (
     "The commands of W2W's studies are a package of their own, which is not installed here: run "
@@ -56,8 +39,16 @@ def _show_version(asked: bool) -> None:
         raise typer.Exit
 
 
-class _Commands(TyperGroup):
+class _Commands(LazyGroup):
     """Refuses an empty path, which Python takes for the working directory."""
+
+    OWN = tuple(
+        EntryPoint(name.replace("_", "-"), f"{__package__}.commands.{name}:{name}", GROUP)
+        for name in (
+            "run", "init", "demo", "place", "need", "inspect", "report", "export", "synth", "sensors",
+            "rank_recordings", "calibrate", "status",
+        )
+    )  # fmt: skip
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         for before, text in pairwise(["", *args]):
@@ -69,15 +60,9 @@ class _Commands(TyperGroup):
         return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        if args[0] not in self.commands and "studies" not in entry_points(group=FURTHER).names:
+        if args[0] not in self.commands and "study" not in self.commands:
             typer.echo(HOW_TO_GET_STUDIES, err=True)
         return super().resolve_command(ctx, args)
-
-
-def add_further_commands(app: typer.Typer) -> None:
-    """Add the commands of installed packages."""
-    for command in entry_points(group=FURTHER):
-        command.load()(app)
 
 
 APP = typer.Typer(
@@ -106,14 +91,6 @@ def _options(
     does the same with a folder of your own FBX, BVH or npz files; `w2w inspect FILE` tells what
     one file holds.
     """
-
-
-for command in (run, init, demo, place, need, inspect, report, export, synth, sensors):
-    APP.command()(command)
-APP.command("rank-recordings")(rank_recordings)
-APP.command("calibrate")(calibrate_sensor)
-APP.command()(status)
-add_further_commands(APP)
 
 
 def use_own_temporary_folder() -> None:
@@ -162,11 +139,11 @@ def main(arguments: list[str] | None = None, program: str = "w2w") -> None:
     use_own_temporary_folder()
     try:
         APP(args=arguments, prog_name=program)
-    except NoBlenderError as error:
-        print(error, file=sys.stderr)
-        raise SystemExit(NOTHING_TO_DO) from None
-    except (MemoryError, OSError) as error:
-        print(f"No result: {sentence_of(error)}", file=sys.stderr)
+    except (NoBlenderError, MemoryError, OSError) as error:
+        from .console import NOTHING_TO_DO, sentence_of  # rich, which no command's help needs
+
+        said = str(error) if isinstance(error, NoBlenderError) else f"No result: {sentence_of(error)}"
+        print(said, file=sys.stderr)
         raise SystemExit(NOTHING_TO_DO) from None
     finally:
         ignore_signals()

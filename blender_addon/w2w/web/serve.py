@@ -19,11 +19,6 @@ if TYPE_CHECKING:
 MEGABYTE = 10**6
 
 
-def add_commands(app: typer.Typer) -> None:
-    """Add `w2w serve` to the command line."""
-    app.command()(serve)
-
-
 def serve(
     data: Annotated[Path, option("Folder for all studies; made if missing.")] = Path("w2w_studies"),
     port: Annotated[int, option("Port to listen on.", min=1, max=65535)] = 8000,

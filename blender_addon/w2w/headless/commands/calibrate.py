@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 
-from ...core.imu.calibration import Calibration, Correlations, calibrate, held_out
+from ...core.imu.calibration import Calibration, Correlations, calibrate as fit, held_out
 from ...core.imu.presets import write_sensor
 from ...core.imu.synthesis import FOLDED_BACK
 from ...core.wording import count, shown
@@ -19,7 +19,7 @@ from ..study_options import DEFAULTS, declared
 
 
 @with_options(PoseOptions)
-def calibrate_sensor(
+def calibrate(
     real: Annotated[
         Path,
         argument(
@@ -67,7 +67,7 @@ def calibrate_sensor(
         for file, why in left_out:
             console.print(f"{file} is left out: {why}", style="yellow")
         with RunMonitor(console).step("fitting"):
-            found = calibrate(pairs, shift)
+            found = fit(pairs, shift)
             what, gains = held_out(pairs, shift)
         write_sensor(out, found.sensor(base, out.stem))
     if not band:
