@@ -122,7 +122,7 @@ def test_a_set_is_chosen_to_be_worn_together(ranking):
     worn = ranking.wear_together(1.0, max_sensors=2, constraints=w2w.Constraints(forbid=("left",)))
     assert 1 <= len(worn.order) <= 2
     assert not any(ranking.patches.regions[patch].startswith("left") for patch in worn.order)
-    assert worn.promise.mean[0] == pytest.approx(ranking._scored.leaned.expected_mean[worn.order[0]])
+    assert worn.promise.mean[0] == pytest.approx(ranking.expected[worn.order[0]])
     assert "on other clips" in worn.sentence()
     with pytest.raises(ValueError, match="ridge"):
         replace(ranking, classifier="trees").wear_together()

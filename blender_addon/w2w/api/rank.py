@@ -57,7 +57,6 @@ def rank(
     background: Sequence[str] = (),
     weights: Mapping[str, float] | None = None,
     habit: str = StudyConfig.habit,
-    prior: bool = True,
 ) -> Ranking:
     """Train and test a classifier on every patch alone, never on the same clip.
 
@@ -88,8 +87,6 @@ def rank(
         Weights of activities in the mean, 1 by default.
     habit : str
         Product that people wear anyway: the answer keeps it unless another does better.
-    prior : bool
-        Whether the choice leans on what is generally good in other libraries.
 
     Returns
     -------
@@ -134,7 +131,6 @@ def rank(
         background=uncounted,
         weights=weighted,
         habit=habit,
-        prior=prior,
         classifier=classifier if isinstance(classifier, str) else StudyConfig.classifier,
     )
     kind, body = inputs_of(classifier), None

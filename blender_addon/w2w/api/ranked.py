@@ -27,7 +27,7 @@ from ..core.ranking.stream import Stream
 from ..core.ranking.utility import UtilityMap
 from ..core.selection.answer import Answer, answer
 from ..core.selection.headline import doubted, mean_title
-from ..core.selection.scored import PlaceScore, ScoredMap, best_single, compare
+from ..core.selection.scored import PlaceScore, ScoredMap, compare
 from ..core.study.choosing import scored_map
 from ..core.study.config import StudyConfig
 from ..core.study.ranking import LabelledClip, WindowLabels
@@ -231,8 +231,8 @@ class Ranked:
         else:
             raise ValueError(f"{activity!r} was not ranked; there are {', '.join(self.activities)}")
         best = int(np.argmax(scores))
-        if expected and activity is None:  # of the map that is drawn, which leans on no other library
-            best = best_single(self.utility, self._scored.allowed)
+        if expected and activity is None:
+            best = self.best
         what = "patch" if self.recordings is None else "place"
         subtitle = doubted(self.utility, f"Best {what}: {self.names[best]} ({scores[best]:.2f})")
         label = "Expected F1" if expected else "F1 on these clips"

@@ -57,7 +57,7 @@ def side(patches, place):
 
 @pytest.mark.slow
 def test_a_left_and_a_right_place_do_it_together(utility, patches, bundled_body, tests):
-    advice = advise(ScoredMap(utility, patches, bundled_body, general={}), tests, 0.97)
+    advice = advise(ScoredMap(utility, patches, bundled_body), tests, 0.97)
     order = advice.worn.order
     assert {side(patches, place) for place in order[:2]} == {"left", "right"}
     for place, others in zip(order, advice.alternatives, strict=True):
@@ -69,18 +69,14 @@ def test_a_left_and_a_right_place_do_it_together(utility, patches, bundled_body,
 @pytest.mark.later
 def test_constraints_bind_the_best_the_set_and_the_next(utility, patches, bundled_body, tests):
     left, middle = Constraints(only=("left",)), Constraints(must=("middle",))
-    advice = advise(
-        ScoredMap(utility, patches, bundled_body, general={}), tests, 0.97, constraints=left, max_places=2
-    )
+    advice = advise(ScoredMap(utility, patches, bundled_body), tests, 0.97, constraints=left, max_places=2)
     taken = [advice.best, *advice.worn.order, *advice.worn.further, *np.concatenate(advice.alternatives)]
     assert all(patches.regions[int(place)].startswith("left") for place in taken)
-    forced = advise(
-        ScoredMap(utility, patches, bundled_body, general={}), tests, 0.97, constraints=middle, max_places=2
-    )
+    forced = advise(ScoredMap(utility, patches, bundled_body), tests, 0.97, constraints=middle, max_places=2)
     assert any(not patches.regions[place].startswith(("left", "right")) for place in forced.worn.order)
     with pytest.raises(ValueError, match="2 patches are required"):
         advise(
-            ScoredMap(utility, patches, bundled_body, general={}),
+            ScoredMap(utility, patches, bundled_body),
             tests,
             max_places=1,
             constraints=Constraints(must=("left", "right")),
@@ -88,6 +84,6 @@ def test_constraints_bind_the_best_the_set_and_the_next(utility, patches, bundle
 
 
 def test_without_tests_there_is_the_best_spot_alone(utility, patches, bundled_body):
-    advice = advise(ScoredMap(utility, patches, bundled_body, general={}), None)
+    advice = advise(ScoredMap(utility, patches, bundled_body), None)
     assert (advice.worn, advice.alternatives) == (None, ())
     assert advice.best == utility.expected_mean.argmax()

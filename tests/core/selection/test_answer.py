@@ -19,7 +19,7 @@ ranked = partial(made_map.ranked, half_width=0.05)
 
 def scored(utility, patches, body, limits=None, **more):
     """The map by its clips alone."""
-    return ScoredMap(utility, patches, body, limits, **{"general": {}, **more})
+    return ScoredMap(utility, patches, body, limits, **more)
 
 
 HIPS = ("hip", "left hip", "right hip", "left front hip", "right front hip")
@@ -201,16 +201,6 @@ def test_one_activity_of_few_clips_leaves_no_interval_either(patches, bundled_bo
     few = ranked(np.full(len(patches), 0.94), **clips)
     said = answer(scored(few, patches, bundled_body)).detail()
     assert "F1 .94 (from only 4 clips of walk: too few for an interval)" in said
-
-
-def test_places_lean_on_what_is_generally_good(patches, bundled_body):
-    flat = ranked(np.full(len(patches), 0.6))
-    general = {"ear": 0.2, "hip": -0.2}
-    spoken = answer(scored(flat, patches, bundled_body, general=general))
-    assert spoken.product == "earbud"
-    ear, belt = (next(s for s in spoken.products if s.name == name) for name in ("earbud", "belt clip"))
-    assert ear.expected - belt.expected == pytest.approx(0.2, abs=1e-6)
-    assert ear.expected == pytest.approx(0.7, abs=0.01)
 
 
 def test_a_loose_product_scores_the_mean_of_where_it_moves(patches, bundled_body):

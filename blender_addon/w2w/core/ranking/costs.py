@@ -64,11 +64,6 @@ class Gain(NamedTuple):
     high: float
 
     @property
-    def counts(self) -> bool:
-        """Whether it is any, by the two digits that are shown."""
-        return bool(as_shown(self.expected) > 0)
-
-    @property
     def shown(self) -> bool:
         """Whether it is a moment of ten or more, and its interval is above zero."""
         return bool(as_shown(self.expected) >= MOMENT and self.low > 0)

@@ -111,9 +111,9 @@ def advise(
     swaps: tuple[np.ndarray, ...] = ()
     if tests:
         among = _at_products(terms, products, constraints)
-        first = scored.leaned.expected_mean.copy()
+        first = scored.utility.expected_mean.copy()
         first[to_one.patch] += 1  # sets begin with the answer
-        worn = choose_together(tests, scored.leaned.expected, among, target, every_activity, stream, first)
+        worn = choose_together(tests, scored.utility.expected, among, target, every_activity, stream, first)
         swaps = interchangeable(tests, worn, among, utility)
     recommended = dict.fromkeys([to_one.patch, *(worn.order if worn else ())])
     clusters = redundancy_clusters(utility.predictions, len(utility.activities))

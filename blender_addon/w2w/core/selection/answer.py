@@ -137,7 +137,7 @@ class Answer(InShort):
 
 def answer(scored: ScoredMap) -> Answer:
     """Recommend the best product, or the best region if no product is as good, or the habit."""
-    utility, allowed, base, habit = scored.leaned, scored.allowed, scored.base, scored.kept
+    utility, allowed, base, habit = scored.utility, scored.allowed, scored.base, scored.kept
     products = scored.products
     is_product = base.name in {score.name for score in products}
     differs = utility.few or any(score.cost.high > ALIKE or not score.cost.as_good for score in products)

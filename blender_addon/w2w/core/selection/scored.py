@@ -11,12 +11,11 @@ from ..body.body import Body
 from ..patches.body_parts import HABIT, PRODUCT_NAMED, PRODUCTS, Product, product_called, side_of
 from ..patches.naming import FAR_M, nearest_patch, place, resolve
 from ..patches.patches import PatchSet
-from ..ranking.costs import EQUAL, Cost, cost, gain, is_as_good
+from ..ranking.costs import EQUAL, Cost, cost, is_as_good
 from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap
 from ..wording import InShort, plain_words
 from .headline import short
-from .prior import GENERAL, leaning
 
 
 def best_single(utility: UtilityMap, allowed: np.ndarray | None = None) -> int:
@@ -62,7 +61,6 @@ class ScoredMap:
     body: Body | None  # None for places by their names alone: each is a product of its own
     limits: np.ndarray | None = None  # (N,), bool: patches that the wishes leave; all by default
     habit: str = HABIT  # the product that people wear anyway
-    general: Mapping[str, float] = field(default_factory=lambda: GENERAL)  # what places are scored by besides
 
     @cached_property
     def allowed(self) -> np.ndarray:
@@ -70,14 +68,9 @@ class ScoredMap:
         return np.ones(len(self.patches), bool) if self.limits is None else self.limits
 
     @cached_property
-    def leaned(self) -> UtilityMap:
-        """The map that places are scored by: the one that is shown, moved towards what is generally good."""
-        return leaning(self.utility, self.patches, self.general if self.body else {})
-
-    @cached_property
     def best(self) -> int:
         """The allowed patch of highest expected F1."""
-        return best_single(self.leaned, self.allowed)
+        return best_single(self.utility, self.allowed)
 
     @cached_property
     def kept(self) -> PlaceScore | None:
@@ -89,20 +82,18 @@ class ScoredMap:
     def base(self) -> PlaceScore:
         """The recommended place, which all costs are against.
 
-        It is the best product or a better region, or the habit if nothing counts beyond it.
+        It is the best product or a better region, or the habit if that is as good.
         """
         found, habit = self._chosen, self.kept
         if habit is None:
             return found
-        costs = cost(self.leaned, found.under, habit.under)
-        kept = costs.as_good or not gain(self.leaned, found.under, habit.under).counts
-        return habit if kept else found
+        return habit if cost(self.utility, found.under, habit.under).as_good else found
 
     @property
     def _chosen(self) -> PlaceScore:
         """The best product, or a region if it is better."""
         best = _commonest(self._on_products)
-        if best and is_as_good(float(self.leaned.expected_mean[self.best]) - best.expected):
+        if best and is_as_good(float(self.utility.expected_mean[self.best]) - best.expected):
             return best
         assert self.body is not None  # the best of places by name is one of them
         region, patch = _region(self, self.body)
@@ -153,11 +144,11 @@ class ScoredMap:
 
     def _at(self, name: str, phrase: str, side: str, patch: int, under: Sequence[int]) -> PlaceScore:
         """A sensor that moves over the patches `under`, before its cost is known."""
-        expected, low, high = (float(values[list(under)].mean()) for values in self.leaned.expected)
+        expected, low, high = (float(values[list(under)].mean()) for values in self.utility.expected)
         f1 = dict(
             zip(
-                self.leaned.activities,
-                self.leaned.expected_f1[list(under)].mean(axis=0).tolist(),
+                self.utility.activities,
+                self.utility.expected_f1[list(under)].mean(axis=0).tolist(),
                 strict=True,
             )
         )
@@ -165,7 +156,7 @@ class ScoredMap:
         return PlaceScore(name, phrase, side, patch, tuple(under), expected, low, high, none, by_activity=f1)
 
     def _with_cost(self, score: PlaceScore) -> PlaceScore:
-        return replace(score, cost=cost(self.leaned, self.base.under, score.under))
+        return replace(score, cost=cost(self.utility, self.base.under, score.under))
 
 
 def compare(scored: ScoredMap, words: Sequence[str]) -> tuple[PlaceScore, ...]:
@@ -207,7 +198,7 @@ def product_patches(patches: PatchSet, body: Body | None) -> dict[int, str]:
 
 def _region(scored: ScoredMap, body: Body) -> tuple[str, int]:
     """Where most of the best patches are, in words, and the middle one; all of a region or a spot on it."""
-    patches, expected = scored.patches, scored.leaned.expected_mean
+    patches, expected = scored.patches, scored.utility.expected_mean
     group = np.flatnonzero(scored.allowed & is_as_good(expected[scored.best] - expected))
     regions_of = np.array(patches.regions)
     regions, above = regions_of[group], expected[group]

@@ -17,7 +17,6 @@ from ..ranking.turned import may_turn
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import counting, weights_of
 from ..selection.advice import Advice, advise
-from ..selection.prior import GENERAL
 from ..selection.scored import PlaceScore, ScoredMap, compare
 from ..selection.set_tests import SetTests
 from ..threads import for_each
@@ -85,8 +84,7 @@ def choose_to_wear(
 def scored_map(utility: UtilityMap, patches: PatchSet, body: Body | None, config: StudyConfig) -> ScoredMap:
     """The map with its products, under the config's constraints; ValueError if they cannot be met."""
     allowed = config.constraints.terms(patches).allowed
-    general = GENERAL if config.prior else {}
-    return ScoredMap(utility, patches, body, allowed, config.habit, general)
+    return ScoredMap(utility, patches, body, allowed, config.habit)
 
 
 def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:

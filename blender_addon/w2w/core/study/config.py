@@ -118,11 +118,6 @@ class StudyConfig:
         "Product that people wear anyway: the answer keeps it unless another does better.",
         title="Habit", stage="choice", web=True, panel="choice",
     )  # fmt: skip
-    prior: bool = parameter(
-        True,
-        "Let the choice lean on what is generally good in other libraries; the map is these clips' own.",
-        title="Lean on Other Libraries", group=RANKING, stage="choice", panel="choice",
-    )  # fmt: skip
     seed: int = parameter(
         0,
         "Random seed: every random draw comes from it.",

@@ -133,7 +133,6 @@ class DeclaredProperties:
         every_activity={"precision": 2, "subtype": "FACTOR", "update": rows.choose_patches},
         max_places={"soft_max": 12, "update": rows.choose_patches},
         habit={"items": HABITS, "update": rows.choose_patches},
-        prior={"update": rows.choose_patches},
     )
 
 

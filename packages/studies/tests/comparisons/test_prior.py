@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is generally good, by finished runs."""
 
+import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from w2w.core.body.body import template
 from w2w.core.patches.body_parts import ALL
 from w2w_studies.comparisons import prior
 from w2w_studies.comparisons.prior import finished_runs, general, mean_of, of_library
@@ -44,8 +45,8 @@ def test_a_family_without_a_finished_run_is_refused(tmp_path) -> None:
         finished_runs(tmp_path)
 
 
-def test_the_prior_that_w2w_brings_is_of_regions_of_a_body_and_says_where_it_is_from() -> None:
-    brought = template("prior.json")
+def test_the_prior_of_the_studies_is_of_regions_of_a_body_and_says_where_it_is_from() -> None:
+    brought = json.loads(Path(prior.__file__).with_suffix(".json").read_text(encoding="utf-8"))
     assert set(brought["regions"]) == set(ALL)
     assert all(library["clips"] for family in brought["families"].values() for library in family.values())
     assert {"command", "version", "date"} <= brought.keys()

@@ -25,10 +25,9 @@ def prior(
     ],
     out: Annotated[Path, typer.Option("--out", "-o", help="JSON file to write.")],
 ) -> None:
-    """Average how regions of the body do in several families of libraries, for choices to lean on.
+    """Average how regions of the body do in several families of libraries: what is generally good.
 
-    A family that is left out has no part in the prior by which its libraries are judged
-    (`w2w study habit --prior`).
+    A family that is left out has no part in the prior that its own choices are held against.
 
     Exit codes: 0 written, 2 wrong use.
     """
