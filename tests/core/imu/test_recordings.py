@@ -4,9 +4,12 @@
 import numpy as np
 import pytest
 
+from w2w.core.imu.clock import at_rate
 from w2w.core.imu.formats import write_recording
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.recordings import Recordings
+
+from ...phone_exports import GRAVITY, right
 
 
 def one(place, clip, samples=20, rate=50.0, activity="walking", subject="Ada", level=1.0):
@@ -208,3 +211,47 @@ def test_a_folder_without_recordings_is_refused(tmp_path):
     write_recording(tmp_path / "wrist.csv", one("wrist", "").labelled((), "", "", ""))
     with pytest.raises(ValueError, match="nothing says its activity"):
         Recordings.read(tmp_path)
+
+
+def test_paths_say_activity_and_person_of_phones_files_which_are_cut_at_their_ends(tmp_path):
+    write = right()["toolbox g-force, gyroscope"][0]
+    for name in ("Ada/walking fast", "Ada/walking 2", "walking_Ben_3", "Cy/day 1/sitting"):
+        write(tmp_path / name).rename(tmp_path / f"{name}.csv")
+    (tmp_path / "Cy" / "day 1" / "sitting").rmdir()
+    found = Recordings.read(tmp_path, place="left wrist", activities=("walking", "walking fast", "sitting"))
+    assert {(one.activity, one.subject) for one in found} == {
+        ("walking fast", "Ada"), ("walking", "Ada"), ("sitting", "day 1"), ("walking", "ben"),
+    }  # fmt: skip
+    assert found.places == ("left wrist",)
+    assert len({one.clip for one in found}) == 4
+
+
+def test_paths_that_name_two_activities_or_none_are_refused(tmp_path):
+    write = right()["toolbox g-force"][0]
+    write(tmp_path / "walking").rename(tmp_path / "walking" / "sitting.csv")
+    write(tmp_path / "b").rename(tmp_path / "b" / "pocket.csv")
+    with pytest.raises(ValueError, match="no recording"):
+        Recordings.read(tmp_path, place="left wrist", activities=("walking", "sitting"))
+
+
+def test_a_csv_of_times_labels_stretches_and_rates_become_one(tmp_path):
+    right()["logger, Android"][0](tmp_path / "Ada")
+    (tmp_path / "labels.csv").write_text(
+        "file,activity,subject,place,start,end\nAda,walking,Ada,belt,0,5\nAda,sitting,Ada,belt,7,\n"
+    )
+    found = Recordings.read(tmp_path, rate=25)
+    assert [(one.activity, round(one.n_samples / one.rate)) for one in found] == [
+        ("walking", 5),
+        ("sitting", 5),
+    ]
+    assert found.rate == 25
+    np.testing.assert_allclose(found[0].acc[20:100, 0, 2], GRAVITY[40:200:2, 2], atol=2.5)
+    assert len({one.clip for one in found}) == 2
+
+
+def test_lost_samples_stay_lost_at_another_rate():
+    acc = np.ones((200, 1, 3))
+    acc[60:100] = np.nan
+    found = at_rate(ImuRecording(acc, np.zeros_like(acc), 100.0, ("belt",)), 50.0)
+    assert np.isnan(found.acc[:, 0, 0]).sum() == 20
+    np.testing.assert_allclose(found.acc[~np.isnan(found.acc)], 1.0, atol=1e-6)

@@ -6,6 +6,7 @@ single-precision values.
 """
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ import numpy as np
 from ..given import given_path
 from ..motion.motion import LABELS
 from . import text_tables
+from .phone_files import read_phone
 from .recording import FURTHER, READINGS, ImuRecording
 from .vendor_formats import read_x_io, read_xsens_txt, write_x_io, write_xsens_txt
 
@@ -28,6 +30,9 @@ W2W's own (all sensors), a table with units above it, MT Manager's text, an x-IM
 """
 
 FORMATS = tuple(HELD)
+
+PHONE = "phone"
+"""What apps of phones and watches export, which is only read."""
 
 
 def write_csv(
@@ -121,7 +126,7 @@ def write_recording(path: str | Path, recording: ImuRecording, format: str = "",
     """
     if not isinstance(recording, ImuRecording):
         raise ValueError(f"write_recording takes a path, then an ImuRecording, not {recording!r}")
-    kind = _format_of(given_path(path, "a recording"), format)
+    kind = format_of(given_path(path, "a recording"), format)
     if kind == "npz":
         recording.save(path)
     else:
@@ -131,13 +136,14 @@ def write_recording(path: str | Path, recording: ImuRecording, format: str = "",
 
 
 def read_recording(path: str | Path, format: str = "") -> ImuRecording:  # noqa: A002
-    """Read a recording in a format that `write_recording` writes.
+    """Read a recording in a format that `write_recording` writes, or that an app of a phone exports.
 
     Parameters
     ----------
     path : str or Path
-    format : {"npz", "csv", "xsens", "x-io"}
-        By default that of the suffix.
+        A file; for x-io and for an app that writes a file for each sensor, their folder.
+    format : {"npz", "csv", "xsens", "x-io", "phone"}
+        By default that of the suffix and of what the file looks like.
 
     Returns
     -------
@@ -157,18 +163,39 @@ def read_recording(path: str | Path, format: str = "") -> ImuRecording:  # noqa:
     >>> w2w.read_recording("at_rest.csv").rate
     50.0
     """
+    path = given_path(path, "a recording")
+    readers: dict[str, Callable[[Path], ImuRecording]]
     readers = {"npz": ImuRecording.load, "csv": read_csv, "xsens": read_xsens_txt, "x-io": read_x_io}
-    return readers[_format_of(given_path(path, "a recording"), format)](path)
+    return (readers | {PHONE: read_phone})[format_of(path, format, to_read=True)](path)
 
 
-def _format_of(path: Path, asked: str) -> str:
-    """The format asked for, or that of the suffix."""
-    if asked in FORMATS:
+def format_of(path: Path, asked: str = "", to_read: bool = False) -> str:
+    """The format asked for, or that of the suffix; to read, text that is nobody else's is a phone's."""
+    known = (*FORMATS, PHONE) if to_read else FORMATS
+    if asked in known:
         return asked
     if asked:
-        raise ValueError(f"no format is called {asked!r}; there are {', '.join(FORMATS)}")
+        raise ValueError(f"no format is called {asked!r}; there are {', '.join(known)}")
+    if to_read and _is_phones(path):
+        return PHONE
     kinds = {".npz": "npz", ".csv": "csv", ".txt": "xsens", "": "x-io"}
     suffix = "" if path.is_dir() else path.suffix.lower()
     if suffix not in kinds:
         raise ValueError(f"{path.name}: {suffix} stands for no format; name one of {', '.join(FORMATS)}")
     return kinds[suffix]
+
+
+def _is_phones(path: Path) -> bool:
+    """Whether a file or folder is neither W2W's nor a maker's."""
+    if path.is_dir():
+        return not (path / "Inertial.csv").is_file()
+    if path.suffix.lower() not in (".csv", ".txt") or not path.is_file():
+        return False
+    with path.open("rb") as stream:
+        start = stream.read(4096).lstrip(b"\xef\xbb\xbf")
+    own = (
+        re.match(rb"# ?\w+:|(//.*)", start)
+        or b"acc_unit" in start
+        or (b"acc_x" in start and b"time_s" in start)
+    )
+    return not own

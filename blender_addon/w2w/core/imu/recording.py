@@ -136,6 +136,10 @@ class ImuRecording:
         arrays = {reading.name: getattr(self, reading.name)[:, chosen] for reading in self.readings}
         return replace(self, sites=tuple(self.sites[sensor] for sensor in chosen if self.sites), **arrays)
 
+    def between(self, first: int, last: int) -> Self:
+        """The recording of some of its samples."""
+        return replace(self, **{one.name: getattr(self, one.name)[first:last] for one in self.readings})
+
     def with_sensors_of(self, other: Self) -> Self:
         """The recording with the sensors of another of the same motion after its own."""
         names = [reading.name for reading in self.readings]

@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A folder of recordings: its files, and the labels that a csv or the folders give them."""
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from ..csv_tables import read_table
-from ..wording import shown
+from ..library.labels import same_label
+from ..wording import listed, shown
+from .phone_files import is_phone_folder
 from .recording import ImuRecording
 
 LABEL_FILE = "labels.csv"
@@ -15,41 +19,114 @@ X_IO = "Inertial.csv"
 """The file that makes a folder the log of an x-IMU3."""
 
 
+IN_HAND_S = 3.0
+"""Seconds at either end of a phone's recording in which it is still put in place, or taken off."""
+
+
+class Known(NamedTuple):
+    """What is known of all recordings of a folder."""
+
+    place: str = ""  # where each was worn whose labels do not say it; paths then say activity and person
+    activities: Sequence[str] = ()  # that paths may name
+
+
 def recording_files(folder: Path, labels: Path) -> Iterator[Path]:
-    """Recordings in a folder, logs of an x-IMU3 as their folders."""
+    """Recordings in a folder; those in several files, of an x-IMU3 or a phone, as their folders."""
+    inside: list[Path] = []
     for path in sorted(folder.rglob("*")):
-        if (path / X_IO).is_file():
-            yield path
+        if any(path.is_relative_to(one) for one in inside):
             continue
-        held = path.is_file() and path.suffix.lower() in SUFFIXES and not (path.parent / X_IO).is_file()
-        if held and path.resolve() != labels.resolve():
+        if (path / X_IO).is_file() or is_phone_folder(path):
+            inside.append(path)
+            yield path
+        elif path.is_file() and path.suffix.lower() in SUFFIXES and path.resolve() != labels.resolve():
             yield path
 
 
-def label_rows(path: Path) -> dict[str, dict[str, str]]:
-    """Rows of a csv of labels by the file or folder that they are about."""
-    rows = {}
-    for number, row in read_table(path, ("file", "activity"), ("subject", "clip", "place")).rows:
+def label_rows(path: Path) -> dict[str, list[dict[str, str]]]:
+    """Rows of a csv of labels by the file or folder that they are about, several for stretches of one."""
+    rows: dict[str, list[dict[str, str]]] = {}
+    optional = ("subject", "clip", "place", "start", "end")
+    for number, row in read_table(path, ("file", "activity"), optional).rows:
         if not row["file"] or not row["activity"]:
             raise ValueError(f"{shown(path)}, line {number}: a row needs a file and its activity")
-        rows[row.pop("file").replace("\\", "/").strip("/")] = row
+        rows.setdefault(row.pop("file").replace("\\", "/").strip("/"), []).append(row)
     return rows
 
 
-def labelled_by(recording: ImuRecording, file: Path, rows: Mapping[str, Mapping[str, str]]) -> ImuRecording:
-    """The recording with the labels of its row, else its own, else those of its folders."""
+def labelled_by(
+    recording: ImuRecording, file: Path, rows: Mapping[str, Sequence[Mapping[str, str]]], known: Known
+) -> Iterator[ImuRecording]:
+    """The recording, or stretches of it, by the labels of its rows, else its own, else those of its path."""
     paths = [file.as_posix(), *(parent.as_posix() for parent in file.parents)]
     told = next((rows[path] for path in paths if path in rows), None)
     if rows and told is None:
         raise ValueError("the labels do not list it")
-    told = told or {}
+    for row in told or ({},):
+        yield _labelled(_stretch(recording, row), file, row, known)
+
+
+def _labelled(recording: ImuRecording, file: Path, told: Mapping[str, str], known: Known) -> ImuRecording:
     in_folders = [*file.parent.parts]
-    clip = told.get("clip") or recording.clip or file.parent.as_posix()
+    by_path = told.get("clip") or recording.clip or file.parent.as_posix()
     activity = told.get("activity") or recording.activity or (in_folders[0] if in_folders else "")
-    place = told.get("place", "")
+    subject, place = told.get("subject") or recording.subject, told.get("place", "")
     sites = (place,) if place and recording.n_sensors == 1 else recording.sites or (file.stem,)
+    if known.place:
+        if not told and not recording.activity:
+            activity, named = _by_words(file, known.activities)
+            subject = subject or named
+        sites = (place or known.place,) * recording.n_sensors
+        by_path = told.get("clip") or recording.clip or file.with_suffix("").as_posix()
     if not activity:
         raise ValueError("nothing says its activity: list it in labels.csv, or put it into a folder named so")
-    if clip == ".":
-        clip = file.stem
-    return recording.labelled(sites, activity, told.get("subject") or recording.subject, clip)
+    clip = file.stem if by_path == "." else by_path
+    start = told.get("start", "")
+    return recording.labelled(sites, activity, subject, f"{clip} from {start} s" if start else clip)
+
+
+def _stretch(recording: ImuRecording, row: Mapping[str, str]) -> ImuRecording:
+    """What lies between the seconds that a row names; all of it without."""
+    if not (row.get("start") or row.get("end")):
+        return recording
+    try:
+        start, end = (float(row.get(name) or other) for name, other in (("start", 0.0), ("end", "inf")))
+    except ValueError:
+        raise ValueError(f"start and end are seconds of the file, not {shown(str(dict(row)))}") from None
+    first, last = round(start * recording.rate), min(end * recording.rate, recording.n_samples)
+    if not 0 <= first < last:
+        raise ValueError(
+            f"it lasts {recording.n_samples / recording.rate:.0f} s: {start:g} to {end:g} s is no part of it"
+        )
+    return recording.between(first, round(last))
+
+
+def without_hands(recording: ImuRecording) -> ImuRecording:
+    """The recording without its ends, if three quarters of it are left or more."""
+    ends = round(IN_HAND_S * recording.rate)
+    if recording.n_samples < 8 * ends:
+        return recording
+    return recording.between(ends, recording.n_samples - ends)
+
+
+def _by_words(file: Path, activities: Sequence[str]) -> tuple[str, str]:
+    """The activity that a path names, folder or file, and who the innermost other folder, or file, names."""
+    folders, known = file.parent.parts, {same_label(one): one for one in activities}
+    found = {
+        (number, name)
+        for number, part in enumerate((*folders, file.stem))
+        for name in known
+        if re.search(rf"(^|_){re.escape(name)}(_|$)", re.sub(r"[\W\d_]+", "_", same_label(part)))
+        or name == same_label(part)
+    }
+    named = {name for _, name in found if not any(name != other and name in other for _, other in found)}
+    if len(named) != 1:
+        what = f"names {listed(sorted(named))}" if named else "names no activity of the study"
+        raise ValueError(
+            f"its path {what}: put it into a folder named as one of {listed(list(activities), 12)}, "
+            "or list it in labels.csv"
+        )
+    (activity,) = named
+    others = [part for number, part in enumerate(folders) if (number, activity) not in found]
+    rest = re.sub(rf"{re.escape(activity)}|[\W\d_]+", " ", same_label(file.stem))
+    return known[activity], others[-1] if others else rest.strip()

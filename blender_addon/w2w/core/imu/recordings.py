@@ -14,19 +14,22 @@ import numpy as np
 from ..given import clip_number, given_numbers, given_path
 from ..motion.motion import LABELS
 from ..wording import listed, plain_words, shown
-from .clock import at_times, shared_times
-from .formats import read_recording
-from .recording import READINGS, ImuRecording
-from .recording_folder import LABEL_FILE, SUFFIXES, label_rows, labelled_by, recording_files
+from .clock import SAME_RATE, at_rate
+from .formats import PHONE, format_of, read_recording
+from .recording import ImuRecording
+from .recording_folder import (
+    LABEL_FILE,
+    SUFFIXES,
+    Known,
+    label_rows,
+    labelled_by,
+    recording_files,
+    without_hands,
+)  # fmt: skip
+from .recording_table import resampled, seconds, triples
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-
-SAME_RATE = 0.01
-"""Share by which the rates of sensors may differ and count as one."""
-
-LONGEST_STEP_S = 0.1
-"""Samples of a table that are further apart have lost what was between them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,35 +145,51 @@ class Recordings(Sequence[ImuRecording]):
         names = [str(name) for name in getattr(frame, "columns", ())]
         if missing := [name for name in ("place", "clip", "t", "activity") if name not in names]:
             raise ValueError(f"the table lacks the columns {', '.join(missing)}")
-        values = np.concatenate([_triples(frame, names, "acc"), _triples(frame, names, "gyr")], axis=1)
-        seconds = _seconds(np.asarray(frame["t"]))
+        values = np.concatenate([triples(frame, names, "acc"), triples(frame, names, "gyr")], axis=1)
+        times = seconds(np.asarray(frame["t"]))
         texts = (_texts(frame[name]) if name in names else [""] * len(frame) for name in (*LABELS, "place"))
         rows: dict[tuple[str, ...], dict[str, list[int]]] = {}
         for number, (*label, place) in enumerate(zip(*texts, strict=True)):
             rows.setdefault(tuple(label), {}).setdefault(place, []).append(number)
         if rate is None:
-            steps = [np.median(np.diff(seconds[some])) for of in rows.values() for some in of.values()]
+            steps = [np.median(np.diff(times[some])) for of in rows.values() for some in of.values()]
             with np.errstate(divide="ignore"):
                 rate = float(np.round(1 / np.median(steps), 2)) if steps else 0.0
         if not (isinstance(rate, Real) and np.isfinite(rate) and rate > 0):
             raise ValueError(
                 f"the samples per second must be above 0, not {rate!r}; by default the steps of t say them"
             )
-        return cls([_resampled(of, seconds, values, rate, label) for label, of in rows.items()])
+        return cls([resampled(of, times, values, rate, label) for label, of in rows.items()])
 
     @classmethod
-    def read(cls, folder: str | Path, labels: str | Path | None = None) -> Self:
+    def read(
+        cls,
+        folder: str | Path,
+        labels: str | Path | None = None,
+        place: str = "",
+        activities: Sequence[str] = (),
+        rate: float | None = None,
+    ) -> Self:
         """Read the recordings in a folder and its subfolders, in every format of `read_recording`.
 
         A label comes from the csv, else from the file itself, else from the folders:
-        ``ACTIVITY/CLIP/PLACE.csv``.
+        ``ACTIVITY/CLIP/PLACE.csv``. From phones' files three seconds are cut at either end, where the phone
+        was still, or again, in a hand.
 
         Parameters
         ----------
         folder : str or Path
         labels : str or Path, optional
-            A csv with the columns ``file,activity[,subject][,clip][,place]``; ``labels.csv`` in the folder by
-            default. `file` is a recording or a folder of them, as a path inside `folder`.
+            A csv with the columns ``file,activity[,subject][,clip][,place][,start][,end]``; ``labels.csv`` in
+            the folder by default. `file` is a recording or a folder of them, as a path inside `folder`;
+            `start` and `end` are seconds of it.
+        place : str
+            Where all were worn whose labels do not say it. Folders and file names then say activity and
+            person: ``anna/walking.csv``.
+        activities : sequence of str
+            Activities that they may name.
+        rate : float, optional
+            Samples per second to bring all to.
 
         Raises
         ------
@@ -186,7 +205,11 @@ class Recordings(Sequence[ImuRecording]):
         for path in recording_files(folder, table):
             file = path.relative_to(folder).as_posix()
             try:
-                recordings.append(labelled_by(read_recording(path), path.relative_to(folder), rows))
+                read = read_recording(path)
+                if not rows and format_of(path, to_read=True) == PHONE:
+                    read = without_hands(read)
+                some = labelled_by(read, path.relative_to(folder), rows, Known(place, activities))
+                recordings += [one if rate is None else at_rate(one, rate) for one in some]
             except (ValueError, OSError, KeyError) as error:
                 skipped.append((file, str(error)))
         if not recordings:
@@ -292,54 +315,6 @@ def _check_labels(clip: str, parts: Sequence[Mapping[str, tuple[ImuRecording, in
             raise ValueError(f"{clip} is labelled with more than one {what}: {listed(several)}")
 
 
-def _triples(frame: Any, names: Sequence[str], kind: str) -> np.ndarray:
-    """The readings of a kind, shape (rows, 3); zeros for angular velocity that is not there."""
-    if kind in names:
-        triples = given_numbers(list(frame[kind]), f"the column {kind}")
-        if triples.shape != (len(frame), 3):
-            raise ValueError(f"the column {kind} must hold three numbers a row: x, y and z")
-        return triples
-    channels = next(reading.channels for reading in READINGS if reading.name == kind)
-    if not any(channel in names for channel in channels) and kind == "gyr":
-        return np.zeros((len(frame), 3))
-    if missing := [channel for channel in channels if channel not in names]:
-        raise ValueError(f"the table lacks the columns {', '.join(missing)}")
-    return np.stack([given_numbers(frame[one], f"the column {one}") for one in channels], axis=1)
-
-
-def _seconds(stamps: np.ndarray) -> np.ndarray:
-    """Time stamps in seconds."""
-    if stamps.dtype.kind in "mM":
-        return (stamps - stamps.min()) / np.timedelta64(1, "s")
-    seconds = given_numbers(stamps, "the column t")
-    if not np.isfinite(seconds).all():
-        raise ValueError("the column t lacks the time of some rows")
-    return seconds
-
-
 def _texts(values: Iterable[Any]) -> list[str]:
     """Labels as texts, "" for what a table lacks (None or NaN)."""
     return ["" if value is None or value != value else str(value) for value in values]
-
-
-def _resampled(
-    of_place: Mapping[str, list[int]],
-    seconds: np.ndarray,
-    values: np.ndarray,
-    rate: float,
-    label: tuple[str, ...],
-) -> ImuRecording:
-    """One clip's sensors on one even clock."""
-    known = {}
-    for place, some in of_place.items():
-        order = np.array(some)[np.argsort(seconds[some], kind="stable")]
-        later = np.concatenate([[True], np.diff(seconds[order]) > 0])
-        known[place] = order[later]
-    try:
-        times = shared_times([seconds[rows] for rows in known.values()], rate, 2 / rate)
-    except ValueError as error:
-        raise ValueError(f"{label[2]} is of no use: {error}") from error
-    longest = max(LONGEST_STEP_S, 2 / rate)
-    found = [at_times(seconds[rows], values[rows], times, longest) for rows in known.values()]
-    both = np.stack(found, axis=1)
-    return ImuRecording(both[..., :3], both[..., 3:], rate, tuple(known)).labelled(tuple(known), *label)
