@@ -108,6 +108,7 @@ def right() -> dict[str, tuple[Write, float, bool]]:
         "toolbox g-force, gyroscope": (lambda p: table(p / "a.csv", ["time", *gf, *w], T, ACC / G, GYR), 1, True),
         "toolbox, everything": (lambda p: table(p / "a.csv", ["time", *gf, "ax", "ay", "az", *w, "p", "Bx", "By", "Bz"], T, ACC / G, MOVED, GYR, 1013 + T, 40 * QUATERNION[:, :3]), 1, True),
         "toolbox, semicolons and decimal commas": (lambda p: table(p / "a.csv", ["time", *gf, *w], T, ACC / G, GYR, mark=";", comma=True), 1, True),
+        "toolbox, printed minus signs under a blank line": (lambda p: table(p / "a.csv", ["time", *gf, "Gain"], T, [[f"{v:.6f}".replace("-", "\N{MINUS SIGN}").replace(".", ",") for v in axis] for axis in (ACC / G).T.tolist()], ["\N{MINUS SIGN}\N{INFINITY}"] * len(T), mark=";", comma=True, head="\n"), 1, False),
         "toolbox, time of day over midnight": (lambda p: table(p / "a.csv", ["time", *gf, *w], clock(), ACC / G, GYR), 1, True),
         "toolbox, time of day with a point": (lambda p: table(p / "a.csv", ["time", *gf, *w], clock("08:00:00", "."), ACC / G, GYR), 1, True),
         "toolbox, dates": (lambda p: table(p / "a.csv", ["time", *gf], iso(), ACC / G), 1, False),

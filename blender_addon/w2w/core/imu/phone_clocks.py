@@ -21,7 +21,7 @@ LOST_S = 0.1
 
 
 def number_in(cell: str, path: Path) -> float:
-    text = cell.strip()
+    text = cell.strip().replace("\N{MINUS SIGN}", "-")
     if not text or text.lower() in ("nan", "null", "na", "-"):
         return np.nan
     try:
