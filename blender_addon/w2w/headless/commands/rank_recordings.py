@@ -22,7 +22,7 @@ from ..study_options import declared
 
 def rank_recordings(
     folder: Annotated[
-        Path, argument("FOLDER", "Folder of recordings: npz, csv, exports of phone apps, Xsens and x-IMU3 files.")
+        Path, argument("FOLDER", "Folder of recordings: npz, csv, phone apps' exports, Xsens, x-IMU3.")
     ],
     labels: Annotated[
         Path | None,
