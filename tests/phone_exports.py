@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Exports of phone and watch apps of one known motion, as each app writes them, and ways in which they differ."""
 
+# fmt: off
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
