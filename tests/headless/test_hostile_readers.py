@@ -34,7 +34,7 @@ def begun(tmp_path, monkeypatch):
 @pytest.mark.later
 @pytest.mark.parametrize("kind", KINDS)
 def test_inspect_says_that_it_would_be_skipped(tmp_path, monkeypatch, begun, kind):
-    monkeypatch.setattr(guard, "LIMIT_S", 5.0)
+    monkeypatch.setattr(guard, "LIMIT_S", 50.0)
     monkeypatch.setattr(guard, "MEMORY", 2**31)
     (file,) = write_hostile(tmp_path / "library", (kind,))
     code, said = cli("inspect", file)
@@ -66,10 +66,36 @@ def test_a_run_uses_all_others(tmp_path, motions, begun):
     reasons = skipped_clips(tmp_path / "out")
     assert reasons.keys() == {f"fast/{kind}.c3d" for kind in KINDS}
     for kind in ("hangs", "crashes"):
-        assert "the program that reads it crashed, or took longer than 20 s" in reasons[f"fast/{kind}.c3d"]
+        assert "the program that reads it crashed, or took longer than 2 s" in reasons[f"fast/{kind}.c3d"]
     assert "memory" in reasons["fast/fills.c3d"]
     tried = begun.read_text().split()
     assert [tried.count(kind) for kind in ("hangs", "crashes")] == [1, 1]
+
+
+@pytest.mark.later
+def test_a_file_that_hangs_costs_a_tenth_of_its_limit_once_until_it_or_the_limit_changes(
+    tmp_path, motions, begun
+):
+    (file,) = write_hostile(motions / "fast", ("hangs",))
+
+    def skipped(limit_s, *more):
+        words = "--clip-limit", limit_s, "--clip-memory", 2, "--no-report"
+        code, said = cli("run", motions, "--out", tmp_path / "out", *QUICKLY, *words, *more)
+        assert code == 0, said
+        tried = begun.read_text().split() if begun.exists() else []
+        begun.unlink(missing_ok=True)
+        return tried, skipped_clips(tmp_path / "out")["fast/hangs.c3d"], "Nothing has changed" in said
+
+    reason = "the program that reads it crashed, or took longer than 2 s or more than 2.0 GiB: it is damaged"
+    tried, said, _ = skipped(20)
+    assert (tried, reason in said, said.endswith("(see --clip-limit)")) == (["hangs"], True, True)
+    assert skipped(20) == ([], said, True)
+    os.utime(file)
+    assert skipped(20) == ([], said, True)
+    assert skipped(20, "--verify") == ([], said, False)
+    assert skipped(30) == (["hangs"], said.replace("2 s", "3 s"), False)
+    file.write_bytes(file.read_bytes() + b"0")
+    assert skipped(30)[0] == ["hangs"]
 
 
 @pytest.mark.later

@@ -12,6 +12,7 @@ from w2w.core.library.library import Clip
 from w2w.core.motion.motion import demo_motions
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.readers.bvh import read_bvh
+from w2w.core.reading.reader import Reader
 from w2w.core.study.config import StudyConfig
 from w2w.headless.runs.clip_task import ClipTask, Engine
 from w2w.scene.motion.load import to_body
@@ -54,18 +55,18 @@ def degrees(a, b):
 
 def test_each_skeleton_without_a_rest_pose_gets_one_whatever_the_order(recorded):
     folder, _ = recorded
-    rests = look_rests(files_of(folder))
+    rests = look_rests(Reader(), files_of(folder))
     assert set(rests.files) == {path.name for path in folder.iterdir() if path.name[:2] in ("an", "bo")}
     assert len(rests.poses) == 2
-    assert look_rests(files_of(folder)[::-1]) == rests
-    assert rests.of_file("ann_0.bvh").poses == look_rests(files_of(folder, "ann")).poses
+    assert look_rests(Reader(), files_of(folder)[::-1]) == rests
+    assert rests.of_file("ann_0.bvh").poses == look_rests(Reader(), files_of(folder, "ann")).poses
     assert rests.sentence() == "one guess for each of 2 skeletons without one, in 12 files"
-    assert look_rests(files_of(folder, "ann_0")) == ALONE
+    assert look_rests(Reader(), files_of(folder, "ann_0")) == ALONE
 
 
 def test_all_clips_of_a_skeleton_move_by_the_same_rest_pose_near_the_true_one(recorded, bundled_body):
     folder, motions = recorded
-    rests = look_rests(files_of(folder))
+    rests = look_rests(Reader(), files_of(folder))
     for number, motion in enumerate(motions):
         source = read_bvh(folder / f"ann_{number}.bvh")
         assert not source.rest_is_known
@@ -79,7 +80,7 @@ def test_all_clips_of_a_skeleton_move_by_the_same_rest_pose_near_the_true_one(re
 
 def test_a_rest_pose_that_leads_one_clip_is_that_of_all(recorded, bundled_body):
     folder, motions = recorded
-    found = to_body(read_bvh(folder / "bo_0.bvh"), bundled_body, rests=look_rests(files_of(folder)))
+    found = to_body(read_bvh(folder / "bo_0.bvh"), bundled_body, rests=look_rests(Reader(), files_of(folder)))
     assert found.rest_guessed == "that leads one of its clips"
     off = degrees(turned(bundled_body, found.motion), turned(bundled_body, motions[0]))
     assert np.median(off, axis=0).max() < 1
@@ -91,7 +92,7 @@ def test_a_clip_is_made_anew_only_with_another_guess_for_its_own_skeleton(record
 
     def key(files, name):
         clip = Clip(folder / name, name, name, "walk")
-        rests = look_rests(files)
+        rests = look_rests(Reader(), files)
         of_all, its = (
             ClipTask(clip, tmp_path, StudyConfig(), "inputs", Engine(rests=each)).key("0")
             for each in (rests, rests.of_file(name))
@@ -109,7 +110,7 @@ def test_recordings_of_one_skeleton_differ_as_their_truth_does(shared_cases, bun
     """Forearms turned by 70 degrees came out alike when each file had a guess of its own."""
     names = [f"palms_{way}" for way in ("down", "up")]
     files = [(f"{name}.bvh", shared_cases / "second" / f"{name}.bvh") for name in names]
-    rests = look_rests(files)
+    rests = look_rests(Reader(), files)
     apart = []
     for truth in ("", "_truth"):
         both = [

@@ -184,9 +184,9 @@ def load(
     motions, keys, facts = [], [], []
     with Reader() as reader:
         files = [(clip.file, clip.path) for clip in clips]
-        if (seen := look_up(files, pose, reader)).question:
+        if (seen := look_up(reader, files, pose)).question:
             raise ValueError(in_python(seen.question))
-        of_library = seen.ups, look_rests(files, pose, seen.ups, bone_maps, reader)
+        of_library = seen.ups, look_rests(reader, files, pose, seen.ups, bone_maps)
         for clip in tracked(clips, "Reading motions"):
             try:
                 motion, about = _read(reader, clip, body, bone_maps, pose, *of_library)

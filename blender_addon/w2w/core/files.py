@@ -144,6 +144,15 @@ def file_sha256(path: str | Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
+def stamp(path: Path) -> list[int]:
+    """Size, times (ns), inode and device of a file, where links lead: another file has another stamp."""
+    try:
+        found = os.stat(path)  # noqa: PTH116 - a path's own call costs more
+    except OSError:
+        return []
+    return [found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino, found.st_dev]
+
+
 DAMAGED = (
     BadZipFile, EOFError, KeyError, MemoryError, OverflowError, SyntaxError, TokenError, TypeError,
     RuntimeError,  # a password, or (NotImplementedError) a compression that Python lacks

@@ -18,6 +18,7 @@ from w2w.core.motion.motion import AMASS, SMPLX, Motion, demo_motions, read_amas
 from w2w.core.motion.sight import LIMBS, Kind, Sight
 from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.motion.up import BY_ITSELF
+from w2w.core.reading.reader import Reader
 from w2w.headless.runs.clip_task import read_beside
 from w2w.scene.motion.load import look_up, read_motion, to_body
 
@@ -117,7 +118,7 @@ def library(folder, kind, file_kind, body, up, standing, headings=HEADINGS, floo
 
 def outcomes(files, body):
     """How the files of a library are read, or "asked" if the user is asked before."""
-    seen = look_up([(path.name, path) for path in files], FACTS)
+    seen = look_up(Reader(), [(path.name, path) for path in files], FACTS)
     if seen.question:
         return ["asked"]
     return [outcome(path, body, motion, seen.ups) for path, motion in files.items()]
@@ -157,6 +158,21 @@ def test_a_file_alone_is_read_right_or_asked_for(tmp_path, bundled_body, file_ki
     check_alone(tmp_path, bundled_body, file_kind, up, ["supine", "stand", "walk"])
 
 
+@pytest.mark.parametrize(("file_kind", "up"), BY_FORMAT)
+def test_what_a_format_alone_says_of_who_does_not_stand_is_said(tmp_path, bundled_body, file_kind, up):
+    for kind, assumed in (("supine", True), ("crawl", True), ("walk", False)):
+        file = tmp_path / f"{kind}{SUFFIXES.get(file_kind, '.npy')}"
+        write(file, file_kind, bundled_body, posed(kind, bundled_body, 45), up)
+        found = to_body(read_motion(file, FACTS), bundled_body)
+        assert found.facts().get("up_guessed") == (up if assumed else None), kind
+        said = look_up(Reader(), [(file.name, file)]).sentence()
+        assert said.endswith(", as is usual") == assumed, kind
+    stands = library(tmp_path / "library", "supine", file_kind, bundled_body, up, 8, [90])
+    seen = look_up(Reader(), [(path.name, path) for path in stands])
+    assert not seen.sentence().endswith("usual")
+    assert not read_motion(next(iter(stands)), FACTS, seen.ups).up_guessed
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("file_kind", "up"), FILES)
 def test_all_kinds_of_motion_alone_are_read_right_or_asked_for(tmp_path, bundled_body, file_kind, up):
@@ -175,7 +191,8 @@ KINDS = (AMASS, SMPLX, Kind("BVH", "y", firm=True), Kind("joints", "y", read=UPS
 def test_no_floor_lays_down_who_stands_or_stands_up_who_lies(bundled_body, kind):
     """By itself a clip is right or asked for, and as one of many it never votes for a wrong axis.
 
-    Of who lies or sits in a file that breaks its format's convention only if the ground is at 0.
+    Of who lies or sits in a file that breaks its format's convention only if the ground is at 0, else what is
+    read is said to be assumed.
     """
     for (floor, start), up, heading in product(PLACES, "yz", HEADINGS):
         motion = posed(kind, bundled_body, heading, floor, start, heading)
@@ -186,7 +203,9 @@ def test_no_floor_lays_down_who_stands_or_stands_up_who_lies(bundled_body, kind)
             case = (files.name, up, floor, start, heading)
             by_format = files.firm and up != files.usual and floor != 0 and kind not in UPRIGHT
             wrong = {*files.read} - {up} - {files.usual if by_format else up}
-            assert seen.by_itself(files) not in wrong, case
+            found = seen.by_itself(files)
+            assert found not in wrong, case
+            assert found in (up, None) or BY_ITSELF.guess(files, seen, found) == found, case
             assert set(seen.votes(files)) <= {up}, case
             if kind in SURE and floor is not None:
                 assert seen.by_itself(files) == up, case
@@ -217,7 +236,7 @@ def test_a_format_holds_while_nothing_speaks_against_it(tmp_path, bundled_body, 
     for number, kind in enumerate(kinds):
         motion = posed(kind, bundled_body, 90 * number, floor, "away", number)
         write_smpl(tmp_path / f"{number}.npz", motion, up=up)
-    seen = look_up([(path.name, path) for path in sorted(tmp_path.iterdir())])
+    seen = look_up(Reader(), [(path.name, path) for path in sorted(tmp_path.iterdir())])
     assert (seen.ups.chosen, bool(seen.question)) == ((("AMASS", expected),), expected is None)
 
 
@@ -238,7 +257,7 @@ def test_libraries_are_read_right_or_asked_for(tmp_path, bundled_body, file_kind
 
 def test_what_speaks_for_each_axis_is_asked_with(tmp_path, bundled_body):
     files = library(tmp_path, "supine", "smplx", bundled_body, "y", 2, [0, 45, 180])
-    seen = look_up([(path.name, path) for path in files], FACTS)
+    seen = look_up(Reader(), [(path.name, path) for path in files], FACTS)
     said = (
         "nothing says which axis is up in 5 files of SMPL-X; people may stand along y in 2, -z in 1, z in 1, "
     )
@@ -249,14 +268,14 @@ def test_what_speaks_for_each_axis_is_asked_with(tmp_path, bundled_body):
     motions = w2w.load(tmp_path, pose=PoseFacts(up="y"))
     upright = [trunk_read(motion, bundled_body)[0, 2] > 0.9 for motion in motions]
     assert upright == [False, False, False, True, True]
-    assert not look_up([(path.name, path) for path in files], PoseFacts(up="y")).question
+    assert not look_up(Reader(), [(path.name, path) for path in files], PoseFacts(up="y")).question
 
 
 def test_few_files_that_are_asked_for_do_not_stop_others(tmp_path, bundled_body):
     files = library(tmp_path / "a", "supine", "bvh", bundled_body, "y", 0)
     files |= library(tmp_path / "b", "supine", "humanml3d-22", bundled_body, "z", 0, [90])
     named = [(path.relative_to(tmp_path).as_posix(), path) for path in files]
-    seen = look_up(named, FACTS)
+    seen = look_up(Reader(), named, FACTS)
     assert not seen.question
     joints = JOINT_SETS["humanml3d-22"]
     assert seen.sentence() == f"y, 8 files of BVH; not known, 1 file of joints ({joints.name})"
@@ -273,7 +292,7 @@ def test_a_bvh_file_without_a_rest_pose_follows_its_skeleton_s_files(tmp_path, b
         for name in NAMES:
             text = text.replace(f" {name}\n", f" {name}_\n") if name.startswith("LeftHandM") else text
         path.write_text(text)
-    seen = look_up([(str(path), path) for path in [*files, *others]], FACTS)
+    seen = look_up(Reader(), [(str(path), path) for path in [*files, *others]], FACTS)
     assert {outcome(path, bundled_body, motion, seen.ups) for path, motion in files.items()} == {"right"}
     assert {read_motion(path, FACTS, seen.ups).up for path in others} == {"y"}
     assert {read_motion(path, FACTS, seen.ups).up_guessed for path in files} == {"z"}
@@ -323,7 +342,7 @@ def test_a_side_car_says_what_is_up_in_poses(tmp_path, bundled_body):
             read_motion(tmp_path / "a.npz")
     (tmp_path / "a.json").write_text(json.dumps({"up_axis": "-Y", "rate": "fast"}))
     np.testing.assert_allclose(read_motion(tmp_path / "a.npz").pelvis, motion.pelvis, atol=1e-5)
-    assert not look_up([("a.npz", tmp_path / "a.npz")]).question
+    assert not look_up(Reader(), [("a.npz", tmp_path / "a.npz")]).question
     assert read_beside(tmp_path / "a.npz") == [tmp_path / "a.json"]
 
 
@@ -334,7 +353,7 @@ def test_the_demo_s_people_are_read_whatever_is_up(tmp_path, up):
     motions = [*demo_motions(3).values()]
     for number, motion in enumerate(motions):
         write_smpl(tmp_path / f"{number}.npz", motion, up=up)
-    seen = look_up([(path.name, path) for path in sorted(tmp_path.iterdir())])
+    seen = look_up(Reader(), [(path.name, path) for path in sorted(tmp_path.iterdir())])
     assert seen.ups.chosen == (("AMASS", up),)
     how = "" if up == "z" else ", as people stand"
     assert seen.sentence() == f"{up}, {len(motions)} files of AMASS{how}"

@@ -77,8 +77,8 @@ def inspect(
                 raise ValueError(
                     f"{shown(file)} is a folder: give one of its files, and the folder as --library"
                 )
-            seen = look_up(files, pose, reader)
-            rests = look_rests(files, pose, seen.ups, bone_maps, reader)
+            seen = look_up(reader, files, pose)
+            rests = look_rests(reader, files, pose, seen.ups, bone_maps)
         try:
             clip = Clip(file, shown(file.name), "clip", "", rate=rate)
             how = Engine(bone_maps=bone_maps, pose=pose, ups=seen.ups if library else BY_ITSELF, rests=rests)

@@ -19,6 +19,7 @@ from ..console import NOTHING_TO_DO, Terminal
 from ..options import argument, option, with_options, words
 from ..reports.console_tables import show_labels
 from ..runs.own_files import keep_apart
+from ..runs.records import given_up_in
 from ..runs.study import RunPlan
 from ..study_options import RUN, StudyOptions
 from .execute import ended, execute_bodies, execute_shard, ready_for, refused
@@ -83,14 +84,16 @@ def run(
         found = without(read_library(library, labels, asked.exact_labels), leave_out)
         check_counting(found.activities, parameters.background, parameters.weights)
         engine = asked.engine()
-        with Reader(engine.limit_s, engine.memory) as reader:
-            files = [(clip.file, clip.path) for clip in found.clips]
-            seen = look_up(files, engine.pose, reader)
-            rests = look_rests(files, engine.pose, seen.ups, engine.bone_maps, reader)
-        engine = replace(engine, ups=seen.ups, rests=rests)
         plan = RunPlan(found, parameters, engine, asked.pictures, asked.report, verbose=asked.verbose)
         bodies = ready_for(plan, asked, out)
-        plan = replace(plan, deadly=reader.deadly, again=asked.strict or asked.verify or len(bodies) > 1)
+        known = given_up_in(out if len(bodies) == 1 else out / bodies[0][0], found, engine)
+        with Reader(engine.limit_s, engine.memory, known) as reader:
+            files = [(clip.file, clip.path) for clip in found.clips]
+            seen = look_up(reader, files, engine.pose)
+            rests = look_rests(reader, files, engine.pose, seen.ups, engine.bone_maps)
+        again = asked.strict or asked.verify or len(bodies) > 1
+        engine = replace(engine, ups=seen.ups, rests=rests)
+        plan = replace(plan, engine=engine, deadly=reader.deadly, again=again)
     if up := seen.sentence():
         console.print(f"Up: {up}.")
     if guesses := rests.sentence():

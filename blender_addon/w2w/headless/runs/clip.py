@@ -19,6 +19,7 @@ from ...core.motion.signature import motion_signature
 from ...core.motion.source import SourceMotion, UnusableMotion, readable_size, reason_of, unreadable
 from ...core.patches.patches import PatchSet
 from ...core.reading.guard import allowed_memory, crashed, guarded, timed_out, untimed
+from ...core.reading.reader import Death
 from ...core.study.clip_files import WORK, mark_changing, write_features
 from ...core.study.results import ClipResult
 from ...core.study.signals import describe, measured, record
@@ -82,7 +83,19 @@ def record_death(task: ClipTask) -> ClipResult:
         )
     if not source:  # it died while reading the file's bytes: nothing to know it by
         return ClipResult(task.clip, reason, {}, "")
-    return _conclude(task, ClipResult(task.clip, reason, {}, source), looks)
+    return _conclude(task, ClipResult(task.clip, reason, {}, source), looks, limits=task.engine.limits)
+
+
+def give_up(task: ClipTask, death: Death) -> ClipResult:
+    """The result of a clip that killed or outlasted who looked at it first, kept for later runs."""
+    looks = task.look()
+    try:
+        source = file_sha256(task.clip.path)
+    except OSError as error:
+        return ClipResult(task.clip, unreadable(error), {}, "")
+    hint = " (see --clip-limit)"
+    result = ClipResult(task.clip, death.reason.removesuffix(hint) + hint, {}, source)
+    return _conclude(task, result, looks, limits=task.engine.limits, unseen=True)
 
 
 def try_alone(task: ClipTask, once: Callable[[ClipTask], ClipResult | None]) -> ClipResult:
@@ -165,7 +178,7 @@ def _out_of_memory(task: ClipTask, source: str, looks: Looks) -> ClipResult:
         reason = f"it takes more than the {allowed / 2**30:.1f} GiB of memory that W2W may use here (ulimit)"
         return ClipResult(task.clip, reason, {}, "")
     reason = f"it needs more than {task.engine.memory / 2**30:g} GiB of memory (see --clip-memory)"
-    return _conclude(task, ClipResult(task.clip, reason, {}, source), looks)
+    return _conclude(task, ClipResult(task.clip, reason, {}, source), looks, limits=task.engine.limits)
 
 
 def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
@@ -243,10 +256,12 @@ def _refuse_too_long(motion: Motion, task: ClipTask) -> None:
         )
 
 
-def _conclude(task: ClipTask, result: ClipResult, looks: Looks, files: tuple[Path, ...] = ()) -> ClipResult:
-    """Record the result of a clip, which counts as done only now."""
+def _conclude(
+    task: ClipTask, result: ClipResult, looks: Looks, files: tuple[Path, ...] = (), **more: object
+) -> ClipResult:
+    """Record the result of a clip, which counts as done only now, and `more` about it."""
     with untimed():
-        write_record(task, result, looks, files)
+        write_record(task, result, looks, files, more)
     return result
 
 

@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...core.files import file_sha256
+from ...core.files import file_sha256, stamp
 from ...core.keypoints.facts import PoseFacts, side_car
 from ...core.keypoints.likely_rest import ALONE, Rests
 from ...core.keypoints.pose_files import NO_FACTS
@@ -48,6 +48,11 @@ class Engine:
     rests: Rests = ALONE
     verify: bool = False
     signals: bool = True
+
+    @property
+    def limits(self) -> tuple[float, int]:
+        """Seconds and bytes, of which a clip that was given up may have more in a later run."""
+        return self.limit_s, self.memory
 
 
 @dataclass(frozen=True)
@@ -143,12 +148,3 @@ def marked_read(task: ClipTask) -> tuple[str, Looks]:
         source = first if re.fullmatch("[0-9a-f]{64}", first) else ""
         looks = json.loads(second)
     return source, looks
-
-
-def stamp(path: Path) -> list[int]:
-    """Size, times (ns), inode and device of a file, where links lead: another file has another stamp."""
-    try:
-        found = os.stat(path)  # noqa: PTH116 - a path's own call costs more
-    except OSError:
-        return []
-    return [found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino, found.st_dev]

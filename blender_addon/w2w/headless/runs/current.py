@@ -15,14 +15,14 @@ from pathlib import Path
 from typing import Any
 
 from ...core.body.body import Body
-from ...core.files import file_sha256, write_json
+from ...core.files import file_sha256, stamp, write_json
 from ...core.findings.summary import versions
 from ...core.garments.cover import FITTED
 from ...core.garments.cut import split_name
 from ...core.inside import inside
 from ...core.library.library import Clip
 from ...core.study.clip_files import WORK
-from .clip_task import digest_of_path, look, stamp
+from .clip_task import digest_of_path, look
 from .folder import DIVIDED, results_made_by
 from .own_files import LIST, is_whole
 from .records import lists_in
@@ -46,10 +46,11 @@ def note_current(plan: RunPlan, baked: BakedStudy, out: Path, inputs: str) -> No
 
 
 def looks_of_inputs(plan: RunPlan) -> str:
-    """A digest of how a study is made, of its labels, and of the looks of its clips and garments."""
+    """A digest of how a study is made and within which limits, of its labels, and how its files look."""
     library, garments = digest_of_path(plan.library.folder), map(split_name, plan.config.garments)
     clips = [(*_labels(clip), look(library, clip.path)) for clip in plan.library.clips]
-    return _digest([_study(plan), *clips, *(stamp(Path(file)) for file, *_ in garments if file)])
+    parts = [_study(plan), plan.engine.limits, *clips]
+    return _digest([*parts, *(stamp(Path(file)) for file, *_ in garments if file)])
 
 
 def is_untouched(body: Body, out: Path, inputs: str) -> bool:

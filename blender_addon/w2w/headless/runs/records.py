@@ -9,15 +9,18 @@ import json
 import os
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from ...core.files import UNFINISHED, file_sha256, write_json, write_text
+from ...core.files import UNFINISHED, file_sha256, stamp, write_json, write_text
 from ...core.inside import ForeignFileError, checked, inside, is_plain
+from ...core.library.library import Library
+from ...core.reading.reader import Death
 from ...core.study.clip_files import WORK, mark_changing, motion_file, signals_file
 from ...core.study.results import ClipResult
-from .clip_task import ClipTask, Looks
+from .clip_task import ClipTask, Engine, Looks
 from .own_files import Hashes, remove_own
 
 Record = dict[str, Any]
@@ -27,6 +30,9 @@ LIST = "records"
 
 CLIP = re.compile(r'\{"clip": "((?:[^"\\]|\\.)*)"')
 """The beginning of a line of the list, whose rest may be damaged."""
+
+UNSEEN = "unseen"
+"""The key of a record whose file killed or outlasted its reader at the first look."""
 
 
 class Records(Mapping[str, Record]):
@@ -61,7 +67,9 @@ def unfinished(path: Path) -> Path:
     return path.with_name(f".{path.name}{UNFINISHED}")
 
 
-def write_record(task: ClipTask, result: ClipResult, looks: Looks, files: tuple[Path, ...]) -> None:
+def write_record(
+    task: ClipTask, result: ClipResult, looks: Looks, files: tuple[Path, ...], more: Record
+) -> None:
     """Record what became of a clip, the hash of each of its files, and how it looked before it was read.
 
     If it looks different now, nobody knows what was read: such a record fits no file. The record goes
@@ -86,7 +94,7 @@ def write_record(task: ClipTask, result: ClipResult, looks: Looks, files: tuple[
         "source": {"sha256": result.source_sha256, "looks": [] if changed else looks},
         "made": {name: _size_and_time(path) for name, path in names.items()},
     }
-    write_json(task.record_file, content)
+    write_json(task.record_file, content | more)
     for name, path in names.items():
         path.replace(task.out / name)
 
@@ -225,6 +233,8 @@ def untouched(task: ClipTask, record: Record | None) -> ClipResult | None:
     try:
         files = _check_names(task.out, task.clip.name, record)
         source, made = record["source"], record["made"]
+        if _had_less(record, task.engine):
+            return None
         if source["looks"] != task.look() or record["key"] != task.key(source["sha256"]):
             return None
         if any(made[name] != _size_and_time(f"{task.out}/{name}") for name in files):
@@ -236,6 +246,25 @@ def untouched(task: ClipTask, record: Record | None) -> ClipResult | None:
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         pass
     return None
+
+
+def _had_less(record: Record, engine: Engine) -> bool:
+    """Whether a clip was given up within narrower limits than a run has now."""
+    had = record.get("limits", engine.limits)
+    return any(less < now for less, now in zip(had, engine.limits, strict=True))
+
+
+def given_up_in(out: Path, library: Library, engine: Engine) -> dict[Path, Death]:
+    """Files that killed or outlasted who looked at them first in an earlier run, by their content."""
+    records, found = read_records(out), {}
+    for clip in library.clips:
+        if UNSEEN in records.text(clip.name):
+            with suppress(OSError, ValueError, KeyError, TypeError):
+                record, looked = records[clip.name], stamp(clip.path)
+                same = record["source"]["sha256"] == file_sha256(clip.path)
+                if same and record[UNSEEN] and not _had_less(record, engine):
+                    found[clip.path] = Death(str(record["reason"]), looked)
+    return found
 
 
 def _check_names(out: Path, clip: str, record: Record) -> Collection[str]:
@@ -262,11 +291,15 @@ def finished(task: ClipTask, key: str) -> Record | None:
     if (done := last_record(task)) is None:
         return None
     try:
-        if done["key"] != key or not isinstance(done["reason"], str) or not isinstance(done["details"], dict):
+        if done["key"] != key or _had_less(done, task.engine):
+            return None
+        if not isinstance(done["reason"], str) or not isinstance(done["details"], dict):
             return None
         _check_names(task.out, task.clip.name, done)
         whole = all(_is_whole(inside(task.out, name), value) for name, value in done["files"].items())
-    except (OSError, KeyError, TypeError, AttributeError):
+    except ForeignFileError:
+        raise
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
     return done if whole else None
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.body.shapes import bundled_targets
-from ...core.files import write_json
+from ...core.files import stamp, write_json
 from ...core.findings.cautions import copies_sentence
 from ...core.findings.summary import config_content
 from ...core.garments.cover import FITTED
@@ -22,6 +22,7 @@ from ...core.motion.up import UPSIDE_DOWN, mostly_head_down
 from ...core.patches.patches import PatchSet
 from ...core.ranking.pooling import Pooling
 from ...core.ranking.utility import UtilityMap
+from ...core.reading.reader import Death
 from ...core.study.choosing import advised
 from ...core.study.clip_files import (
     NO_SIGNATURE,
@@ -37,6 +38,7 @@ from ...core.study.ranking import copies_among, rank_clips, same_motions
 from ...core.study.results import ClipResult, Study, StudyResults
 from ...core.study.signals import place_patches
 from ...core.wording import restated
+from .clip import give_up
 from .clip_task import ClipTask, Engine, digest_of_path
 from .cluster import spread_over
 from .folder import (
@@ -71,7 +73,7 @@ class StudyError(Exception):
 class RunPlan:
     """The settings of a run that do not depend on the body and the folder.
 
-    `deadly` are the files that are known to kill who reads them, with the reason of each;
+    `deadly` are the files that killed or outlasted who looked at them first;
     `pictures` are the heatmaps and `study.blend`; `more` are files that the command writes after the run;
     `again` has all results made even where they would be as they are.
     """
@@ -84,7 +86,7 @@ class RunPlan:
     more: tuple[str, ...] = ()
     again: bool = True
     verbose: bool = False  # list every clip, activity and region on the console
-    deadly: Mapping[Path, str] = field(default_factory=dict)
+    deadly: Mapping[Path, Death] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -199,7 +201,7 @@ def _bake(
     library = digest_of_path(plan.library.folder)
     clips = {clip.name: clip for clip in plan.library.clips}
     results: dict[str, ClipResult] = {}
-    due, own_files = [], []
+    due, died, own_files = [], [], []
     with monitor.bar("turning motions to signals", len(plan.library.clips), "Motions to signals") as advance:
 
         def done(result: ClipResult) -> None:
@@ -220,11 +222,13 @@ def _bake(
             as_it_was = None if engine.verify else untouched(task, records.get(clip.name))
             if as_it_was is not None:
                 done(as_it_was.small(clip))
-            elif reason := plan.deadly.get(clip.path):
-                done(ClipResult(clip, reason, {}, ""))
+            elif (death := plan.deadly.get(clip.path)) and death.stamp == stamp(clip.path):
+                died.append((task, death))
             else:
                 due.append(task)
         advance(len(results))
+        for task, death in died:
+            made(give_up(task, death))
         run_tasks(due, engine.workers, engine.scheduler, made, workers)
         gather(out, own_files, shard)
     forget_read()

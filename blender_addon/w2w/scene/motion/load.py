@@ -39,7 +39,7 @@ class RetargetedMotion(NamedTuple):
 
     `take` is empty for SMPL files; `skeleton` says whose bone names matched, or the joint set; `scale` is
     body metres in one unit of the file; `cut` says which frames at the ends were left out, if any, and
-    `up_guessed` which axis of the file is taken as up, if by how people stand, and `rest_guessed` where the
+    `up_guessed` which axis of the file is taken as up, if that is assumed, and `rest_guessed` where the
     rest pose comes from, if it is a guess.
     """
 
@@ -104,13 +104,11 @@ def read_motion(path: Path, pose: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF, an
     return found if pose.up is None else stood(found, pose.up, written_up(path))
 
 
-def look_up(
-    files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS, reader: Reader | None = None
-) -> Votes:
+def look_up(reader: Reader, files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS) -> Votes:
     """The votes of a library's files, each with its path inside, for the up axis, unless the format says it.
 
-    A sample is read, in this process without a `reader`: some of each folder, the same ones whatever else the
-    library holds.
+    A sample is read: some of each folder, the same ones whatever else the library holds. It ends early where
+    files that kill or outlast their reader have taken as long as one clip may.
     """
     votes = Votes()
     if pose.up is not None:
@@ -128,11 +126,13 @@ def look_up(
         ranked.append((before[folder], number, file, path))
         before[folder] += 1
     known = pose.at(pose.rate or HIGHEST_RATE)  # any rate will do
-    for *_, path in nsmallest(SAMPLED, ranked):
-        with suppress(Exception):  # whoever uses the file says what is wrong with it
-            if path.is_file() and path.stat().st_size <= MOST_SAMPLE_BYTES:
-                found = _sights(path, known) if reader is None else reader.read(_sights, path, known)
-                votes.cast.extend(found)
+    most_lost_s = reader.lost_s + reader.limit_s
+    with reader.looking():
+        for *_, path in nsmallest(SAMPLED, ranked):
+            with suppress(Exception):  # whoever uses the file says what is wrong with it
+                small = path.is_file() and path.stat().st_size <= MOST_SAMPLE_BYTES
+                if small and reader.lost_s < most_lost_s:
+                    votes.cast.extend(reader.read(_sights, path, known))
     return votes
 
 

@@ -32,11 +32,11 @@ Clips of others are guessed one by one, as is one that has its skeleton for itse
 
 
 def look_rests(
+    reader: Reader,
     files: Iterable[tuple[str, Path]],
     pose: PoseFacts = NO_FACTS,
     ups: Ups = BY_ITSELF,
     maps: Sequence[BoneMap] = (),
-    reader: Reader | None = None,
 ) -> Rests:
     """The rest poses of a library's skeletons, from its BVH files, each with its path inside the library.
 
@@ -58,9 +58,8 @@ def look_rests(
         for *_, path in nsmallest(MOST_CLIPS, groups[skeleton]):
             with suppress(Exception):
                 if path.stat().st_size <= MOST_SAMPLE_BYTES:
-                    clips.append(
-                        _part(path, pose, ups) if reader is None else reader.read(_part, path, pose, ups)
-                    )
+                    with reader.looking():
+                        clips.append(reader.read(_part, path, pose, ups))
         with suppress(Exception):
             known = [clip.rest for clip in clips if clip.rest_is_known]
             if (rest := known[0] if known else likely_rest(clips, Body.bundled(), maps)) is not None:

@@ -187,7 +187,7 @@ class W2W_OT_import_labelled(ImportDialog, bpy.types.Operator):
             plan = import_plan.without_known(plan, listed)
         files = ((clip.file, clip.path) for clip in plan.clips)
         with Reader() as reader:
-            seen = look_up(files, PoseFacts(self.frame_rate or None, up=self.given_up), reader)
+            seen = look_up(reader, files, PoseFacts(self.frame_rate or None, up=self.given_up))
         if seen.question:
             return ImportList(error=seen.question)
         notes = list(label_notes(plan.check))

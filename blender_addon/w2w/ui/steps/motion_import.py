@@ -95,7 +95,7 @@ def import_steps(
     pose = PoseFacts(up=next((item.up for item in items if item.up), None))
     try:
         with Reader() as reader:
-            look = partial(look_rests, files, pose, ups, maps, reader)
+            look = partial(look_rests, reader, files, pose, ups, maps)
             rests = yield from in_thread(lambda _: look(), "Rest poses", 0.0, 0.0)
             for number, item in enumerate(items):
                 low, high = number / len(items), (number + 1) / len(items)

@@ -24,6 +24,7 @@ from w2w.core.patches.body_parts import patches_named
 from w2w.core.patches.naming import resolve
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.core.ranking.same_motion import same_motion_groups
+from w2w.core.reading.reader import Reader
 from w2w.headless.runs.clip import load_clip
 from w2w.headless.runs.clip_task import Engine
 from w2w.scene.motion.load import look_up
@@ -207,7 +208,8 @@ def _files(protocol: Protocol, library: Path, body: Body) -> Loaded:
         clips = read_library(library, own_labels=False).clips
     except LibraryError as error:
         raise ValueError(f"{error} ({KINECT_FILES})") from error
-    ups = look_up((clip.file, clip.path) for clip in clips).ups
+    with Reader() as reader:
+        ups = look_up(reader, ((clip.file, clip.path) for clip in clips)).ups
     for clip in clips:
         match = protocol.match(clip.file)
         if match is None or match.source == KINECT:
