@@ -214,7 +214,7 @@ def _up(clips: Sequence[tuple[str, Facts]]) -> str:
         return ""
     return (
         f"{' or '.join(sorted(set(axes)))} is taken as up in {count('clip', len(axes))}, by how people stand "
-        f"in them: if that is wrong, {SAY_UP}"
+        f"in them, or where none stands as is usual: if that is wrong, {SAY_UP}"
     )
 
 

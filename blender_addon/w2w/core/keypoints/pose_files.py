@@ -148,7 +148,7 @@ class JointPositions:
     joint_set: JointSet
     unit: str  # "" if unknown
     up: Up
-    up_guessed: str  # the same axis, if only by how people stand
+    up_guessed: str  # the same axis, if that is assumed
     people: int = 1  # in the file, of whom this is one
 
     @property
@@ -213,11 +213,13 @@ def joints_of(raw: RawPose, given: PoseFacts, ups: Ups = BY_ITSELF, side_car: st
     told = raw.up or ("y" if raw.positions.ndim == 2 and raw.positions.shape[1] in FEATURES else None)
     usual = told or {JOINT_SETS[key].name: up for key, up in USUAL_UP.items()}.get(joint_set.name, "y")
     kind = Kind(f"joints ({joint_set.name})", usual, raw.firm, told is not None, UPS)
-    with reading(ValueError):
-        up = facts.up or ups.of(kind, seen_joints(positions, joint_set))
+    up, guess = facts.up, ""
+    if up is None:
+        with reading(ValueError):
+            up = ups.of(kind, seen := seen_joints(positions, joint_set))
+        guess = ups.guess(kind, seen, up)
     if left_handed:
         positions[..., int(up[-1] == "x")] *= -1
-    guess = "" if facts.up else kind.guess(up)
     return JointPositions(positions, rate, joint_set, facts.unit or "", up, guess, len(people))
 
 

@@ -67,7 +67,7 @@ class Motion:
     people : int
         People in the file that it was read from, of whom this is one.
     up_guessed : str
-        Axis of the file that is taken as up, if only by how people stand; else "".
+        Axis of the file that is taken as up, if that is assumed; else "".
 
     Raises
     ------
@@ -263,7 +263,7 @@ def _up(arrays: dict[str, np.ndarray], rotations: np.ndarray, pelvis: np.ndarray
     seen = Sight.of(joints, {part: joints[:, both] for part, both in sides.items()})
     kind = AMASS if "global_orient" not in arrays else SMPLX
     up = ups.of(kind, seen)
-    return up, kind.guess(up)
+    return up, ups.guess(kind, seen, up)
 
 
 @cache

@@ -67,10 +67,6 @@ class Kind(NamedTuple):
         """The numbers of the axes that are up in most files."""
         return [axis for axis, up in enumerate(UPS) if up in ("y", "z", self.usual)]
 
-    def guess(self, up: Up) -> str:
-        """The axis, if neither a convention nor a rest pose says that it is up; else ""."""
-        return "" if up == self.usual and (self.firm or self.told) else up
-
 
 @dataclass(frozen=True, eq=False)
 class Sight:
@@ -136,18 +132,24 @@ class Sight:
 
     def by_itself(self, kind: Kind) -> Up | None:
         """The axis that is up in one file of this kind, believed or not; None if it is to be asked for."""
-        stands, usual = self.stands(kind), UPS.index(kind.usual)
-        sure = [axis for axis in stands if self.moves[axis]]
-        if not sure:
-            sure = [axis for axis in stands if axis in kind.likely and self._cannot_lie(axis, kind)]
-            sure = [
-                axis for axis in sure if self._at(axis, STANDING) or (axis == usual and self.poised[axis])
-            ]
+        sure = self.sure(kind)
+        if not any(self.moves[axis] for axis in sure):
             if kind.told:
                 return UPS[sure[0]] if len(sure) == 1 and self.poised[sure[0]] else kind.usual
             if kind.firm and not sure and not self._contradicts(kind):
                 return kind.usual
         return UPS[sure[0]] if len(sure) == 1 else None
+
+    def sure(self, kind: Kind) -> list[int]:
+        """Axes along which the body stands beyond doubt: it moves as nobody does who lies, or cannot lie."""
+        stands, usual = self.stands(kind), UPS.index(kind.usual)
+        return [axis for axis in stands if self.moves[axis]] or [
+            axis
+            for axis in stands
+            if axis in kind.likely
+            and self._cannot_lie(axis, kind)
+            and (self._at(axis, STANDING) or (axis == usual and self.poised[axis]))
+        ]
 
     def _contradicts(self, kind: Kind) -> bool:
         """Whether the body may stand, hang, or lie on a ground at 0, along another axis than the format's."""

@@ -33,7 +33,7 @@ class SourceMotion:
     first_bone: int = 0  # number of the first true bone: 1 if the armature that holds them comes before
     other_takes: tuple[str, ...] = ()  # names of takes of the file that move, too, and are not read
     up: str = ""  # the file's own axis that is up, where it was looked for or given
-    up_guessed: str = ""  # the same, if only by how people stand
+    up_guessed: str = ""  # the same, if that is assumed
     first_frame: int = 0  # number of the first frame in the file, where those before it are left out
     cut: str = ""  # which frames are left out and why, in words
 

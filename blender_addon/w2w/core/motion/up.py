@@ -47,6 +47,12 @@ class Ups:
             return up
         return seen.by_itself(kind) if kind.told or kind.name not in chosen else chosen[kind.name]
 
+    def guess(self, kind: Kind, seen: Sight, up: Up) -> str:
+        """The axis, if neither a rest pose nor people who stand say it by a format's convention; else ""."""
+        several = {kind.name, kind.own} & dict(self.chosen).keys()
+        said = kind.told or (kind.firm and (several or UPS.index(up) in seen.sure(kind)))
+        return "" if said and up == kind.usual else up
+
 
 BY_ITSELF = Ups()
 """The `Ups` for a file that is part of no library."""
@@ -89,7 +95,8 @@ class Votes(Ups):
         ups, parts = self.ups, Counter[tuple[str, str, str]]()
         for kind, seen in self.cast:
             up = ups.found(kind, seen)
-            parts[kind.name, up or "not known", ", as people stand" if up and kind.guess(up) else ""] += 1
+            why = ", as people stand" if up != kind.usual or not kind.firm else ", as is usual"
+            parts[kind.name, up or "not known", why if up and ups.guess(kind, seen, up) else ""] += 1
         return "; ".join(
             f"{up}, {count('file', n)} of {name}{why}" for (name, up, why), n in sorted(parts.items())
         )

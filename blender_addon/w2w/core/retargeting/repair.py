@@ -100,7 +100,7 @@ def _file_up(
     skeleton = f"{crc32(repr((source.bones, source.parents.tolist())).encode()):08x}"
     kind = Kind("BVH", [*told, AXES[0]][0], firm=True, told=bool(told), skeleton=skeleton)
     up = ups.of(kind, seen)
-    return up, kind.guess(up)
+    return up, ups.guess(kind, seen, up)
 
 
 def _straightest(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:
