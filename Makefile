@@ -7,7 +7,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # Programs in tools/ import each other.
 export PYTHONSAFEPATH :=
 
-.PHONY: check arithmetic demo docs notebooks test test-processors test-slow test-studies docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
+.PHONY: check arithmetic demo docs evidence evidence-data notebooks test test-processors test-slow test-studies docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
 ifeq ($(origin BLENDER),command line)
@@ -47,9 +47,20 @@ test-studies: setup
 test-slow: setup
 	.venv/bin/python -m pytest -n 3 --dist worksteal -m slow --durations 12 --ignore=tests/gui tests packages/studies/tests
 
-# The quick commands that numbers in README and docs come from; fails where a document says something else.
-docs-check: setup
-	.venv/bin/python tools/docs_check.py
+# The commands that figures in README and docs come from: the quick ones by `make docs-check QUICK=--quick`, all of
+# them by night; fails where a document says something else. `make evidence` measures what was measured before the
+# product's last commit, and writes it into the documents: hours; a stopped one carries on.
+docs-check: setup evidence-data
+	.venv/bin/python tools/docs_check.py $(QUICK)
+
+evidence: setup evidence-data
+	.venv/bin/python tools/docs_check.py --write
+
+LIBRARIES = library/hdm05 library/bandai_namco imu/up_fall/up_fall
+evidence-data:
+	@for each in $(LIBRARIES); do archive="$${DATA:-../shared/data}/$$each.tar.xz"; \
+		to=.cache/evidence/$$(basename $$each); [ ! -e "$$archive" ] || [ -e "$$to" ] || \
+		{ mkdir -p "$$to.part" && tar -xJf "$$archive" -C "$$to.part" && mv "$$to.part" "$$to"; }; done
 
 lint: setup
 	.venv/bin/ruff check .

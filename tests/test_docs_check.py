@@ -2,10 +2,14 @@
 """Stale numbers in documents are found, and those that the documents carry are up to date."""
 
 import importlib.util
+import re
 import sys
 from pathlib import Path
 
 import pytest
+
+MOST_WORDS = 22_000
+"""Words in all documents together."""
 
 TOOL = Path(__file__).resolve().parents[1] / "tools" / "docs_check.py"
 
@@ -56,16 +60,81 @@ def test_a_command_that_tells_nothing_is_a_problem(tool, tmp_path, command, prob
     assert problem in tool.problems_of(next(iter(tool.checks_in(page))))[0]
 
 
-def test_slow_commands_are_named_and_not_run(tool, tmp_path, capsys):
-    page = document(tmp_path, "<!-- check-slow: touch /nowhere/at/all -->\n")
-    assert tool.main([str(page)]) == 0
-    assert "slow, not run: touch" in capsys.readouterr().out
-    assert tool.main([str(page), "--slow"]) == 1
-
-
-def test_a_command_that_takes_long_is_ended(tool, tmp_path):
+def test_a_command_that_takes_long_is_ended(tool, tmp_path, monkeypatch):
+    monkeypatch.setattr(tool, "LIMIT_S", 0.2)
     page = document(tmp_path, "<!-- check: sleep 30 -->\n")
-    assert "mark it check-slow" in tool.problems_of(next(iter(tool.checks_in(page))), 0.2)[0]
+    assert "took more than 0.2 s" in tool.problems_of(next(iter(tool.checks_in(page))))[0]
+
+
+@pytest.fixture
+def kept(tool, tmp_path, monkeypatch):
+    """A folder for figures' commands, with a count of how often they ran, and a product at a commit."""
+    folder = tmp_path / "kept"
+    monkeypatch.setattr(tool, "KEPT", folder)
+    monkeypatch.setattr(tool, "DATA", tmp_path)
+    monkeypatch.setattr(tool, "commit_of_product", lambda: "abcdef01")
+    return folder
+
+
+FIGURES = "# A\n\n<!-- figures: echo '| {} |' | tee -a ran -->\n\n## B\n\nText.\n"
+
+
+def test_figures_are_written_once_for_a_commit(tool, tmp_path, kept, capsys):
+    page = document(tmp_path, FIGURES.format(7))
+    assert tool.main([str(page), "--write"]) == 0
+    assert tool.main([str(page), "--write"]) == 0
+    assert (kept / "ran").read_text() == "| 7 |\n"
+    written = page.read_text()
+    assert re.search(
+        r"-->\n\n\| 7 \|\n\n\*Measured on \d{4}-\d\d-\d\d at abcdef01\.\*\n\n## B\n\nText\.\n$", written
+    )
+    assert "1 written, 0 stale" in capsys.readouterr().out
+    assert tool.main([str(page)]) == 0
+
+
+@pytest.mark.usefixtures("kept")
+def test_figures_of_an_earlier_commit_are_measured_again(tool, tmp_path, monkeypatch):
+    page = document(tmp_path, FIGURES.format(7))
+    tool.main([str(page), "--write"])
+    monkeypatch.setattr(tool, "commit_of_product", lambda: "12345678")
+    page.write_text(page.read_text().replace("echo '| 7 |'", "echo '| 8 |'"))
+    assert tool.main([str(page)]) == 1
+    assert tool.main([str(page), "--write"]) == 0
+    assert "\n\n| 8 |\n\n*Measured" in page.read_text()
+    assert page.read_text().count("Measured") == 1
+
+
+@pytest.mark.usefixtures("kept")
+@pytest.mark.parametrize("typed", ["| 7 |\n| 9 |", "| 9 |"])
+def test_a_figure_that_was_typed_in_is_stale(tool, tmp_path, typed, capsys):
+    page = document(tmp_path, FIGURES.format(7))
+    tool.main([str(page), "--write"])
+    page.write_text(page.read_text().replace("\n| 7 |\n", f"\n{typed}\n"))
+    assert tool.main([str(page)]) == 1
+    assert "what the command does not print: | 9 |" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("kept")
+def test_a_measurement_that_fails_leaves_the_page(tool, tmp_path, capsys):
+    page = document(tmp_path, "<!-- figures: echo no >&2; false -->\n")
+    assert tool.main([str(page), "--write"]) == 1
+    assert "failed (1): no" in capsys.readouterr().out
+    assert page.read_text() == "<!-- figures: echo no >&2; false -->\n"
+
+
+@pytest.mark.usefixtures("kept")
+def test_long_measurements_may_be_left_out_and_need_their_data(tool, tmp_path, monkeypatch, capsys):
+    page = document(tmp_path, FIGURES.format(7))
+    assert tool.main([str(page), "--quick"]) == 0
+    monkeypatch.setattr(tool, "DATA", tmp_path / "none")
+    assert tool.main([str(page)]) == 0
+    assert capsys.readouterr().out.count("not run: ") == 2
+
+
+def test_the_documents_are_short(tool):
+    """So that what one looks for is found: a new passage takes the place of an older one."""
+    words = {path: len(path.read_text(encoding="utf-8").split()) for path in tool.documents()[1:]}
+    assert sum(words.values()) <= MOST_WORDS, {path.name: count for path, count in words.items()}
 
 
 def test_the_documents_carry_commands(tool):
@@ -79,6 +148,6 @@ def test_the_documents_are_up_to_date(tool):
         f"{path.name}:{check.line}": problems
         for path in tool.documents()
         for check in tool.checks_in(path)
-        if not check.slow and (problems := tool.problems_of(check))
+        if not check.measured and (problems := tool.problems_of(check))
     }
     assert not found

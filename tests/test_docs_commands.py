@@ -17,10 +17,9 @@ from w2w.headless.app import APP
 ROOT = Path(__file__).parents[1]
 PLACES = ("*.md", "docs/**/*.md", "benchmarks/*.md", "tests/*/*.md")
 DOCUMENTS = [path for place in PLACES for path in ROOT.glob(place) if path.name != "CHANGELOG.md"]
-QUOTED = re.compile(r"^```sh\n(.*?)^```|`([^`]+)`|<!--\s*check(?:-slow)?:(.*?)-->", re.DOTALL | re.MULTILINE)
-FINISHED = re.compile(r"code\s+in\s+(?:commit\s+)?[0-9a-f]{7,}")
-"""Stands in a paragraph whose commands have left the tree."""
-
+QUOTED = re.compile(
+    r"^```sh\n(.*?)^```|`([^`]+)`|<!--\s*(?:check|figures):(.*?)-->", re.DOTALL | re.MULTILINE
+)
 STARTS = {
     r"(?:\.venv/bin/|blender --command )?w2w ": "",
     r"(?:blender .*|python )headless/w2w\.py -- ": "",
@@ -34,8 +33,6 @@ FURTHER = re.compile(r"\s(?:[|;<>]|&&|#\s).*")
 def quoted(text):
     """The commands of a document, a line each."""
     for paragraph in re.split(r"\n{2,}", text):
-        if FINISHED.search(paragraph):
-            continue
         for block, inline, check in QUOTED.findall(paragraph):
             lines = block.replace("\\\n", " ").splitlines() or [" ".join((inline or check).split())]
             yield from (FURTHER.sub("", line).translate({ord("["): " ", ord("]"): " "}) for line in lines)

@@ -26,7 +26,7 @@ from .paths import Paths, Points, landmark_paths, middle
 
 CUTOFF_HZ = 6.0
 """Band of the joints' paths by default: holds voluntary movement. Noisy pose wants less: 3 Hz for
-UTD-MHAD's Kinect (docs/evidence/validation.md)."""
+UTD-MHAD's Kinect (docs/evidence/people.md)."""
 
 UNSMOOTHED_HZ = 1e6
 """A band above that of any joints: their paths stay as they were seen."""

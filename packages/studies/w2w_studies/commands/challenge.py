@@ -54,7 +54,7 @@ def challenge(
     """Score rankings of sites on people's worn sensors, against a random choice and what people reach.
 
     A csv has a score for each site of a data set, or for each activity and site; higher is better. Data sets
-    are called Berkeley MHAD, UMAFall, DSADS, UP-Fall and UTD-MHAD (docs/challenge.md has their sites and
+    are called Berkeley MHAD, UMAFall, DSADS, UP-Fall and UTD-MHAD (docs/studies.md has their sites and
     activities). With --library, four baselines are ranked as well, and written as such csv files.
 
     Exit codes: 0 a table was written, 2 wrong use.

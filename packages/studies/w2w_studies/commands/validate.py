@@ -183,7 +183,7 @@ def _add(name: str, shows: str) -> None:
     VALIDATE.command(name=name)(command)
 
 
-FIXED = "Everything else was fixed before anything was computed (docs/validation.md)."
+FIXED = "Everything else was fixed before anything was computed (docs/evidence/people.md)."
 for _name, _shows in {
     "dsads": "seven daily and sports activities, five sensors",
     "mhad": "11 actions, six accelerometers",
@@ -210,8 +210,8 @@ def mig_har(
 ) -> None:
     """MIG HAR: a garment of 396 sensors, 14 activities, against clips of libraries. Unpaired.
 
-    Everything else was fixed before anything was computed (docs/validation.md). Sensors count from 0 in the
-    order of the files' columns; those of one region, such as "left wrist", are one site.
+    Everything else was fixed before anything was computed (docs/evidence/people.md). Sensors count from 0 in
+    the order of the files' columns; those of one region, such as "left wrist", are one site.
 
     Exit codes: 0 written, 2 wrong use (and why).
     """

@@ -33,7 +33,7 @@ WINDOW = WindowSpec(length_s=3.0, stride_s=3.0, short="reflect")
 LOWPASS_HZ, LONGEST_LAG_S = 5.0, 0.5
 
 POSE_CUTOFF_HZ = 3.0
-"""Band of video pose, chosen on this data set (docs/evidence/validation.md)."""
+"""Band of video pose, chosen on this data set (docs/evidence/people.md)."""
 
 
 class PartOfUtd(NamedTuple):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The comparison with DSADS by the names of files, so that other libraries give the same.
 
-No test: other comparisons with this data set had been seen when it was written (docs/validation.md). Windows,
-features, folds and bars are those of the others.
+No test: other comparisons with this data set had been seen when it was written (docs/evidence/people.md).
+Windows, features, folds and bars are those of the others.
 """
 
 from w2w.core.body.landmarks import SensorSite

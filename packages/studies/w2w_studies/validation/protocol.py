@@ -134,7 +134,7 @@ class Protocol:
     """Frames of the poses a second."""
     sensor: SensorModel = PRESETS[DEFAULT_SENSOR]
     kinect_hz: float = 3.0
-    """Band of the paths of UTD-MHAD's joints, and of other video pose (docs/evidence/validation.md)."""
+    """Band of the paths of UTD-MHAD's joints, and of other video pose (docs/evidence/people.md)."""
     windows: WindowSpec = field(default_factory=WindowSpec)
     use: Use = "both"
     classifier: str = "ridge"

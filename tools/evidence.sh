@@ -1,0 +1,133 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
+# evidence.sh TABLE: measure one of the tables of docs/evidence and print it; `make evidence` does all of them.
+# Works in the current folder, with HDM05, Bandai-Namco and UP-Fall unpacked there and other data sets in $DATA.
+set -euo pipefail
+
+utd=$DATA/imu/utd_mhad/utd_mhad_subjects_1_4.npz
+libraries=(hdm05 bandai_namco "$DATA/mixamo" "$DATA/bvh/cmu_DragonForged" "$DATA/bvh/cmu_JonathanAlderson" "$utd")
+mhad=(--mhad "$DATA/imu/berkeley_mhad/acc.npz")
+umafall=(--umafall "$DATA/imu/umafall/umafall.npz")
+others=(--dsads "$DATA/imu/dsads/dsads_acc_gyr_25hz.npz" --upfall up_fall)
+
+# Run what writes files; what it prints is kept for those who look why it failed.
+quietly() { "$@" >"$table.log" 2>&1 || { tail -3 "$table.log" >&2; return 1; }; }
+tables_of() { sed -n '/^|/p' "$1"; }
+columns() { cut -d'|' -f"$1" | sed 's/|*$/|/'; }
+
+# Rows of `w2w study repeatability` by the names of their columns.
+halves() {
+  python - "$@" <<'PY'
+import sys
+
+def cells(row): return [cell.strip() for cell in row.split("|")[1:-1]]
+
+wanted = sys.argv[1:]
+print("| library, halved |", " | ".join(wanted), "|")
+print("|---" * (1 + len(wanted)) + "|")
+for file, name in (
+    ("hdm05", "HDM05 by clip"), ("hdm05 --by-subject", "HDM05 by performer"), ("bandai", "Bandai-Namco by clip")
+):
+    heads, _, means = (cells(row) for row in open(f"halves {file}.txt") if row[0] == "|")
+    found = dict(zip(heads, means))
+    print("|", name, "|", " | ".join(found[one] for one in wanted), "|")
+PY
+}
+
+table=$1
+case $table in
+truth)
+  quietly w2w study truth "${libraries[@]}" "${mhad[@]}" "${umafall[@]}" "${others[@]}" --out truth
+  tables_of truth/truth.md | columns 1-11
+  ;;
+transfer) tables_of truth/truth.md | columns 1-3,12-13 ;;
+sources) sed -n '/chance/,/^$/p' truth/mhad/report.md | head -20 ;;
+challenge)
+  given=()
+  for each in "${libraries[@]}"; do given+=(--library "$each"); done
+  quietly w2w challenge "${mhad[@]}" "${umafall[@]}" "${others[@]}" --utd "$utd" "${given[@]}" --out challenge
+  python - <<'PY'
+rows = [line.split("|")[1:-1] for line in open("challenge/challenge.md") if line[0] == "|"][2:]
+rows = [[cell.strip().split(" (")[0] for cell in row] for row in rows]
+sets, methods = (list(dict.fromkeys(row[at] for row in rows)) for at in (0, 1))
+found = {(row[0], row[1]): ", ".join(filter(None, (row[3], row[5], row[7]))) for row in rows}
+print("| method |", " | ".join(sets), "|")
+print("|---" * (1 + len(sets)) + "|")
+for method in methods:
+    print("|", method, "|", " | ".join(found[one, method] for one in sets), "|")
+PY
+  ;;
+utd)
+  quietly w2w validate utd-mhad "$utd" --out utd
+  tables_of utd/report.md
+  ;;
+gait)
+  quietly w2w validate gait "$DATA/imu/gait" --out gait
+  tables_of gait/report.md
+  ;;
+need)
+  quietly w2w study need "${libraries[@]}" "${mhad[@]}" "${others[@]}" --utd "$utd" --out need
+  sed -n '/^| rule/,/^$/p' need/needs.md
+  ;;
+spot)
+  quietly w2w run hdm05 --out run_hdm05 --no-pictures --no-report
+  quietly w2w run bandai_namco --out run_bandai --no-pictures --no-report
+  for each in "hdm05" "hdm05 --by-subject" "bandai"; do
+    # shellcheck disable=SC2086
+    w2w study repeatability run_$each --halvings 4 >"halves $each.txt"
+  done
+  halves expected delivered gain "by raw F1" holds
+  ;;
+costs) halves "as well" lose within heavy "cost holds" ;;
+copies)
+  w2w study copies hdm05 >copies.txt
+  printf '| copy | found |\n|---|---|\n'
+  sed -nE 's/^(\S.*\S) {2,}(\S+) of .*/| \1 | \2 |/p' copies.txt
+  ;;
+chance) w2w study copies hdm05 --chance | sed -n 's/^draw/- draw/p' ;;
+broad) python -m w2w_studies.experiments.broad 2>/dev/null | sed -n '/^|/p' ;;
+walk)
+  python -m w2w_studies.experiments.gait >walk.txt 2>/dev/null
+  grep -E '^(\||below)' walk.txt | sed -E 's/^below (.*)/Below \1:/; /^\|/s/^((\|[^|]*){2}).*/\1|/'
+  ;;
+claims)
+  quietly w2w study mixamo "$DATA" --labels "$DATA/motions.csv" --out mixamo --no-pictures --no-report
+  python - <<'PY'
+import csv
+
+def plain(text): return f"{float(text):+.2f}".replace("0.", ".", 1)
+
+print("| claim | difference | verdict |\n|---|---|---|")
+for row in csv.DictReader(open("mixamo/trends.csv")):
+    found, low, high = (plain(row[name]) for name in ("difference", "low", "high"))
+    print("|", row["claim"], "|", f"{found} ({low} to {high})", "|", row["verdict"], "|")
+PY
+  ;;
+rehab)
+  quietly w2w study rehab --out rehab_study --no-pictures
+  python - <<'PY'
+import json
+
+def two(value): return f"{value:.2f}".lstrip("0")
+def expected(one): return f"{two(one['expected_f1'])} ({' to '.join(two(end) for end in one['expected_f1_interval'])})"
+
+print("| | which exercise | well or badly |\n|---|---|---|")
+found = [json.load(open(f"rehab_study/{part}/summary.json")) for part in ("results", "quality")]
+best, worn = ([one[key] for one in found] for key in ("best_single_patch", "worn_together"))
+rows = {
+    "answer": [one["answer"]["sentence"] for one in found],
+    "best single patch": [one["region"] for one in best],
+    "expected F1 on other people": [expected(one) for one in best],
+    "map reliability": [two(one["map_reliability"]) for one in found],
+    "worn together": [", ".join(place["region"] for place in one["places"]) for one in worn],
+    "expected F1 together": [expected(one) for one in worn],
+}
+for name, cells in rows.items():
+    print("|", name, "|", " | ".join(cells), "|")
+PY
+  ;;
+*)
+  echo "No table is called $table." >&2
+  exit 2
+  ;;
+esac
