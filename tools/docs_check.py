@@ -146,7 +146,8 @@ def _short(command: str) -> str:
 
 
 def _plain(text: str) -> str:
-    return " ".join(text.split())
+    """The text with single spaces, and none around the bars of a table."""
+    return re.sub(r" ?\| ?", "|", " ".join(text.split()))
 
 
 def documents() -> list[Path]:

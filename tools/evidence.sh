@@ -63,10 +63,6 @@ utd)
   quietly w2w validate utd-mhad "$utd" --out utd
   tables_of utd/report.md
   ;;
-gait)
-  quietly w2w validate gait "$DATA/imu/gait" --out gait
-  tables_of gait/report.md
-  ;;
 need)
   quietly w2w study need "${libraries[@]}" "${mhad[@]}" "${others[@]}" --utd "$utd" --out need
   sed -n '/^| rule/,/^$/p' need/needs.md
