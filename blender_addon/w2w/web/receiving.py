@@ -128,7 +128,6 @@ class Receiver:
                     arrived.refused[name[:80]] = str(refusal)
             if arrived.files and study.waits:
                 raise RefusedError(409, BUSY)
-            study.note_answered()
             files = arrived.move() if arrived.files else {}
             return {"files": files, "refused": arrived.refused, **found}
         finally:
