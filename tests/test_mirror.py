@@ -16,6 +16,45 @@ OF_NO_PACKAGE = {ROOT / "tests/gui"}
 """Clicks in Blender's own window."""
 
 
+ELSEWHERE = {
+    "api": "rank ranked signals",
+    "": "command_line extension",
+    "core/adopt": "rest_pose topology",
+    "core/body": "landmarks region_limbs region_trunk skeleton",
+    "core/exports": "arrays biomechanics parquet pose_packs study_signals",
+    "core/findings": "advice_content new_folder notes",
+    "core": "given pickles stand_ins",
+    "core/imu": "clock errors quantities recording_folder sensor_fields text_tables vendor_formats",
+    "core/keypoints": "facts joint_sets limbs naming paths",
+    "core/motion": "axes moments shared_stretches sight source",
+    "core/ranking/classifiers": "estimator",
+    "core/readers": "import_checks",
+    "core/reading": "guard worker",
+    "core/retargeting": "limb_joints repair",
+    "core/selection": "scored",
+    "core/study": "choosing config signals variants",
+    "core/windows": "of_recordings",
+    "drawing": "signal_figure",
+    "headless": "app options",
+    "headless/commands": "demo execute init report sensors status",
+    "headless/reports": "console_tables",
+    "headless/runs": "clip study",
+    "report": "still_picture",
+    "scene/base": "fcurves module patches playback",
+    "scene/files": "packing study_file",
+    "scene": "keyed_patches",
+    "scene/motion": "load",
+    "ui/jobs": "text windows",
+    "ui/panels": "base placement properties results rows sensor top wearing",
+    "ui/results": "results",
+    "ui/steps": "body examples motions patches scene_results",
+    "ui/study": "lists operators pages scores sensors signal_cache state",
+    "ui/viewport": "card drawing overlay",
+    "web": "answers archive receiving request study",
+}
+"""Modules whose tests lie where no name says it, by their room: it may only shrink."""
+
+
 def _folder_of_tests(tests: Path) -> Path:
     """A package's own folder of tests, or the one it shares."""
     return tests.parent if str(tests.parent) in TOGETHER and not (ROOT / tests).is_dir() else tests
@@ -39,3 +78,18 @@ def test_every_folder_of_tests_is_of_a_package():
     ours = {ROOT / tests for _, tests in PACKAGES} | OF_NO_PACKAGE
     strays = {test.parent for root in TESTS_OF.values() for test in (ROOT / root).rglob("test_*.py")} - ours
     assert not strays, f"tests of no package: {', '.join(str(folder.relative_to(ROOT)) for folder in strays)}"
+
+
+def test_a_modules_test_is_where_its_name_says():
+    root, named = ROOT / "blender_addon/w2w", set()
+    for module in root.rglob("*.py"):
+        room = module.parent.relative_to(root)
+        folders = (Path("tests") / room, _folder_of_tests(Path("tests") / room))
+        if any((ROOT / folder / f"test_{module.name}").is_file() for folder in folders):
+            named.add(room / module.stem)
+    modules = {module.relative_to(root).with_suffix("") for module in root.rglob("[!_]*.py")}
+    presets = {module for module in modules if "presets" in module.parts}
+    elsewhere = {Path(room, name) for room, names in ELSEWHERE.items() for name in names.split()}
+    without = modules - presets - named
+    assert not without - elsewhere, "call its test tests/<room>/test_<module>.py"
+    assert not elsewhere - without, "these have one, or are gone: take them from the list"

@@ -17,7 +17,7 @@ from w2w.headless.runs.folder import make_folders
 from w2w.headless.runs.monitor import EventLog, RunMonitor, read_state
 from w2w.headless.runs.study import _with_bar
 
-HEADLESS = Path(__file__).resolve().parents[2] / "blender_addon/w2w/headless"
+HEADLESS = Path(__file__).resolve().parents[3] / "blender_addon/w2w/headless"
 SEWN_TOGETHER = [
     *sorted((HEADLESS / "runs").glob("*.py")),
     HEADLESS / "commands/execute.py",
