@@ -15,7 +15,9 @@ import numpy as np
 from ..core.files import write_text
 from ..core.findings.cautions import below, head
 from ..core.findings.new_folder import write_findings
+from ..core.findings.pilot import Pilot, Ranked, pilot
 from ..core.given import given_path
+from ..core.imu.recordings import Recordings
 from ..core.library.library import Clip, Library
 from ..core.patches.card import DROP
 from ..core.ranking.pooling import Pooling
@@ -31,11 +33,11 @@ from ..core.study.needs import Need
 from ..core.study.ranking import set_tests
 from ..core.study.results import ClipResult, Study, StudyResults
 from ..core.windows.of_recordings import cut_recordings
-from .ranked import Ranked
+from .ranked import Ranked as Scores
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Ranking(Ranked):
+class Ranking(Scores):
     """How well each patch, or each place of worn sensors, alone recognises each activity, and what follows.
 
     Made by `w2w.rank` or, from what `w2w run` left in a folder, by `w2w.open_results`.
@@ -131,6 +133,41 @@ class Ranking(Ranked):
         if self.folder is None:
             raise ValueError("what a sensor needs is found from motions: write a results folder and open it")
         return needed(StudyResults.load(self.folder), [place])[0]
+
+    def with_recordings(self, recordings: Recordings) -> Pilot:
+        """Hold recordings of people against the map: what they say of its level, everywhere.
+
+        Parameters
+        ----------
+        recordings : Recordings
+            Of places that W2W knows by name, of two people or more, in activities of the ranking.
+
+        Returns
+        -------
+        Pilot
+            ``sentence()`` says it beside the answer, ``next()`` what to record next; ``f1(score)`` is the F1
+            at a place of `compare` with its 90 % interval, ``expected_f1`` that of every patch and activity.
+            The order of places stays.
+
+        Raises
+        ------
+        ValueError
+            If W2W has no such place, the recordings say too little, or the ranking is of recordings itself.
+
+        Examples
+        --------
+        >>> ranking = w2w.open_results("RESULTS")
+        >>> labels = [(name, who) for name in ranking.activities for who in "abc" for _ in range(2)]
+        >>> worn = [np.random.default_rng(n).normal([0, 0, 9.8, 0, 0, 0], size=(500, 6)) for n in range(18)]
+        >>> recordings = w2w.Recordings.from_arrays({ranking.names[0]: worn}, 50, *zip(*labels))
+        >>> ranking.with_recordings(recordings).people
+        ('a', 'b', 'c')
+        """
+        if not isinstance(recordings, Recordings):
+            raise ValueError(
+                "with_recordings takes Recordings: w2w.Recordings.read('FOLDER', place='left wrist')"
+            )
+        return pilot(Ranked(self._scored, self.config, self.inputs, self.labels), recordings)
 
     def wear_together(
         self,

@@ -46,7 +46,7 @@ class _Commands(LazyGroup):
         EntryPoint(name.replace("_", "-"), f"{__package__}.commands.{name}:{name}", GROUP)
         for name in (
             "run", "init", "demo", "place", "need", "inspect", "report", "export", "synth", "sensors",
-            "rank_recordings", "calibrate", "status",
+            "rank_recordings", "pilot", "calibrate", "status",
         )
     )  # fmt: skip
 

@@ -1,0 +1,280 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A pilot: people wore a sensor at a place or two, and the level of the whole map goes by what it showed.
+
+The order of places stays as the clips give it (docs/evidence/pilot.md).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from ..imu.clock import at_rate
+from ..imu.recordings import Recordings
+from ..library.labels import same_label
+from ..ranking.classifiers.ridge import Ridge
+from ..ranking.halves import CrossValidation
+from ..ranking.pilot import SHARE, by_chance, half_width, learned, levelled, macro_f1, width_with
+from ..ranking.stream import ExpectedF1
+from ..ranking.utility import UtilityMap, utility_map
+from ..ranking.weights import mean_over
+from ..selection.answer import answer
+from ..selection.headline import short
+from ..selection.scored import PlaceScore, ScoredMap
+from ..study.choosing import scored_map
+from ..study.config import StudyConfig
+from ..study.ranking import WindowLabels
+from ..study.results import StudyResults
+from ..windows.inputs import PatchBlocks, as_blocks
+from ..windows.of_recordings import cut_recordings
+from ..wording import InShort, listed
+from .cautions import KNOW, WEAKENS, Caution
+
+FEWEST_PEOPLE = 2
+MORE_PEOPLE = 2
+"""People whom the advice on what to record next adds."""
+
+
+class WornPlace(NamedTuple):
+    """What recordings showed at a place."""
+
+    name: str
+    under: tuple[int, ...]  # the patches that stand for it
+    f1: dict[str, float]  # of each activity, as it was
+    by_person: dict[str, float]  # macro F1
+    chance: float  # macro F1 that labels dealt by chance may reach
+    seconds: float
+
+    @property
+    def mean(self) -> float:
+        """Macro F1."""
+        return float(np.mean([*self.f1.values()]))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Pilot(InShort):
+    """F1 as a pilot's people would show it, at every patch, beside what was expected without."""
+
+    utility: UtilityMap
+    worn: tuple[WornPlace, ...]
+    place: PlaceScore  # what the answer recommends, with F1 without the pilot
+    expected_f1: np.ndarray  # (N, A)
+    cautions: tuple[Caution, ...]
+    skipped: tuple[tuple[str, str], ...] = ()
+
+    @cached_property
+    def people(self) -> tuple[str, ...]:
+        """Who wore the sensors."""
+        return tuple(sorted(set().union(*(one.by_person for one in self.worn))))
+
+    @cached_property
+    def by_person(self) -> np.ndarray:
+        """Macro F1 of each, (P,), the mean over the places that they wore."""
+        of = [[one.by_person[who] for one in self.worn if who in one.by_person] for who in self.people]
+        return np.array([np.mean(f1) for f1 in of])
+
+    def f1(self, place: PlaceScore | None = None) -> ExpectedF1:
+        """Macro F1 at a place, with its 90 % interval; by default where the answer recommends."""
+        under = list((place or self.place).under)
+        mean = float(mean_over(self.expected_f1[under], self.utility.weights).mean())
+        half = half_width(self.by_person, len(self.worn), self._was_worn(under))
+        return ExpectedF1(mean, max(mean - half, 0.0), min(mean + half, 1.0))
+
+    def _was_worn(self, under: Sequence[int]) -> bool:
+        return any(set(under) & set(one.under) for one in self.worn)
+
+    @property
+    def where(self) -> str:
+        """The recommended place in words."""
+        return f"the {f'{self.place.side} {self.place.name}'.strip()}"
+
+    def in_short(self) -> str:
+        """What the pilot says of the recommended place."""
+        return self.sentence()
+
+    def sentence(self) -> str:
+        """What the pilot says of the recommended place: the same on every page and panel."""
+        f1, minutes = self.f1(), max(round(sum(one.seconds for one in self.worn) / 60), 1)
+        who = f"{listed([one.name for one in self.worn])}, {len(self.people)} people, {minutes} min"
+        return (
+            f"With your pilot ({who}): F1 {short(f1.mean)} ({short(f1.low)} to {short(f1.high)}) at "
+            f"{self.where}; without: {short(self.place.expected)}."
+        )
+
+    def next(self) -> str:
+        """What to record next, with what it would leave open."""
+        spread, people = float(self.by_person.std(ddof=1)), len(self.people)
+        own = self._was_worn(self.place.under)
+        now = half_width(self.by_person, len(self.worn), own)
+        there = half_width(self.by_person, len(self.worn), at_worn=True)
+        more = width_with(spread, people + MORE_PEOPLE, len(self.worn))
+        if own:
+            more = half_width(np.resize(self.by_person, people + MORE_PEOPLE), 1, at_worn=True)
+        minutes = max(round(sum(one.seconds for one in self.worn) / people / 60 * MORE_PEOPLE), 1)
+        said = f"Two more people (about {minutes} min) leave ± {short(min(more, now))} of ± {short(now)}."
+        if own or there >= now:
+            return said
+        return f"The same people with a sensor at {self.where} too leave about ± {short(there)}. {said}"
+
+    def content(self) -> dict[str, Any]:
+        """It as plain values, for `summary.json`."""
+        f1 = self.f1()
+        return {
+            "sentence": self.sentence(),
+            "next": self.next(),
+            "patch": self.place.patch,
+            "expected_f1": round(f1.mean, 4),
+            "expected_f1_interval": [round(f1.low, 4), round(f1.high, 4)],
+            "level": 0.9,
+            "without": round(self.place.expected, 4),
+            "people": len(self.people),
+            "cautions": [caution._asdict() for caution in self.cautions],
+            "skipped": [list(each) for each in self.skipped],
+            "worn": [
+                {
+                    "place": one.name,
+                    "patches": list(one.under),
+                    "minutes": round(one.seconds / 60, 1),
+                    "f1": round(one.mean, 4),
+                    "f1_of": {name: round(f1, 4) for name, f1 in one.f1.items()},
+                }
+                for one in self.worn
+            ],
+        }
+
+
+class Ranked(NamedTuple):
+    """What a pilot is held against."""
+
+    scored: ScoredMap
+    config: StudyConfig
+    inputs: PatchBlocks | np.ndarray
+    labels: WindowLabels
+
+    @classmethod
+    def of(cls, study: StudyResults) -> Self:
+        """A results folder's."""
+        config = study.config()
+        scored = scored_map(study.utility, study.patches, study.body(), config)
+        return cls(scored, config, study.inputs(config.classifier), study.labels())
+
+
+def pilot(ranked: Ranked, recordings: Recordings) -> Pilot:
+    """Move a map's level to what people's recordings at a place or two show.
+
+    Raises ValueError if W2W has no such place, or fewer than two people or activities can be tested.
+    """
+    utility, config = ranked.scored.utility, ranked.config
+    if ranked.scored.body is None or config.classifier != Ridge.name or config.further.features:
+        raise ValueError("a pilot needs simulated signals ranked by 'ridge', without further ones")
+    rate = config.synthesis.rate_hz
+    same = Recordings([at_rate(one, rate) for one in recordings])
+    at = {name: ranked.scored.named(name).under for name in recordings.places}
+    shown = [_worn(same.at(name), name, under, ranked) for name, under in at.items()]
+    chance = any(one.mean <= one.chance for one in shown)
+    differences = [_difference(ranked, one, chance) for one in shown]
+    moved = np.mean(differences, axis=0)
+    # what shows nothing is taken whole: the level is then that of chance
+    levels = levelled(utility.expected_f1, moved / SHARE if chance else moved)
+    for one, difference in zip(shown, differences, strict=True):
+        under = list(one.under)
+        levels[under] = np.clip(utility.expected_f1[under] + difference, 0, 1)
+    return Pilot(
+        utility, tuple(shown), answer(ranked.scored).base, levels,
+        tuple(_cautions(utility, recordings, shown, chance, rate)), recordings.skipped,
+    )  # fmt: skip
+
+
+def _difference(ranked: Ranked, one: WornPlace, chance: bool) -> np.ndarray:
+    """Worn less expected F1 of each activity at a place, (A,); of those not shown the mean."""
+    utility = ranked.scored.utility
+    lost = np.zeros(len(utility.activities)) if utility.lost is None else utility.lost
+    expected = utility.expected_f1[list(one.under)].mean(axis=0) + lost + _easier(ranked, one)
+    columns = [utility.activities.index(name) for name in one.f1]
+    f1 = np.array([*one.f1.values()])
+    own = (f1 if chance else learned(f1, len(one.by_person))) - expected[columns]
+    found = np.full(len(utility.activities), own.mean())
+    found[columns] = own
+    return found
+
+
+def _worn(recordings: Recordings, name: str, under: tuple[int, ...], ranked: Ranked) -> WornPlace:
+    """F1 at a place, one person left out at a time."""
+    config, known = ranked.config, {same_label(one): one for one in ranked.scored.utility.activities}
+    some = [one for one in recordings if same_label(one.activity) in known]
+    if people := {one.subject for one in some} - {""}:
+        some = [one for one in some if one.subject]
+    if len(people) < FEWEST_PEOPLE:
+        named = listed(sorted(people)) or "nobody"
+        raise ValueError(
+            f"a pilot takes two people at least; the recordings at {name} name {named} in activities of the "
+            f"study ({listed(list(ranked.scored.utility.activities))}): say who in labels.csv, or by folders"
+        )
+    if not all(one.gyr.any() for one in some):
+        some = [replace(one, gyr=np.zeros_like(one.gyr)) for one in some]
+    cut = cut_recordings(some, config.windows)
+    used = [some[number] for number in cut.used]
+    if not used:
+        raise ValueError(f"no recording at {name} gives a window: {next(iter(cut.skipped.values()))}")
+    labels = [(known[same_label(one.activity)], one.clip, one.subject) for one in used]
+    activity, clip, subject = np.repeat(np.array(labels).T, [len(mask) for mask in cut.is_test], axis=1)
+    inputs, is_test = np.concatenate(cut.inputs), np.concatenate(cut.is_test)
+    names = ranked.scored.utility.activities
+    protocol = CrossValidation(activity, clip, subject, is_test, names, seed=config.seed)
+    found = utility_map(inputs, protocol, halvings=0)
+    n = len(found.activities)
+    who_of = dict(zip(clip.tolist(), subject.tolist(), strict=True))
+    person = np.array([who_of[one] for one in found.clip.tolist()])
+    by_person = {
+        who: macro_f1(found.truth[person == who], found.predictions[person == who, 0], n)
+        for who in sorted(set(person.tolist()))
+    }
+    return WornPlace(
+        name, under, dict(zip(found.activities, found.f1[0].tolist(), strict=True)), by_person,
+        by_chance(found.truth, found.predictions[:, 0], found.clip.tolist(), n),
+        sum(one.n_samples / one.rate for one in used),
+    )  # fmt: skip
+
+
+def _easier(ranked: Ranked, worn: WornPlace) -> np.ndarray:
+    """How much higher the map's F1 at a patch is among the pilot's activities alone, (A,)."""
+    utility, names = ranked.scored.utility, [*worn.f1]
+    gained = np.zeros(len(utility.activities))
+    if len(names) == len(utility.activities):
+        return gained
+    protocol = replace(ranked.labels.protocol(ranked.config), activities=names, counts=None)
+    inputs = as_blocks(ranked.inputs)
+    few = np.concatenate([inputs.patches(patch, patch + 1) for patch in worn.under], axis=1)
+    alone = utility_map(few, protocol, halvings=0)
+    for column, name in enumerate(alone.activities):
+        row = utility.activities.index(name)
+        gained[row] = (alone.f1[:, column] - utility.f1[list(worn.under), row]).mean()
+    return gained
+
+
+def _cautions(
+    utility: UtilityMap, recordings: Recordings, shown: Sequence[WornPlace], chance: bool, rate: float
+) -> list[Caution]:
+    found = []
+    if chance:
+        worst = min(shown, key=lambda one: one.mean - one.chance)
+        text = (
+            f"what the recordings at {worst.name} show is no better than chance (F1 {short(worst.mean)}, by "
+        )
+        text += (
+            f"chance up to {short(worst.chance)}): look at their labels, and at whether the sensor sat there"
+        )
+        found.append(Caution(WEAKENS, text))
+    missing = sorted(set(utility.activities) - set().union(*(one.f1 for one in shown)))
+    if missing:
+        found.append(
+            Caution(KNOW, f"the pilot says nothing of {listed(missing)}: they move as the others do")
+        )
+    if not all(one.gyr.any() for one in recordings):
+        found.append(Caution(KNOW, "not all recordings have angular velocity: acceleration alone is taken"))
+    if recordings.rate < 0.9 * rate:
+        text = f"recorded at {recordings.rate:g} Hz, less than the {rate:g} Hz of the simulated signals"
+        found.append(Caution(KNOW, text))
+    return found

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w pilot`: what people who wore a sensor at a place or two say of the level of the whole map."""
+
+from pathlib import Path
+from typing import Annotated
+
+from ...core.files import write_json
+from ...core.findings.pilot import Pilot, Ranked, pilot as held
+from ...core.imu.recordings import Recordings
+from ...core.study.clip_files import WORK, mark_changing, mark_whole
+from ...core.study.results import StudyResults
+from ...report.page import REPORT
+from ..console import USAGE, console_beside, ending, print_json
+from ..options import AsJson, argument, option
+from ..reports.console_tables import show_cautions
+from ..runs.folder import only_run, remove_unfinished
+from ..runs.own_files import check, listed
+from .report import write_report
+
+NAME = "pilot"
+"""Name of the command for the note in a folder that is being changed."""
+
+
+def pilot(
+    results: Annotated[Path, argument("RESULTS", "Results folder of a finished run.")],
+    recordings: Annotated[
+        Path, argument("RECORDINGS", "Folder of what people wore: exports of phone apps, csv, npz.")
+    ],
+    at: Annotated[
+        str,
+        option(
+            "Where it was worn: 'left wrist', 'belt clip'. Folders and files then say who and what: "
+            "anna/walking.csv.  [default: what labels, files or ACTIVITY/CLIP/PLACE.csv say]",
+            show_default=False,
+        ),
+    ] = "",
+    labels: Annotated[
+        Path | None,
+        option(
+            "csv with columns file, activity, subject and if known place, start, end.  "
+            "[default: labels.csv in RECORDINGS]",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Hold recordings of a few people against the map: its level moves to them, the order of places stays.
+
+    Report and summary.json of RESULTS then say both, with the pilot and without.
+
+    Exit codes: 0 found, 2 wrong use or recordings that cannot be used (and why), 4 a run is using
+    RESULTS or was stopped there.
+    """
+    console = console_beside(as_json)
+    with ending(USAGE, console):
+        study = StudyResults.load(results, by=NAME)
+        check(results, [REPORT])
+        found = pilot_of(study, recordings, at, labels)
+        with only_run(results / WORK):
+            write_pilot(results, found)
+    console.print(found.sentence(), style="bold")
+    console.print(found.next())
+    show_cautions(found.cautions, console)
+    for file, why in found.skipped:
+        console.print(f"Left out: {file}: {why}", style="yellow")
+    console.print(f"\nWritten to summary and report of {results}")
+    if as_json:
+        print_json(found.content())
+
+
+def pilot_of(study: StudyResults, recordings: Path, at: str, labels: Path | None = None) -> Pilot:
+    """A pilot by a folder of recordings, read as the study's signals are made."""
+    rate, activities = study.config().synthesis.rate_hz, study.utility.activities
+    return held(Ranked.of(study), Recordings.read(recordings, labels, at, activities, rate))
+
+
+def write_pilot(out: Path, found: Pilot) -> None:
+    """Write a pilot beside the answer, into summary and report of a results folder."""
+    study = StudyResults.load(out, by=NAME)
+    remove_unfinished(out)
+    mark_changing(out, by=NAME)
+    with listed(out, ["summary.json"]):
+        write_json(out / "summary.json", study.summary | {"pilot": found.content()})
+    write_report(out, by=None)
+    mark_whole(out)

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`w2w pilot` writes what people's recordings say beside the answer, into summary and report."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.patches.naming import resolve
+from w2w.core.study.results import StudyResults
+
+from ...command_line import cli
+from ...phone_exports import table
+from ..conftest import write_motions
+
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker")]
+
+PACES = {"slow": 0.5, "steady": 1.0, "fast": 2.0}
+G = 9.80665
+
+
+@pytest.fixture(scope="module")
+def folder(made_once):
+    """A run of four clips an activity."""
+    return made_once("pilot", _make) / "out"
+
+
+def _make(folder):
+    write_motions(folder / "library", PACES, 4)
+    options = ("--patches", 128, "--no-pictures", "--workers", 1, "--max", 1)
+    code, output = cli("run", folder / "library", "--out", folder / "out", *options)
+    assert code == 0, output
+
+
+def export(study: StudyResults, folder):
+    """Physics Toolbox's files of two people who wear a phone on the left wrist and move as the clips do."""
+    patch = resolve("left wrist", study.body(), study.patches)
+    rng = np.random.default_rng(0)
+    for number, clip in enumerate(study.clips):
+        one: ImuRecording = study.recording(number, [patch])
+        acc, gyr = (np.tile(values[:, 0], (10, 1)).astype(float) for values in (one.acc, one.gyr))
+        acc += rng.normal(scale=0.3, size=acc.shape)
+        file = folder / f"{'Ada' if number % 2 else 'Ben'}" / f"{clip.activity} {number}.csv"
+        names = ["time", "gFx", "gFy", "gFz", "wx", "wy", "wz"]
+        table(file, names, np.arange(len(acc)) / one.rate, acc / G, gyr, mark=";", comma=True)
+    return folder
+
+
+def test_the_folder_says_both_and_twice_is_the_same(folder, tmp_path):
+    outs = [shutil.copytree(folder, tmp_path / name) for name in ("first", "second")]
+    worn = export(StudyResults.load(folder), tmp_path / "worn")
+    for out in outs:
+        code, output = cli("pilot", out, worn, "--at", "left wrist")
+        assert code == 0, output
+    summary = json.loads((outs[0] / "summary.json").read_text(encoding="utf-8"))
+    found = summary["pilot"]
+    assert found["sentence"].startswith("With your pilot (left wrist, 2 people, ")
+    assert found["without"] == pytest.approx(summary["answer"]["expected_f1"], abs=1e-4)
+    assert " ".join(found["sentence"].split()) in " ".join(output.split())
+    page = (outs[0] / "report.html").read_text(encoding="utf-8")
+    assert f"<b>{found['sentence']}</b>" in page
+    for name in ("summary.json", "report.html"):
+        assert (outs[0] / name).read_bytes() == (outs[1] / name).read_bytes()
+    before = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert {name: value for name, value in summary.items() if name != "pilot"} == before
+
+
+def test_a_choice_of_another_place_does_not_show_it(folder, tmp_path):
+    out = shutil.copytree(folder, tmp_path / "out")
+    worn = export(StudyResults.load(folder), tmp_path / "worn")
+    assert cli("pilot", out, worn, "--at", "left wrist")[0] == 0
+    answer = json.loads((out / "summary.json").read_text(encoding="utf-8"))["answer"]
+    part = answer["name"].split()[-1]
+    assert cli("place", out, "--redraw", "--forbid", part)[0] == 0
+    assert (
+        json.loads((out / "summary.json").read_text(encoding="utf-8"))["answer"]["patch"] != answer["patch"]
+    )
+    assert "With your pilot" not in (out / "report.html").read_text(encoding="utf-8")
+
+
+def test_what_cannot_be_used_is_said_and_leaves_the_folder_as_it_was(folder, tmp_path):
+    out = shutil.copytree(folder, tmp_path / "out")
+    worn = export(StudyResults.load(folder), tmp_path / "worn")
+    before = {path.name: path.read_bytes() for path in out.glob("*.*") if path.is_file()}
+    for at, why in (("left wirst", "did you mean left wrist"), ("", "nothing says its activity")):
+        code, output = cli("pilot", out, worn, *(("--at", at) if at else ()))
+        assert code == 2
+        assert why in " ".join(output.split()) or not at
+    assert {path.name: path.read_bytes() for path in out.glob("*.*") if path.is_file()} == before
