@@ -107,31 +107,44 @@ def test_a_folder_goes_up_and_its_labels_are_edited(quiet, server, tmp_path):
     assert ("slow/slow_1.npz", None) in labels
 
 
-def test_folders_are_dropped_on_the_page(quiet, server, tmp_path):
+def drop(browser, *paths):
     """A drag from a file manager, as the browser itself sees it."""
+    zone = find(browser, "#zone").rect
+    dragged = {
+        "x": zone["x"] + zone["width"] / 2,
+        "y": zone["y"] + zone["height"] / 2,
+        "data": {"items": [], "files": [str(path) for path in paths], "dragOperationsMask": 1},
+    }
+    for kind in ("dragEnter", "dragOver"):
+        browser.execute_cdp_cmd("Input.dispatchDragEvent", {"type": kind, **dragged})
+    assert "over" in find(browser, "#zone").get_attribute("class")
+    browser.execute_cdp_cmd("Input.dispatchDragEvent", {"type": "drop", **dragged})
+
+
+def test_folders_are_dropped_on_the_page(quiet, server, tmp_path):
     address, owner = server
     write_motions(tmp_path, {"slow": 0.5, "fast": 2.0}, 1)
     quiet.get(address)
     wait(lambda: find(quiet, "#places").get_attribute("childElementCount") != "0")
-    zone = find(quiet, "#zone").rect
-    dragged = {
-        "x": zone["x"] + zone["width"] / 2,
-        "y": zone["y"] + zone["height"] / 2,
-        "data": {
-            "items": [],
-            "files": [str(tmp_path / "slow"), str(tmp_path / "fast")],
-            "dragOperationsMask": 1,
-        },
-    }
-    for kind in ("dragEnter", "dragOver"):
-        quiet.execute_cdp_cmd("Input.dispatchDragEvent", {"type": kind, **dragged})
-    assert "over" in find(quiet, "#zone").get_attribute("class")
-    quiet.execute_cdp_cmd("Input.dispatchDragEvent", {"type": "drop", **dragged})
+    drop(quiet, tmp_path / "slow", tmp_path / "fast")
     wait(lambda: text(quiet, "#uploading") == "2 of 2 files sent.")
     assert "over" not in find(quiet, "#zone").get_attribute("class")
     wait(lambda: text(quiet, "#clips").count("5.0 s at 30 frames/s") == 2)
     (study,) = (Study(folder) for folder in owner.iterdir())
     assert {row["activity"] for row in study.table()[0]} == {"slow", "fast"}
+
+
+def test_a_file_that_replaces_another_is_said(quiet, server, tmp_path):
+    write_motions(tmp_path, {"slow": 0.5, "fast": 2.0}, 1)
+    loose = [path.rename(path.with_name("take.npz")) for path in tmp_path.glob("*/*.npz")]
+    quiet.get(server[0])
+    wait(lambda: find(quiet, "#places").get_attribute("childElementCount") != "0")
+    for path, said in [(loose[0], ""), (loose[0], ""), (loose[1], "it replaced another file of that name")]:
+        quiet.execute_script("document.querySelector('#uploading').textContent = ''")
+        drop(quiet, path)
+        wait(lambda: text(quiet, "#uploading") == "1 of 1 files sent.")
+        wait(lambda said=said: said in text(quiet, "#refused"))
+        assert bool(text(quiet, "#refused")) == bool(said)
 
 
 def test_the_report_is_alive_under_the_strict_policy(quiet, server, drawn_results):

@@ -40,6 +40,7 @@ class Arrived:
         self.study, self.folder = study, study.folder / f"{ARRIVING}{secrets.token_hex(8)}"
         self.files: list[tuple[Path, str, str]] = []  # where it lies, its name as given, its sum
         self.refused: dict[str, str] = {}
+        self.replaced: list[str] = []  # names of which another file was there
 
     def keep(self, value: UploadFile, name: str) -> None:
         """Store an uploaded file; a RefusedError says why it may not be."""
@@ -68,6 +69,8 @@ class Arrived:
             place = self.study.folder / INPUT / own
             place.parent.mkdir(parents=True, exist_ok=True)
             path.replace(place)
+            if {**request["sums"], **sums}.get(own, total) != total:
+                self.replaced.append(name)
             moved[own], sums[own] = name, total
         kept = {} if LABELS in moved else request["judged"]  # they may give rates
         judged = {file: facts for file, facts in kept.items() if file not in moved}
@@ -129,7 +132,7 @@ class Receiver:
             if arrived.files and study.waits:
                 raise RefusedError(409, BUSY)
             files = arrived.move() if arrived.files else {}
-            return {"files": files, "refused": arrived.refused, **found}
+            return {"files": files, "refused": arrived.refused, "replaced": arrived.replaced, **found}
         finally:
             self._arriving[study.folder] -= size
             await asyncio.to_thread(shutil.rmtree, arrived.folder, ignore_errors=True)

@@ -51,7 +51,7 @@ export async function upload(files, begin) {
         const form = new FormData();
         form.append("files", file, name);
         const found = await ask(here("/files"), { method: "POST", body: form });
-        refused.push(...Object.entries(found.refused));
+        refused.push(...Object.entries(found.refused), ...found.replaced.map((name) => [name, "it replaced another file of that name: rename it to keep both"]));
         if (found.said) said.push(found.said);
         done += 1;
       } catch (error) {
