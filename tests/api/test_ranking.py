@@ -13,7 +13,7 @@ from sklearn.neighbors import KNeighborsClassifier
 import w2w
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.naming import place
-from w2w.core.ranking.weights import mean_over
+from w2w.core.ranking.weights import counted_columns, mean_over
 from w2w.core.selection.headline import short
 from w2w_studies.paper.joint_test import multi_sensor_check
 from w2w_studies.paper.subsets import exact_subset, greedy_subset
@@ -85,7 +85,7 @@ def test_labels_without_meaning_are_not_recognised(library, few, ranking):
 
 
 def test_the_papers_sets_are_chosen_and_tested_by_the_studies(ranking):
-    f1 = ranking.utility.counted_f1
+    f1 = counted_columns(ranking.utility.f1, ranking.utility.weights)
     chosen, exact = greedy_subset(f1, 0.99, 2), exact_subset(f1, 0.99, 2)
     assert exact.mean_max_after_each[-1] >= chosen.mean_max_after_each[-1] - 1e-6
     protocol = ranking.labels.protocol(ranking.config)

@@ -86,7 +86,8 @@ class Ranked:
     @cached_property
     def cautions(self) -> list[Caution]:
         """What speaks against the answer, as report, panel and console say it, the heaviest first."""
-        found = cautions(self.utility, self.clips, self.details, self.config)
+        patch = self.answer.patch
+        found = cautions(self.utility, self.clips, self.details, self.config, patch=patch)
         if self.recordings is not None:
             found += worn_cautions(self.clips, self.skipped, self.config.by_subject)
         return [each._replace(text=in_python(each.text)) for each in heaviest_first(found)]

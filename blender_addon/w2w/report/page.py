@@ -92,6 +92,7 @@ def _page(study: StudyResults, project: str | None) -> str:
             mean_title=headline.mean_title(utility),
             regions=best_regions(utility, study.patches, base, allowed),
             activities=[{**row, **summary["activities"][row["name"]]} for row in rows],
+            by_posture="f1_by_posture" in answer,
             mistakes=_mistakes(utility, patch),
             skipped=sorted((entry["file"], entry["skipped"]) for entry in skipped),
             style=_style(),
@@ -157,6 +158,7 @@ def _activity_rows(utility: UtilityMap, names: Sequence[str], best: int) -> list
             "tested": tested[number],
             "caution": notes.few_clips(tested[number]),
             "at_best": float(utility.expected_f1[best, number]),
+            "posture": None if utility.posture is None else float(utility.posture[best, number]),
             "counts": bool(utility.counts[number]),
         }
         for number, (name, own) in enumerate(zip(utility.activities, spots, strict=True))

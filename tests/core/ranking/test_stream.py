@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """F1 in a stream where it is known: nothing lost, one activity lost, nothing told at all."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
+from w2w.core.findings.cautions import POSTURES, posture_caution
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.ranking import stream
 from w2w.core.ranking.stream import ExpectedF1, Stream
+from w2w.core.ranking.utility import UtilityMap
+from w2w.core.selection.headline import by_posture
 from w2w.core.windows.windows import WindowSpec
 
 RATE, FOLDS = 50.0, 3
@@ -133,3 +138,34 @@ def test_signals_of_a_patch_are_read_once():
     counted.f1([[1, 0]])
     assert sorted(asked) == [0, 1]
     assert counted.f1([[1]])[0].by_clip == pytest.approx(made.f1([[1]])[0].by_clip)
+
+
+def held(*directions):
+    """Postures, by the direction of gravity in each, held with one and the same tremor."""
+    turned = [np.array([*one, 0, 0, 0]) * 9.8 - STANDING for one in directions]
+    return [lambda seconds, rng, of=one: shaking(2.0, seconds, rng) + of for one in turned]
+
+
+def map_of(made):
+    """A map of the patches of a stream, all with one expected F1."""
+    f1 = np.full((len(made.standing), len(made.weights)), 0.9, np.float32)
+    flat = dict.fromkeys(("expected_mean", "expected_low", "expected_high"), f1[:, 0])
+    parts = {name: getattr(made, name) for name in (*FIELDS, "seed")}
+    known = dict.fromkeys((each.name for each in fields(UtilityMap)), None) | flat
+    named = {"activities": ("lie", "sit", "lean"), "weights": made.weights, "expected_f1": f1}
+    return Stream(**parts | {"spots": [0]}).on_map(UtilityMap(**known | named))
+
+
+@pytest.mark.parametrize(
+    ("sensor", "told"),
+    [(held((1, 0, 0), (0, 1, 0), (0, 0, -1)), True), (waves(1.0, 3.0, 8.0), False)],
+    ids=["postures", "movements in one posture"],
+)
+def test_posture_alone_tells_postures_and_no_movements(sensor, told):
+    found = map_of(stream_of(sensor, waves(1.0, 3.0, 8.0), clips=9))
+    f1 = found.expected_mean[0]
+    assert (by_posture(found, 0) > 0.95 * f1) == told
+    assert told or by_posture(found, 0) < 0.6 * f1  # chance is a third
+    assert np.isnan(by_posture(found, 1))  # no spot
+    caution = posture_caution(found, 0)
+    assert caution.text.startswith(POSTURES) == told == bool(caution.text)

@@ -10,6 +10,7 @@ from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.weights import (
     check_counting,
+    counted_columns,
     counting,
     known_mean,
     mean_over,
@@ -101,7 +102,9 @@ def test_weights_weigh_every_mean(plain):
     given = {"bow": 3.0, "walk": 0.5, "jump": 0.0}
     utility, shares = ranked(given), np.array([3.0, 0.0, 1.0, 0.5]) / 4.5
     np.testing.assert_allclose(utility.mean, plain.f1 @ shares, rtol=1e-5)
-    np.testing.assert_allclose(utility.counted_f1.mean(axis=1), utility.mean, rtol=1e-5)
+    np.testing.assert_allclose(
+        counted_columns(utility.f1, utility.weights).mean(axis=1), utility.mean, rtol=1e-5
+    )
     assert utility.mean.dtype == plain.mean.dtype == np.float32
     drawn = utility.mean_samples
     np.testing.assert_allclose(np.quantile(drawn, 0.025, axis=0), utility.mean_low, atol=1e-6)

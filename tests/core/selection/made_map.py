@@ -23,6 +23,7 @@ def ranked(expected, reliability=0.8, clips=12, half_width=0.0625, **more):
         "errors": 0.02 * np.random.default_rng(0).choice([-1.0, 1.0], size=(200, len(expected))),
         "reliability": reliability,
         "beats_average": 0.93,
+        "posture": None,
         "activities": ("sit", "walk"),
         "truth": np.repeat([0, 1], clips),
         "clip": np.array([f"clip {number}" for number in range(2 * clips)]),

@@ -237,3 +237,14 @@ def test_every_product_has_a_patch_within_reach_on_the_body(patches, bundled_bod
         for side in product.sides:
             assert (product.name, side) in product_places(patches, bundled_body)
     assert set(product_patches(patches, bundled_body).values()) >= {"left watch", "right shoe", "chest strap"}
+
+
+def test_what_posture_alone_tells_is_said_next_to_what_all_tells(patches, bundled_body):
+    flat = np.full(len(patches), 0.6)
+    known = ranked(flat, posture=np.full((len(patches), 2), 0.35))
+    assert (
+        answer(scored(known, patches, bundled_body))
+        .measured()
+        .endswith("the direction of gravity, F1 is .35")
+    )
+    assert "posture" not in answer(scored(ranked(flat), patches, bundled_body)).measured()

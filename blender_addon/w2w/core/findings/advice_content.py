@@ -59,6 +59,7 @@ def answer_content(answer: Answer, patches: PatchSet, cautions: Sequence[Caution
         "patch": answer.patch,
         "name": patches.names[answer.patch],
         **interval_content("expected_f1", *answer.f1),
+        **({} if np.isnan(answer.posture) else {"f1_by_posture": rounded(answer.posture)}),
         "measured": answer.measured(),
         "recommended": answer.product if sentence == answer.sentence() else "",
         "costs_are_against": list(answer.base.under),

@@ -16,7 +16,7 @@ from ..motion.up import SAY_UP
 from ..ranking.expected import HALF
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.utility import UtilityMap
-from ..selection.headline import short
+from ..selection.headline import by_posture, short
 from ..study.config import StudyConfig
 from ..study.ranking import LabelledClip, copies_among
 from ..wording import capital, count, listed
@@ -25,6 +25,12 @@ from .sources import origin_of, source_caution
 
 STOPS, WEAKENS, KNOW = "stops the answer", "weakens the answer", "good to know"
 """Weights of a caution, the heaviest first."""
+
+NEARLY_ALL = 0.9
+"""Share of F1 from which posture alone tells nearly all; of five libraries the highest was .72."""
+
+POSTURES = "the place tells postures, not movements"
+"""Beginning of the caution on that."""
 
 OPEN = 2
 """Cautions beside an answer, the heaviest; the rest is folded."""
@@ -56,10 +62,12 @@ def cautions(
     facts: Iterable[Facts],
     config: StudyConfig,
     garments: str = "",
+    patch: int | None = None,
 ) -> list[Caution]:
     """The cautions on a ranking of clips, given with the facts of each, the heaviest first.
 
-    `garments` is the sentence on what is worn over the skin (`garment_sentence`).
+    `patch` is the one recommended, if it is known; `garments` is the sentence on what is worn over the skin
+    (`garment_sentence`).
     """
     durations, origins, odd = [], [], []
     for clip, about in zip(clips, facts, strict=True):
@@ -72,6 +80,7 @@ def cautions(
     found = [
         window_caution(config.windows.length_s, durations),
         Caution(STOPS, source_caution(origins)),
+        *([] if patch is None else [posture_caution(utility, patch)]),
         Caution(WEAKENS, _reliability(utility)),
         Caution(WEAKENS, _few_clips(utility)),
         Caution(WEAKENS, _left_out(utility)),
@@ -117,6 +126,18 @@ def window_caution(length_s: float, durations: Sequence[float]) -> Caution:
         f"({median:.1f} s), and {of_clips} are repeated to fill them. In use each holds more than one "
         "activity, and F1 is lower. Take windows of at most "
         f"{math.floor(10 * LONG_WINDOW * median) / 10:g} s",
+    )
+
+
+def posture_caution(utility: UtilityMap, patch: int) -> Caution:
+    """A caution on a place at which posture alone tells nearly all; without text if it does not."""
+    alone, f1 = by_posture(utility, patch), utility.expected_mean[patch]
+    if not alone >= NEARLY_ALL * f1:
+        return Caution(WEAKENS, "")
+    return Caution(
+        WEAKENS,
+        f"{POSTURES}: the direction of gravity alone gives F1 {short(alone)} of {short(f1)}. Whoever holds "
+        "still in these postures is taken for moving",
     )
 
 

@@ -126,7 +126,8 @@ def summary(study: Study) -> dict[str, Any]:
     utility, patches = study.results.utility, study.results.patches
     garments = garment_content(study.results.out, study.config.garments, patches)
     worn = garment_sentence(garments, len(patches))
-    found = cautions(utility, study.results.clips, map(_entry, study.used), study.config, worn)
+    used, place = map(_entry, study.used), study.advice.answer.patch
+    found = cautions(utility, study.results.clips, used, study.config, worn, place)
     return {
         "clips": study_counts(study),
         "labelled_by": study.library.labelled_by,

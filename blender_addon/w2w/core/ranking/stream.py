@@ -31,6 +31,9 @@ ENOUGH_S = 2500.0
 SENSORS_AT_ONCE = 512
 """Windows times sensors described at once."""
 
+GRAVITY = 3
+"""Features, the first, that tell the direction of gravity: means of the accelerometer."""
+
 CONFIDENCE = 0.95
 """Confidence level of intervals."""
 
@@ -89,7 +92,9 @@ class Stream:
     spots: Sequence[int] = ()  # where one sensor may sit; by default each is judged by itself
     _known: dict[tuple[int, ...], StreamF1] = field(default_factory=dict)
     _windows: dict[str, _Windows] = field(default_factory=dict)  # of single clips, and in the stream
-    _ridges: dict[str, float] = field(default_factory=dict)  # chosen once: sets differ by signals alone
+    _ridges: dict[tuple[str, int | None], float] = field(
+        default_factory=dict
+    )  # chosen once: sets differ by signals alone
 
     def f1(self, sets: Iterable[Sequence[int]]) -> list[StreamF1]:
         """F1 of sets of patches worn together; one that was asked for before is not tried again."""
@@ -142,27 +147,44 @@ class Stream:
             return utility
         found = self.expected(self.spots[:1], ExpectedF1(*utility.expected))
         by_activity = np.clip(utility.expected_f1 - self.lost, 0, 1)
-        mean, low, high, f1 = (np.asarray(values, dtype=np.float32) for values in (*found, by_activity))
-        return replace(
-            utility, expected_f1=f1, expected_mean=mean, expected_low=low, expected_high=high, lost=self.lost
+        posture = np.full_like(by_activity, np.nan)
+        posture[self.spots] = np.clip(by_activity[self.spots] - self.moving, 0, 1)
+        mean, low, high, f1, posture = (
+            np.asarray(values, dtype=np.float32) for values in (*found, by_activity, posture)
         )
+        return replace(
+            utility, expected_f1=f1, expected_mean=mean, expected_low=low, expected_high=high,
+            lost=self.lost, posture=posture,
+        )  # fmt: skip
+
+    @property
+    def moving(self) -> np.ndarray:
+        """F1 that the spots lose if windows have the direction of gravity alone, shape (spots, A)."""
+        alone = [(spot,) for spot in self.spots]
+        whole = [found.orders.mean(axis=0) for found in self.f1(alone)]
+        return np.array(whole) - self._by_order(alone, GRAVITY).mean(axis=1)
 
     def _try(self, sets: Sequence[Sequence[int]]) -> list[StreamF1]:
         """Train and test sets of patches that are described."""
         n_activities = len(self.weights)
-        cut, played = self._windows["by clip"], self._windows["stream"]
+        cut = self._windows["by clip"]
         of_cut = [
             window_f1(one, cut.labels[cut.is_test], n_activities) for one in self._predicted("by clip", sets)
         ]
+        return [StreamF1(*both) for both in zip(of_cut, self._by_order(sets), strict=True)]
+
+    def _by_order(self, sets: Sequence[Sequence[int]], width: int | None = None) -> np.ndarray:
+        """F1 in the stream of sets by the first features of their windows, or all; shape (S, O, A)."""
+        n_activities, played = len(self.weights), self._windows["stream"]
         counted = [
             np.flatnonzero((played.order == order) & (played.labels < n_activities))
             for order in np.unique(played.order)
         ]
         of_orders = [
             [window_f1(one[rows], played.labels[rows], n_activities + 1)[:-1] for rows in counted]
-            for one in self._predicted("stream", sets)
+            for one in self._predicted("stream", sets, width)
         ]
-        return [StreamF1(*both) for both in zip(of_cut, np.nan_to_num(of_orders), strict=True)]
+        return np.nan_to_num(of_orders)
 
     def _describe(self, patches: Sequence[int]) -> None:
         """Read the clips at the patches that were not read before, and describe their windows."""
@@ -212,22 +234,23 @@ class Stream:
         features = _by_patch(patches, signals, recordings[0].rate)
         return _Windows(labels, folds, np.ones(len(labels), dtype=bool), orders, features)
 
-    def _predicted(self, kind: str, sets: Sequence[Sequence[int]]) -> np.ndarray:
+    def _predicted(self, kind: str, sets: Sequence[Sequence[int]], width: int | None = None) -> np.ndarray:
         """Activity that each set predicts for each tested window, shape (S, V).
 
         Patches enter as in `JointScores`: side by side, with the ridge multiplied by their number.
         """
         windows = self._windows[kind]
         how = windows.labels, windows.fold, windows.is_test
-        if kind not in self._ridges:
+        if (kind, width) not in self._ridges:
             alone = [[patch] for patch in windows.features]
-            self._ridges[kind] = Ridge().choose_alpha(windows.of(alone), *how)
+            self._ridges[kind, width] = Ridge().choose_alpha(windows.of(alone)[..., :width], *how)
         predicted = np.empty((len(sets), int(windows.is_test.sum())), dtype=np.int16)
 
         def predict(size: int) -> None:
             rows = [row for row, worn in enumerate(sets) if len(worn) == size]
-            model = Ridge(alphas=(self._ridges[kind] * size,))
-            predicted[rows] = model.predict_folds(windows.of([sets[row] for row in rows]), *how).T
+            model = Ridge(alphas=(self._ridges[kind, width] * size,))
+            features = windows.of([sets[row] for row in rows])[..., :width]
+            predicted[rows] = model.predict_folds(features, *how).T
 
         for_each(predict, sorted({len(worn) for worn in sets}))
         return predicted

@@ -22,7 +22,7 @@ from .f1 import FEWEST_CLIPS, TASK_PATCHES, Spread, TrialScores, confusion_of, s
 from .folds import SUBJECT_OUT
 from .halves import HALVINGS, CrossValidation, TrialPlan, maps_of
 from .pooling import Pooling
-from .weights import alike, counted_columns, mean_over
+from .weights import alike, mean_over
 
 PLUG_INS = "w2w.classifiers"
 """Entry points of packages that bring classifiers and the libraries these need: W2W's own from pip does."""
@@ -39,7 +39,7 @@ LEVEL = 0.95
 ROUNDING = 1e-9
 """How near to certain a chance may come."""
 
-OPTIONAL = ("half_f1", "weights", "errors", "lost")
+OPTIONAL = ("half_f1", "weights", "errors", "lost", "posture")
 """Fields that a file may lack: `half_f1` where nothing was halved, `weights` where all count alike."""
 
 
@@ -87,6 +87,9 @@ class UtilityMap:
         F1 by window on the halves (or single subjects) that choose sets for each other; None without.
     lost : ndarray, shape (A,), or None
         What was taken off the F1 expected of one sensor, as it is lost where clips follow one another.
+    posture : ndarray, shape (N, A), or None
+        What is left of `expected_f1` if a sensor tells the direction of gravity alone; NaN where no product
+        sits.
 
     Examples
     --------
@@ -120,6 +123,7 @@ class UtilityMap:
     errors: np.ndarray = field(default_factory=lambda: np.empty((0, 0), dtype=np.float32))
     half_f1: np.ndarray | None = None
     lost: np.ndarray | None = None
+    posture: np.ndarray | None = None
 
     def __repr__(self) -> str:
         n_patches, n_activities = self.f1.shape
@@ -143,11 +147,6 @@ class UtilityMap:
     def counts(self) -> np.ndarray:
         """Activities that count, shape (A,), bool: all but background."""
         return self.weights > 0
-
-    @property
-    def counted_f1(self) -> np.ndarray:
-        """F1 to choose sets by, a column for each activity that counts; the mean over columns is `mean`."""
-        return counted_columns(self.f1, self.weights)
 
     @property
     def expected(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -4,13 +4,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ..patches.body_parts import PRODUCTS, great_part, side_of
 from ..ranking.costs import Gain, gain
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap
 from ..wording import InShort, capital, listed
-from .headline import mean_caution, moments, short, tenths
+from .headline import by_posture, mean_caution, moments, short, tenths
 from .scored import PlaceScore, ScoredMap
 
 OTHERS = 3
@@ -68,6 +70,7 @@ class Answer(InShort):
     gain: Gain | None  # what can be counted on over the habit; None without one
     more: str  # what would tell most, if the clips are few
     base: PlaceScore  # the place that all costs are against
+    posture: float  # F1 by the direction of gravity alone; NaN if it is not known
     product: str  # the product in `where`; "" if there is none
     others: tuple[PlaceScore, ...]  # the commonest product of each other great part of the body
     products: tuple[PlaceScore, ...]  # all products that fit the wishes, best first
@@ -132,7 +135,10 @@ class Answer(InShort):
         """What the F1 is measured on, in a sentence."""
         if not self.in_stream:
             return "Each window holds one clip alone; in use, F1 is lower"
-        return "Clips follow each other with standing between them"
+        text = "Clips follow each other with standing between them"
+        if np.isnan(self.posture):
+            return text
+        return f"{text}; by posture alone, the direction of gravity, F1 is {short(self.posture)}"
 
 
 def answer(scored: ScoredMap) -> Answer:
@@ -155,6 +161,7 @@ def answer(scored: ScoredMap) -> Answer:
         differs=differs, chance=utility.chance(base.expected), habit=habit,
         gain=gain(utility, base.under, habit.under) if habit else None,
         more=_more(utility) if utility.few else "", base=base,
+        posture=by_posture(utility, base.patch),
         product=base.name if is_product and differs else "",
         others=_others(scored) if differs else (), products=products,
     )  # fmt: skip

@@ -8,7 +8,7 @@ from ..ranking.expected import LIKELY, WANTED, clips_needed
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap
-from ..ranking.weights import alike
+from ..ranking.weights import alike, mean_over
 from ..wording import count
 
 WORN = {True: ".11 lower to .26 higher", False: ".19 lower to .25 higher"}
@@ -101,6 +101,14 @@ def mean_caution(utility: UtilityMap) -> str:
         return f"from at most {max(counts)} clips per activity: too few for an interval"
     name = utility.activities[counts.index(fewest)]
     return f"from only {count('clip', fewest)} of {name}: too few for an interval"
+
+
+def by_posture(utility: UtilityMap, patch: int) -> float:
+    """Expected macro F1 of a patch by the direction of gravity alone; NaN where it is not known."""
+    if utility.posture is None:
+        return np.nan
+    lost = mean_over(utility.expected_f1[patch] - utility.posture[patch], utility.weights)
+    return float(np.maximum(utility.expected_mean[patch] - lost, 0))
 
 
 def tenths(f1: float) -> int:

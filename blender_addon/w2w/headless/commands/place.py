@@ -139,7 +139,7 @@ def place(
             study = ranked_again(study, config)
         with console.status("Choosing sensors"):
             study, advice = advised(study, config)
-    found = _cautions(study, config)
+    found = _cautions(study, config, advice)
     show_answer(advice, study.utility, found, console)
     show_worn(advice, study.patches, console)
     if redrawn:
@@ -155,12 +155,11 @@ def place(
         console.print(f"\nWritten to {out}")
 
 
-def _cautions(study: StudyResults, config: StudyConfig) -> list[Caution]:
+def _cautions(study: StudyResults, config: StudyConfig, advice: Advice) -> list[Caution]:
     """The cautions on a folder's clips, ranked again."""
     worn = garment_sentence(study.summary.get("garments", {}), len(study.patches))
-    return cautions(
-        study.utility, study.clips, (entry for entry in study.listed if is_used(entry)), config, worn
-    )
+    facts = (entry for entry in study.listed if is_used(entry))
+    return cautions(study.utility, study.clips, facts, config, worn, advice.answer.patch)
 
 
 @contextmanager
@@ -182,7 +181,7 @@ def chosen_content(
     study: StudyResults, ranked: StudyResults, config: StudyConfig, advice: Advice
 ) -> dict[str, Any]:
     """What `summary.json` says of a choice, made from a new ranking of a study."""
-    found = _cautions(ranked, config)
+    found = _cautions(ranked, config, advice)
     content = advice_content(advice, ranked.utility, ranked.patches, found)
     if np.array_equal(ranked.utility.weights, study.utility.weights):
         content["cards"] = with_needs(content["cards"], needs_on(study.cards))

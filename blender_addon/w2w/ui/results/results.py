@@ -9,7 +9,7 @@ import numpy as np
 
 from ...core.colours import Scale, score_range
 from ...core.findings.advice_content import answer_content, place_content
-from ...core.findings.cautions import cautions
+from ...core.findings.cautions import POSTURES, cautions, heaviest_first, posture_caution
 from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
 from ...core.selection.answer import answer
@@ -174,7 +174,10 @@ def choose(body: bpy.types.Object) -> None:
     mean = scores.expected_mean(study, utility)
     if counting.is_as_ranked(study, utility):
         found = answer(scored_map(utility, patches, state.body_as_run(body), config))
-        lists.keep_answer(study, answer_content(found, patches, lists.cautions_of(study)))
+        others = [each for each in lists.cautions_of(study) if not each.text.startswith(POSTURES)]
+        about = heaviest_first([*others, posture_caution(utility, found.patch)])
+        study.cautions_text = json.dumps(about)
+        lists.keep_answer(study, answer_content(found, patches, about))
         patch = found.patch
     else:
         patch = int(np.where(terms.allowed, mean, -1).argmax())

@@ -7,6 +7,7 @@ from typing import Any
 from w2w.core.files import DIGITS
 from w2w.core.findings.advice_content import expected_content, patch_content
 from w2w.core.ranking.utility import UtilityMap
+from w2w.core.ranking.weights import counted_columns
 from w2w.core.selection.constraints import fewest
 from w2w.core.study.choosing import prepared_tests
 from w2w.core.study.config import StudyConfig
@@ -57,7 +58,14 @@ def paper_sets(study: StudyResults, config: StudyConfig) -> PaperSets:
     Raises ValueError if the constraints cannot be met.
     """
     utility, terms = study.utility, config.constraints.terms(study.patches, config.max_places)
-    asked = (utility.counted_f1, config.target, terms.max_size, terms.allowed, terms.required, terms.cost)
+    asked = (
+        counted_columns(utility.f1, utility.weights),
+        config.target,
+        terms.max_size,
+        terms.allowed,
+        terms.required,
+        terms.cost,
+    )
     greedy = greedy_subset(*asked)
     try:
         exact = exact_subset(*asked)
