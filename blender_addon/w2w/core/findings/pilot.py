@@ -7,6 +7,7 @@ The order of places stays as the clips give it (docs/evidence/pilot.md).
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -159,6 +160,12 @@ class Ranked(NamedTuple):
         config = study.config()
         scored = scored_map(study.utility, study.patches, study.body(), config)
         return cls(scored, config, study.inputs(config.classifier), study.labels())
+
+
+def of_folder(study: StudyResults, recordings: Path, at: str, labels: Path | None = None) -> Pilot:
+    """A pilot by a folder of recordings, worn `at` a place if they do not say it; as for `pilot`."""
+    rate, activities = study.config().synthesis.rate_hz, study.utility.activities
+    return pilot(Ranked.of(study), Recordings.read(recordings, labels, at, activities, rate))
 
 
 def pilot(ranked: Ranked, recordings: Recordings) -> Pilot:

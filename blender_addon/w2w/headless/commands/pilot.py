@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 from ...core.files import write_json
-from ...core.findings.pilot import Pilot, Ranked, pilot as held
-from ...core.imu.recordings import Recordings
+from ...core.findings.pilot import Pilot, of_folder
 from ...core.study.clip_files import WORK, mark_changing, mark_whole
 from ...core.study.results import StudyResults
 from ...report.page import REPORT
@@ -55,7 +54,7 @@ def pilot(
     with ending(USAGE, console):
         study = StudyResults.load(results, by=NAME)
         check(results, [REPORT])
-        found = pilot_of(study, recordings, at, labels)
+        found = of_folder(study, recordings, at, labels)
         with only_run(results / WORK):
             write_pilot(results, found)
     console.print(found.sentence(), style="bold")
@@ -66,12 +65,6 @@ def pilot(
     console.print(f"\nWritten to summary and report of {results}")
     if as_json:
         print_json(found.content())
-
-
-def pilot_of(study: StudyResults, recordings: Path, at: str, labels: Path | None = None) -> Pilot:
-    """A pilot by a folder of recordings, read as the study's signals are made."""
-    rate, activities = study.config().synthesis.rate_hz, study.utility.activities
-    return held(Ranked.of(study), Recordings.read(recordings, labels, at, activities, rate))
 
 
 def write_pilot(out: Path, found: Pilot) -> None:

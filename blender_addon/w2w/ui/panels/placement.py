@@ -126,6 +126,10 @@ def draw_worn(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.
         return
     draw_sensors(layout, context, study, content)
     layout.operator("w2w.find_needs", text="How Cheap May They Be?", translate=False, icon="TRIA_DOWN_BAR")
+    layout.operator("w2w.add_pilot", text="Add a Pilot...", translate=False, icon="COMMUNITY")
+    if found := content.get("pilot"):
+        for text in (found["sentence"], *(each["text"] for each in found["cautions"]), found["next"]):
+            draw_text(layout, context, _sentence(text))
     draw_text(layout, context, _sentence(worn["sentence"]))
     following = worn["next_sensor"]
     if following:

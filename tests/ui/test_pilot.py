@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A button holds a folder of recordings against the panel's map, as the command does."""
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from w2w.core.findings.pilot import of_folder
+from w2w.core.study.results import StudyResults
+from w2w.ui.panels.placement import W2W_PT_placement
+from w2w.ui.study.lists import advice_of
+
+from ..phone_exports import table
+from .made_study import make_study
+from .test_outdated import buttons, words
+from .test_panels import draw, view_of_panels
+
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("blender")]
+
+G = 9.80665
+
+
+def test_the_panel_says_what_the_command_says(library: Path, tmp_path: Path) -> None:
+    body = make_study(library)
+    assert not bpy.ops.w2w.add_pilot.poll()
+    body.w2w.max_places = 1
+    assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
+    assert bpy.ops.w2w.save_results(directory=str(tmp_path / "saved")) == {"FINISHED"}
+    study, rng = StudyResults.load(tmp_path / "saved"), np.random.default_rng(0)
+    for number, clip in enumerate(study.clips):
+        one = study.recording(number, [0])
+        acc, gyr = (np.tile(values[:, 0], (12, 1)).astype(float) for values in (one.acc, one.gyr))
+        file = tmp_path / "worn" / ("Ada" if number % 2 else "Ben") / f"{clip.activity} {number}.csv"
+        names = ["time", "gFx", "gFy", "gFz", "wx", "wy", "wz"]
+        table(file, names, np.arange(len(acc)) / one.rate, (acc + rng.normal(size=acc.shape)) / G, gyr)
+    place = study.patches.names[0]
+    with pytest.raises(RuntimeError, match="two people"):
+        bpy.ops.w2w.add_pilot(directory=str(tmp_path / "worn" / "Ada"), at=place)
+    assert bpy.ops.w2w.add_pilot(directory=str(tmp_path / "worn"), at=place) == {"FINISHED"}
+    found = (advice_of(body.w2w) or {})["pilot"]
+    assert found == of_folder(study, tmp_path / "worn", place).content()
+    drawn = draw(W2W_PT_placement, view_of_panels())
+    assert "w2w.add_pilot" in buttons(drawn)
+    assert found["sentence"] in words(drawn)
