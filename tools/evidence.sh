@@ -36,6 +36,24 @@ for file, name in (
 PY
 }
 
+# Rankings that name one site of each data set, whatever people do there.
+habits() {
+  python - <<'PY'
+sites = {
+    "Berkeley MHAD": "left hip, left wrist, right hip, right wrist, left ankle, right ankle",
+    "UMAFall": "waist, wrist, chest, ankle",
+    "DSADS": "torso, left arm, right arm, right leg, left leg",
+    "UP-Fall": "belt, wrist, neck, ankle, right pocket",
+}
+for at, name in enumerate(("always a belt clip", "always a watch")):
+    with open(f"{name}.csv", "w") as stream:
+        print("data_set,site,score", file=stream)
+        for data_set, listed in sites.items():
+            for number, site in enumerate(listed.split(", ")):
+                print(data_set, site, int(number == at), sep=",", file=stream)
+PY
+}
+
 table=$1
 case $table in
 truth)
@@ -47,7 +65,8 @@ sources) sed -n '/^| activity | sources/,/^$/p;/^## /{/all/!q}' truth/mhad/repor
 challenge)
   given=()
   for each in "${libraries[@]}"; do given+=(--library "$each"); done
-  quietly w2w challenge "${mhad[@]}" "${umafall[@]}" "${others[@]}" --utd "$utd" "${given[@]}" --out challenge
+  habits
+  quietly w2w challenge "always a belt clip.csv" "always a watch.csv" "${mhad[@]}" "${umafall[@]}" "${others[@]}" --utd "$utd" "${given[@]}" --out challenge
   python - <<'PY'
 rows = [line.split("|")[1:-1] for line in open("challenge/challenge.md") if line[0] == "|"][2:]
 rows = [[cell.strip().split(" (")[0] for cell in row] for row in rows]
@@ -59,9 +78,53 @@ for method in methods:
     print("|", method, "|", " | ".join(found[one, method] for one in sets), "|")
 PY
   ;;
+card)
+  python - <<'PY'
+import os
+from matplotlib.figure import Figure
+
+rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in open("challenge/challenge.md") if line[0] == "|"][2:]
+lost = {(row[1], row[0]): float(row[7].split(" (")[0]) for row in rows if row[7] and row[7] != "not given"}
+sets = list(dict.fromkeys(where for _, where in lost))
+methods = ["W2W", "always a belt clip", "always a watch", "signal energy", "random"]
+print("| F1 lost against people's best site |", " | ".join(sets), "| mean |")
+print("|---" * (2 + len(sets)) + "|")
+axes = (figure := Figure(figsize=(7, 2.6), layout="constrained")).subplots()
+for y, method in enumerate(methods):
+    found = [lost[method, where] for where in sets]
+    mean = sum(found) / len(found)
+    print("|", method, "|", " | ".join(f"{each:.3f}" for each in [*found, mean]), "|")
+    axes.barh(y, mean, color="#3c6e71" if method == "W2W" else "#c9d1d3", height=0.6)
+    axes.plot(found, [y] * len(found), "o", color="#222222", markersize=4)
+axes.set_yticks(range(len(methods)), methods)
+axes.invert_yaxis()
+axes.set_xlabel("F1 that people lose against their best site: mean (bar) and four data sets (dots)")
+axes.spines[["top", "right"]].set_visible(False)
+figure.savefig(os.environ["W2W_ROOT"] + "/docs/pictures/truth.png", dpi=130, metadata={"Software": None})
+PY
+  ;;
 utd)
   quietly w2w validate utd-mhad "$utd" --out utd
-  tables_of utd/report.md
+  python - <<'PY'
+found, sites = {}, []
+for line in open("utd/report.md"):
+    cells = [cell.strip() for cell in line.split("|")[1:-1]]
+    if line.startswith("## "):
+        sites.append(line[3:].split(":")[0])
+        wanted = False
+    elif cells[:2] == ["real", "real"]:
+        found["trained on people"] = [*found.get("trained on people", ()), f"{cells[2]} ({cells[3]})"]
+    elif cells:
+        wanted = wanted or cells[0].startswith("trained on simulated")
+        if wanted and cells[1] not in ("---", "macro F1"):
+            found[cells[0]] = [*found.get(cells[0], ()), f"{cells[1]} ({cells[2]})"]
+    else:
+        wanted = False
+print("| trained on simulated signals, tested on a person never seen |", " | ".join(sites), "|")
+print("|---" * (1 + len(sites)) + "|")
+for name, cells in found.items():
+    print("|", name, "|", " | ".join(cells), "|")
+PY
   ;;
 need)
   quietly w2w study need "${libraries[@]}" "${mhad[@]}" "${others[@]}" --utd "$utd" --out need
@@ -82,11 +145,27 @@ copies)
   printf '| copy | found |\n|---|---|\n'
   sed -nE 's/^(\S.*\S) {2,}(\S+) of .*/| \1 | \2 |/p' copies.txt
   ;;
-chance) w2w study copies hdm05 --chance | sed -n 's/^draw/- draw/p' ;;
-broad) python -m w2w_studies.experiments.broad 2>/dev/null | sed -n '/^|/p' ;;
+broad)
+  echo "| method | nothing fitted: acc r | gyr r | shift, ms | shift and lever arm fitted: acc r | acc RMSE, m/s² |"
+  python -m w2w_studies.experiments.broad 2>/dev/null | sed -n '/^|/p' | sed 1d | columns 1-3,5-6,10-11
+  ;;
 walk)
   python -m w2w_studies.experiments.gait >walk.txt 2>/dev/null
-  grep -E '^(\||below)' walk.txt | sed -E 's/^below (.*)/Below \1:/; /^\|/s/^((\|[^|]*){2}).*/\1|/'
+  python - <<'PY'
+heads, found = [], {}
+for line in open("walk.txt"):
+    cells = [cell.strip() for cell in line.split("|")[1:3]]
+    if line.startswith("below "):
+        band = line.strip()
+    elif cells and cells[1] == "mean":
+        heads.append(f"{cells[0]}, {band}")
+    elif cells and "---" not in cells[0]:
+        found[cells[0]] = [*found.get(cells[0], ()), cells[1]]
+print("| method |", " | ".join(heads), "|")
+print("|---" * (1 + len(heads)) + "|")
+for method, means in found.items():
+    print("|", method, "|", " | ".join(means), "|")
+PY
   ;;
 claims)
   quietly w2w study mixamo "$DATA" --labels "$DATA/motions.csv" --out mixamo --no-pictures --no-report
