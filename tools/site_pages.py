@@ -45,7 +45,8 @@ def _command_line() -> str:
 def _api() -> str:
     names = _said("python", "-c", OFFERED).split()
     title = "# Python\n\nEverything that `import w2w` offers; [a short course](python.md) comes first."
-    return "\n\n".join([title, *(f"::: w2w.{name}" for name in names)])
+    listed = [*(f"w2w.{name}" for name in names), "w2w.core.imu.sensor.Triad"]
+    return "\n\n".join([title, *(f"::: {name}" for name in listed)])
 
 
 def _said(program: str, *arguments: str) -> str:
