@@ -20,7 +20,7 @@ from panel import OUT, idle, install, module, open_tab, play, report, study, to_
 
 EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
 ENGINES = {"WORKBENCH": "BLENDER_WORKBENCH", "CYCLES": "CYCLES", "EEVEE": EEVEE}
-COLOURED = 25
+COLOURED = 12
 """Difference of the channels of a pixel from which on it has a colour: Blender's own greys have less."""
 
 
@@ -121,7 +121,7 @@ def compare_and_show(driver: Driver) -> Script:
     study().compare = "ring, necklace"
     yield from to_page(driver, "Answer")
     yield from driver.look("4_compared")
-    report["compared"] = [row["name"] for row in module("study.lists").comparison_of(study())]
+    report["compared"] = [row["name"] for row in module("study.lists").comparison_of(study())[0]]
     with driver.in_view():
         bpy.ops.w2w.export_presentation(filepath=str(OUT / "pictures" / "5_presentation.png"))
     yield from idle(driver)

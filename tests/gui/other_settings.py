@@ -42,7 +42,7 @@ def cancel_an_import(driver: Driver) -> Script:
     actions = len(bpy.data.actions)
     yield from choose_clips(driver)
     yield from driver.until(lambda: len(study().clips) >= 2)
-    yield from driver.look("1_importing")
+    driver.photograph("1_importing")
     yield from driver.key("ESC")
     yield from idle(driver)
     report["left_by_cancel"] = [len(study().clips), len(bpy.data.actions) - actions]
@@ -104,6 +104,7 @@ def look_around(driver: Driver) -> Script:
         bpy.ops.view3d.localview(frame_selected=False)
         framing.frame_answer(body)
     yield from driver.turns(5)
+    cube.hide_set(False)  # it was hidden for the map
     patches = module("study.state").patches_of(body)
     badge, towards = study().chosen[0].patch, space.region_3d.view_rotation.to_matrix().col[2]
     sights = report["badge_in_sight"] = []

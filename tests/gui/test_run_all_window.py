@@ -58,4 +58,5 @@ def test_a_clicked_spot_gets_a_name_a_rank_and_a_loss(report: dict[str, Any]) ->
     assert name.startswith("my ")
     assert vertex == report["clicked"] == scores["vertex"]
     assert 1 <= scores["rank"] <= scores["of"] == 129
-    assert scores["loss"] >= 0
+    low, high = scores["costs_interval"]
+    assert low <= scores["costs"] <= high

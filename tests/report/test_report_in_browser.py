@@ -80,13 +80,13 @@ def test_the_body_is_drawn_in_the_scale_s_colours(page):
 def test_another_activity_has_other_colours_and_its_own_scale(page, drawn_results):
     utility = UtilityMap.load(drawn_results / "utility.npz")
     mean, low = picture(page), text(page, "#bar-low")
-    assert low == f"{score_range(utility.expected_mean, utility.colour_span)[0]:.2f}"
+    assert low == f"{score_range(utility.expected_mean)[0]:.2f}"
     number = utility.activities.index("arm_raise")
     choose(page, "map", number + 1)
     assert np.abs(picture(page)[..., :3] - mean[..., :3]).max() > 0.2
     scores = utility.expected_f1[:, number]
     ends = [float(text(page, bar)) for bar in ("#bar-low", "#bar-high")]
-    np.testing.assert_allclose(ends, score_range(scores, utility.colour_span), atol=0.0051)
+    np.testing.assert_allclose(ends, score_range(scores), atol=0.0051)
     assert text(page, "#ranked-title") == "Arm raise"
     patches = PatchSet.load(drawn_results / ".w2w" / "patches.npz")
     first = find(page, "#ranked tbody tr").text
@@ -100,7 +100,7 @@ def test_the_scores_of_these_very_clips_can_be_seen_too(page, drawn_results):
     expected, first = picture(page), text(page, "#ranked tbody tr")
     choose(page, "scores", "raw")
     ends = [float(text(page, bar)) for bar in ("#bar-low", "#bar-high")]
-    np.testing.assert_allclose(ends, score_range(utility.mean, utility.colour_span), atol=0.0051)
+    np.testing.assert_allclose(ends, score_range(utility.mean), atol=0.0051)
     assert text(page, ".unit") == "F1 on these clips"
     assert np.abs(picture(page)[..., :3] - expected[..., :3]).max() > 0.1
     assert text(page, "#ranked tbody tr") == first  # the best stays the best
@@ -111,7 +111,7 @@ def test_one_range_for_all_maps(page, drawn_results):
     everything = np.column_stack([utility.expected_mean, utility.expected_f1])
     before = picture(page)
     choose(page, "range", "same")
-    low, high = score_range(everything, utility.colour_span)
+    low, high = score_range(everything)
     assert (text(page, "#bar-low"), text(page, "#bar-high")) == (f"{low:.2f}", f"{high:.2f}")
     assert np.abs(picture(page) - before).max() > 0.05
 

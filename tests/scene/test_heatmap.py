@@ -27,9 +27,7 @@ def scores(patches):
 @pytest.fixture
 def study(bundled_body, patches, scores, tmp_path):
     """As much of a finished study as its file is made from."""
-    utility = SimpleNamespace(
-        expected_f1=scores, activities=ACTIVITIES, expected_mean=scores.mean(axis=1), colour_span=0.1
-    )
+    utility = SimpleNamespace(expected_f1=scores, activities=ACTIVITIES, expected_mean=scores.mean(axis=1))
     for name in FILES:
         (tmp_path / "out" / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "out" / name).touch()

@@ -49,3 +49,19 @@ def test_a_linked_study_is_shown_and_offers_no_change(library: Path, tmp_path: P
     assert state.outdated(body) == ""
     for name in ("run_all", "place_patches", "bake_signals", "rank_patches", "choose_sensors"):
         assert not getattr(bpy.ops.w2w, name).poll()
+
+
+def test_a_study_linked_as_an_instance_of_its_collection_says_to_append_it(
+    library: Path, tmp_path: Path
+) -> None:
+    home = make_study(library).users_collection[0].name
+    path = tmp_path / "other.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    assert state.missing_body(bpy.context.scene) == "Add a body first"
+    with bpy.data.libraries.load(str(path), link=True) as (_, brought):
+        brought.collections = [home]
+    instance = bpy.data.objects.new(home, None)
+    instance.instance_type, instance.instance_collection = "COLLECTION", brought.collections[0]
+    bpy.context.scene.collection.objects.link(instance)
+    assert state.missing_body(bpy.context.scene) == state.LINKED

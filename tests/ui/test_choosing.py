@@ -252,13 +252,17 @@ def test_places_are_compared_as_on_the_command_line(finished_run: Path, tmp_path
     study = bpy.context.scene.w2w.body.w2w
     names = patches_of(study.id_data).names
     study.compare = f"{names[3]}, {names[17]}"
-    assert comparison_of(study) == place(finished_run, tmp_path, "--compare", study.compare)[0]
-    assert {row["patch"] for row in comparison_of(study)} == {3, 17}
-    study.compare = "tail"
+    found, unknown = comparison_of(study)
+    assert found == place(finished_run, tmp_path, "--compare", study.compare)[0]
+    assert {row["patch"] for row in found} == {3, 17}
+    assert unknown == ""
+    study.compare = f"tail, {names[3]}"
     assert place(finished_run, tmp_path, "--compare", "tail")[0] is None
-    assert "tail" in comparison_of(study)
+    found, unknown = comparison_of(study)
+    assert [row["patch"] for row in found] == [3]
+    assert "tail" in unknown
     study.compare = ""
-    assert comparison_of(study) == []
+    assert comparison_of(study) == ([], "")
 
 
 def test_choosing_sensors_leaves_map_and_answer_as_the_ranking_said_them(finished_run: Path) -> None:

@@ -10,7 +10,7 @@ import bpy
 import pytest
 
 from w2w.ui.jobs import jobs
-from w2w.ui.steps.import_dialog import LONGEST, draw_preview
+from w2w.ui.steps.import_dialog import LONGEST, ROWS, draw_preview
 
 from .made_study import make_study, take_through
 
@@ -124,23 +124,32 @@ def test_the_preview_says_what_is_labelled_how_and_what_is_left_out_and_why() ->
         layout, {"walking": many, "": ["x.fbx"]}, [("y.fbx", "labels.csv does not list it")], ["A note."]
     )
     assert layout.texts == [
-        "8 clips, 1 activity",
+        "8 clips, 1 activity, 1 left out",
         "walking  (7)",
         "walk 0.fbx, walk 1.fbx, walk 2.fbx and 4 more",
         "No activity, not ranked  (1)",
         "x.fbx",
-        "A note.",
-        "1 left out",
         "y.fbx: labels.csv does not list it",
+        "A note.",
     ]
 
 
-def test_a_long_preview_ends_with_how_many_more() -> None:
-    layout = Written()
-    draw_preview(layout, {f"a{number}": ["x" * 200] for number in range(30)}, [("f", "r" * 200)] * 30)
-    assert "and 18 more activities" in layout.texts
-    assert "and 18 more: the list says why" in layout.texts
-    assert max(map(len, layout.texts)) <= LONGEST
+def test_a_long_preview_has_pages_of_a_window_s_height() -> None:
+    many, left_out = {f"a{number}": ["x" * 200] for number in range(30)}, [("f", "r" * 200)] * 4
+    pages = []
+    for page in (1, 2, 4):
+        layout = Written()
+        draw_preview(layout, many, left_out, (), page)
+        pages.append(layout.texts[1:])
+        assert max(map(len, layout.texts)) <= LONGEST
+    assert [texts[0] for texts in pages[:2]] == ["a0  (1)", "a10  (1)"]
+    assert [len(texts) for texts in pages] == [2 * ROWS, 2 * ROWS, 4]
+    assert pages[2][0].startswith("f: rrr")
+
+
+def test_a_folder_that_is_clicked_once_is_the_one_that_is_taken(folder: Path) -> None:
+    bpy.ops.w2w.import_folder(directory=str(folder), dirs=[{"name": "kicking"}])
+    assert {Path(clip.file).parent.name for clip in bpy.context.scene.w2w.body.w2w.clips} == {"kicking"}
 
 
 @pytest.mark.slow

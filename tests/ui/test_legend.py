@@ -9,11 +9,12 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.colours import DIFFERENCE_MAP, LEAST_SPAN, Scale, colour_table
+from w2w.core.colours import DIFFERENCE_MAP, LEAST_SPAN, NEUTRAL_GREY, Scale, colour_table
 from w2w.scene import heatmap
-from w2w.ui.study.scores import shown_scores
+from w2w.ui.study.lists import keep_answer
+from w2w.ui.study.scores import own_scale, shown_scores
 from w2w.ui.study.state import patches_of, utility_of
-from w2w.ui.viewport.legend import left_of_legend, legend
+from w2w.ui.viewport.legend import legend
 
 from .made_study import make_study
 
@@ -65,16 +66,17 @@ def test_differences_reach_as_far_to_both_sides() -> None:
         assert (scale.low, scale.high) == (-reach, reach)
 
 
-@pytest.mark.parametrize(
-    ("bodies", "left"),
-    [
-        ((), 680.0),
-        ((300.0, 700.0), 440.0),  # midway
-        ((700.0, 300.0), 440.0),  # seen from behind
-        ((450.0, 550.0), 680.0),  # no room between them
-        ((900.0, 1300.0), 680.0),  # under the sidebar
-        ((-200.0, 300.0), 680.0),  # under a card
-    ],
-)
-def test_the_legend_stands_between_two_bodies_that_leave_it_room(bodies: tuple, left: float) -> None:
-    assert left_of_legend(120.0, 100.0, 800.0, bodies) == left
+def test_places_that_do_alike_are_shown_plain_and_said_so(library: Path) -> None:
+    body = make_study(library)
+    study, patches = body.w2w, patches_of(body)
+    told = own_scale(study, np.linspace(0.2, 0.7, len(patches)))
+    assert (told.low, told.high, told.is_alike) == (0.2, 0.7, False)
+    flat = np.linspace(0.8, 0.8 + 0.4 * LEAST_SPAN, len(patches))
+    alike = own_scale(study, flat)
+    assert (alike.is_alike, alike.note) == (True, "Places are alike: 0.80 to 0.84")
+    colours = alike.colours(patches, flat)
+    np.testing.assert_array_equal(colours, np.broadcast_to(NEUTRAL_GREY, colours.shape))
+    wider = np.linspace(0.8, 0.8 + 0.9 * LEAST_SPAN, len(patches))
+    assert not own_scale(study, wider).is_alike
+    keep_answer(study, {"sentence": "", "places_differ": False})
+    assert own_scale(study, wider).is_alike

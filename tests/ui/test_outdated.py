@@ -114,11 +114,11 @@ def test_a_sensor_of_the_set_is_a_row_that_opens_into_its_card(library: Path) ->
 def test_the_answer_is_said_once_and_what_else_was_done_stays(library: Path) -> None:
     body = make_study(library)
     sentence = answer_of(body.w2w)["sentence"]
-    jobs.message = jobs.Message(f"Done: {sentence} Hidden to show the whole body: Cube.", False, "Run All")
+    jobs.message = jobs.Message(f"Done: {sentence} Not baked: one.", False, "Run All")
     said = []
     for page in ("CLIPS", "ANSWER"):
         turn_to(page)
         said.append(words(draw(W2W_PT_main, view_of_panels())))
     assert said[0].startswith("Done: ")
     assert "Done" not in said[1]
-    assert "Cube." in said[1]
+    assert "Not baked: one." in said[1]

@@ -11,7 +11,7 @@ import bpy
 import pytest
 
 from w2w import ui
-from w2w.ui.jobs import text
+from w2w.ui.jobs import jobs, text
 from w2w.ui.panels import steps
 from w2w.ui.panels.steps import FIELD_MARGINS
 from w2w.ui.panels.top import W2W_PT_main
@@ -131,11 +131,35 @@ def test_names_that_are_too_wide_lose_their_middle(
 
 
 @pytest.mark.parametrize(
-    ("longest", "share"), [("bow", 0.3), ("load_carrying", (13 + FIELD_MARGINS) / 70), ("a" * 60, 0.6)]
+    ("longest", "wide"),
+    [("bow", 3 + FIELD_MARGINS), ("load_carrying", 13 + FIELD_MARGINS), ("a" * 60, 42)],
 )
 def test_a_row_of_clips_leaves_the_longest_activity_room(
-    monkeypatch: pytest.MonkeyPatch, longest: str, share: float
+    monkeypatch: pytest.MonkeyPatch, longest: str, wide: float
 ) -> None:
     monkeypatch.setattr(steps, "width_of", lambda words, _: len(words))
     study = SimpleNamespace(activities=[SimpleNamespace(name="run"), SimpleNamespace(name=longest)])
-    assert steps.activity_share(study, 70, 1.0) == pytest.approx(share)
+    assert steps.activity_share(study, 70, 1.0) == pytest.approx(wide / 70)
+
+
+def test_files_that_cannot_be_used_stand_below_the_others() -> None:
+    rows = SimpleNamespace(filter_name="", bitflag_filter_item=1 << 30)
+    data = SimpleNamespace(clips=[SimpleNamespace(problem=why) for why in ("damaged", "", "empty", "")])
+    assert steps.W2W_UL_clips.filter_items(rows, bpy.context, data, "clips") == ([], [2, 0, 3, 1])
+
+
+def test_what_is_baked_is_named_by_what_is_ticked(library: Path) -> None:
+    body = make_study(library, "motions patches")
+    for ticked, button in ((0, "Bake This Clip"), (2, "Bake Ticked (2)")):
+        for clip in body.w2w.clips[:ticked]:
+            clip.selected = True
+        layout = draw(steps.W2W_PT_signals, view_of_panels())
+        assert button in str(layout.mock_calls)
+
+
+def test_what_was_done_is_said_in_its_own_scene(library: Path) -> None:
+    make_study(library, "motions")
+    jobs.show_done(SimpleNamespace(report=lambda *_: None), "Done: all of it")
+    assert "Done" in str(draw(W2W_PT_main, view_of_panels()).mock_calls)
+    bpy.context.window.scene = bpy.data.scenes.new("Other")
+    assert "Done" not in str(draw(W2W_PT_main, view_of_panels()).mock_calls)

@@ -8,9 +8,9 @@ import pytest
 
 from w2w.core.colours import Scale
 from w2w.core.imu.recording import ImuRecording
-from w2w.ui.viewport.card import WIDTH, HoverCard, on_one_scale
+from w2w.ui.viewport.card import HoverCard, on_one_scale
 from w2w.ui.viewport.framing import FreeArea
-from w2w.ui.viewport.overlay import fitting_scale, place_cards
+from w2w.ui.viewport.places import Box, place
 
 LEGEND = 130.0
 """Width of a legend at a scale of 1, pixels."""
@@ -38,26 +38,43 @@ def test_without_signals_there_is_nothing_to_share() -> None:
     assert on_one_scale([card(None, 0)])[0].limits == ()
 
 
-@pytest.mark.parametrize("width", [2000.0, 1000.0, 700.0, 420.0])
-@pytest.mark.parametrize("height", [900.0, 500.0, 300.0])
+BODY = np.concatenate(
+    [
+        np.column_stack([np.linspace(-0.5, 0.5, 60), np.full(60, 0.82)]),  # arms stretched out
+        np.column_stack([np.zeros(60), np.linspace(0.003, 0.997, 60)]),
+        np.column_stack([np.linspace(-0.1, 0.1, 30), np.full(30, 0.02)]),
+    ]
+)
+"""A body in its rest pose, in its heights."""
+
+
+@pytest.mark.parametrize("size", [(1800.0, 900.0), (700.0, 660.0), (560.0, 600.0)])
 @pytest.mark.parametrize("scale", [1.0, 2.0])
-def test_two_cards_are_drawn_whole_and_leave_the_legend_its_room(
-    width: float, height: float, scale: float
+def test_cards_and_legend_stand_at_the_edges_over_no_body_nor_each_other(
+    size: tuple[float, float], scale: float
 ) -> None:
-    recording = ImuRecording(
-        np.ones((50, 2, 3), np.float32), np.ones((50, 2, 3), np.float32), 60.0, ("a", "b")
-    )
-    cards, free = [card(recording, 0), card(recording, 1)], FreeArea(50.0, 50.0 + width, 20.0, 20.0 + height)
-    fitting = fitting_scale(cards, LEGEND, free, scale)
-    placed = place_cards(cards, free, fitting)
-    assert len(placed) == 2
-    right = max(x + WIDTH * fitting for _, x, _ in placed)
-    top = max(y + shown.height(fitting) for shown, _, y in placed)
-    assert right + LEGEND * fitting <= free.right
-    assert top <= free.top
+    free = FreeArea(50.0, 50.0 + size[0], 20.0, 20.0 + size[1])
+    body = BODY * 0.8 * size[1] + (50 + size[0] / 2, 20 + 0.1 * size[1])
+    taken: list[Box] = []
+
+    def at_the_edges(width: float) -> list[float]:
+        return [free.left + 10, free.right - 10 - width]
+
+    for thing in (card(None, 0).size, lambda scale: (LEGEND * scale, 230 * scale)):
+        stand = place(thing, free, body, taken, scale, at_the_edges)
+        width, height = thing(stand.scale)
+        box = Box(stand.x, stand.y, stand.x + width, stand.y + height)
+        assert stand.scale <= scale
+        assert free.left <= box.left < box.right <= free.right
+        assert free.bottom <= box.bottom < box.top <= free.top
+        assert not any(box.holds(*spot) for spot in body)
+        assert not any(box.holds(x, y) for each in taken for x in each[::2] for y in each[1::2])
+        taken.append(box)
 
 
-def test_a_legend_alone_is_as_large_as_the_window_says_or_fits() -> None:
-    free = FreeArea(0.0, 300.0, 0.0, 800.0)
-    assert fitting_scale([], LEGEND, free, 1.7) == 1.7
-    assert 120 < LEGEND * fitting_scale([], LEGEND, free._replace(right=150.0), 1.7) < 130
+def test_a_card_is_closed_by_its_corner() -> None:
+    shown = card(None, 0)
+    width, height = shown.size(1.5)
+    corner = shown.closer(100.0, 200.0, 1.5)
+    assert corner.holds(100 + width - 5, 200 + height - 5)
+    assert not corner.holds(100 + width / 2, 200 + height - 5)

@@ -136,3 +136,13 @@ def test_a_removed_body_leaves_nothing_to_go_on_from(library: Path) -> None:
     kept = kept_of(body)
     bpy.data.objects.remove(body)
     assert kept() == ""
+
+
+def test_signals_that_cannot_be_kept_are_said_with_the_reason(
+    library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make_study(library, "motions patches")
+    (tmp_path / "no_folder").touch()
+    monkeypatch.setattr(baking, "cache_folder", lambda: tmp_path / "no_folder" / "signals")
+    with pytest.raises(RuntimeError, match=r"cannot be baked: .*no_folder"):
+        bpy.ops.w2w.run_all()

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.colours import Scale
+from w2w.core.colours import LEAST_SPAN, Scale
 from w2w.scene.heatmap import BESIDE, DIFFERENCE
 from w2w.ui.results import upkeep
 from w2w.ui.steps.patches import spot_at
@@ -44,14 +44,14 @@ def test_two_activities_stand_side_by_side_on_one_scale(library: Path) -> None:
     assert bpy.ops.w2w.side_by_side() == {"FINISHED"}
     study.view, study.beside_view = "A1", "A3"
     first, third = utility.expected_f1[:, 0], utility.expected_f1[:, 2]
-    shared = Scale.of(np.concatenate([first, third]), utility.colour_span)
+    shared = Scale.of(np.concatenate([first, third]), LEAST_SPAN)
     np.testing.assert_allclose(colours(body), shared.colours(patches, first), atol=STEP)
     np.testing.assert_allclose(colours(study.beside), shared.colours(patches, third), atol=STEP)
     shown = legend(study, utility)
     assert (shown.name, shown.beside) == (utility.activities[0], utility.activities[2])
     assert (shown.low, shown.high) == pytest.approx((shared.low, shared.high))
     study.scores, study.colour_map = "ON_THESE", "magma"
-    shared = Scale.of(utility.f1[:, [0, 2]], utility.colour_span, colour_map="magma")
+    shared = Scale.of(utility.f1[:, [0, 2]], LEAST_SPAN, colour_map="magma")
     expected = shared.colours(patches, utility.f1[:, 2])
     np.testing.assert_allclose(colours(study.beside), expected, atol=STEP)
     study.scores, study.colour_map, study.view = "EXPECTED", "viridis", "MEAN"
@@ -87,7 +87,7 @@ def test_another_body_s_result_stands_beside_on_the_same_body(library: Path, fin
     utility, theirs = utility_of(study), utility_of(other.w2w)
     assert legend(study, utility).beside == f"{theirs.activities[1]} ({other.name})"
     both = np.concatenate([utility.expected_mean, theirs.expected_f1[:, 1]])
-    shared = Scale.of(both, utility.colour_span)
+    shared = Scale.of(both, LEAST_SPAN)
     expected = shared.colours(patches_of(other), theirs.expected_f1[:, 1])
     np.testing.assert_allclose(colours(study.beside), expected, atol=STEP)
     other.w2w.scores = "ON_THESE"  # its own colours only: what is compared is of one kind

@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.colours import Scale
+from w2w.core.colours import LEAST_SPAN, Scale
 from w2w.core.ranking.utility import CLASSIFIERS
 from w2w.core.selection import headline
 from w2w.core.selection.answer import answer
@@ -104,7 +104,7 @@ def test_heatmaps_show_the_expected_f1_or_that_of_these_clips(library: Path) -> 
         attribute.data.foreach_get("color_srgb", values)
         return values.reshape(-1, 4)[:, :3]
 
-    step, span = 1.1 / 255, utility.colour_span
+    step, span = 1.1 / 255, LEAST_SPAN
     np.testing.assert_allclose(
         shown(), Scale.of(utility.expected_mean, span).colours(patches, utility.expected_mean), atol=step
     )

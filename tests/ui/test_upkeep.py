@@ -210,7 +210,7 @@ def test_a_fixed_range_begins_as_the_range_of_the_scores(library: Path) -> None:
     utility = utility_of(body.w2w)
     scores = utility.expected_f1
     body.w2w.fix_range = True
-    assert ends(body) == pytest.approx(score_range(scores, utility.colour_span), abs=1e-6)
+    assert ends(body) == pytest.approx(score_range(scores), abs=1e-6)
     body.w2w.range_low, body.w2w.range_high = 0.2, 0.9
     body.w2w.fix_range = False
     body.w2w.fix_range = True

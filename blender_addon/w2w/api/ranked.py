@@ -237,7 +237,7 @@ class Ranked:
         what = "patch" if self.recordings is None else "place"
         subtitle = doubted(self.utility, f"Best {what}: {self.names[best]} ({scores[best]:.2f})")
         label = "Expected F1" if expected else "F1 on these clips"
-        scale = Scale.of(scores, self.utility.colour_span, label)
+        scale = Scale.of(scores, title=label)
         body, patches, scores = (
             (self.body, self.patches, scores) if self.body else shown_on(self.names, scores)
         )

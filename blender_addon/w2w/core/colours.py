@@ -62,6 +62,8 @@ class Scale:
     title: str = "F1"
     note: str = ""
     colour_map: str = COLOUR_MAP
+    is_alike: bool = False
+    """Whether places do alike: all of them are shown as places without a score."""
 
     @classmethod
     def of(
@@ -82,7 +84,8 @@ class Scale:
 
         A patch without a score (NaN) has grey ground.
         """
-        return score_colours(patches.to_vertices(scores), self.low, self.high, self.colour_map)
+        shown = np.full_like(scores, np.nan) if self.is_alike else scores
+        return score_colours(patches.to_vertices(shown), self.low, self.high, self.colour_map)
 
 
 def score_range(scores: np.ndarray | Sequence[float], span: float = LEAST_SPAN) -> tuple[float, float]:

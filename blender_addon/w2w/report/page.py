@@ -12,7 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, UndefinedErro
 from markupsafe import Markup
 
 from ..core.body.body import Body
-from ..core.colours import colour_table
+from ..core.colours import LEAST_SPAN, colour_table
 from ..core.findings import notes
 from ..core.findings.cautions import OPEN, Caution, below
 from ..core.findings.summary import MOST_REGIONS, best_regions
@@ -197,7 +197,7 @@ def view_data(
         "level": utility.level,
         "cautions": [headline.mean_caution(utility), *map(notes.few_clips, utility.tested_clips())],
         "regions_listed": MOST_REGIONS,
-        "colour_span": utility.colour_span,
+        "colour_span": LEAST_SPAN,
         "corner": corner.round(6).tolist(),
         "step": step,
         "positions": packed(np.rint((body.vertices - corner) / step)),

@@ -23,7 +23,7 @@ COLOURS = 160
 def still_picture(study: StudyResults, body: Body, first: list[int], together: list[int]) -> dict[str, Any]:
     """Front and back, coloured by expected F1, and where numbered discs for two lists of patches belong."""
     utility, patches = study.utility, study.patches
-    scale = Scale.of(utility.expected_mean, utility.colour_span)
+    scale = Scale.of(utility.expected_mean)
     pictures = BodyPictures(body, size_for(body, PIXELS))
     views = pictures.coloured(scale.colours(patches, utility.expected_mean))
     top, bottom, left, right = common_crop(views)

@@ -13,7 +13,7 @@ NAMES = (
     "steps.choosing", "steps.run_all", "steps.examples", "panels.menus", "files.open_results",
     "files.save_results", "files.exports", "files.needs", "files.pilot", "files.moving_patches", "panels.top",
     "panels.steps", "panels.character", "panels.wearing", "panels.sensor", "panels.results",
-    "panels.placement", "viewport.overlay", "results.upkeep",
+    "panels.placement", "viewport.framing", "viewport.overlay", "results.upkeep",
 )  # fmt: skip
 
 MODULES = tuple(import_module(f".{name}", __name__) for name in NAMES)

@@ -129,3 +129,15 @@ def test_files_of_kinds_that_are_not_read_are_counted(folder):
     unread = plan_folder(folder).unread
     assert unread.startswith("2 files of kinds that are not read: 2 .mot; mot and sto hold the angles")
     assert plan_folder(folder, BY_FILE).unread == unread
+
+
+def test_files_of_one_folder_whose_names_all_differ_are_labelled_by_it(tmp_path):
+    folder = tmp_path / "Walking"
+    folder.mkdir()
+    paths = [folder / f"{name}.bvh" for name in ("anna", "ben", "carl", "Jump", "Jump (1)")]
+    for number, path in enumerate(paths):
+        path.write_text(f"HIERARCHY {number}")
+    assert set(labels(plan_files(paths[:3])).values()) == {"walking"}
+    assert set(labels(plan_files(paths[:3], BY_FILE)).values()) == {"anna", "ben", "carl"}
+    assert labels(plan_files(paths[2:])) == {"carl.bvh": "carl", "Jump.bvh": "jump", "Jump (1).bvh": "jump"}
+    assert labels(plan_files(paths[:1])) == {"anna.bvh": "anna"}

@@ -258,3 +258,11 @@ def test_a_csv_labels_animations_one_by_one_or_together(pack, tmp_path, rows, la
     unlisted = {f"heroes/pack.gltf/{name}" for name in {"Run", "Jump/Up"} - labels.keys()}
     assert {file for file in library.check.not_listed if "pack" in file} == unlisted
     assert library.check.no_such_file == ()
+
+
+def test_hidden_folders_hold_no_clips(tmp_path):
+    for file in ("a.bvh", ".venv/lib/tests/b.bvh", "walking/.cache/c.bvh", "walking/d.bvh"):
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / file).touch()
+    assert [clip.file for clip in read_library(tmp_path).clips] == ["a.bvh", "walking/d.bvh"]
+    assert [clip.file for clip in read_library(tmp_path / ".venv").clips] == ["lib/tests/b.bvh"]

@@ -1,13 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The utility map: honest by construction, leaks are caught, files round-trip, real sensors rank."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from sklearn.metrics import f1_score
 
-from w2w.core.colours import LEAST_SPAN
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.selection.scored import best_single
@@ -160,18 +157,3 @@ def test_same_seed_same_map_and_files_round_trip(tmp_path):
     np.savez(tmp_path / "other.npz", f1=maps[0].f1)
     with pytest.raises(ValueError, match=r"other\.npz is not a utility map: it lacks activities"):
         UtilityMap.load(tmp_path / "other.npz")
-
-
-def test_colours_span_a_patch_s_interval_where_patches_cannot_be_ranked():
-    ranked, few = (
-        utility_map(features, CrossValidation(activity, clip, None, is_test, ACTIVITIES), resamples=20)
-        for features, activity, clip, is_test in (
-            library(clips_per_activity=20),
-            library(clips_per_activity=3),
-        )
-    )
-    interval = float(np.median(ranked.expected_high - ranked.expected_low))
-    assert replace(ranked, beats_average=0.9).colour_span == LEAST_SPAN
-    assert replace(ranked, beats_average=0.89).colour_span == max(LEAST_SPAN, interval)
-    assert not few.can_rank
-    assert few.colour_span == 1.0  # nothing is known of other clips

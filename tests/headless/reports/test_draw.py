@@ -68,14 +68,14 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
     )
     _, scale, subtitle = drawn["mean"]
     low, high = scale.low, scale.high
-    assert (low, high) == score_range(utility.expected_mean, utility.colour_span)
+    assert (low, high) == score_range(utility.expected_mean)
     assert scale.note == span_note(utility.expected_mean, low, high)
     assert scale.title == "Expected F1"
     assert drawn["set"][0] == scale
     assert subtitle.endswith(f"Best spot: {best['name']} ({best['expected_f1']:.2f} on other clips)")
     scores = utility.expected_f1[:, utility.activities.index("arm_raise")]
     _, scale, subtitle = drawn["arm_raise"]
-    assert (scale.low, scale.high) == score_range(scores, utility.colour_span)
+    assert (scale.low, scale.high) == score_range(scores)
     assert study.patches.names[scores.argmax()] in subtitle
     np.testing.assert_array_equal(
         coloured[-1], Scale(low, high).colours(study.patches, utility.expected_mean)

@@ -24,6 +24,10 @@ AUTOMATIC, BY_FOLDER, BY_FILE, BY_CSV = "AUTOMATIC", "FOLDER", "FILE", "CSV"
 """Sources of labels; automatic is the folder's labels.csv, else folders in it, else file names."""
 
 
+FEW = 3
+"""Single files from which on names that all differ are no labels: the folder's name is one."""
+
+
 @dataclass(frozen=True)
 class ImportPlan:
     """The clips that an import would take, and the files that it would not."""
@@ -61,7 +65,7 @@ def plan_folder(folder: Path, by: str = AUTOMATIC, csv: Path | None = None) -> I
 
 
 def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = None) -> ImportPlan:
-    """Plan the import of single files; see `plan_folder`.
+    """Plan the import of single files, by their names if some are alike; see `plan_folder`.
 
     Raises LibraryError if none of them is a motion file, or the csv is missing or cannot be understood.
     """
@@ -79,7 +83,10 @@ def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = No
         missing = f"{shown(labels.name)} gives it no activity"
         left_out += [(file, missing) for file in files if file not in rows]
     else:
-        labels_of = (_label(item.path, by, item.animation) for item in found)
+        labels_of = [_label(item.path, by, item.animation) for item in found]
+        is_told = len(set(labels_of)) < len(labels_of) or any(item.animation for item in found)
+        if by == AUTOMATIC and not is_told and len(found) >= FEW:
+            labels_of = [_label(item.path, BY_FOLDER, "") for item in found]
         rows = {file: {"activity": label} for file, label in zip(files, labels_of, strict=True)}
         check = NO_LABELS
     clips = [

@@ -286,7 +286,7 @@ def _hashed(stem: str, file: str, taken: set[str]) -> str:
 
 
 def _motion_files(folder: Path) -> tuple[list[str], Counter[str]]:
-    """Paths in a folder of all that it and its subfolders name as motion files, except results.
+    """Paths in a folder of all that it and its subfolders, but hidden ones, name as motions, except results.
 
     Pipes and links that lead nowhere are included: reading one gives the reason to skip it. The others are
     counted by suffix, unless they are hidden, have none, or are text, which may say anything.
@@ -297,6 +297,7 @@ def _motion_files(folder: Path) -> tuple[list[str], Counter[str]]:
         if WORK_FOLDER in folders:
             folders[:] = [name for name in folders if name not in RESULTS]
             files = [name for name in files if name not in RESULTS]
+        folders[:] = [name for name in folders if not name.startswith(".")]
         inside = Path(place).relative_to(folder).as_posix()
         inside = "" if inside == "." else f"{inside}/"
         for name in files:  # most are recognised by their suffix, without a path for each

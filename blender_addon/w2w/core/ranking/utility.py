@@ -12,12 +12,11 @@ from typing import Any, Self
 import numpy as np
 import scipy
 
-from ..colours import LEAST_SPAN
 from ..files import load_arrays, write_npz
 from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks
 from .classifiers.estimator import own
 from .classifiers.ridge import Ridge
-from .expected import HALF, SURE, expect, most_shown
+from .expected import SURE, expect, most_shown
 from .f1 import FEWEST_CLIPS, TASK_PATCHES, Spread, TrialScores, confusion_of, score_patches, try_patches
 from .folds import SUBJECT_OUT
 from .halves import HALVINGS, CrossValidation, TrialPlan, maps_of
@@ -187,13 +186,6 @@ class UtilityMap:
     def few(self) -> bool:
         """Whether the library is small: half of the activities have too few clips for an interval."""
         return float(np.median(self.tested_clips())) < FEWEST_CLIPS
-
-    @property
-    def colour_span(self) -> float:
-        """Least span of F1 of a map's colours: a patch's own interval if the map hardly ranks or repeats."""
-        if self.can_rank and not self.reliability < HALF:
-            return LEAST_SPAN
-        return max(LEAST_SPAN, float(np.median(self.expected_high - self.expected_low)))
 
     def tested_clips(self) -> tuple[int, ...]:
         """Distinct clips that each activity was tested on."""

@@ -127,7 +127,7 @@ def write_pictures(out: Path, to: Path) -> None:
     with ThreadPoolExecutor(1) as pages:  # the next body is coloured while the last one's page is made
         drawn = []
         for name, title, scores, spot in maps:
-            scale = Scale.of(scores, utility.colour_span, EXPECTED)
+            scale = Scale.of(scores, title=EXPECTED)
             views = shaded.coloured(scale.colours(study.patches, scores))
             best_spot = f"Best spot: {study.patches.names[spot]} ({scores[spot]:.2f} on other clips)"
             subtitle = doubted(utility, best_spot)

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import NamedTuple
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
-from ...core.colours import Scale
 from ...core.files import DAMAGED, folder_beside, most_unpacked
 from ...core.motion.motion import Motion
 from ...core.study.clip_files import WORK, signals_key
@@ -65,7 +64,6 @@ def write_study(
     objects.mesh.data.materials.append(heatmap.heatmap_material())
     heatmap.add_heatmaps(
         objects.mesh, study.patches, utility.expected_f1, utility.activities, utility.expected_mean,
-        scale=lambda scores: Scale.of(scores, utility.colour_span),
     )  # fmt: skip
     collections = _add_empties(objects.mesh, study, chosen)
     _add_record(objects.mesh, study, collections, _add_actions(objects.armature, motions))

@@ -21,11 +21,12 @@ from ...scene.files.study_file import has_record, keys_of
 from ...scene.motion.takes import existing_data, new_data
 from ..jobs import jobs
 from ..results.restore import SUMMARY, check_fits, clips_of, fill, find_folder, opened_text, restore
-from ..results.results import hide_patches, show_colours
+from ..results.results import hide_patches
 from ..steps.body import add_study, make_study
 from ..study import operators, signal_cache, state
 from ..study.pages import ANSWER, turn_to
 from ..viewport.framing import fold_soon, frame_answer
+from ..viewport.legend import show_colours
 
 Context = bpy.types.Context
 
@@ -125,14 +126,14 @@ def open_steps(folder: Path) -> jobs.Steps:
         yield jobs.Step(0.9, "painting heatmaps")
         fill(mesh, run, clips_of(run, signals, actions))
         yield jobs.Step(0.95, "painting heatmaps")
-        hidden = frame_answer(mesh)
+        frame_answer(mesh)
         turn_to(ANSWER)
         fold_soon()
     except BaseException:
         bpy.data.batch_remove(new_data(before))
         bpy.context.scene.w2w.body = shown
         raise
-    return f"{opened_text(mesh)} {hidden}".rstrip()
+    return opened_text(mesh)
 
 
 def _act(

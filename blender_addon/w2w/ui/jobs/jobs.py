@@ -83,13 +83,20 @@ class Job:
         return f"{self.title} failed, please report this and what the system console says: {what}"
 
 
-class Message(NamedTuple):
+@dataclass(frozen=True)
+class Message:
     """The outcome that the panel shows."""
 
     text: str
     is_error: bool
     job: str = ""
     """Title of its job: the message is shown next to the button that started that job."""
+    scene: str = field(default="", compare=False)
+    """Name of the scene that it is about; "" is any."""
+
+    def is_about(self, scene: bpy.types.Scene) -> bool:
+        """Whether it is about a scene."""
+        return self.scene in ("", scene.name)
 
 
 running: Job | None = None
@@ -227,7 +234,8 @@ def show_done(operator: bpy.types.Operator, text: str) -> set[str]:
 def _show(operator: bpy.types.Operator, kind: str, text: str) -> None:
     """Show a message in the status bar, in the panel and, as Blender does, in the terminal."""
     global message
-    message = Message(harmless(text), kind == "ERROR", running.title if running is not None else "")
+    title = running.title if running is not None else ""
+    message = Message(harmless(text), kind == "ERROR", title, bpy.context.scene.name)
     operator.report({kind}, message.text)
 
 

@@ -52,7 +52,7 @@ def draw_message(
 ) -> None:
     """Draw the outcome of the last job but for what is `known`, with a button that closes it."""
     text = message.text.removeprefix(known).strip()
-    if not text:
+    if not text or not message.is_about(context.scene):
         return
     box = styled(layout.box(), alert=message.is_error)
     row, icon = box.row(), "ERROR" if message.is_error else "INFO"

@@ -65,7 +65,7 @@ class W2W_OT_run_job(bpy.types.Operator):
             show_error(self, job.why_failed(error))
             stopped = True
         else:
-            jobs.message = Message(harmless(text), False, job.title)
+            jobs.message = Message(harmless(text), False, job.title, context.scene.name)
             if not stopped:
                 self.report({"INFO"}, jobs.message.text)
         jobs.running = None

@@ -71,7 +71,7 @@ class W2W_OT_use_character(operators.WorkOperator, bpy.types.Operator):
         if state.is_ranked(body):
             results.paint(body)
             results.mark_chosen(body)
-            results.show_colours()
+            legend.show_colours()
         jobs.dismiss()
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
-from ...core.selection.headline import short
+from ...core.selection.headline import mean_caution, short
 from ...core.wording import capital
 from ..jobs import jobs
 from ..jobs.text import draw_outcome, draw_text, styled
@@ -164,9 +164,10 @@ def draw_sensors(
         limits = ", ".join(f"{limit:.0f}{unit}" for unit, limit in far.items() if limit is not None)
         styled(split.row(), alignment="RIGHT").label(text=limits, translate=False)
         if entry.is_open:
-            interval = (
-                f"F1 with the sensors so far: {short(entry.f1)} ({short(entry.low)} to {short(entry.high)})."
+            few = (
+                mean_caution(state.ranking_of(study.id_data)) or f"{short(entry.low)} to {short(entry.high)}"
             )
+            interval = f"F1 with the sensors so far: {short(entry.f1)} ({few})."
             draw_text(column, context, f"{entry.label}. {interval} {card.get('in_words', '')}")
             if needs := card.get("needs", {}).get("sentence"):
                 draw_text(column, context, f"{needs}.")

@@ -20,7 +20,7 @@ from ..study import counting, lists, operators, scores, state
 from ..study.counting import Group
 from ..study.pages import CLIPS, DETAILS
 from ..viewport import legend
-from ..viewport.framing import frame
+from ..viewport.framing import frame, hide_others
 from .base import Body, Layout, PartPanel, ResultPanel, draw_outdated, draw_warning
 
 WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
@@ -57,11 +57,9 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
         draw_text(layout, context, answer.get("sentence", ""))
         draw_products(layout, answer.get("products", ())[:PRODUCTS])
         layout.prop(body.w2w, "compare", text="", placeholder="Compare: ring, necklace", icon="VIEWZOOM")
-        found = lists.comparison_of(body.w2w)
-        if isinstance(found, str):
-            draw_warning(layout, context, found)
-        elif found:
-            draw_products(layout, found)
+        found, unknown = lists.comparison_of(body.w2w)
+        draw_products(layout, found)
+        draw_warning(layout, context, unknown)
         for caution in below(cautions)[:OPEN]:
             if caution.weight == STOPS:
                 draw_warning(self.layout, context, caution.sentence())
@@ -211,8 +209,8 @@ class W2W_OT_side_by_side(operators.OnRanking, bpy.types.Operator):
 
     bl_label = "Side by Side"
 
-    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> str:
-        study, hidden = body.w2w, ""
+    def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
+        study = body.w2w
         if scores.beside_of(study) is not None:
             legend.remove(body)
         else:
@@ -222,10 +220,10 @@ class W2W_OT_side_by_side(operators.OnRanking, bpy.types.Operator):
                 study.beside = add_beside(body, body)
                 if not study.is_property_set("beside_view"):  # at first another map than the body's
                     study.beside_view = scores.MEAN_VIEW if scores.view_index(study) else "A1"
-            hidden = frame([body, study.beside])
+            frame([body, study.beside])
+            hide_others([body, study.beside])
         results.paint(body)
         jobs.redraw(context)
-        return hidden
 
 
 class W2W_PT_regions(ResultPanel, bpy.types.Panel):

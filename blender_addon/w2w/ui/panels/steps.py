@@ -110,11 +110,22 @@ class W2W_UL_clips(bpy.types.UIList):
             mark = ICONS[state.STALE]
         row.label(text="", icon="PLAY" if playing else mark)
 
+    def filter_items(
+        self, context: bpy.types.Context, data: Group, propname: str
+    ) -> tuple[list[int], list[int]]:
+        """Those of a name that is looked for; files that cannot be used come last."""
+        clips, shown = data.clips, self.bitflag_filter_item
+        by_name = bpy.types.UI_UL_list.filter_items_by_name
+        flags = by_name(self.filter_name, shown, clips, "name") if self.filter_name else []
+        last = sorted(range(len(clips)), key=lambda index: bool(clips[index].problem))
+        places = sorted(range(len(clips)), key=last.__getitem__)
+        return flags, places
+
 
 def activity_share(study: Group, room: float, scale: float) -> float:
-    """The part of a row of clips that the longest name of an activity needs, from .3 to .6."""
+    """The part of a row of clips that the longest name of an activity needs, from .2 to .6."""
     longest = max((width_of(row.name, PANEL_POINTS * scale) for row in study.activities), default=0.0)
-    return min(max((longest + FIELD_MARGINS * scale) / max(room, 1.0), 0.3), 0.6)
+    return min(max((longest + FIELD_MARGINS * scale) / max(room, 1.0), 0.2), 0.6)
 
 
 class W2W_PT_motions(StepPanel, bpy.types.Panel):
@@ -235,9 +246,9 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
         draw_parameters(layout, study, "signals")
         row = styled(layout.row(align=True), scale_y=1.2)
         row.operator("w2w.bake_signals", text="Bake All", translate=False, icon="REC").which = "ALL"
-        row.operator(
-            "w2w.bake_signals", text=f"Bake Ticked ({len(state.selected(study))})", translate=False
-        ).which = "TICKED"
+        ticked = sum(clip.selected for clip in study.clips)
+        text = f"Bake Ticked ({ticked})" if ticked else "Bake This Clip"
+        row.operator("w2w.bake_signals", text=text, translate=False).which = "TICKED"
         if not misses_folder(study):
             baked = state.baked(study)
             lost = sum(map(signal_cache.is_lost, baked))

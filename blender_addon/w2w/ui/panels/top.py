@@ -3,12 +3,14 @@
 
 import bpy
 
+from ...core.wording import listed
 from ..files.open_results import misses_folder
 from ..jobs import jobs
 from ..jobs.text import draw_message, draw_progress, draw_text, styled
 from ..steps.run_all import as_outcome, missing_for_all
 from ..study import lists, state
 from ..study.pages import ANSWER, CLIPS, shown_page
+from ..viewport.framing import hidden_ones
 from .base import Layout, W2WPanel, beside_their_buttons, draw_info, draw_warning
 
 WHAT = (
@@ -36,6 +38,9 @@ class W2W_PT_main(W2WPanel, bpy.types.Panel):
             where = body.w2w.results_folder or "the results folder beside this file"
             draw_text(layout, context, f"The signals are gone: they were in {where}", icon="ERROR")
             layout.operator("w2w.locate_results", icon="FILE_FOLDER")
+        if others := hidden_ones():
+            text = f"Show {listed([item.name for item in others])} Again"
+            layout.operator("w2w.show_others", text=text, translate=False, icon="HIDE_ON")
         if jobs.running is not None:
             layout.label(text=jobs.running.title, translate=False)
             draw_progress(layout, jobs.running)

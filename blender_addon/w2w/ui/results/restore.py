@@ -23,6 +23,7 @@ from ...scene.files.packing import pack
 from ...scene.files.study_file import read_record, remove_record
 from ..study import declared, lists, sensors, signal_cache, state
 from ..viewport.framing import fold_soon
+from ..viewport.legend import show_colours
 from . import own_placements, results
 
 KEPT = {*ODD, "source", "cloth_frames"}
@@ -138,7 +139,7 @@ def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]])
     results.store(mesh, run.utility, state.rank_settings(study), run.clips)
     content = {name: run.summary.get(name) for name in ("worn_together", "cards")}
     _advise(mesh, content)
-    results.show_colours()
+    show_colours()
     find_folder(study)
 
 

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import bpy
 import numpy as np
 
-from ...core.colours import Scale, score_range
+from ...core.colours import score_range
 from ...core.findings.advice_content import answer_content, place_content
 from ...core.findings.cautions import POSTURES, cautions, heaviest_first, posture_caution
 from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
 from ...core.selection.answer import answer
-from ...core.selection.scored import compare
+from ...core.selection.scored import PlaceScore
 from ...core.study.choosing import scored_map
 from ...core.study.ranking import LabelledClip
 from ...core.wording import capital
@@ -48,8 +48,8 @@ def store(body: bpy.types.Object, utility: UtilityMap, ranked_as: str, clips: Se
             study.view, study.minus, study.activity_index = scores.MEAN_VIEW, scores.NOTHING, -1
     if not body.data.materials:
         body.data.materials.append(heatmap.heatmap_material())
-    paint(body)
     choose(body)
+    paint(body)
 
 
 def clear(body: bpy.types.Object) -> None:
@@ -89,7 +89,7 @@ def fit_range(body: bpy.types.Object) -> None:
     with state.without_updates():
         study.fix_range = True
         f1 = scores.activity_scores(study, utility)
-        study.range_low, study.range_high = score_range(f1, utility.colour_span)
+        study.range_low, study.range_high = score_range(f1)
     paint(body)
 
 
@@ -109,7 +109,7 @@ def paint(body: bpy.types.Object, follow: bool = True) -> None:
     name = heatmap.MEAN if study.scores == scores.EXPECTED else heatmap.ON_THESE_CLIPS
     heatmap.add_heatmaps(
         body, patches, f1, utility.activities, mean, name,
-        lambda own: shared or Scale.of(own, utility.colour_span, colour_map=study.colour_map),
+        lambda own: shared or scores.own_scale(study, own),
     )  # fmt: skip
     if scores.minus_index(study) >= 0:
         heatmap.add_difference(body, patches, scores.shown_scores(study, utility))
@@ -193,14 +193,23 @@ def compare_places(body: bpy.types.Object) -> None:
     """Score the products and places that are to be compared, as `w2w place --compare` does."""
     study = body.w2w
     words = [word.strip() for word in study.compare.split(",") if word.strip()]
+    if not words:
+        study.compared_text = ""
+        return
+    known: list[PlaceScore] = []
+    unknown: list[str] = []
     try:
         utility, patches, config = state.ranking_of(body), state.placed_patches(body), state.config_of(study)
         scored = scored_map(utility, patches, state.body_as_run(body), config)
-        found = compare(scored, words) if words else ()
+        for word in words:
+            try:
+                known.append(scored.named(word))
+            except ValueError as error:
+                unknown.append(f"{capital(error)}.")
     except ValueError as error:
-        study.compared_text = json.dumps(f"{capital(error)}.")
-    else:
-        study.compared_text = json.dumps([place_content(score, patches) for score in found])
+        unknown = [f"{capital(error)}."]
+    known.sort(key=lambda score: -score.expected)
+    study.compared_text = json.dumps([[place_content(score, patches) for score in known], " ".join(unknown)])
 
 
 def mark_chosen(body: bpy.types.Object) -> None:
@@ -236,13 +245,3 @@ def hide_patches(study: bpy.types.PropertyGroup) -> None:
     """Show or hide all patches through their collection, or Blender would still evaluate them."""
     if study.patch_collection is not None:
         study.patch_collection.hide_viewport = not study.show_patches
-
-
-def show_colours() -> None:
-    """Show colour attributes in the solid 3D views of all workspaces and in renders of solids."""
-    spaces = (area.spaces.active for screen in bpy.data.screens for area in screen.areas)
-    for space in spaces:
-        if space.type == "VIEW_3D" and space.shading.type == "SOLID":
-            space.shading.color_type = "VERTEX"
-    for scene in filter(state.bodies, bpy.data.scenes):
-        scene.display.shading.color_type = "VERTEX"  # of renders in Workbench

@@ -11,7 +11,8 @@ from ...scene.heatmap import BESIDE, remove_beside
 from ..jobs import jobs
 from ..study import state
 from ..study.pages import ANSWER, CLIPS, turn_to
-from ..viewport.framing import fold_soon
+from ..viewport.framing import fold_soon, go_with
+from ..viewport.legend import show_colours
 from . import results
 
 BUSY = 0.5
@@ -52,6 +53,8 @@ def loaded(*_: object) -> None:
     _counts.clear()
     body = state.current_body(bpy.context)
     turn_to(ANSWER if body is not None and state.is_ranked(body) else CLIPS)
+    if _patch_collections():
+        fold_soon()  # without the file's own windows, or in those of another version, they would unfold
 
 
 @bpy.app.handlers.persistent
@@ -63,6 +66,14 @@ def updated(scene: bpy.types.Scene, *_: object) -> None:
         if is_due and not bpy.app.timers.is_registered(follow):
             bpy.app.timers.register(follow, first_interval=0.0)  # nothing may be changed in a handler
     _counts[scene.name] = count
+
+
+@bpy.app.handlers.persistent
+def went(*_: object) -> None:
+    """At another frame of a clip, 3D views go with the body: it would walk out of them."""
+    body = state.current_body(bpy.context)
+    if jobs.running is None and body is not None and not bpy.app.is_job_running("RENDER"):
+        go_with(body, state.playing_clip(body) is not None)
 
 
 def take_up() -> float | None:
@@ -77,7 +88,8 @@ def take_up() -> float | None:
             if patches is not None and patches not in scene.collection.children_recursive:
                 body.users_collection[0].children.link(patches)
             if body.w2w.utility_key:
-                results.show_colours()
+                show_colours()
+            fold_soon()
     return None
 
 
@@ -130,6 +142,7 @@ HANDLERS = (
     (bpy.app.handlers.redo_post, undone),
     (bpy.app.handlers.load_post, loaded),
     (bpy.app.handlers.depsgraph_update_post, updated),
+    (bpy.app.handlers.frame_change_post, went),
 )
 
 

@@ -32,6 +32,7 @@ from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body, par
 from ..jobs.preferences import cache_folder
 from ..results import results
 from ..study import garments, operators, signal_cache, state
+from ..viewport.legend import show_colours
 from .scene_results import SceneResults
 
 OF_SIGNALS = {"at_full_scale", "cloth_caught", "cloth_frames"}
@@ -132,6 +133,9 @@ def _baked_text(clips: Sequence[bpy.types.PropertyGroup], patches: int, failed: 
 def rank_steps(mesh: bpy.types.Object) -> Steps:
     """Rank every patch, after baking again what the cache has lost."""
     study = mesh.w2w
+    if problem := state.labels_problem(ranked_clips(study)):
+        unbaked = [clip for clip in state.usable(study) if clip.bake_path.startswith(UNBAKED)]
+        raise ValueError(f"{unbaked[0].name} {unbaked[0].bake_path}" if unbaked else problem)
     lost = [study.clips.find(clip.name) for clip in ranked_clips(study) if not signal_cache.has(clip)]
     if lost:
         yield from part(bake_steps(mesh, lost), 0.0, 0.4)
@@ -155,7 +159,7 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     utility, ranked = yield from in_thread(rank, "training at every patch", low, 0.95)
     yield Step(0.95, "painting heatmaps")
     results.store(mesh, utility, ranked_as, ranked)
-    results.show_colours()
+    show_colours()
     return f"Ranked {len(utility.mean)} patches, {utility.protocol}"
 
 

@@ -106,13 +106,13 @@ class W2W_OT_add_body(operators.WorkOperator, bpy.types.Operator):
     def draw(self, context: bpy.types.Context) -> None:
         draw_sliders(self.layout, self)
 
-    def work(self, context: bpy.types.Context, _body: bpy.types.Object | None) -> str:
+    def work(self, context: bpy.types.Context, _body: bpy.types.Object | None) -> None:
         mesh = add_study(context, shaped_body(self), "Body")
         mesh.w2w.has_shape = True
         with state.without_updates():
             for name in NAMES:
                 setattr(mesh.w2w.shape, name, getattr(self, name))
-        return frame([mesh])
+        frame([mesh])
 
 
 def body_to_fill(context: bpy.types.Context) -> bpy.types.Object:

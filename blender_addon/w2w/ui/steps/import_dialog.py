@@ -8,7 +8,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import bpy
-from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, StringProperty
+from bpy.props import (
+    BoolProperty,
+    CollectionProperty,
+    EnumProperty,
+    FloatProperty,
+    IntProperty,
+    StringProperty,
+)
 
 from ...core.findings.notes import label_notes
 from ...core.keypoints.facts import PoseFacts
@@ -27,8 +34,8 @@ from ..study import operators, state
 from .body import body_to_fill
 from .motion_import import ImportItem, import_items, import_steps, listed_files
 
-ROWS = 12
-"""Activities, and files left out, that a dialog has room for."""
+ROWS = 10
+"""Activities and files left out on a page of the dialog: as many as fit into 800 pixels at a scale of 2."""
 
 LONGEST = 64
 """Characters of a row, or it would widen the dialog beyond the window."""
@@ -95,6 +102,8 @@ class ImportDialog(operators.OnBody):
         options={"SKIP_SAVE"},
     )
 
+    page: IntProperty(name="Page", description="Page of the list below", min=1, options={"SKIP_SAVE"})
+
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         return context.window_manager.invoke_props_dialog(self, width=WIDTH)
 
@@ -108,7 +117,11 @@ class ImportDialog(operators.OnBody):
         if found.known or self.again:
             layout.prop(self, "again")
         known = [(name, "it is in the list already") for name in found.known]
-        draw_preview(layout, found.activities, [*known, *found.left_out], found.notes)
+        left_out = [*known, *found.left_out]
+        pages = -(-(len(found.activities) + len(left_out)) // ROWS)
+        if pages > 1:
+            layout.prop(self, "page", text=f"Page of {pages}")
+        draw_preview(layout, found.activities, left_out, found.notes, min(self.page, pages))
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         found = self.found(context)
@@ -278,29 +291,26 @@ def draw_preview(
     activities: Mapping[str, Sequence[str]],
     left_out: Sequence[tuple[str, str]],
     notes: Sequence[str] = (),
+    page: int = 1,
 ) -> None:
-    """Draw the names of clips by the activity they would get, then what is left out and why.
+    """Draw a page of the names of clips by the activity they would get, then of what is left out and why.
 
-    Clips without an activity are shown last: no ranking counts them.
+    Clips without an activity are shown after the others: no ranking counts them.
     """
     clips, labels = sum(map(len, activities.values())), [activity for activity in activities if activity]
-    layout.label(text=f"{count('clip', clips)}, {count('activity', len(labels))}", translate=False)
+    text = f"{count('clip', clips)}, {count('activity', len(labels))}"
+    layout.label(text=f"{text}, {len(left_out)} left out" if left_out else text, translate=False)
+    rows = [(activity, activities[activity], "NONE") for activity in labels]
+    rows += [("No activity, not ranked", activities[""], "ERROR")] if activities.get("") else []
+    whole: list[tuple[str, Sequence[str] | str, str]] = [*rows, *((name, why, "X") for name, why in left_out)]
     box = layout.box().column(align=True)
-    for activity in labels[:ROWS]:
-        _row(box, activity, activities[activity], "NONE")
-    if len(labels) > ROWS:
-        box.label(text=f"and {len(labels) - ROWS} more activities", translate=False)
-    if activities.get(""):
-        _row(box, "No activity, not ranked", activities[""], "ERROR")
+    for name, about, icon in whole[ROWS * max(page - 1, 0) :][:ROWS]:
+        if isinstance(about, str):
+            box.label(text=_cut(f"{name}: {about}"), icon=icon, translate=False)
+        else:
+            _row(box, name, about, icon)
     for note in notes:
         layout.label(text=_cut(note), icon="INFO", translate=False)
-    if left_out:
-        layout.label(text=f"{len(left_out)} left out", translate=False)
-        box = layout.box().column(align=True)
-        for name, reason in left_out[:ROWS]:
-            box.label(text=_cut(f"{name}: {reason}"), icon="X", translate=False)
-        if len(left_out) > ROWS:
-            box.label(text=f"and {len(left_out) - ROWS} more: the list says why", translate=False)
 
 
 def _row(layout: bpy.types.UILayout, activity: str, names: Sequence[str], icon: str) -> None:

@@ -19,6 +19,7 @@ from ...scene.motion.load import to_body
 from ...scene.motion.takes import best_take
 from ..jobs import jobs
 from ..study import lists, operators, state
+from ..viewport.framing import go_with
 from .body import body_to_fill
 from .motion_import import ImportItem, add_clip, import_items, import_steps, remove_clips, saved_maps
 
@@ -75,7 +76,14 @@ class W2W_OT_import_motions(_Import, bpy.types.Operator):
 class W2W_OT_import_folder(_Import, operators.AsksForFolder, bpy.types.Operator):
     """Import all motion files of a folder; a labels.csv, the folders in it or file names label them"""
 
+    dirs: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
     plan = staticmethod(plan_folder)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        clicked = [folder.name for folder in self.dirs]
+        if len(clicked) == 1:  # once: the file browser shows what it lies in
+            self.directory = str(Path(self.directory, clicked[0]))
+        return super().execute(context)
 
 
 class W2W_OT_add_armature_motion(operators.OnBody, bpy.types.Operator):
@@ -145,6 +153,7 @@ def show_clip(scene: bpy.types.Scene, mesh: bpy.types.Object) -> None:
         raise ValueError(f"{clip.name}: {clip.problem}")
     keep_pace(clip.action)
     source_beside.keep_pace_beside(clip.name)
+    go_with(mesh, move=False)
     show_action(armature_of(mesh), clip.action)
     scene.use_preview_range = True
     scene.frame_preview_start = int(FIRST_FRAME)

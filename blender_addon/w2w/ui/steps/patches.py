@@ -10,7 +10,7 @@ from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_
 
 from ...core.study.signals import place_patches as sample
 from ...scene.base.body import select
-from ...scene.base.patches import empties_by_patch, place_patches, remove_patches
+from ...scene.base.patches import PATCH, empties_by_patch, place_patches, remove_patches
 from ...scene.base.playback import EvaluatedVertices
 from ...scene.files.packing import pack
 from ..jobs import jobs
@@ -18,6 +18,7 @@ from ..results import own_placements, results
 from ..study import operators, state
 from ..viewport.framing import fold_soon
 from ..viewport.legend import owner_of
+from ..viewport.overlay import closers
 from .body import select_only
 
 NO_BODY = "Click on a body that has patches"
@@ -114,6 +115,19 @@ class W2W_OT_clear_pick(operators.OnBody, bpy.types.Operator):
         select_only(context, body)
 
 
+def close_card(context: bpy.types.Context, event: bpy.types.Event) -> bool:
+    """Close the card whose corner was clicked; whether there is one."""
+    mouse, study = (event.mouse_region_x, event.mouse_region_y), state.polled_body(context).w2w
+    for patch, corner in closers.get(context.region.as_pointer(), ()):
+        if corner.holds(*mouse):
+            if patch == study.picked:
+                study.picked = study.compared
+            study.compared = -1
+            select(item for item in context.selected_objects if item.get(PATCH, patch) != patch)
+            return True
+    return False
+
+
 class W2W_OT_fit_range(operators.OnRanking, bpy.types.Operator):
     """Let the fixed colour range span the F1 of all activities"""
 
@@ -155,6 +169,8 @@ class W2W_OT_pick_patch(operators.OnBody, bpy.types.Operator):
         return "" if context.area is not None and context.area.type == "VIEW_3D" else "Click in a 3D view"
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if close_card(context, event):
+            return {"FINISHED"}
         point, face, shown = under_mouse(context, event)
         item = None if shown is None else owner_of(shown) or shown
         if item is None or item.type != "MESH" or not item.w2w.is_body:
@@ -179,6 +195,8 @@ class W2W_OT_click_body(operators.OnRanking, bpy.types.Operator):
         return operators.OnRanking.missing(context, body) or ("" if is_tab_open(context.area) else NO_TAB)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if close_card(context, event):
+            return {"FINISHED"}
         point, face, shown = under_mouse(context, event)
         body = state.polled_body(context)
         if shown is None or (owner_of(shown) or shown) is not body:

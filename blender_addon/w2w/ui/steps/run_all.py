@@ -59,12 +59,12 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
     answer = lists.answer_of(study)
     if not answer:
         return ". ".join(outcomes)
-    hidden = frame_answer(mesh)
+    frame_answer(mesh)
     turn_to(ANSWER)
     baked = {clip.name for clip in state.baked(study)}
     failed = listed([clip.name for clip in state.usable(study) if clip.name not in baked])
     problem = f" Not baked: {failed}; the list of motions says why." if failed else ""
-    return f"{as_outcome(answer['sentence'])}{problem} {hidden}".rstrip()
+    return f"{as_outcome(answer['sentence'])}{problem}"
 
 
 def as_outcome(sentence: str) -> str:

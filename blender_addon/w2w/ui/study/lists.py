@@ -115,9 +115,10 @@ def facts_of(clip: bpy.types.PropertyGroup) -> dict[str, Any]:
     return about | json.loads(clip.facts or "{}")
 
 
-def comparison_of(study: bpy.types.PropertyGroup) -> Any:
-    """The products and places that were compared, as `place_content` says them, or why they cannot be."""
-    return json.loads(study.compared_text or "[]")
+def comparison_of(study: bpy.types.PropertyGroup) -> tuple[list[dict[str, Any]], str]:
+    """The products and places that were compared, as `place_content` says them, and why others cannot be."""
+    found = json.loads(study.compared_text or "[]")
+    return tuple(found) if len(found) == 2 and isinstance(found[1], str) else ([], "")
 
 
 def forget_advice(study: bpy.types.PropertyGroup) -> None:

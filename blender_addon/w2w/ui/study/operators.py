@@ -8,7 +8,7 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from ..jobs import jobs
-from .state import LINKED, current_body, is_ranked, patches_of
+from .state import LINKED, current_body, is_ranked, missing_body, patches_of
 
 if TYPE_CHECKING:
     from bpy.types import Operator as Mixin
@@ -52,7 +52,7 @@ class OnBody(WorkOperator):
         if body is None and cls.adds_body:
             return jobs.can_start(cls, context)
         if body is None:
-            cls.poll_message_set("Add a body first")
+            cls.poll_message_set(missing_body(context.scene))
         if body is None or not jobs.can_start(cls, context):
             return False
         missing = LINKED if body.library is not None else cls.missing(context, body)

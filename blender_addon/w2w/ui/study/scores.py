@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scores that a study shows: for which activities, expected or on these clips, and in which heatmap."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from ...core.colours import Scale
+from ...core.colours import LEAST_SPAN, Scale
 from ...core.ranking.costs import costs_at, is_as_good
 from ...core.ranking.utility import UtilityMap
 from ...core.ranking.weights import mean_over
@@ -121,5 +123,13 @@ def scale_of(study: Group, utility: UtilityMap) -> Scale:
         low, high = sorted((study.range_low, study.range_high))
         return Scale(low, high, title, colour_map=study.colour_map)
     scores, beside = shown_scores(study, utility), beside_scores(study)
-    both = scores if beside is None else np.concatenate([scores, beside])
-    return Scale.of(both, utility.colour_span, title, study.colour_map)
+    return own_scale(study, scores if beside is None else np.concatenate([scores, beside]), title)
+
+
+def own_scale(study: Group, scores: np.ndarray, title: str = "") -> Scale:
+    """The colours of scores by their own range; none where they hardly differ, and the note says so."""
+    scale, low, high = Scale.of(scores, LEAST_SPAN, title, study.colour_map), scores.min(), scores.max()
+    differ = answer_of(study).get("places_differ", True)
+    if high - low >= (LEAST_SPAN / 2 if differ else LEAST_SPAN):
+        return scale
+    return replace(scale, note=f"Places are alike: {low:.2f} to {high:.2f}", is_alike=True)

@@ -347,6 +347,14 @@ def playing_clip(body: bpy.types.Object) -> Group | None:
     return next((clip for clip in body.w2w.clips if clip.action == data.action), None)
 
 
+def missing_body(scene: bpy.types.Scene) -> str:
+    """Why there is no body to work on: one that is linked as an instance of its collection is no object."""
+    instances = (item.instance_collection for item in scene.objects if item.instance_collection)
+    linked = (item for home in instances for item in home.all_objects)
+    is_linked = any(item.type == "MESH" and item.w2w.is_body for item in linked)
+    return LINKED if is_linked else "Add a body first"
+
+
 def missing_for_patches(body: bpy.types.Object | None) -> str:
     """What prevents placing patches, as a sentence, or ""."""
     if body is None:

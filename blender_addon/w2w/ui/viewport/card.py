@@ -9,9 +9,13 @@ import numpy as np
 from ...core.colours import Scale, score_colours
 from ...core.imu.recording import ImuRecording
 from .drawing import Colour, clipped, polyline, rectangle, text, width_of
+from .places import Box
 
 WIDTH, MARGIN, LINE = 350, 12, 15
 """Sizes at a scale of 1, pixels."""
+
+CLOSER = 32
+"""Width of the corner that closes a card, pixels at a scale of 1."""
 
 PLOT_HEIGHT, PLOT_GAP = 52, 21
 PLOTS = ("Acceleration, m/s²", "Angular velocity, rad/s")
@@ -57,6 +61,15 @@ class HoverCard:
         head = (2 + len(self.lines)) * LINE
         return scale * (head + rows * LINE + LINE + n_plots * (PLOT_HEIGHT + PLOT_GAP) + 1.5 * MARGIN)
 
+    def size(self, scale: float) -> tuple[float, float]:
+        """Width and height in pixels."""
+        return WIDTH * scale, self.height(scale)
+
+    def closer(self, x: float, y: float, scale: float) -> Box:
+        """Where a click closes the card that is drawn at x, y."""
+        right, top = x + WIDTH * scale, y + self.height(scale)
+        return Box(right - CLOSER * scale, top - CLOSER * scale, right, top)
+
     def draw(self, x: float, y: float, scale: float) -> None:
         """Draw the card with its lower left corner at x, y."""
         height, width = self.height(scale), WIDTH * scale
@@ -66,6 +79,7 @@ class HoverCard:
         top = y + height - (MARGIN + 8) * scale
         title = clipped(self.title, right - left - 24 * scale, 14 * scale)
         text(left, top, f"{self.mark}  {title}", 14 * scale, PALE)
+        text(right, top, "✕", 13 * scale, PALE, "RIGHT")
         top -= 0.2 * LINE * scale
         for line in self.lines:
             top -= LINE * scale

@@ -13,10 +13,9 @@ from mathutils import Vector
 
 from ...core.motion.skinning import triangle_frames
 from ...core.patches.patches import PatchSet
-from ...scene.base.body import matrix, moved, read_values
 from ...scene.base.patches import empties_by_patch
 from ..jobs.text import FONT
-from .framing import with_garments
+from .framing import surface, with_garments
 
 SKIN = 0.01
 """Metres that a ray may end before a patch and still see it: triangles lean."""
@@ -136,7 +135,7 @@ class Surface:
 
     def on_screen(self, patch: int) -> Vector | None:
         """Point of a patch in the region, pixels; None behind the viewer, or if unknown."""
-        return self._on_screen(self._place(patch))
+        return self.project(self._place(patch))
 
     def in_sight(self, patch: int) -> bool:
         """Whether neither the body nor another object stands between the viewer and the patch."""
@@ -147,23 +146,21 @@ class Surface:
         if not (self._whole and 0 <= vertex < len(self._patches.labels)):
             return None
         place = self._evaluated.matrix_world @ self._evaluated.data.vertices[vertex].co
-        return self._on_screen(place) if self._in_sight(place) else None
+        return self.project(place) if self._in_sight(place) else None
 
     def above(self, height: float) -> np.ndarray:
         """Points of the world (N, 3) so many metres over all patches; (0, 3) if unknown."""
         if not self._whole:
             return np.empty((0, 3))
-        vertices = self._evaluated.data.vertices
-        points = read_values(vertices, "co", 3 * len(vertices), np.float32).reshape(-1, 3)
-        points = moved(points, matrix(self._evaluated.matrix_world))
-        frames = triangle_frames(points[self._patches.triangles])
+        frames = triangle_frames(surface(self._body)[self._patches.triangles])
         return frames[:, :3, 3] + height * frames[:, :3, 2]
 
-    def _on_screen(self, place: Vector | None) -> Vector | None:
+    def project(self, place: Vector | None) -> Vector | None:
+        """A point of the world in the region, pixels; None behind the viewer."""
         return None if place is None else location_3d_to_region_2d(self._region, self._view, place)
 
     def _in_sight(self, place: Vector | None) -> bool:
-        point = self._on_screen(place)
+        point = self.project(place)
         if place is None or point is None:
             return False
         origin = region_2d_to_origin_3d(self._region, self._view, point)

@@ -8,19 +8,23 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...core.wording import listed
-from ...scene.base.body import body_of
+from ...core.body.skeleton import JOINT_NAMES
+from ...scene import heatmap
+from ...scene.base.body import armature_of, body_of, matrix, moved, read_values, select
 from ..jobs.jobs import views
-from ..study import lists, state
+from ..study import lists, operators, state
 
-MARGIN = 1.1
+MARGIN = 1.06
 """How much larger than the bodies the part of a view is that they are shown in."""
+
+FITTING = 8
+"""Times that a view is fitted again: what is near looks larger."""
+
+SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
+"""Types of objects that cover others."""
 
 LEGEND_ROOM = 150
 """Pixels that a view leaves the legend at its right, at a scale of 1."""
-
-INFO_TEXT = 72
-"""Height of Blender's own lines at the top left, pixels."""
 
 SENSOR = 72
 """Width of what a view sees at the distance of its lens, millimetres."""
@@ -40,11 +44,15 @@ DRAWN_AFTER = 0.3
 LEVELS = 8
 """At least as many as an Outliner has: to fold the deepest alone would unfold it again."""
 
-SPARSE = 40
-"""One in so many vertices is looked at to find what covers a body."""
-
 RISE = 0.12
 """Height from which the view looks down, as a share of its distance."""
+
+
+_hips: dict[str, Vector] = {}
+"""Where the hips of the body were that 3D views go with, but for where its armature stands."""
+
+hidden: set[str] = set()
+"""Names of what was hidden to show a body alone."""
 
 
 class FreeArea(NamedTuple):
@@ -57,7 +65,7 @@ class FreeArea(NamedTuple):
 
 
 def free_area(area: bpy.types.Area, region: bpy.types.Region) -> FreeArea:
-    """The part of a 3D view's region that no other region and no text of Blender's covers, pixels."""
+    """The part of a 3D view's region that no other region covers, pixels."""
     system = bpy.context.preferences.system
     left, right, bottom, top = 0.0, float(region.width), 0.0, float(region.height)
     if not system.use_region_overlap:
@@ -73,69 +81,86 @@ def free_area(area: bpy.types.Area, region: bpy.types.Region) -> FreeArea:
             left = max(left, other.x + other.width - region.x)
         elif other.type in ("HEADER", "TOOL_HEADER") and other.y > region.y + region.height / 2:
             top = min(top, other.y - region.y)
-    if area.spaces.active.overlay.show_text:
-        top -= INFO_TEXT * system.ui_scale
     return FreeArea(left, right, bottom, top)
 
 
-def frame(bodies: Sequence[bpy.types.Object], vertex: int | None = None) -> str:
-    """Show bodies whole in every 3D view, from the front or from the side of a vertex of the first.
-
-    What stands before them is hidden; returns a sentence that says so, or "".
-    """
+def frame(bodies: Sequence[bpy.types.Object], vertex: int | None = None) -> None:
+    """Show bodies whole in every 3D view, from the front or from the side of a vertex of the first."""
     towards = Vector((0.0, -1.0, RISE))
     if vertex is not None:
         x, y = body_of(bodies[0]).vertex_normals[vertex][:2]
         if np.hypot(x, y) > 0.2:
             towards = Vector((x, y, RISE * float(np.hypot(x, y))))
-    hidden = set()
+    for item in bodies:
+        bring_into_view(item)
+    points = np.concatenate([surface(item) for item in bodies])
     for area in views(bpy.context):
         for item in bodies if area.spaces.active.local_view else ():
             item.local_view_set(area.spaces.active, True)
-        hidden |= _clear_sight(bodies, _look_at(area, bodies, towards.normalized()))
-    names = listed(sorted(item.name for item in hidden))
-    return f"Hidden to show the whole body: {names}. Alt H brings it back." if hidden else ""
+        _look_at(area, points, towards.normalized())
 
 
-def _look_at(area: bpy.types.Area, bodies: Sequence[bpy.types.Object], towards: Vector) -> Vector:
-    """Turn a 3D view so that bodies fill what no panel covers of it; returns the viewer's point."""
+def _look_at(area: bpy.types.Area, points: np.ndarray, towards: Vector) -> None:
+    """Turn a 3D view so that points (N, 3) fill what no panel covers of it, but for the legend's room."""
     space, region = area.spaces.active, next(part for part in area.regions if part.type == "WINDOW")
     view, turn = space.region_3d, towards.to_track_quat("Z", "Y")
-    low, high = map(Vector, extent(bodies))
-    wide, tall, deep = (
-        sum(abs(a * b) for a, b in zip(turn @ Vector(axis), high - low, strict=True))
-        for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))
-    )
-    free, scale = free_area(area, region), bpy.context.preferences.system.ui_scale
-    right = max(free.right - LEGEND_ROOM * scale, (free.left + free.right) / 2)
-    a_pixel = MARGIN * max(wide / max(right - free.left, 1), tall / max(free.top - free.bottom, 1))
-    distance = a_pixel * max(region.width, region.height) * space.lens / SENSOR + deep / 2
-    across = (free.left + right - region.width) / 2
-    up = (free.bottom + free.top - region.height) / 2
     if view.view_perspective == "CAMERA":
         view.view_perspective = "PERSP"
-    view.view_location = (low + high) / 2 - turn @ Vector((across * a_pixel, up * a_pixel, 0.0))
+    free, scale = free_area(area, region), bpy.context.preferences.system.ui_scale
+    right = max(free.right - LEGEND_ROOM * scale, (free.left + free.right) / 2)
+    room = np.array([max(right - free.left, 1), max(free.top - free.bottom, 1)])
+    aside = np.array([free.left + right - region.width, free.bottom + free.top - region.height]) / 2
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    seen = (points - middle) @ np.array(turn.to_matrix())  # to the right, up, towards the viewer
+    depth = seen[:, 2:] if view.view_perspective == "PERSP" else 0.0 * seen[:, 2:]
+    pixels, nearest = max(region.width, region.height) * space.lens / SENSOR, float(depth.max())
+    distance, centre = nearest + float(np.ptp(seen)), np.zeros(2)
+    for _ in range(FITTING):
+        spots = pixels * (seen[:, :2] - centre) / (distance - depth)
+        low, high = spots.min(axis=0), spots.max(axis=0)
+        centre += ((low + high) / 2 - aside) * distance / pixels
+        distance = nearest + (distance - nearest) * MARGIN * float(((high - low) / room).max())
+    view.view_location = Vector(middle) + turn @ Vector((*centre, 0.0))
     view.view_rotation, view.view_distance = turn, distance
-    return view.view_location + distance * towards
 
 
-def _clear_sight(bodies: Sequence[bpy.types.Object], viewer: Vector) -> set[bpy.types.Object]:
-    """Hide what stands between a viewer and bodies, but for what they wear; returns what is hidden now."""
-    scene, depsgraph = bpy.context.scene, bpy.context.evaluated_depsgraph_get()
-    shown = [item.evaluated_get(depsgraph) for item in bodies]
-    points = [item.matrix_world @ spot.co for item in shown for spot in [*item.data.vertices][::SPARSE]]
+def bring_into_view(item: bpy.types.Object) -> None:
+    """Show an object that is hidden, or whose collections are."""
+    item.hide_viewport = False
+    for home in item.users_collection:
+        home.hide_viewport = False
+    layers = [bpy.context.view_layer.layer_collection]
+    for layer in layers:
+        layers += layer.children
+        if layer.collection in item.users_collection:
+            layer.exclude = layer.hide_viewport = False
+    bpy.context.view_layer.update()
+    item.hide_set(False)
+
+
+def hide_others(bodies: Sequence[bpy.types.Object]) -> None:
+    """Hide all solid things but bodies and what these wear."""
     own = set().union(*map(with_garments, bodies))
-    found: set[bpy.types.Object] = set()
-    while True:
-        bpy.context.view_layer.update()
-        rays = [spot - viewer for spot in points]
-        hits = [scene.ray_cast(depsgraph, viewer, ray, distance=ray.length) for ray in rays]
-        new = {hit[4] for hit in hits if hit[0]} - own - found
-        if not new:
-            return found
-        for item in new:
+    for item in bpy.context.view_layer.objects:
+        is_ours = item in own or heatmap.BESIDE in item or (item.type == "MESH" and item.w2w.is_body)
+        if item.type in SOLID and not is_ours and item.visible_get():
             item.hide_set(True)
-        found |= new
+            hidden.add(item.name)
+
+
+def hidden_ones() -> list[bpy.types.Object]:
+    """What `hide_others` hid and is hidden still."""
+    found = (bpy.context.view_layer.objects.get(name) for name in sorted(hidden))
+    return [item for item in found if item is not None and item.hide_get()]
+
+
+class W2W_OT_show_others(operators.WorkOperator, bpy.types.Operator):
+    """Show again what was hidden to show the body alone"""
+
+    def work(self, context: bpy.types.Context, _body: bpy.types.Object | None) -> None:
+        for item in hidden_ones():
+            item.hide_set(False)
+        hidden.clear()
 
 
 def with_garments(body: bpy.types.Object) -> set[bpy.types.Object]:
@@ -147,8 +172,7 @@ def stand_clear(armature: bpy.types.Object, mesh: bpy.types.Object) -> None:
     """Move a new body to the right of what stands where it does, such as the default cube."""
     low, high = extent([mesh])
     tall = high[2] - low[2]
-    solid = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
-    others = [item for item in bpy.context.view_layer.objects if item.type in solid and item.visible_get()]
+    others = [item for item in bpy.context.view_layer.objects if item.type in SOLID and item.visible_get()]
     boxes = [extent([item]) for item in others if item != mesh]
     while True:
         low, high = extent([mesh])
@@ -162,10 +186,31 @@ def stand_clear(armature: bpy.types.Object, mesh: bpy.types.Object) -> None:
         armature.location.x += max(met) - low[0] + (BESIDE - 0.5) * tall
 
 
-def frame_answer(mesh: bpy.types.Object) -> str:
-    """Show a body as `frame` does, from the side of its recommended spot if it has one."""
+def frame_answer(mesh: bpy.types.Object) -> None:
+    """Show a body alone, from the side of its recommended spot if it has one."""
     patch, patches = lists.answer_of(mesh.w2w).get("patch"), state.patches_of(mesh)
-    return frame([mesh], None if patch is None or patches is None else int(patches.vertices[patch]))
+    frame([mesh], None if patch is None or patches is None else int(patches.vertices[patch]))
+    select(())  # an outline would hide colours
+    hide_others([mesh])
+
+
+def go_with(body: bpy.types.Object, move: bool) -> None:
+    """Note where a body's hips are; if asked, `move` all 3D views along the ground as they went since."""
+    armature = armature_of(body)
+    hips = armature.matrix_world.to_3x3() @ armature.pose.bones[JOINT_NAMES[0]].matrix.translation
+    for area in views(bpy.context) if move and body.name in _hips else ():
+        view = area.spaces.active.region_3d
+        view.view_location.xy += hips.xy - _hips[body.name].xy
+    _hips.clear()
+    _hips[body.name] = hips
+
+
+def surface(item: bpy.types.Object) -> np.ndarray:
+    """Points (N, 3) in the world of a body as it is posed, metres."""
+    shown = item.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    vertices = shown.data.vertices
+    points = read_values(vertices, "co", 3 * len(vertices), np.float32).reshape(-1, 3)
+    return moved(points, matrix(shown.matrix_world))
 
 
 def extent(items: Sequence[bpy.types.Object]) -> tuple[np.ndarray, np.ndarray]:

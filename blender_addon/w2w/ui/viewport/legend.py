@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Beside a body's map: the legend of its colours, a second map on a copy, and the user's own character."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import bpy
@@ -13,9 +12,6 @@ from ...scene.body import character
 from ...scene.heatmap import add_beside, fits, follow, paint_beside, remove_beside
 from ..jobs.jobs import is_there
 from ..study import scores, state
-
-BODIES_APART = 2.0
-"""Widths of the legend from the middle of one body to that of the next, for it to stand between them."""
 
 MARK_RADIUS = 1.5
 """Radius of a sensor's ball on a character, in lengths of a patch's axes."""
@@ -42,19 +38,6 @@ def legend(study: bpy.types.PropertyGroup, utility: UtilityMap) -> Legend:
         return Legend(**vars(scale) | {"note": outdated}, name=name, number="+.2f")
     scale = scores.scale_of(study, utility)
     return Legend(**vars(scale) | {"note": outdated or scale.note}, name=name, beside=name_of(study))
-
-
-def left_of_legend(width: float, left: float, right: float, bodies: Sequence[float]) -> float:
-    """Left edge of a legend, pixels: midway between two bodies that leave it room, else at the right.
-
-    `left` and `right` are the edges of what no panel and no card covers, `bodies` the middles of two bodies
-    side by side, or () if one stands alone.
-    """
-    if len(bodies) == 2 and abs(bodies[1] - bodies[0]) >= BODIES_APART * width:
-        between = (sum(bodies) - width) / 2
-        if left <= between <= right - width:
-            return between
-    return right - width
 
 
 def map_name(study: bpy.types.PropertyGroup, index: int) -> str:
@@ -146,7 +129,7 @@ def mark_character(body: bpy.types.Object, vertices: list[int], names: list[str]
     balls = character.place_marks(body, vertices, meshes, MARK_RADIUS * study.patch_size)
     for ball, vertex, name in zip(balls, vertices, names, strict=True):
         ball.name, ball[character.MARK] = name, vertex
-        ball.show_name = ball.show_in_front = True
+        ball.show_in_front = True
         study.marks.objects.link(ball)
 
 
@@ -156,3 +139,13 @@ def remove_marks(body: bpy.types.Object) -> None:
     if study.marks is not None:
         marks = [item for item in study.marks.objects if character.MARK in item]
         bpy.data.batch_remove([*marks, study.marks])
+
+
+def show_colours() -> None:
+    """Show colour attributes in the solid 3D views of all workspaces and in renders of solids."""
+    spaces = (area.spaces.active for screen in bpy.data.screens for area in screen.areas)
+    for space in spaces:
+        if space.type == "VIEW_3D" and space.shading.type == "SOLID":
+            space.shading.color_type = "VERTEX"
+    for scene in filter(state.bodies, bpy.data.scenes):
+        scene.display.shading.color_type = "VERTEX"  # of renders in Workbench

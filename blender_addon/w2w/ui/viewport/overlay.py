@@ -2,6 +2,7 @@
 """The overlay of the 3D viewport: the colour bar, marks on picked patches and their cards."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import bpy
 import numpy as np
@@ -13,19 +14,17 @@ from ...core.patches.patches import PatchSet
 from ...scene.base.actions import FIRST_FRAME, key_rate
 from ...scene.base.patches import PATCH
 from ..study import lists, scores, signal_cache, state
-from .card import BACKGROUND, GREY, MARGIN, PALE, WIDTH, HoverCard, on_one_scale
+from .card import BACKGROUND, GREY, MARGIN, PALE, HoverCard, on_one_scale
 from .drawing import Colour, Surface, bar_of_colours, clipped, disc, dots, rectangle, ring, text, width_of
-from .framing import FreeArea, free_area
-from .legend import Legend, left_of_legend, legend
+from .framing import free_area
+from .legend import Legend, legend, show_colours
+from .places import GAP, Box, Place, blenders_own, place, seen
 
 MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))
 BADGE: Colour = (0.1, 0.1, 0.1, 1.0)
 PIN: Colour = (0.35, 0.85, 1.0, 1.0)
 BAR_WIDTH, BAR_HEIGHT = 16, 190
 BAR_TICKS = 5
-GIZMO = 190
-"""Height of Blender's own buttons at the top right, pixels at a scale of 1."""
-
 BAR_TITLE, BAR_BOX = 96, 200
 """Least and most room for the colour bar's title, pixels."""
 
@@ -36,6 +35,15 @@ DOT = 6
 
 OVER_HEAD = 0.08
 """Metres from a head to the name over it."""
+
+closers: dict[int, list[tuple[int, Box]]] = {}
+"""Patches of the cards in each region and where these are closed, by the region's address."""
+
+_stood: dict[tuple, tuple[Place, ...]] = {}
+"""Where legend and cards stood when they were placed last."""
+
+_known: set[int] = set()
+"""Addresses of the spaces of 3D views that have shown a map."""
 
 _handlers: list[object] = []
 
@@ -58,29 +66,73 @@ def draw() -> None:
     """Draw everything; Blender calls this for each 3D view."""
     context = bpy.context
     if (shown_body := _shown_body(context)) is None:
+        closers.pop(context.region.as_pointer(), None)
         return
     (body, patches), space = shown_body, context.space_data
     scale = context.preferences.system.ui_scale
     chosen = [patch for patch in picks(context, body) if patch < len(patches)]
-    cards = [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
-    free = free_area(context.area, context.region)
+    cards = on_one_scale(
+        [_card(context, body, patches, patch, number) for number, patch in enumerate(chosen)]
+    )
     utility, outdated = state.utility_of(body.w2w), state.outdated_at_a_glance(body)
+    if utility is not None:
+        _colour_new(space)
     shown = legend(body.w2w, utility) if utility is not None and is_coloured(space.shading) else None
-    fitting = fitting_scale(cards, 0.0 if shown is None else _box(shown), free, scale)
-    placed = place_cards(on_one_scale(cards), free, fitting)
+    bodies = (body, body.w2w.beside) if shown is not None and shown.beside else (body,)
+    heads = _heads(context, bodies) if len(bodies) > 1 else []
+    stands = _places(context, bodies, shown, cards, heads)
     if shown is not None:
-        heads = _heads(context, (body, body.w2w.beside) if shown.beside else ())
-        right_of_cards = max((x + WIDTH * fitting for _, x, _ in placed), default=free.left)
-        top = free.top - GIZMO * scale
-        _draw_colour_bar(shown, free._replace(left=right_of_cards, top=top), heads, fitting)
+        _draw_colour_bar(shown, stands.pop())
         _draw_names(shown, heads, scale)
     surface = Surface(context, body, patches)
     _draw_chosen(surface, body.w2w, scale, GREY if outdated else PALE)
     _draw_own(surface, body.w2w, scale)
     for number, patch in enumerate(chosen):
         _draw_mark(surface, patch, number, scale)
-    for card, x, y in placed:
-        card.draw(x, y, fitting)
+    for card, stand in zip(cards, stands, strict=True):
+        card.draw(*stand)
+    closers[context.region.as_pointer()] = [
+        (card.patch, card.closer(*stand)) for card, stand in zip(cards, stands, strict=True)
+    ]
+
+
+def _places(
+    context: bpy.types.Context, bodies: Sequence[bpy.types.Object], shown: Legend | None,
+    cards: Sequence[HoverCard], heads: Sequence[Vector],
+) -> list[Place]:  # fmt: skip
+    """Where each card, then the legend if there is one, stands; while a clip plays they stay there."""
+    sizes = [card.size for card in cards]
+    if shown is not None:
+        sizes.append(partial(_size, shown))
+    scale, region = context.preferences.system.ui_scale, context.region
+    key = (region.as_pointer(), region.width, region.height, *(size(scale) for size in sizes))
+    if context.screen.is_animation_playing and key in _stood:
+        return list(_stood[key])
+    free = free_area(context.area, region)
+    clear, taken, stands = seen(context, bodies), blenders_own(context, free, scale), []
+    middle = [sum(head.x for head in heads) / 2] if len(heads) == 2 else []
+    for number, size in enumerate(sizes):
+        is_legend = number == len(cards)
+
+        def lefts(width: float, is_legend: bool = is_legend) -> list[float]:
+            edges = [free.left + GAP * scale, free.right - width - GAP * scale]
+            return [*(x - width / 2 for x in middle), *edges[::-1]] if is_legend else edges
+
+        stand = place(size, free, clear, taken, scale, lefts)
+        width, height = size(stand.scale)
+        taken.append(Box(stand.x, stand.y, stand.x + width, stand.y + height))
+        stands.append(stand)
+    _stood.clear()
+    _stood[key] = tuple(stands)
+    return stands
+
+
+def _colour_new(space: bpy.types.SpaceView3D) -> None:
+    """Show colours in a view that opens after they came, soon: nothing may be changed while it is drawn."""
+    if space.as_pointer() not in _known:
+        _known.add(space.as_pointer())
+        if not is_coloured(space.shading):
+            bpy.app.timers.register(show_colours, first_interval=0.0)
 
 
 def draw_patches() -> None:
@@ -133,33 +185,33 @@ def _names(shown: Legend, scale: float) -> list[str]:
     return [clipped(name, BAR_BOX * scale, 12 * scale) for name in (shown.beside, shown.name) if name]
 
 
-def _box(shown: Legend, scale: float = 1.0) -> float:
-    """Width of a legend, pixels."""
-    names = [width_of(name, 12 * scale) for name in _names(shown, scale)]
-    return max(*names, width_of(shown.note, 10 * scale), BAR_TITLE * scale) + 2 * MARGIN * scale
+def _size(shown: Legend, scale: float) -> tuple[float, float]:
+    """Width and height of a legend, pixels."""
+    names = _names(shown, scale)
+    widths = [width_of(name, 12 * scale) for name in names]
+    wide = max(*widths, width_of(shown.note, 10 * scale), BAR_TITLE * scale) + 2 * MARGIN * scale
+    bar = 0 if shown.is_alike else BAR_HEIGHT
+    return wide, (bar + 46 + 16 * len(names) + (16 if shown.note else 0)) * scale
 
 
-def _draw_colour_bar(shown: Legend, free: FreeArea, heads: list[Vector], scale: float) -> None:
-    """Draw title, colours and numbers over the bottom, at the right or between two bodies."""
-    low, high, note = shown.low, shown.high, shown.note
-    names, box, margin = _names(shown, scale), _box(shown, scale), MARGIN * scale
-    foot = 16 * scale if note else 0.0
-    room = free.top - free.bottom - (76 + 16 * len(names)) * scale - foot
-    width, height = BAR_WIDTH * scale, max(min(BAR_HEIGHT * scale, room), 3 * BAR_WIDTH * scale)
-    left_edge = left_of_legend(box, free.left + margin, free.right - margin, [head.x for head in heads])
-    left, bottom = left_edge + margin, free.bottom + 30 * scale + foot
-    tall = height + (46 + 16 * len(names)) * scale + foot
-    rectangle(left_edge, bottom - 16 * scale - foot, box, tall, BACKGROUND)
-    bar_of_colours(left, bottom, width, height, colour_table(shown.colour_map, 64))
-    for tick in np.linspace(0, 1, BAR_TICKS):
+def _draw_colour_bar(shown: Legend, stand: Place) -> None:
+    """Draw a legend: title, colours and numbers, or in words that places are alike."""
+    (left_edge, low_edge, scale), low, high = stand, shown.low, shown.high
+    wide, tall = _size(shown, scale)
+    foot, height = (16 * scale if shown.note else 0.0), 0.0 if shown.is_alike else BAR_HEIGHT * scale
+    left, bottom, width = left_edge + MARGIN * scale, low_edge + 16 * scale + foot, BAR_WIDTH * scale
+    rectangle(left_edge, low_edge, wide, tall, BACKGROUND)
+    if not shown.is_alike:
+        bar_of_colours(left, bottom, width, height, colour_table(shown.colour_map, 64))
+    for tick in () if shown.is_alike else np.linspace(0, 1, BAR_TICKS):
         y = bottom + tick * height
         rectangle(left + width, round(y), 4 * scale, max(1, scale), GREY)
         number = format(low + tick * (high - low), shown.number)
         text(left + width + 8 * scale, y - 4 * scale, number, 11 * scale, PALE)
-    for line, name in enumerate(names):
+    for line, name in enumerate(_names(shown, scale)):
         text(left, bottom + height + (28 + 16 * line) * scale, name, 12 * scale, PALE)
     text(left, bottom + height + 14 * scale, shown.title, 10 * scale, GREY)
-    text(left, bottom - 20 * scale, note, 10 * scale, GREY)
+    text(left, bottom - 20 * scale, shown.note, 10 * scale, GREY)
 
 
 def _draw_names(shown: Legend, heads: list[Vector], scale: float) -> None:
@@ -168,32 +220,6 @@ def _draw_names(shown: Legend, heads: list[Vector], scale: float) -> None:
         half = width_of(name, 13 * scale) / 2 + 8 * scale
         rectangle(point.x - half, point.y - 6 * scale, 2 * half, 20 * scale, BACKGROUND)
         text(point.x, point.y, name, 13 * scale, PALE, "CENTER")
-
-
-def fitting_scale(cards: Sequence[HoverCard], box: float, free: FreeArea, scale: float) -> float:
-    """The scale, at most this one, at which all cards find room next to a legend of the width `box`."""
-    heights = [card.height(1.0) + MARGIN for card in cards]
-
-    def fitting(columns: int, tall: float) -> float:
-        wide = MARGIN + columns * (WIDTH + MARGIN) + box + MARGIN
-        return min((free.right - free.left) / wide, (free.top - free.bottom) / (tall + MARGIN))
-
-    stacked, abreast = fitting(len(cards[:1]), sum(heights)), fitting(len(cards), max(heights, default=0))
-    return min(scale, 0.99 * max(stacked, abreast))
-
-
-def place_cards(cards: list[HoverCard], free: FreeArea, scale: float) -> list[tuple[HoverCard, float, float]]:
-    """Lower left corners of cards at the left: stacked if there is room, else side by side."""
-    x, y, margin = free.left + MARGIN * scale, free.bottom + MARGIN * scale, MARGIN * scale
-    placed = []
-    stacked = y + sum(card.height(scale) + margin for card in cards) < free.top
-    for card in reversed(cards) if stacked else cards:
-        placed.append((card, x, y))
-        if stacked:
-            y += card.height(scale) + margin
-        else:
-            x += WIDTH * scale + margin
-    return placed
 
 
 def _draw_chosen(surface: Surface, study: bpy.types.PropertyGroup, scale: float, colour: Colour) -> None:
@@ -209,7 +235,7 @@ def _draw_chosen(surface: Surface, study: bpy.types.PropertyGroup, scale: float,
 
 
 def _draw_own(surface: Surface, study: bpy.types.PropertyGroup, scale: float) -> None:
-    """Put a pin and its name on each of the user's placements, and a dot on the clicked spot."""
+    """Put a pin on each of the user's placements and the clicked spot; names there and on a character."""
     named = {own.vertex: own.name for own in study.own}
     for vertex, name in (named | {study.picked_vertex: named.get(study.picked_vertex, "")}).items():
         point = surface.spot(vertex)
@@ -217,6 +243,9 @@ def _draw_own(surface: Surface, study: bpy.types.PropertyGroup, scale: float) ->
             disc(point.x, point.y, 5 * scale, BADGE)
             disc(point.x, point.y, 3.5 * scale, PIN)
             text(point.x + 8 * scale, point.y - 4 * scale, name, 11 * scale, PALE)
+    for ball in study.marks.objects if study.marks is not None else ():  # Blender writes names in black
+        if ball.visible_get() and (point := surface.project(ball.matrix_world.translation)) is not None:
+            text(point.x + 8 * scale, point.y - 4 * scale, ball.name, 11 * scale, PALE)
 
 
 def _draw_mark(surface: Surface, patch: int, number: int, scale: float) -> None:

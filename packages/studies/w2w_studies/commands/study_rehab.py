@@ -148,7 +148,7 @@ def draw_figure(out: Path, subset: Subset) -> None:
 
     study = StudyResults.load(out)
     utility, patches, body = study.utility, study.patches, study.body()
-    scale = Scale.of(utility.expected_f1, utility.colour_span)
+    scale = Scale.of(utility.expected_f1)
     order = list(subset.order[:MAX_LISTED])
 
     shaded = BodyPictures(body)

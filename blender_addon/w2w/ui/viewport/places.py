@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where cards and the legend stand in a 3D view: at its edges, over no body and no button of Blender's."""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
+
+import bpy
+import numpy as np
+
+from .framing import FreeArea, surface
+
+SPARSE = 6
+"""One in so many vertices of a body is kept clear."""
+
+SCALES, LEGIBLE = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4), 0.6
+"""Shares of its size at which a thing is tried, and the smallest scale at which it can be read."""
+
+HEIGHTS = 7
+"""Heights at which it is tried at each edge."""
+
+GAP = 12
+"""Pixels from the edge, at a scale of 1."""
+
+INFO_TEXT, GIZMO = (220, 72), (100, 190)
+"""Width and height of Blender's own lines at the top left and buttons at the top right, at a scale of 1."""
+
+
+class Box(NamedTuple):
+    """A rectangle of a region, pixels."""
+
+    left: float
+    bottom: float
+    right: float
+    top: float
+
+    def holds(self, x: float, y: float) -> bool:
+        """Whether a point lies in it."""
+        return self.left <= x <= self.right and self.bottom <= y <= self.top
+
+
+class Place(NamedTuple):
+    """Lower left corner of a thing in a region, pixels, and its scale."""
+
+    x: float
+    y: float
+    scale: float
+
+
+def blenders_own(context: bpy.types.Context, free: FreeArea, scale: float) -> list[Box]:
+    """What Blender itself writes and draws in the corners of a view."""
+    (wide, tall), (across, down) = INFO_TEXT, GIZMO
+    boxes = [Box(free.right - across * scale, free.top - down * scale, free.right, free.top)]
+    if context.space_data.overlay.show_text:
+        boxes.append(Box(free.left, free.top - tall * scale, free.left + wide * scale, free.top))
+    return boxes
+
+
+def seen(context: bpy.types.Context, bodies: Iterable[bpy.types.Object]) -> np.ndarray:
+    """Points (K, 2) of bodies' surfaces in the region, pixels; those behind the viewer are left out."""
+    points = np.concatenate([surface(body)[::SPARSE] for body in bodies])
+    whole = (
+        np.column_stack([points, np.ones(len(points))]) @ np.array(context.region_data.perspective_matrix).T
+    )
+    whole = whole[whole[:, 3] > 0]
+    size = np.array([context.region.width, context.region.height])
+    return (whole[:, :2] / whole[:, 3:] + 1) / 2 * size
+
+
+def place(
+    size: Callable[[float], tuple[float, float]], free: FreeArea, clear: np.ndarray, taken: Sequence[Box],
+    scale: float, lefts: Callable[[float], Sequence[float]],
+) -> Place:  # fmt: skip
+    """The first place that covers nothing, the largest there is; else the one that covers least.
+
+    Parameters
+    ----------
+    size : callable
+        Width and height of the thing, pixels, at a scale.
+    free : FreeArea
+    clear : ndarray, shape (K, 2)
+        Points of the region to keep clear.
+    taken : sequence of Box
+        Rectangles to keep clear.
+    scale : float
+        The largest scale.
+    lefts : callable
+        Left edges to try for a width, the best first.
+    """
+    tried: list[tuple[float, Place]] = []
+    for tried_at in [share * scale for share in SCALES if share * max(scale, 1.0) >= LEGIBLE]:
+        width, height = size(tried_at)
+        gap = GAP * tried_at
+        top = max(free.top - gap - height, free.bottom + gap)
+        for x in lefts(width):
+            for y in np.linspace(free.bottom + gap, top, HEIGHTS).tolist():
+                found = Place(x, y, tried_at)
+                covers = _covers(Box(x, y, x + width, y + height), free, clear, taken)
+                if not covers:
+                    return found
+                tried.append((covers, found))
+    return min(tried, key=lambda each: each[0])[1]
+
+
+def _covers(box: Box, free: FreeArea, clear: np.ndarray, taken: Sequence[Box]) -> float:
+    """How many points a rectangle covers; one that reaches into another or out of sight counts all."""
+    low, high = (box.left, box.bottom), (box.right, box.top)
+    inside = ((clear > low) & (clear < high)).all(axis=1)
+    meets = sum((np.less(low, each[2:]) & np.less(each[:2], high)).all() for each in taken)
+    out = box.left < free.left or box.right > free.right or box.top > free.top
+    return float(inside.sum()) + (int(meets) + 3 * out) * (len(clear) + 1)
