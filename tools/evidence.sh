@@ -36,24 +36,6 @@ for file, name in (
 PY
 }
 
-# Rankings that name one site of each data set, whatever people do there.
-habits() {
-  python - <<'PY'
-sites = {
-    "Berkeley MHAD": "left hip, left wrist, right hip, right wrist, left ankle, right ankle",
-    "UMAFall": "waist, wrist, chest, ankle",
-    "DSADS": "torso, left arm, right arm, right leg, left leg",
-    "UP-Fall": "belt, wrist, neck, ankle, right pocket",
-}
-for at, name in enumerate(("always a belt clip", "always a watch")):
-    with open(f"{name}.csv", "w") as stream:
-        print("data_set,site,score", file=stream)
-        for data_set, listed in sites.items():
-            for number, site in enumerate(listed.split(", ")):
-                print(data_set, site, int(number == at), sep=",", file=stream)
-PY
-}
-
 table=$1
 case $table in
 truth)
@@ -65,8 +47,7 @@ sources) sed -n '/^| activity | sources/,/^$/p;/^## /{/all/!q}' truth/mhad/repor
 challenge)
   given=()
   for each in "${libraries[@]}"; do given+=(--library "$each"); done
-  habits
-  quietly w2w challenge "always a belt clip.csv" "always a watch.csv" "${mhad[@]}" "${umafall[@]}" "${others[@]}" --utd "$utd" "${given[@]}" --out challenge
+  quietly w2w challenge "${mhad[@]}" "${umafall[@]}" "${others[@]}" --utd "$utd" "${given[@]}" --out challenge
   python - <<'PY'
 rows = [line.split("|")[1:-1] for line in open("challenge/challenge.md") if line[0] == "|"][2:]
 rows = [[cell.strip().split(" (")[0] for cell in row] for row in rows]
@@ -83,22 +64,21 @@ card)
 import os
 from matplotlib.figure import Figure
 
-rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in open("challenge/challenge.md") if line[0] == "|"][2:]
-lost = {(row[1], row[0]): float(row[7].split(" (")[0]) for row in rows if row[7] and row[7] != "not given"}
-sets = list(dict.fromkeys(where for _, where in lost))
-methods = ["W2W", "always a belt clip", "always a watch", "signal energy", "random"]
-print("| F1 lost against people's best site |", " | ".join(sets), "| mean |")
-print("|---" * (2 + len(sets)) + "|")
-axes = (figure := Figure(figsize=(7, 2.6), layout="constrained")).subplots()
-for y, method in enumerate(methods):
-    found = [lost[method, where] for where in sets]
+rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in open("truth/truth.md") if line[0] == "|"]
+tests = [dict(zip(rows[0], row)) for row in rows[2:] if row[1].startswith("all ")]
+rules = {"regret": "W2W"} | {rule: rule for rule in rows[0][rows[0].index("regret") + 1 : rows[0].index("at random") + 1]}
+print("| F1 lost against people's best site |", " | ".join(test["data set"] for test in tests), "| mean |")
+print("|---" * (2 + len(tests)) + "|")
+axes = (figure := Figure(figsize=(7, 0.4 * len(rules) + 0.8), layout="constrained")).subplots()
+for y, (column, rule) in enumerate(rules.items()):
+    found = [float(test[column].split(" (")[0] or "nan") for test in tests]
     mean = sum(found) / len(found)
-    print("|", method, "|", " | ".join(f"{each:.3f}" for each in [*found, mean]), "|")
-    axes.barh(y, mean, color="#3c6e71" if method == "W2W" else "#c9d1d3", height=0.6)
+    print("|", rule, "|", " | ".join(f"{each:.3f}" for each in [*found, mean]), "|")
+    axes.barh(y, mean, color="#2a6f73" if rule == "W2W" else "#c9d1d3", height=0.6)
     axes.plot(found, [y] * len(found), "o", color="#222222", markersize=4)
-axes.set_yticks(range(len(methods)), methods)
+axes.set_yticks(range(len(rules)), rules.values())
 axes.invert_yaxis()
-axes.set_xlabel("F1 that people lose against their best site: mean (bar) and four data sets (dots)")
+axes.set_xlabel("F1 that people lose against their best site: each of four data sets (dots), the mean (bars)")
 axes.spines[["top", "right"]].set_visible(False)
 figure.savefig(os.environ["W2W_ROOT"] + "/docs/pictures/truth.png", dpi=130, metadata={"Software": None})
 PY
