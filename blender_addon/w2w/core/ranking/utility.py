@@ -14,7 +14,7 @@ import scipy
 
 from ..files import load_arrays, write_npz
 from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks
-from .classifiers.estimator import own
+from .classifiers.estimator import Classifier, own
 from .classifiers.ridge import Ridge
 from .expected import SURE, expect, most_shown
 from .f1 import FEWEST_CLIPS, TASK_PATCHES, Spread, TrialScores, confusion_of, score_patches, try_patches
@@ -30,7 +30,7 @@ CLASSIFIERS: dict[str, EntryPoint | None] = {
     "ridge": None,
     **{point.name: point for point in sorted(entry_points(group=PLUG_INS))},
 }
-"""Each has a `name`, its `inputs` ("features" or "windows"), a `seed` and `predict_folds`, like `Ridge`."""
+"""Each makes a `Classifier` from a `seed`."""
 
 LEVEL = 0.95
 """Confidence of the intervals."""
@@ -256,11 +256,10 @@ def utility_map(
     """
     clip, seed = np.asarray(protocol.clip), protocol.seed
     model = _model(classifier, seed, work)
-    scored = hasattr(model, "predict_splits")
-    trial = protocol.plan(halvings if scored else 0)
+    trial = protocol.plan(halvings if isinstance(model, Ridge) else 0)
     weights = trial.weights
     source = SomeWindows(as_blocks(inputs), trial.used)
-    if scored:
+    if isinstance(model, Ridge):
         predictions, trials_f1 = _try_all(model, source, trial, progress, spread)
     else:
         predictions = model.predict_folds(source, trial.labels, trial.fold, trial.is_test, progress)
@@ -271,7 +270,7 @@ def utility_map(
     f1, boot = score_patches(
         truth, predictions, clip[tested], n_activities, resamples, LEVEL, seed, activity_weights=weights
     )
-    if not scored:
+    if not isinstance(model, Ridge):
         trials_f1 = f1.T[None]
     expected = expect(trials_f1, trial.plan, pooling or Pooling.none(len(f1)), LEVEL, weights)
     halves = maps_of(trials_f1, trial.plan)[: len(trial.plan.pairs_to_choose_by())]
@@ -292,7 +291,7 @@ def utility_map(
 
 
 def _try_all(
-    model: Any,
+    model: Ridge,
     source: PatchBlocks,
     trial: TrialPlan,
     progress: Callable[[float], None] | None,
@@ -325,17 +324,17 @@ def unavailable(classifier: str) -> str:
     return getattr(maker(classifier), "unavailable", str)()
 
 
-def maker(name: str) -> Callable[..., Any]:
+def maker(name: str) -> Callable[..., Classifier]:
     """The class or function that makes the classifier of this name in CLASSIFIERS from a `seed`."""
     point = CLASSIFIERS[name]
     return Ridge if point is None else point.load()
 
 
-def _model(classifier: Any, seed: int = 0, work: Path | None = None) -> Any:
+def _model(classifier: Any, seed: int = 0, work: Path | None = None) -> Classifier:
     if not isinstance(classifier, str):
         return own(classifier)
     if classifier not in CLASSIFIERS:
         raise ValueError(unavailable(classifier))
-    model = maker(classifier)(seed=seed)
+    model: Any = maker(classifier)(seed=seed)
     resumes = work is not None and hasattr(model, "checkpoints")
     return replace(model, checkpoints=work / model.name) if resumes else model

@@ -4,12 +4,35 @@
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
 from ...threads import n_threads
 from ...windows.inputs import BLOCK_BYTES, PatchBlocks, as_blocks, for_each_patch
+
+
+@runtime_checkable
+class Classifier(Protocol):
+    """A classifier of windows, all patches at once, each by its own signals."""
+
+    @property
+    def name(self) -> str:
+        """Name in the results."""
+
+    @property
+    def inputs(self) -> str:
+        """Kind of inputs: "features" or "windows"."""
+
+    def predict_folds(
+        self,
+        inputs: np.ndarray | PatchBlocks,
+        labels: np.ndarray,
+        fold: np.ndarray,
+        is_test: np.ndarray,
+        progress: Callable[[float], None] | None = None,
+    ) -> np.ndarray:
+        """Predict every test window (T,) at every patch, shape (T, N), by what the other folds taught."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +111,11 @@ class EstimatorClassifier:
         return predictions
 
 
-def own(classifier: Any) -> Any:
+def own(classifier: Any) -> Classifier:
     """The user's own classifier; an estimator becomes one of its features."""
     if isinstance(classifier, type):
         raise ValueError(f"the classifier must be made first: {classifier.__name__}(...)")
-    if hasattr(classifier, "inputs") and hasattr(classifier, "predict_folds"):
+    if isinstance(classifier, Classifier):
         return classifier
     if hasattr(classifier, "fit") and hasattr(classifier, "predict"):
         return EstimatorClassifier(classifier)
