@@ -54,11 +54,12 @@ def _run(arguments: list[str] | None, program: str) -> None:
     find_libraries()
     try:
         from .app import main as run_command
+
+        run_command(arguments, program)
     except (ImportError, MemoryError) as error:
         if isinstance(error, ImportError) and "failed to map segment" not in str(error):
             raise
         raise SystemExit("There is too little memory for W2W to start (see ulimit -v).") from None
-    run_command(arguments, program)
 
 
 def _ready_streams() -> None:
