@@ -6,6 +6,7 @@ import pytest
 import w2w
 
 from ..headless.conftest import all_orders, few_orders, made_once_here
+from ..here import ranked_roughly
 
 __all__ = ["all_orders", "few_orders", "made_once_here"]
 
@@ -27,4 +28,5 @@ def signals(library, few):
 
 @pytest.fixture(scope="package")
 def ranking(signals):
-    return w2w.rank(signals, folds=3)
+    with ranked_roughly():
+        return w2w.rank(signals, folds=3)

@@ -17,6 +17,8 @@ from w2w.core.reading import guard
 from ..hostile_c3d import KINDS, plant, write_hostile
 from ..made_door import ARM, LEG, moving
 
+pytestmark = pytest.mark.usefixtures("few_orders")
+
 ROOT = Path(__file__).resolve().parents[2]
 
 

@@ -24,6 +24,8 @@ from ..here import clips_here
 from ..made_door import ARM, LEG, moving
 from ..rings import by_day
 
+pytestmark = pytest.mark.usefixtures("few_orders")
+
 
 def test_signals_without_a_band_limit_are_warned_of(signals, few):
     settings = w2w.Synthesis(cutoff_hz=None)

@@ -9,6 +9,8 @@ from w2w_studies.comparisons.unpaired import real_side
 from w2w_studies.datasets.dsads import DSADS_ACTIVITIES, DSADS_RATE, DSADS_SITES
 from w2w_studies.validation.dsads import DSADS
 
+pytestmark = pytest.mark.usefixtures("few_orders")
+
 PACES = {"walking": 1.0, "running": 2.5, "still": 0.0}
 
 

@@ -81,9 +81,9 @@ def made_once_here(tmp_path_factory) -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="module", autouse=True)
+@pytest.fixture(scope="module")
 def few_orders() -> Iterator[None]:
-    """Ranked roughly: tests that rank with all care are the core's."""
+    """A module's rankings made roughly (`here.ROUGHLY`): tests that rank with all care are the core's."""
     with ranked_roughly():
         yield
 

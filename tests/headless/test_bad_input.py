@@ -18,7 +18,7 @@ from ..command_line import cli
 from ..made_bvh import ONE_JOINT
 from ..real_clips import FOUR, in_folders
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 BVH = (
     ONE_JOINT

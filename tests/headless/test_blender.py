@@ -12,6 +12,8 @@ import pytest
 from w2w.headless.blender import NoBlenderError, needs_blender
 from w2w.headless.system_libraries import missing_library
 
+pytestmark = pytest.mark.usefixtures("few_orders")
+
 ROOT = Path(__file__).resolve().parents[2]
 NOT_THERE = "cannot open shared object file: No such file or directory"
 NOT_INSTALLED = "bpy, is not installed. In W2W's folder run 'make setup'"

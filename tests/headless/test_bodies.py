@@ -13,7 +13,7 @@ from w2w.headless.app import APP
 from w2w.headless.options import parse_bodies
 from w2w_studies.commands.demo_library import write_demo_library
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 
 def test_bodies_are_understood():

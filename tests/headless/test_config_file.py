@@ -14,6 +14,8 @@ from w2w.headless.study_options import StudyOptions
 
 from ..command_line import cli
 
+pytestmark = pytest.mark.usefixtures("few_orders")
+
 OPTIONS = {name: "Path" in str(one.annotation) for name, one in inspect.signature(run).parameters.items()}
 
 

@@ -16,7 +16,7 @@ from w2w.headless.console import Terminal
 
 from ..command_line import cli
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 ROOT = Path(__file__).resolve().parents[2]
 TITLE = "\x1b]0;pwned\x07\x1b[2J"

@@ -13,7 +13,7 @@ from w2w.headless.runs.workers import load_alone
 
 from ..robustness.fbx_variants import rewrite
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 WALKING = "mixamo/Conqster__TheBarMan/Walking.fbx"
 BVH = "bvh/bandai_namco/dataset-2_raise-up-left-hand_active_001.bvh"

@@ -23,7 +23,7 @@ from ..patience import HANG_S
 
 pytestmark = [
     pytest.mark.skipif(os.name == "nt", reason="Windows has no such files and names"),
-    pytest.mark.usefixtures("one_worker"),
+    pytest.mark.usefixtures("one_worker", "few_orders"),
 ]
 
 ROOT = Path(__file__).resolve().parents[2]

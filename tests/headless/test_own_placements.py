@@ -14,7 +14,7 @@ from w2w.core.study.results import StudyResults
 from ..command_line import cli
 from .conftest import write_motions
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ from ..command_line import cli
 from ..rings import by_day
 from ..seen_joints import seen_as
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 ACTIONS = ("wave", "walk")
 

@@ -20,7 +20,7 @@ from w2w.core.files import file_sha256, write_npz
 from ..command_line import cli
 from ..rings import by_day
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 LIST, RECORDS = ".w2w/written.sha256", ".w2w/records.jsonl"
 RUN = ["--patches", "4", "--workers", "1", "--no-pictures"]

@@ -14,7 +14,7 @@ from w2w.headless.app import APP
 from ..clip_lists import skipped_clips, used_clips
 from ..made_motions import FILES
 
-pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker")]
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker", "few_orders")]
 
 ACTIVITIES = ("squatting", "walking", "waving")
 

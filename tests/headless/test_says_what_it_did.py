@@ -25,6 +25,8 @@ from w2w_studies.placements.score_text import _cell, write_scores
 
 from ..clip_lists import skipped_clips
 
+pytestmark = pytest.mark.usefixtures("few_orders")
+
 LABELS = """sep=;
 file;activity;subject
 walk/0.npz;Walking;A

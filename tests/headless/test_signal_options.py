@@ -16,7 +16,7 @@ from w2w.headless.options import further_sensors
 
 from ..command_line import cli
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 
 @pytest.fixture(scope="module")

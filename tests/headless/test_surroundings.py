@@ -36,7 +36,7 @@ from w2w.headless.runs.monitor import RunMonitor, read_state
 from ..command_line import cli
 from ..robustness.resume import hashes
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -15,7 +15,7 @@ from w2w.headless.runs.clip_task import ClipTask, Engine
 
 from ..command_line import cli
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 OPTIONS = (
     "--patches",

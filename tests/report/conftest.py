@@ -14,14 +14,13 @@ from w2w.headless.commands.report import write_report
 from ..headless.conftest import (
     drawn,
     drawn_results,
-    few_orders,
     made_once_here,
     one_worker,
     sparse_results,
 )
 from .browser import settle
 
-__all__ = ["drawn", "drawn_results", "few_orders", "made_once_here", "one_worker", "sparse_results"]
+__all__ = ["drawn", "drawn_results", "made_once_here", "one_worker", "sparse_results"]
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 DRIVER = shutil.which("chromedriver")

@@ -23,12 +23,12 @@ from w2w.web.study import EVENTS, INPUT, Study
 from w2w.web.uploads import RefusedError
 from w2w.web.work import Work
 
-from ..headless.conftest import few_orders, made_once_here, one_worker, write_motions
+from ..headless.conftest import made_once_here, one_worker, write_motions
 from ..patience import HANG_S
 from ..report.browser import find, settle, text
 from ..report.conftest import browser, drawn, drawn_results
 
-__all__ = ["browser", "drawn", "drawn_results", "few_orders", "made_once_here", "one_worker"]
+__all__ = ["browser", "drawn", "drawn_results", "made_once_here", "one_worker"]
 
 
 @pytest.fixture

@@ -12,9 +12,9 @@ from w2w.web.guard import PAGES
 from w2w.web.shown import STATIC
 
 from ..command_line import cli
-from ..headless.conftest import drawn, drawn_results, few_orders, made_once_here, one_worker
+from ..headless.conftest import drawn, drawn_results, made_once_here, one_worker
 
-__all__ = ["drawn", "drawn_results", "few_orders", "made_once_here", "one_worker"]
+__all__ = ["drawn", "drawn_results", "made_once_here", "one_worker"]
 
 MOST_BYTES = 200_000
 

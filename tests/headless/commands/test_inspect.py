@@ -17,7 +17,7 @@ from w2w.headless.commands.inspect import label_said
 
 from ...command_line import cli
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 ROOT = Path(__file__).resolve().parents[3]
 

@@ -14,7 +14,7 @@ from w2w.core.study.results import StudyResults
 from ...command_line import cli
 from ..conftest import write_motions
 
-pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker")]
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker", "few_orders")]
 
 PACES = {"slow": 0.5, "steady": 1.0, "fast": 2.0}
 

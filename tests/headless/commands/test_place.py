@@ -28,7 +28,7 @@ from ...clip_lists import skipped_clips
 from ...command_line import cli
 from ..conftest import write_motions
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 
 PACES = {"sit_to_stand": 0.5, "arm_raise_band": 0.7, "one_leg_stand": 1.0, "stair_climbing": 2.0}

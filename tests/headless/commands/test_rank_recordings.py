@@ -11,6 +11,8 @@ from w2w.core.imu.recording import ImuRecording
 
 from ...command_line import cli
 
+pytestmark = pytest.mark.usefixtures("few_orders")
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):

@@ -21,6 +21,8 @@ from w2w.headless.app import APP
 from ...clip_lists import skipped_clips, used_clips
 from ...real_clips import under_csv
 
+pytestmark = pytest.mark.usefixtures("few_orders")
+
 ROOT = Path(__file__).resolve().parents[3]
 CLIPS = {
     "Conqster__TheBarMan/Walking.fbx": "walking",

@@ -13,7 +13,7 @@ from w2w.core.motion.motion import Motion
 
 from ...command_line import cli
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 JACKS = "mixamo/Sushim30__ARFitness/Jumping Jacks.fbx"
 

@@ -18,6 +18,8 @@ from w2w.headless.reports.draw import draw_side_by_side, marked_set, write_pictu
 from w2w_studies.commands.study_rehab import FIGURE, draw_figure
 from w2w_studies.paper.subsets import Subset
 
+pytestmark = pytest.mark.usefixtures("few_orders")
+
 ROOT = Path(__file__).resolve().parents[3]
 
 

@@ -21,7 +21,7 @@ from ..conftest import QUICKLY, write_motions
 
 QUICK = ["--no-report"]
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 
 def run(library, out, *options):

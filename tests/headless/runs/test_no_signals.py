@@ -15,7 +15,7 @@ from ...sensor_steps import assert_same_to_one_step
 
 OPTIONS = ["--patches", "8", "--workers", "1", "--folds", "2", "--no-pictures", "--window", "1"]
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 
 def run(library, out, *options):

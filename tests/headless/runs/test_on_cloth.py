@@ -20,7 +20,7 @@ from w2w.scene.base.body import add_body, add_skinned
 from ...command_line import cli
 from ...sensor_steps import assert_same_to_one_step
 
-pytestmark = [pytest.mark.usefixtures("one_worker"), pytest.mark.slow]
+pytestmark = [pytest.mark.usefixtures("one_worker", "few_orders"), pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,7 @@ from ...clip_lists import skipped_clips, used_clips
 from ...command_line import cli
 from ..conftest import QUICKLY
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 ROOT = Path(__file__).resolve().parents[3]
 PRECIOUS = b"years of work"

@@ -10,6 +10,8 @@ from w2w.headless.runs.workers import MANY_WINDOWS, EngineError, spread_here
 
 from .made_patches import made_patches, ranked
 
+pytestmark = pytest.mark.usefixtures("few_orders")
+
 
 def test_workers_give_the_same_map(tmp_path):
     library, told = made_patches(tmp_path), []

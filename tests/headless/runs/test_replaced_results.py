@@ -27,6 +27,8 @@ from ...rings import by_day
 from ...robustness.resume import UNLIKE, hashes
 from ..conftest import QUICKLY
 
+pytestmark = pytest.mark.usefixtures("few_orders")
+
 ROOT = Path(__file__).resolve().parents[3]
 OTHER = ["--window", "2"]
 SENTENCE = "holds an unfinished run: run the same command again to finish it, or wait if it is still running"

@@ -16,7 +16,7 @@ from ...command_line import cli
 ROOT = Path(__file__).resolve().parents[3]
 OPTIONS = "--patches 8 --workers 1 --no-pictures --no-report --folds 2 --window 1".split()
 
-pytestmark = pytest.mark.usefixtures("one_worker")
+pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 
 def run(library, out, *options):
