@@ -17,12 +17,12 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.imu.presets import DEFAULT_SENSOR, preset
-from w2w.core.motion.motion import demo_motions
 from w2w.core.study.ranking import RANKING_VERSION
 from w2w.core.study.signals import SIGNALS_VERSION
 
 from .command_line import cli
 from .core.readers.test_bvh import write_bvh
+from .exercises import exercises
 from .here import clips_here, ranked_roughly
 
 GOLDEN = Path(__file__).with_suffix(".json")
@@ -97,7 +97,7 @@ def complaint(stage: str, found: dict[str, list[float]], known: dict[str, Any]) 
 
 def _write_library(folder: Path) -> None:
     body = Body.bundled()
-    for number, (file, motion) in enumerate(demo_motions(CLIPS).items()):
+    for number, (file, motion) in enumerate(exercises(CLIPS).items()):
         path = folder / motion.activity / Path(file).name
         path.parent.mkdir(parents=True, exist_ok=True)
         if number % CLIPS:

@@ -15,7 +15,7 @@ from w2w.core.study.results import StudyResults
 
 TARGET = Path(__file__).parents[1] / "blender_addon/w2w/web/pages/demo.json"
 
-SHOWN = ("belt clip", "chest strap", "earbud", "watch", "shoe")
+SHOWN = ("earbud", "watch", "chest strap", "belt clip", "shoe")
 """Products whose F1 the page shows, if the demo has them."""
 
 

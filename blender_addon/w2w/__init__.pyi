@@ -2,6 +2,7 @@
 """The public names by the modules that they come from; `__init__.py` imports each when it is first used."""
 
 from .api.loading import (
+    example_motions as example_motions,
     from_joints as from_joints,
     from_smpl as from_smpl,
     load as load,

@@ -83,7 +83,7 @@ FOLDER = {  # commands that write into a folder, and a name in it that they need
     "study need": ("study need motions --out OUT --dsads data.npz", "needs.md"),
     "challenge": ("challenge --out OUT --dsads data.npz", "challenge.md"),
     "demo": ("demo --out OUT", "results/summary.json"),
-    "demo, its library": ("demo --out OUT", "library/sit_to_stand/Sit To Stand (1).npz"),
+    "demo, its library": ("demo --out OUT", "library/shake_head_1.npz"),
     "demo, its labels": ("demo --out OUT", "library/labels.csv"),
     "demo-library": ("demo-library OUT", "labels.csv"),
     "sweep": ("sweep results --out OUT", "places.csv"),

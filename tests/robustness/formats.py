@@ -32,7 +32,8 @@ from w2w.core.body.body import Body
 from w2w.core.body.skeleton import JOINT_NAMES
 from w2w.core.files import write_npz
 from w2w.core.library.library import is_motion
-from w2w.core.motion.motion import Motion, demo_motions
+from w2w.core.motion.examples import demo_motions
+from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
 from w2w.scene.motion.load import read_motion, to_body
 

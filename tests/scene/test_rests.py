@@ -9,7 +9,6 @@ import w2w
 from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.keypoints.likely_rest import ALONE, ITS_OWN
 from w2w.core.library.library import Clip
-from w2w.core.motion.motion import demo_motions
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.readers.bvh import read_bvh
 from w2w.core.reading.reader import Reader
@@ -18,6 +17,7 @@ from w2w.headless.runs.clip_task import ClipTask, Engine
 from w2w.scene.motion.load import to_body
 from w2w.scene.motion.rests import look_rests
 
+from ..exercises import exercises
 from ..made_bvh import write_bvh
 
 LIMBS = [
@@ -32,7 +32,7 @@ LIMBS = [
 def recorded(bundled_body, tmp_path_factory):
     """Clips of three performers: two whose bones are turned so that offsets are no rest pose, one T-posed."""
     folder = tmp_path_factory.mktemp("recorded")
-    motions = list(demo_motions(2).values())[:6]
+    motions = list(exercises(2).values())[:6]
     for number, motion in enumerate(motions):
         write_bvh(folder / f"ann_{number}.bvh", bundled_body, motion, folded_by=3, t_pose=False)
         write_bvh(folder / f"bo_{number}.bvh", bundled_body, motion, folded_by=4, t_pose=number == 4)

@@ -114,7 +114,7 @@ def test_clips_that_come_first_bring_a_body(library: Path) -> None:
 def test_the_example_motions_give_an_answer_at_once() -> None:
     assert bpy.ops.w2w.try_examples() == {"FINISHED"}
     study = bpy.context.scene.w2w.body.w2w
-    assert len(study.clips) == 24
+    assert len(study.clips) == 40
     assert lists.answer_of(study)["patch"] is not None
     assert shown_page() == "ANSWER"
     assert not bpy.ops.w2w.try_examples.poll()

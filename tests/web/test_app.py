@@ -197,8 +197,8 @@ def test_without_results_there_is_nothing_to_choose_or_to_fetch(client):
 def test_the_demo_is_a_study_like_others(client, tmp_path):
     made_here = client.post("/api/studies", json={"demo": True}).json()
     rows = client.get(f"/api/studies/{made_here['id']}").json()["table"]
-    assert len(rows) == made_here["clips"] == 24
-    assert len({row["activity"] for row in rows}) == 4
+    assert len(rows) == made_here["clips"] == 40
+    assert len({row["activity"] for row in rows}) == 5
     client.delete(f"/api/studies/{made_here['id']}")
     assert client.get("/api/studies").json() == []
     assert not any((tmp_path / "data" / "local").iterdir())

@@ -51,7 +51,7 @@ def test_the_picture_of_a_run_has_its_figures(drawn_results):
 
 @pytest.mark.slow
 def test_the_first_picture_is_that_of_the_demo(tmp_path):
-    assert cli("demo", "--out", tmp_path, "--clips", 6)[0] == 0
+    assert cli("demo", "--out", tmp_path)[0] == 0
     made, kept = picture(tmp_path / "results"), json.loads(TARGET.read_text(encoding="utf-8"))
     assert (made["clips"], made["activities"]) == (kept["clips"], kept["activities"])
     assert made["sentence"] == kept["sentence"]

@@ -22,7 +22,7 @@ from ..core.patches.body_parts import ALL, SIDES, find_patches
 from ..core.ranking.weights import check_counting
 from ..core.study.config import StudyConfig
 from ..core.study.results import UnfinishedError, check_finished
-from ..headless.commands.demo import TARGET, write_library
+from ..headless.commands.demo import write_library
 from ..headless.commands.place import CHOICE
 from ..headless.commands.status import describe
 from ..headless.options import words
@@ -67,10 +67,9 @@ class Study(Labelled):
         (study.folder / INPUT).mkdir(parents=True)
         files: dict[str, str] = {}
         if demo:
-            write_library(study.folder / INPUT, 6)
+            write_library(study.folder / INPUT)
             files = {clip.file: clip.file for clip in study.library().clips} | {LABELS: LABELS}
-        asked = {"target": TARGET} if demo else {}
-        request = {"made": time.time(), "parameters": asked, "files": files, "sums": {}}
+        request = {"made": time.time(), "parameters": {}, "files": files, "sums": {}}
         write_json(study.folder / REQUEST, request)
         return study
 

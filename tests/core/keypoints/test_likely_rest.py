@@ -9,12 +9,14 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_NAMES, PARENTS
 from w2w.core.keypoints.likely_rest import ITS_OWN, RESTS, with_likely_rest
-from w2w.core.motion.motion import Motion, demo_motions
+from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion
 from w2w.core.readers.bvh import read_bvh
 from w2w.core.retargeting.bone_maps import bundled_bone_maps, plain_name
 from w2w.core.retargeting.retarget import retarget
+
+from ...exercises import exercises
 
 LIMBS = [f"{side}_{part}" for side in ("left", "right") for part in ("hip", "knee", "shoulder", "elbow")]
 
@@ -36,9 +38,9 @@ def rigged(body, motion: Motion, seed: int = 0) -> SourceMotion:
     return SourceMotion(JOINT_NAMES, np.array(PARENTS), matrices[0], matrices, motion.rate)
 
 
-@pytest.mark.parametrize("file", list(demo_motions(1)))
+@pytest.mark.parametrize("file", list(exercises(1)))
 def test_limbs_are_turned_as_by_the_true_rest_pose(bundled_body, file):
-    motion = demo_motions(1)[file]
+    motion = exercises(1)[file]
     source = replace(rigged(bundled_body, motion), rest_is_known=False)
     found = apart(
         bundled_body, motion, retarget(with_likely_rest(source, bundled_body)[0], bundled_body).motion
@@ -48,7 +50,7 @@ def test_limbs_are_turned_as_by_the_true_rest_pose(bundled_body, file):
 
 
 def test_a_rest_pose_that_is_known_stays(bundled_body):
-    source = rigged(bundled_body, next(iter(demo_motions(1).values())))
+    source = rigged(bundled_body, next(iter(exercises(1).values())))
     assert with_likely_rest(source, bundled_body)[0] is source
 
 
@@ -73,7 +75,7 @@ SOMA = {
 @pytest.mark.parametrize("is_soma_s", [True, False])
 def test_the_t_pose_of_a_rig_is_taken_only_where_the_motion_speaks_for_it(bundled_body, is_soma_s):
     """Bones of SOMA's names, turned as in its flat rest pose, or by chance."""
-    motion = demo_motions(1)[next(iter(demo_motions(1)))]
+    motion = exercises(1)[next(iter(exercises(1)))]
     source = replace(rigged(bundled_body, motion), bones=tuple(SOMA[name] for name in JOINT_NAMES))
     turns, _ = joint_transforms(bundled_body, motion)
     own = [

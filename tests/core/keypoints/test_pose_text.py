@@ -12,7 +12,7 @@ from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.keypoints.pose_files import read_joints
 from w2w.core.library.library import is_motion, read_library
-from w2w.core.motion.motion import demo_motions
+from w2w.core.motion.examples import demo_motions
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 

@@ -12,7 +12,8 @@ from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.files import write_npz
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.motion.believable import believed, moving_part
-from w2w.core.motion.motion import Motion, demo_motions, read_amass
+from w2w.core.motion.examples import demo_motions
+from w2w.core.motion.motion import Motion, read_amass
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.scene.motion.load import read_motion, to_body

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from w2w.api.loading import load
-from w2w.core.motion.motion import demo_motions
+from w2w.core.motion.examples import demo_motions
 from w2w.core.motion.same_speeds import same_speeds
 from w2w.core.motion.signature import WIDTH, motion_signature
 from w2w_studies.commands.study_copies import KINDS, backwards, cut, larger, on_another_rig

@@ -14,7 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from w2w.api.loading import load
 from w2w.core.body.body import Body
-from w2w.core.motion.motion import at_rate, demo_motions
+from w2w.core.motion.examples import demo_motions
+from w2w.core.motion.motion import at_rate
 from w2w.core.motion.signature import WIDTH, mirrored_poses, motion_signature
 from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.core.ranking.utility import utility_map

@@ -14,7 +14,8 @@ from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.keypoints.pose_files import JointPositions
 from w2w.core.motion.axes import TO_Z, UPS
-from w2w.core.motion.motion import AMASS, SMPLX, Motion, demo_motions, read_amass
+from w2w.core.motion.examples import demo_motions
+from w2w.core.motion.motion import AMASS, SMPLX, Motion, read_amass
 from w2w.core.motion.sight import LIMBS, Kind, Sight
 from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.motion.up import BY_ITSELF

@@ -116,6 +116,13 @@ def test_what_is_expected_in_a_stream_is_lower_and_no_surer():
     assert 0 <= found.low < found.mean < found.high <= 1
 
 
+def test_an_interval_stays_narrow_where_clips_cut_out_are_all_told():
+    made = stream_of([still, *waves(1.0, 3.0)])
+    found = [made.expected([0], ExpectedF1(mean, mean - 0.05, mean)) for mean in (0.95, 1.0)]
+    widths = [one.high - one.low for one in found]
+    assert widths[1] < 1.5 * widths[0]
+
+
 def test_one_sensor_loses_what_the_spots_lose_in_the_mean_and_a_set_what_it_loses():
     made = stream_of([still, *waves(1.0, 3.0)], [*waves(1.0), still, *waves(3.0)])
     own = [found.loss for found in made.f1([[0], [1], [0, 1]])]

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_NAMES, PARENTS
-from w2w.core.motion.motion import demo_motions
+from w2w.core.motion.examples import demo_motions
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.readers.poselib import read_poselib

@@ -385,27 +385,3 @@ def at_rate(motion: Motion, rate: float) -> Motion:
         rotations[:, joint] = turns(times).as_matrix()
     path = scipy.interpolate.CubicSpline(own, motion.pelvis)
     return replace(motion, rotations=rotations, pelvis=path(times), rate=rate)
-
-
-DEMO = TEMPLATES / "demo.npz"
-DEMO_CLIPS = 12
-"""Clips of each activity: one of each person."""
-
-DEMO_STEP = 1e-7
-"""Pelvis (m) and rotation vectors (rad) are stored in whole steps, each frame by its second difference."""
-
-
-def demo_motions(clips: int = DEMO_CLIPS) -> dict[str, Motion]:
-    """The first clips of each activity, each under the name of the file it is for."""
-    with np.load(DEMO, allow_pickle=False) as stored:
-        arrays = dict(stored)
-    labels = (arrays[name].tolist() for name in ("files", "activities", "subjects"))
-    parts = np.split(arrays["differences"].astype(np.int64), np.cumsum(arrays["frames"])[:-1])
-    motions: dict[str, Motion] = {}
-    for file, activity, subject, differences in zip(*labels, parts, strict=True):
-        if sum(motion.activity == activity for motion in motions.values()) < clips:
-            values = DEMO_STEP * np.cumsum(np.cumsum(differences, axis=0), axis=0)
-            turns = Rotation.from_rotvec(values[:, 3:].reshape(-1, 3)).as_matrix()
-            rotations = turns.reshape(-1, N_JOINTS, 3, 3)
-            motions[file] = Motion(rotations, values[:, :3], float(arrays["rate"]), activity, subject)
-    return motions

@@ -37,6 +37,9 @@ GRAVITY = 3
 CONFIDENCE = 0.95
 """Confidence level of intervals."""
 
+SMALLEST_VARIANCE = 0.95 * 0.05
+"""Smallest variance, p (1 - p), of F1 by clip: else the interval of one near 1 would have no bound in a stream."""
+
 
 class StreamF1(NamedTuple):
     """F1 of a set of patches by activity: on windows of one clip, and in a stream of all."""
@@ -128,7 +131,7 @@ class Stream:
         mean = np.clip(by_clip.mean - mean_over(found.loss, self.weights), 0, 1)
         by_order = mean_over(found.orders, self.weights)
         error = scipy.special.ndtri((1 + CONFIDENCE) / 2) * by_order.std(ddof=1) / np.sqrt(len(by_order))
-        variance = np.maximum(by_clip.mean * (1 - by_clip.mean), 1e-6)
+        variance = np.maximum(by_clip.mean * (1 - by_clip.mean), SMALLEST_VARIANCE)
         scale = np.maximum(1.0, np.sqrt(mean * (1 - mean) / variance))
         below, above = (
             np.hypot(scale * reach, error)

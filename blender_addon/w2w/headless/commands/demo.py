@@ -9,7 +9,7 @@ from ...core.body.body import Body
 from ...core.csv_tables import csv_text
 from ...core.files import write_text
 from ...core.library.library import LABELS, Library, read_library
-from ...core.motion.motion import DEMO_CLIPS, demo_motions
+from ...core.motion.examples import DEMO_CLIPS, demo_motions
 from ...core.study.config import StudyConfig
 from ..console import Terminal
 from ..options import CORES, option
@@ -20,9 +20,6 @@ from ..runs.own_files import claimed
 from ..runs.study import RunPlan
 from .execute import check_folder, execute, refused
 
-TARGET = 0.99
-"""The exercises are easy to tell apart: one sensor reaches the usual 0.90, which would show no set."""
-
 
 def demo(
     out: Annotated[Path, option("Folder for the library and the results.", "--out", "-o")] = Path(
@@ -32,13 +29,13 @@ def demo(
     seed: Annotated[int, option("Seed of the study.", min=0)] = 0,
     workers: Annotated[int, option("Clips worked on at the same time.", min=1)] = CORES,
 ) -> None:
-    """Find the best spots for four rehabilitation activities, from motions that come with W2W.
+    """Find the best spots for five gestures at a desk, from motions that come with W2W.
 
     They are written to OUT/library as AMASS-style npz files, the results to OUT/results.
     """
     console = Terminal()
     library, monitor = out / "library", RunMonitor(console)
-    plan = RunPlan(Library(library, (), ""), StudyConfig(seed=seed, target=TARGET), Engine(workers=workers))
+    plan = RunPlan(Library(library, (), ""), StudyConfig(seed=seed), Engine(workers=workers))
     with refused(monitor):
         check_folder(plan, out / "results")
         write_library(library, clips)
@@ -47,7 +44,7 @@ def demo(
     execute(replace(plan, library=found), Body.bundled(), out / "results", monitor)
 
 
-def write_library(folder: Path, clips: int) -> None:
+def write_library(folder: Path, clips: int = DEMO_CLIPS) -> None:
     """Write the first clips of each activity, and their labels, unless a foreign file is in the way."""
     motions = demo_motions(clips)
     with claimed(folder, [LABELS, *motions]):

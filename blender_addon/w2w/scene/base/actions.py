@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ...core.body.body import Body
 from ...core.body.skeleton import JOINT_NAMES
+from ...core.motion.examples import as_example
 from ...core.motion.motion import LABELS, Motion
 from ...core.rotations import continuous_quaternions, in_axes
 from .body import armature_of, body_space, editing, matrix, read_values
@@ -123,7 +124,8 @@ def read_action(armature: bpy.types.Object, action: bpy.types.Action) -> Motion:
     rotations = rests @ turns @ np.linalg.inv(rests)
     head = matrix(bones[0].bone.head_local)
     pelvis = (head + places[:, 0] @ rests[0].T) @ body_space(armature)[:3, :3].T
-    return Motion(rotations, pelvis, rate).labelled(*(str(action.get(label, "")) for label in LABELS))
+    motion = Motion(rotations, pelvis, rate)
+    return as_example(motion.labelled(*(str(action.get(label, "")) for label in LABELS)))
 
 
 def frames_of(action: bpy.types.Action, curves: Curves) -> tuple[np.ndarray, float]:

@@ -3,12 +3,14 @@
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from ...core.body.body import Body
 from ...core.body.skeleton import JOINT_INDEX, JOINT_NAMES, PARENTS
+from ...core.motion.examples import SINGLE
 from .module import bmesh, bpy
 
 MIRROR_ATTRIBUTE = "mirror vertex"
@@ -91,7 +93,7 @@ def body_of(mesh: bpy.types.Object) -> Body:
     if (sums <= 0).any():
         raise ValueError(f"{(sums <= 0).sum()} vertices of '{mesh.name}' follow none of the 24 bones")
     mirror = mesh.data.attributes.get(MIRROR_ATTRIBUTE)
-    return Body(
+    body = Body(
         vertices=vertices,
         faces=triangles_of(mesh.data),
         joints=heads @ body_space(armature)[:3, :3].T,
@@ -99,6 +101,12 @@ def body_of(mesh: bpy.types.Object) -> Body:
         name=mesh.name,
         mirror=None if mirror is None else read_values(mirror.data, "value", len(vertices), np.int32),
     )
+    bundled = Body.bundled()
+    is_bundled = np.array_equal(body.faces, bundled.faces) and all(
+        np.abs(getattr(body, name) - getattr(bundled, name)).max() < SINGLE
+        for name in ("vertices", "joints", "weights")
+    )
+    return replace(bundled, name=mesh.name, mirror=body.mirror) if is_bundled else body  # to the last bit
 
 
 def armature_of(mesh: bpy.types.Object) -> bpy.types.Object:

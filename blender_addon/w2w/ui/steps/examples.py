@@ -5,7 +5,7 @@ from pathlib import Path
 
 import bpy
 
-from ...core.motion.motion import demo_motions
+from ...core.motion.examples import demo_motions
 from ...scene.motion.load import RetargetedMotion
 from ..jobs import jobs
 from ..jobs.jobs import Step, Steps, on_body, part
@@ -13,9 +13,6 @@ from ..study import lists, operators
 from .body import body_to_fill
 from .motion_import import ImportItem, add_clip
 from .run_all import run_all_steps
-
-CLIPS_EACH = 6
-"""Clips of each activity."""
 
 IMPORTED = 0.1
 """About which share of the time it takes until the motions are in."""
@@ -26,7 +23,7 @@ KEPT = "what is there stays, and Run All goes on from there"
 @on_body
 def import_examples(mesh: bpy.types.Object) -> Steps:
     """List the motions that come with W2W."""
-    motions = demo_motions(CLIPS_EACH)
+    motions = demo_motions()
     for number, (file, motion) in enumerate(motions.items()):
         name = Path(file).stem
         item = ImportItem(Path(), "", name, motion.activity, motion.subject)

@@ -79,7 +79,7 @@ export async function turningBody() {
   const data = await fetch("/static/demo.json").then((reply) => reply.json()).catch(() => null);
   if (!data) return;
   find("demo-title").textContent = data.sentence;
-  find("demo-of").textContent = `From ${data.clips} clips of ${data.activities.length} exercises`;
+  find("demo-of").textContent = `From ${data.clips} clips of ${data.activities.length} gestures`;
   find("demo-bars").replaceChildren(...data.products.map((product, number) => {
     const line = make("li"), bar = make("meter", "", { min: 0, max: 1, value: product.f1, "aria-hidden": "true" });
     line.append(make("span", String(number + 1), { class: "disc" }), make("span", product.name), bar, make("b", product.f1.toFixed(2)));

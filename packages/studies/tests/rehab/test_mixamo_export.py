@@ -14,7 +14,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from w2w.core.motion.motion import demo_motions  # noqa: E402
+from w2w.core.motion.examples import demo_motions  # noqa: E402
 from w2w.scene.motion.load import read_motion, to_body  # noqa: E402
 from w2w_studies.commands.demo_library import ACTIVITIES, write_demo_library  # noqa: E402
 from w2w_studies.rehab import mixamo_export  # noqa: E402
@@ -158,7 +158,7 @@ def test_a_library_has_a_folder_an_activity_and_says_who_moves(tmp_path):
     advances = []
     paths = write_demo_library(tmp_path / "library", clips_per_activity=2, seed=5, progress=advances.append)
     assert advances == [1] * len(paths) == [1] * 2 * len(ACTIVITIES)
-    assert (tmp_path / "library" / "one_leg_stand" / "One Leg Stand (2).fbx") in paths
+    assert (tmp_path / "library" / "shake_head" / "Shake Head (2).fbx") in paths
     assert all(path.read_bytes().startswith(b"Kaydara FBX Binary") for path in paths)
     assert len({path.read_bytes() for path in paths}) == len(paths)
     with (tmp_path / "library" / "labels.csv").open(newline="") as stream:
@@ -171,8 +171,8 @@ def test_a_library_has_a_folder_an_activity_and_says_who_moves(tmp_path):
 
 
 def test_the_demos_motions_are_such_clips_on_the_bundled_body(bundled_body, tmp_path):
-    stored = demo_motions()["one_leg_stand/One Leg Stand (3).npz"]
-    write_mixamo_fbx(generate_clip("one_leg_stand", 2), tmp_path / "clip.fbx")
+    stored = demo_motions()["shake_head_3.npz"]
+    write_mixamo_fbx(generate_clip("shake_head", 2), tmp_path / "clip.fbx")
     made = to_body(read_motion(tmp_path / "clip.fbx"), bundled_body).motion
     assert (stored.subject, stored.rate, stored.n_frames) == ("S03", made.rate, made.n_frames)
     np.testing.assert_allclose(stored.pelvis, made.pelvis, rtol=0, atol=1e-6)

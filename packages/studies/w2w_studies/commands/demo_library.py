@@ -20,10 +20,11 @@ from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import ForeignFileError, check, claimed
 
 from .. import rehab
-from ..rehab.clips import EXERCISES, RATE, generate_clip
+from ..rehab.clips import RATE, generate_clip
 from ..rehab.executions import WELL
+from ..rehab.gestures import GESTURES
 
-ACTIVITIES: tuple[str, ...] = tuple(EXERCISES)
+ACTIVITIES: tuple[str, ...] = tuple(GESTURES)
 """Activities of the library, each a folder of it."""
 
 LABELS = "labels.csv"
@@ -43,7 +44,7 @@ class Take(NamedTuple):
 
 
 def demo_takes(clips: int) -> list[Take]:
-    """Every exercise, done well by so many people."""
+    """Every gesture of so many people."""
     return [Take(_file(activity, n), activity, n) for activity in ACTIVITIES for n in range(clips)]
 
 
@@ -53,10 +54,10 @@ def write_demo_library(
     seed: int = 0,
     progress: Callable[[int], None] | None = None,
 ) -> list[Path]:
-    """Write a library of generated rehabilitation exercises.
+    """Write a library of generated gestures at a desk.
 
     There is a folder an activity, with files named as Mixamo's
-    (``sit_to_stand/Sit To Stand (3).fbx``), and a ``labels.csv`` that also says who moves:
+    (``shake_head/Shake Head (3).fbx``), and a ``labels.csv`` that also says who moves:
     clips of the same number are the same person. The same seed, with the same Blender,
     gives the same bytes; files of an earlier such library are replaced.
 
@@ -141,7 +142,7 @@ def demo_library(
     clips: Annotated[int, typer.Option(min=1, help="Clips an activity.")] = 12,
     seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same library.")] = 0,
 ) -> None:
-    """Write the built-in library of four rehabilitation activities as FBX files.
+    """Write the built-in library of five gestures at a desk as FBX files.
 
     Its clips can be read by anything that reads Mixamo's. The motions of `w2w demo` were made from it.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Four rehabilitation exercises from parameters, done well or badly, and what people do between them."""
+"""Rehabilitation exercises from parameters, done well or badly, what people do between them, and gestures."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,6 +9,7 @@ import numpy as np
 from .arm_raise import arm_raise_band
 from .background import BACKGROUND
 from .executions import FAULTS, WELL, aged, restyled, spoil
+from .gestures import GESTURES
 from .one_leg import one_leg_stand
 from .pose import PosePlan, pose
 from .session import Session, Style, draw_style
@@ -32,7 +33,7 @@ RATE = 30.0
 class RehabClip:
     """A generated clip on the skeleton of `rehab_skeleton`."""
 
-    activity: str  # one of `EXERCISES` or `BACKGROUND`
+    activity: str  # one of `EXERCISES`, `BACKGROUND` or `GESTURES`
     number: int  # which clip of the activity, from 0; the same number is the same person in every activity
     figure: Figure
     style: Style
@@ -67,7 +68,7 @@ def generate_clip(
 ) -> RehabClip:
     """Make one clip.
 
-    `activity`: one of `EXERCISES` or `BACKGROUND`.
+    `activity`: one of `EXERCISES`, `BACKGROUND` or `GESTURES`.
     `number`: which clip, from 0. Person and manner follow from it and the seed alone, so a clip does not
     depend on how many others are made.
     `seed`: not negative.
@@ -76,7 +77,7 @@ def generate_clip(
     `ages`: years between which the person's age is drawn; by default nobody has one.
     Raises ValueError if there is no such activity, or a number is out of range.
     """
-    every = {**EXERCISES, **BACKGROUND}
+    every = {**EXERCISES, **BACKGROUND, **GESTURES}
     if activity not in every:
         raise ValueError(f"there is no exercise {activity!r}; there are {', '.join(every)}")
     ways = (WELL, *FAULTS.get(activity, ()))
