@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from ..body.body import TEMPLATES, Body
+from ..body.body import Body
 from ..body.skeleton import BODY_HANDS, JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP, posed_joints
 from ..files import array_names, read_arrays, read_npy, write_npz
 from ..filtering import butterworth, count_resampled

@@ -38,7 +38,7 @@ CONFIDENCE = 0.95
 """Confidence level of intervals."""
 
 SMALLEST_VARIANCE = 0.95 * 0.05
-"""Smallest variance, p (1 - p), of F1 by clip: else the interval of one near 1 would have no bound in a stream."""
+"""Smallest variance p (1 - p) of F1 by clip, so that the interval of one near 1 stays bounded in a stream."""
 
 
 class StreamF1(NamedTuple):
