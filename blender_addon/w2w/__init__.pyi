@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The public names by the modules that they come from; `__init__.py` imports each when it is first used."""
 
+from .api.examples import example_motions as example_motions
 from .api.loading import (
-    example_motions as example_motions,
     from_joints as from_joints,
     from_smpl as from_smpl,
     load as load,

@@ -19,7 +19,6 @@ from ..core.keypoints.pose_files import NO_FACTS, JointPositions, joints_of
 from ..core.library.import_plan import plan_files
 from ..core.library.labels import LabelCheck
 from ..core.library.library import Clip, activity_of, read_library
-from ..core.motion.examples import demo_motions
 from ..core.motion.motion import Motion, smpl_motion
 from ..core.motion.source import UnusableMotion, reason_of
 from ..core.motion.up import UPSIDE_DOWN, mostly_head_down
@@ -105,23 +104,6 @@ def adopted(path: Path, betas: np.ndarray | None) -> Body:
         from ..scene.body.adopt import adopt_file
 
         return adopt_file(path, betas)
-
-
-def example_motions() -> Motions:
-    """Motions that come with W2W: five gestures of eight people at a desk, the same as in `w2w demo`.
-
-    Returns
-    -------
-    Motions
-        Made by W2W's own generator; public domain (CC0).
-
-    Examples
-    --------
-    >>> w2w.example_motions()
-    <Motions: 40 of 5 activities, 0 files skipped>
-    """
-    motions = tuple(demo_motions().values())
-    return Motions(motions, Body.bundled(), (), ("",) * len(motions), ({},) * len(motions))
 
 
 def load(
