@@ -40,9 +40,9 @@ table=$1
 case $table in
 truth)
   quietly w2w study truth "${libraries[@]}" "${mhad[@]}" "${umafall[@]}" "${others[@]}" --out truth
-  tests_of truth/truth.md | columns 1-3,5-11
+  tests_of truth/truth.md | columns 1-3,5-15
   ;;
-transfer) tests_of truth/truth.md | columns 1-3,12-13 ;;
+transfer) tests_of truth/truth.md | columns 1-3,16-17 ;;
 sources) sed -n '/^| activity | sources/,/^$/p;/^## /{/all/!q}' truth/mhad/report.md ;;
 challenge)
   given=()

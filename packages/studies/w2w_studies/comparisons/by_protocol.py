@@ -13,6 +13,7 @@ from ..validation.protocol import Analysis, Found, Protocol
 from ..validation.site_transfer import WayFound, site_signals, try_ways
 from ..validation.sites import validate_sites
 from ..validation.source_test import source_tests
+from .simple_rules import regrets
 from .unpaired import Side, Simulated, real_side, skipped_note
 
 
@@ -102,8 +103,9 @@ def run_protocol(
             told(f"Not done: {why[-1]}.")
             continue
         one = Found(
-            analysis.name, analysis.why, found, sides.notes, sides.simulated_at, protocol.judge(found)
-        )
+            analysis.name, analysis.why, found, sides.notes, sides.simulated_at, protocol.judge(found),
+            rules=regrets(found, sides.simulated.recordings, sides.site_of),
+        )  # fmt: skip
         made = sides.simulated
         if made.source_of:
             one = one._replace(

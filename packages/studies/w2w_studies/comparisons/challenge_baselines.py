@@ -22,6 +22,7 @@ from ..datasets.utd_mhad import UTD_IMU_RATE, read_utd_mhad
 from ..validation.protocol import KINECT, Protocol
 from ..validation.site_windows import SiteWindows, site_windows
 from .challenge import SEED, WRIST
+from .simple_rules import spread
 from .site_simulator import SiteSimulator
 from .unpaired import RegionSimulator, load_motions, scores_of
 from .utd import KINECT_20, POSE_CUTOFF_HZ, SITES, WINDOW
@@ -107,7 +108,7 @@ def _scored(
     best = np.stack([paper.f1[members].max(axis=0) for members in belongs])
     shown = sorted({recording.activity for recording in made})
     energy = [
-        np.mean([_energy(one) for one in made if one.activity == activity], axis=0) for activity in shown
+        np.mean([spread(one) for one in made if one.activity == activity], axis=0) for activity in shown
     ]
     tables = {
         ENERGY: (shown, share @ np.array(energy).T),
@@ -123,8 +124,3 @@ def _scored(
         }
         for name, (names, table) in tables.items()
     }
-
-
-def _energy(recording: ImuRecording) -> np.ndarray:
-    """Spread of the size of specific force at each sensor, shape (N,), m/s2."""
-    return np.nanstd(np.linalg.norm(recording.acc, axis=2), axis=0)

@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -98,6 +99,8 @@ class Found(NamedTuple):
     source_tests: Sequence[SourceTest] = ()
     ways: Sequence[WayFound] = ()
     """Trained on simulated, tested on worn sensors."""
+    rules: Mapping[str, float] = MappingProxyType({})
+    """Real F1 lost by rules that need no ranking."""
 
     @property
     def suffix(self) -> str:
