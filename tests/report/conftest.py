@@ -16,11 +16,12 @@ from ..headless.conftest import (
     drawn_results,
     made_once_here,
     one_worker,
+    quick_run,
     sparse_results,
 )
 from .browser import settle
 
-__all__ = ["drawn", "drawn_results", "made_once_here", "one_worker", "sparse_results"]
+__all__ = ["drawn", "drawn_results", "made_once_here", "one_worker", "quick_run", "sparse_results"]
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 DRIVER = shutil.which("chromedriver")

@@ -119,7 +119,7 @@ def tenths(f1: float) -> int:
 def moments(f1: ExpectedF1, interval: bool = True) -> str:
     """What an F1 means for people, with its interval if it is known and is wider than a tenth."""
     count, low, high = (tenths(value) for value in f1)
-    text = f"{'nearly all' if count == 10 else f'about {count}'} of 10 moments right"
+    text = "nearly all moments right" if count == 10 else f"about {count} of 10 moments right"
     return f"{text}, between {low} and {high}" if interval and low < high else text
 
 

@@ -13,6 +13,7 @@ from ...core.findings.cautions import KNOW, OPEN, STOPS, WEAKENS, Caution, below
 from ...core.findings.summary import best_regions, own_scores, study_counts
 from ...core.library.library import Library
 from ...core.patches.patches import PatchSet
+from ...core.ranking.costs import IS_AS_GOOD
 from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
 from ...core.selection.advice import Advice
@@ -168,6 +169,7 @@ def show_places(scores: Sequence[PlaceScore], console: Console, first: str = "re
             _with_interval(max(score.cost.expected, 0.0), *score.cost[1:3]) if apart else "",
             score.cost.verdict() if apart else first,
         )
+        first = first if apart else IS_AS_GOOD
     console.print(table)
 
 
