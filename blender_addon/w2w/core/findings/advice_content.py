@@ -55,7 +55,6 @@ def answer_content(answer: Answer, patches: PatchSet, cautions: Sequence[Caution
         "sentence": sentence,
         "detail": answer.detail(),
         **habit_content(answer),
-        "chance": round(answer.chance, 3),
         "patch": answer.patch,
         "name": patches.names[answer.patch],
         **interval_content("expected_f1", *answer.f1),

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-import scipy
 
 from ..files import load_arrays, write_npz
 from ..windows.inputs import PatchBlocks, SomeWindows, as_blocks
@@ -34,9 +33,6 @@ CLASSIFIERS: dict[str, EntryPoint | None] = {
 
 LEVEL = 0.95
 """Confidence of the intervals."""
-
-ROUNDING = 1e-9
-"""How near to certain a chance may come."""
 
 OPTIONAL = ("half_f1", "weights", "errors", "lost", "posture")
 """Fields that a file may lack: `half_f1` where nothing was halved, `weights` where all count alike."""
@@ -161,16 +157,6 @@ class UtilityMap:
     def halved(self) -> bool:
         """Whether halves of the clips tell how far the map repeats."""
         return len(self.errors) > 0
-
-    def chance(self, expected: float) -> float:
-        """Chance that a place of this expected macro F1 scores above an average patch on other clips."""
-        lead, best = (
-            value - float(self.expected_mean.mean()) for value in (expected, self.expected_mean.max())
-        )
-        if best <= 0:
-            return self.beats_average
-        deviations = scipy.special.ndtri(np.clip(self.beats_average, ROUNDING, 1 - ROUNDING))
-        return float(scipy.special.ndtr(deviations * lead / best))
 
     @property
     def by_subject(self) -> bool:

@@ -65,7 +65,6 @@ class Answer(InShort):
     in_stream: bool  # whether F1 is in a stream of clips; else each window holds one alone
     caution: str  # in place of the interval, if there are too few clips for one
     differs: bool  # some places may be better than others; else all are shown to do alike
-    chance: float  # that the place does better than an average one on other clips
     habit: PlaceScore | None  # what people wear anyway; None if it may not be worn here
     gain: Gain | None  # what can be counted on over the habit; None without one
     more: str  # what would tell most, if the clips are few
@@ -122,13 +121,13 @@ class Answer(InShort):
         """F1 with its interval, what can be counted on over the habit, and what others cost."""
         f1 = self.f1
         said = [f"F1 {short(f1.mean)} ({self.caution or f'{short(f1.low)} to {short(f1.high)}'})."]
-        others = self.others
+        others = [score for score in self.others if self.gain_shown or not score.cost.as_good]
         if self.habit and self.gain and not self.keeps:
-            others = tuple(score for score in others if score.name != self.habit.name)
+            others = [score for score in others if score.name != self.habit.name]
             if self.gain_shown:
                 said.append(f"{capital(self.habit.phrase)}: {short(self.habit.expected)}; {HALF_OF_IT}.")
             else:
-                others = (self.habit, *others)
+                others = [self.habit, *others]
         return " ".join(filter(None, [*said, compared(others)]))
 
     def measured(self) -> str:
@@ -158,7 +157,7 @@ def answer(scored: ScoredMap) -> Answer:
         habit = next(score for score in products if score.name == habit.name)
     return Answer(
         where=where, patch=base.patch, in_stream=utility.lost is not None, caution=mean_caution(utility),
-        differs=differs, chance=utility.chance(base.expected), habit=habit,
+        differs=differs, habit=habit,
         gain=gain(utility, base.under, habit.under) if habit else None,
         more=_more(utility) if utility.few else "", base=base,
         posture=by_posture(utility, base.patch),
