@@ -35,7 +35,7 @@ if [ -n "$packages" ]; then
   tools/install_packages.sh "Installing system packages:" "W2W needs what this machine lacks:$needs." $packages
 fi
 
-stamp="$venv/.ready-$({ cat pyproject.toml packages/studies/pyproject.toml setup.py constraints.txt "$0"; echo "$bpy"; } | sha256sum | cut -c1-16)"
+stamp="$venv/.ready-$({ cat pyproject.toml packages/studies/pyproject.toml setup.py constraints.txt "$0"; echo "$bpy"; } | cksum | cut -d" " -f1)"
 if [ -e "$stamp" ]; then
   exit 0
 fi
@@ -46,6 +46,8 @@ export PIP_CONSTRAINT="$PWD/constraints.txt" PIP_DISABLE_PIP_VERSION_CHECK=1
 # Python compiles what it imports; compiling all of it would take as long as the rest.
 if [ "$venv" = .venv ]; then
   "$venv/bin/python" -m pip install --quiet --no-compile "bpy==$bpy" --editable ".[test,docs]" --editable packages/studies
+  # Editors and mypy follow plain paths, not the import hook of an editable install.
+  printf '%s\n' "$PWD/blender_addon" "$PWD/packages/studies" >"$venv/lib/python3.11/site-packages/where_to_wear_paths.pth"
 else
   tools/set_up.sh
   "$venv/bin/python" -m pip install --quiet --no-compile --no-deps "bpy==$bpy"

@@ -13,7 +13,7 @@ environment() {
   local venv=".venv-peers/$1"
   shift
   local stamp
-  stamp="$venv/.ready-$(echo "$@" | sha256sum | cut -c1-16)"
+  stamp="$venv/.ready-$(echo "$@" | cksum | cut -d" " -f1)"
   if [ ! -e "$stamp" ]; then
     rm -rf "$venv"
     "$python" -m venv "$venv"
