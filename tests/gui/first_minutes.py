@@ -125,6 +125,20 @@ def compare_and_show(driver: Driver) -> Script:
     with driver.in_view():
         bpy.ops.w2w.export_presentation(filepath=str(OUT / "pictures" / "5_presentation.png"))
     yield from idle(driver)
+    report["windows"] = [window.screen.areas[0].type for window in bpy.context.window_manager.windows]
+    yield from driver.turns(20)
+    driver.photograph("5_opened")
+    with driver.in_view():
+        bpy.ops.w2w.export_presentation(
+            filepath=str(OUT / "pictures" / "5_alone.png"),
+            pose="FRAME", seen="VIEW", content="BODY", shape="SQUARE", light="FLAT",
+        )  # fmt: skip
+    yield from idle(driver)
+    for window in bpy.context.window_manager.windows[1:]:
+        with bpy.context.temp_override(window=window):
+            bpy.ops.wm.window_close()
+    alone = pixels(OUT / "pictures" / "5_alone.png")
+    report["alone"] = {"size": alone.shape[:2], "colours": int(coloured(alone).sum())}
     picture = pixels(OUT / "pictures" / "5_presentation.png")
     legend = [
         len({*map(tuple, column.tolist())})
@@ -132,6 +146,7 @@ def compare_and_show(driver: Driver) -> Script:
     ]
     report["presentation"] = {
         "scenes": len(bpy.data.scenes),
+        "shape": picture.shape[1] / picture.shape[0],
         "colours_of_legend": max(legend),
         "colours": int(coloured(picture).sum()),
         "ink": int((picture.max(axis=-1) < 70).sum()),

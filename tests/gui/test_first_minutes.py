@@ -63,6 +63,11 @@ def test_the_picture_to_show_has_body_legend_and_badges(report: dict[str, Any]) 
     assert picture["colours"] > 50_000
     assert picture["colours_of_legend"] > 100
     assert picture["ink"] > 1000
+    assert picture["shape"] == pytest.approx(16 / 9, abs=0.01)
+    assert report["windows"][1:] == ["IMAGE_EDITOR"]
+    height, width = report["alone"]["size"]
+    assert height == width
+    assert report["alone"]["colours"] > 20_000
 
 
 def test_renders_show_the_map_in_every_engine(report: dict[str, Any]) -> None:

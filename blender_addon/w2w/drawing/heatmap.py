@@ -143,11 +143,13 @@ def _page(
     for text in (heading, line):
         page.fit(figure, text, width - 2 * page.MARGIN)
     first_row, last_row, first, last = crop
-    for number, (view, name) in enumerate(zip(views, SIDES, strict=True)):
+    names = SIDES if len(views) > 1 else {"": ()}
+    for number, (view, name) in enumerate(zip(views, names, strict=True)):
         place, shown = _place(number, crop), view[first_row:last_row, first:last]
         page.lay(figure, shown, *place)
         page.write(figure, place[0], page.MARGIN + 0.02, name, size=9.5, color=page.FAINT, va="bottom")
-        _draw_sides(figure, shown, place, SIDES[name])
+        if name:
+            _draw_sides(figure, shown, place, SIDES[name])
     _draw_bar(figure, left + 0.3, scale)
     return figure, crop, left + BAR_COLUMN + 0.3
 

@@ -7,12 +7,16 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-from mathutils import Vector
+from mathutils import Matrix, Vector
 from PIL import Image
 
 from ..core.body.skeleton import JOINT_NAMES
+from .base.actions import show_action
 from .base.body import armature_of, matrix
 from .base.module import bpy
+
+ARMS_DOWN = {"left_shoulder": np.radians(62), "right_shoulder": np.radians(-62)}
+"""Turns about the axis from back to front of the bones that hang in a neutral pose, radians."""
 
 AWAY = 10.0
 """Distance of the camera, in widths of its picture."""
@@ -28,7 +32,31 @@ def facing(mesh: bpy.types.Object) -> float:
 
 
 @contextmanager
-def stage(items: Sequence[bpy.types.Object], size: int) -> Iterator[Callable[..., np.ndarray]]:
+def neutral(mesh: bpy.types.Object) -> Iterator[None]:
+    """Inside, a body stands upright with its arms down; its clip and its pose come back at the end."""
+    armature, scene = armature_of(mesh), bpy.context.scene
+    bones, data = armature.pose.bones, armature.animation_data
+    action, before = data and data.action, [bone.matrix_basis.copy() for bone in bones]
+    try:
+        if action:
+            data.action = None
+        for bone in bones:
+            own, turn = bone.bone.matrix_local.to_3x3(), ARMS_DOWN.get(bone.name, 0.0)
+            bone.matrix_basis = (own.inverted() @ Matrix.Rotation(turn, 3, "Y") @ own).to_4x4()
+        scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
+        yield
+    finally:
+        for bone, basis in zip(bones, before, strict=True):
+            bone.matrix_basis = basis
+        if action:
+            show_action(armature, action)
+        scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
+
+
+@contextmanager
+def stage(
+    items: Sequence[bpy.types.Object], size: int, light: str = "STUDIO"
+) -> Iterator[Callable[..., np.ndarray]]:
     """A scene of its own that holds objects as they are now.
 
     It gives a function that renders it as seen from a direction (3,), a `width` in metres around a centre
@@ -44,7 +72,7 @@ def stage(items: Sequence[bpy.types.Object], size: int) -> Iterator[Callable[...
     render.image_settings.color_mode = "RGBA"
     render.resolution_x = render.resolution_y = size
     render.fps, render.fps_base = shown.render.fps, shown.render.fps_base
-    shading.light, shading.color_type, shading.show_cavity = "STUDIO", "VERTEX", True
+    shading.light, shading.color_type = light, "VERTEX"
     scene.view_settings.view_transform = "Standard"
     scene.frame_set(shown.frame_current, subframe=shown.frame_subframe)
 

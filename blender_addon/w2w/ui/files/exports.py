@@ -16,12 +16,9 @@ from ...core.library.library import unique_names
 from ...core.selection.advice import redundancy_clusters
 from ...core.selection.headline import doubted, mean_title
 from ...core.study.results import StudyResults, stored_recording
-from ...scene.base.playback import EvaluatedVertices
-from ...scene.presentation import facing, stage
-from ..jobs.jobs import Step, Steps, in_thread, on_body
+from ..jobs.jobs import Steps, in_thread, on_body
 from ..steps.baking import ranked_clips
-from ..study import counting, lists, operators, scores, signal_cache, state
-from ..viewport.framing import MARGIN, extent, with_garments
+from ..study import counting, operators, scores, signal_cache, state
 from ..viewport.legend import legend
 from ..viewport.overlay import picks
 from .save_results import with_saved
@@ -63,44 +60,6 @@ def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
 
     yield from in_thread(draw, f"drawing {path.name}", 0.0, 1.0)
     return f"Saved the map: {path}"
-
-
-@on_body
-def presentation_steps(mesh: bpy.types.Object, path: Path) -> Steps:
-    """Render the posed body from the front and from behind, then lay legend and badges around it."""
-    from ...drawing.body import ViewFrame
-    from ...drawing.heatmap import VIEW_PIXELS, subset_figure  # matplotlib is slow to import
-    from ...drawing.page import SensorList
-
-    study, patches = mesh.w2w, state.placed_patches(mesh)
-    rows = list(lists.leading(study))
-    corners = EvaluatedVertices(mesh, patches.triangles[[row.patch for row in rows]]).positions()
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    low, high = extent([mesh])
-    size = round(VIEW_PIXELS * MARGIN * float((high - low).max() / (high[2] - low[2])))
-    turns = (facing(mesh), facing(mesh) + np.pi)
-    frames = [ViewFrame(turn, (low + high) / 2, MARGIN * float((high - low).max()), size) for turn in turns]
-    views = []
-    with stage([*with_garments(mesh)], size) as picture:
-        for number, frame in enumerate(frames):
-            yield Step(0.3 * number, "rendering")
-            views.append(picture(frame.towards_camera, frame.centre, frame.width))
-    best = (normals @ np.stack([frame.towards_camera for frame in frames], axis=1)).argmax(axis=1)
-    places = [frames[view].to_pixels(spot) for view, spot in zip(best, corners.mean(axis=1), strict=True)]
-    markers = [(int(view), float(x), float(y)) for view, (x, y) in zip(best, places, strict=True)]
-    shown, advice = legend(study, state.ranking_of(mesh)), lists.advice_of(study) or {}
-    words = {card["patch"]: card["in_words"] for card in advice.get("cards") or ()}
-    cards = [words.get(row.patch, "") for row in rows]
-    sensors = SensorList([row.label for row in rows], [row.f1 for row in rows], cards)
-    title, subtitle = heading(mesh)
-    if scores.view_index(study) == 0 and scores.minus_index(study) < 0:  # the badges are of this answer
-        subtitle = lists.answer_of(study).get("sentence", subtitle)
-
-    def draw(_: object) -> None:
-        subset_figure(path, views, title, shown, markers, sensors, subtitle)
-
-    yield from in_thread(draw, f"drawing {path.name}", 0.6, 1.0)
-    return f"Saved the picture: {path}"
 
 
 @on_body
@@ -186,15 +145,6 @@ class W2W_OT_export_map(Export, bpy.types.Operator):
 
     usual = "map.png"
     write = staticmethod(map_steps)
-
-
-class W2W_OT_export_presentation(Export, bpy.types.Operator):
-    """Render the body as it is posed, front and back, with the legend and the sensors' numbers"""
-
-    bl_label = "Presentation Render"
-
-    usual = "presentation.png"
-    write = staticmethod(presentation_steps)
 
 
 class W2W_OT_export_table(Export, bpy.types.Operator):
