@@ -9,6 +9,7 @@ import sys
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
+WRONG = "This zip of W2W is not for this Blender: install the one whose name says its version ({})"
 _TREE = Path(__file__).parent / "blender_addon" / "w2w"
 
 
@@ -29,8 +30,11 @@ elif __package__:  # else it is pytest that looks in, from a folder whose name i
         for name in [name for name in sys.modules if name.partition(".")[0] == "w2w"]:
             del sys.modules[name]  # of the version before an update
         _load()
-        import w2w
-        import w2w.extension
+        try:
+            import w2w
+            import w2w.extension
+        except ImportError as error:  # compiled libraries are for one Python
+            raise ImportError(WRONG.format(error)) from error
 
         w2w.extension.NAME = __package__
         w2w.register()

@@ -42,6 +42,9 @@ PLATFORMS = {
 }
 """Blender's name of a platform, and the tags of the wheels that run there."""
 
+SPANS = {"3.11": "4.3-to-5.0", "3.13": "5.1-and-later"}
+"""The Blenders that have a Python, as names of zips say them."""
+
 PURE_TOO = ("fonttools",)
 """Libraries with compiled wheels and a pure one, which is smaller: that is taken."""
 

@@ -22,7 +22,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from blender_wheels import PLATFORMS, PROJECT, ask_blender, fetch_wheels
+from blender_wheels import PLATFORMS, PROJECT, SPANS, ask_blender, fetch_wheels
 from check_zip import LEFT_TO_PIP, problems
 
 MANIFEST = "blender_manifest.toml"
@@ -77,10 +77,15 @@ def build(
         version = re.search(r'^version = "(.+)"', (stage / MANIFEST).read_text("utf-8"), re.MULTILINE)[1]
         for path in stage.rglob("*"):
             os.utime(path, (EPOCH, EPOCH))
-        target = destination / f"w2w-{version}-{platform}-python{python}.zip"
+        target = destination / f"w2w-{version}-blender-{span(python, blenders)}-{platform}.zip"
         blender_tool("validate", str(stage))
         blender_tool("build", "--source-dir", str(stage), "--output-filepath", str(target))
     return target
+
+
+def span(python: str, blenders: tuple[str, str]) -> str:
+    """The Blenders that a zip is for, as its name says them."""
+    return SPANS[python] if blenders == SERIES.get(python) else f"of-python{python}"
 
 
 def own_wheel(folder: Path) -> Path:

@@ -21,6 +21,11 @@ from typing import BinaryIO
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+try:
+    from blender_wheels import PLATFORMS, SPANS
+except ModuleNotFoundError:  # imported by a test
+    from tools.blender_wheels import PLATFORMS, SPANS
+
 LARGEST = 61e6
 """Bytes of a zip: who tries the extension waits for its download."""
 
@@ -62,7 +67,11 @@ def unpacked(zipped: Path | BinaryIO) -> dict[str, bytes]:
 
 def problems(path: Path) -> list[str]:
     """Every rule that a zip breaks, as a sentence; the zip's name tells its platform and Python."""
-    platform, _, python = path.stem.split("-", 2)[2].partition("-python")
+    platform = next(platform for platform in PLATFORMS if path.stem.endswith(f"-{platform}"))
+    blenders = path.stem.removesuffix(f"-{platform}").partition("-blender-")[2]
+    python = {span: python for python, span in SPANS.items()}.get(
+        blenders, blenders.removeprefix("of-python")
+    )
     files = unpacked(path)
     with zipfile.ZipFile(path) as archive:
         twice = len(archive.namelist()) - len(files)

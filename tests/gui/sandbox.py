@@ -37,7 +37,7 @@ def newest_zip() -> Path:
     if not (SANDBOX / ".ready").exists():
         pytest.skip("no real Blender here: run tools/real_blender.sh first")
     python = python_version()
-    zips = (PROJECT / "dist").glob(f"w2w-*-linux-x64-python{python}.zip")
+    zips = (PROJECT / "dist").glob(f"w2w-*-blender-of-python{python}-linux-x64.zip")
     newest = max(zips, key=lambda path: path.stat().st_mtime, default=None)
     if newest is None:
         pytest.skip(f"no extension for Python {python} here: run 'make test-window' first")

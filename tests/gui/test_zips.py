@@ -16,7 +16,7 @@ import pytest
 from tools.check_zip import problems, unpacked
 
 PROJECT = Path(__file__).resolve().parents[2]
-ZIPS = sorted((PROJECT / "dist").glob("w2w-*.zip"))
+ZIPS = sorted((PROJECT / "dist").glob("w2w-*-blender-*.zip"))
 PYTHONS = {
     "4.5": Path(sys.executable),
     "5.0": Path(os.environ.get("W2W_BPY5_PYTHON", PROJECT / ".venv-blender-5" / "bin" / "python")),
@@ -44,7 +44,7 @@ def bare_folder(python: Path, folder: Path) -> Path:
 
 @pytest.mark.parametrize("series", PYTHONS)
 def test_the_zip_installs_into_a_bare_blender_and_ranks(series: str, tmp_path: Path) -> None:
-    zips = [path for path in ZIPS if path.name.endswith("-linux-x64-python3.11.zip")]
+    zips = [path for path in ZIPS if path.name.endswith("-blender-4.3-to-5.0-linux-x64.zip")]
     if not zips:
         pytest.skip("no extension here: run 'make extension' first")
     if not PYTHONS[series].exists():
