@@ -20,7 +20,7 @@ from panel import OUT, idle, install, module, open_tab, play, report, study, to_
 
 EEVEE = "BLENDER_EEVEE" if bpy.app.version >= (5, 0) else "BLENDER_EEVEE_NEXT"
 ENGINES = {"WORKBENCH": "BLENDER_WORKBENCH", "CYCLES": "CYCLES", "EEVEE": EEVEE}
-COLOURED = 12
+COLOURED = 6
 """Difference of the channels of a pixel from which on it has a colour: Blender's own greys have less."""
 
 

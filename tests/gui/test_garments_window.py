@@ -66,4 +66,4 @@ def test_patches_under_the_shirt_are_baked_on_it(report: dict[str, Any]) -> None
     ((is_baked, path),) = report["baked"]
     assert is_baked, path
     assert path.endswith("sensors are on T-Shirt")
-    assert report["messages"][-1].startswith("Baked 1 clip on 64 patches")
+    assert report["messages"][-1].startswith("Baked 1 clip on 64 spots")

@@ -50,7 +50,7 @@ def report(results: Path) -> dict[str, Any]:
 def test_the_panel_shows_the_run(report: dict[str, Any], results: Path, way: str) -> None:
     best = json.loads((results / "summary.json").read_text())["answer"]["patch"]
     found = report[way]
-    assert found["message"] == f"Opened a finished run: 9 clips on {N_PATCHES} patches"
+    assert found["message"] == f"Opened a finished run: 9 clips on {N_PATCHES} spots"
     assert (found["clips"], found["baked"], found["patches"]) == (9, 9, N_PATCHES)
     assert found["keys"] > 20
     assert found["chosen"] == [best]

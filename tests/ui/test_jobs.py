@@ -93,7 +93,7 @@ UNFORESEEN = "Job failed, please report this and what the system console says: "
         (KeyError("walk"), f"{UNFORESEEN}KeyError: 'walk'"),
         (
             MemoryError(),
-            "Job needs more memory than is free: close other programs, or take fewer patches",
+            "Job needs more memory than is free: close other programs, or take fewer spots",
         ),
     ],
 )

@@ -45,7 +45,7 @@ def test_the_chosen_sensor_alone_is_keyed(library: Path) -> None:
     assert bpy.ops.w2w.bake_patches(which="SET") == {"FINISHED"}
     (item,) = bpy.data.collections["Keyframes: Body"].objects
     assert item.name == f"{body.w2w.chosen[0].label} Keyframes"
-    with pytest.raises(RuntimeError, match="No patch is chosen yet"):
+    with pytest.raises(RuntimeError, match="No spot is chosen yet"):
         bpy.ops.w2w.bake_patches(which="PICKED")
 
 

@@ -53,7 +53,7 @@ def opened(finished_run: Path) -> bpy.types.Object:
 
 def test_all_of_the_run_is_there(opened: bpy.types.Object, finished_run: Path, summary: dict) -> None:
     study, run = opened.w2w, StudyResults.load(finished_run)
-    assert jobs.message.text == "Opened a finished run: 9 clips on 24 patches"
+    assert jobs.message.text == "Opened a finished run: 9 clips on 24 spots"
     np.testing.assert_array_equal(utility_of(study).f1, run.utility.f1)
     np.testing.assert_array_equal(patches_of(opened).triangles, run.patches.triangles)
     np.testing.assert_allclose(body_of(opened).vertices, run.body().vertices, atol=1e-6)

@@ -45,7 +45,7 @@ def test_a_file_without_its_folder_shows_the_ranking_and_says_what_is_missing(
     assert utility_of(body.w2w).f1.shape == (24, 3)
     assert len(body.w2w.chosen)
     assert jobs.message.text == (
-        "Opened a finished run: 9 clips on 24 patches. The signals of 9 clips are not next to this file: "
+        "Opened a finished run: 9 clips on 24 spots. The signals of 9 clips are not next to this file: "
         "locate the results folder, or bake them again (page Details)"
     )
     assert bpy.ops.w2w.bake_signals() == {"FINISHED"}

@@ -56,7 +56,7 @@ def lose_armature(body: bpy.types.Object) -> None:
     ("change", "why"),
     [
         (relabel, "Clips, labels or settings have changed since the ranking"),
-        (reshape, "The body, the patches or the sensor have changed since the signals were baked"),
+        (reshape, "The body, the spots or the sensor have changed since the signals were baked"),
         (lose_armature, "The body has lost its armature: undo that (Ctrl Z), or add a body"),
     ],
 )

@@ -75,7 +75,7 @@ def test_ranking_choice_and_regions_are_the_runs(
     assert config_of(study) == run.config()
     assert not W2W_PT_utility.missing(None, opened)
     assert study.ranked_as == rank_settings(study)
-    assert jobs.message == jobs.Message("Opened a finished run: 9 clips on 24 patches", False)
+    assert jobs.message == jobs.Message("Opened a finished run: 9 clips on 24 spots", False)
 
 
 def test_clips_play_and_the_unusable_one_says_why(opened: bpy.types.Object, finished_run: Path) -> None:

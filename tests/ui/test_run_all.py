@@ -52,7 +52,7 @@ def test_patches_are_placed_again_if_their_number_has_changed(library: Path) -> 
     body = make_study(library)
     assert state.outdated(body) == ""
     body.w2w.patch_count = N_PATCHES - 4
-    assert "number of patches" in state.outdated(body)
+    assert "number of spots" in state.outdated(body)
     body.w2w.max_places = 1
     assert bpy.ops.w2w.run_all() == {"FINISHED"}
     assert len(patches_of(body)) == N_PATCHES - 4

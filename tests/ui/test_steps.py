@@ -52,7 +52,7 @@ def test_each_step_says_what_is_missing(library: Path) -> None:
     body = make_study(library, "")
     assert "Import motions" in missing_for_bake(body)
     bpy.ops.w2w.import_folder(directory=str(library))
-    assert "Place patches" in missing_for_bake(body)
+    assert "Place spots" in missing_for_bake(body)
     bpy.ops.w2w.place_patches()
     assert missing_for_bake(body) == ""
     assert "Bake" in missing_for_rank(body)

@@ -78,7 +78,7 @@ def test_undo_and_redo_take_the_message_away_and_fold_patches_that_come_back(
     bpy.ops.ed.undo_push(message="before")
     take_through(library, "patches")
     bpy.ops.ed.undo_push(message="Place Patches")
-    assert jobs.message.text.startswith("Placed 24 patches")
+    assert jobs.message.text.startswith("Placed 24 spots")
     bpy.ops.ed.undo()
     assert jobs.message is None
     jobs.message = jobs.Message("Ranked", False)

@@ -25,7 +25,7 @@ from .save_results import with_saved
 
 SUFFIXES = {"npz": ".npz", "csv": ".csv", "xsens": ".txt", "x-io": ""}
 
-PICKED = ("PICKED", "Picked Patch", "The patch that you look at; of two that are compared, both")
+PICKED = ("PICKED", "Picked Spot", "The spot that you look at; of two that are compared, both")
 """The item of a choice of patches."""
 
 
@@ -43,7 +43,7 @@ def heading(mesh: bpy.types.Object) -> tuple[str, str]:
         best = int(np.where(allowed, values, -1).argmax())
     if index:
         title = utility.activities[index - 1].replace("_", " ").capitalize()
-    return title, doubted(utility, f"Best patch: {patches.names[best]} ({values[best]:.2f})")
+    return title, doubted(utility, f"Best spot: {patches.names[best]} ({values[best]:.2f})")
 
 
 @on_body
@@ -79,7 +79,7 @@ def table_steps(mesh: bpy.types.Object, path: Path) -> Steps:
 def signal_steps(mesh: bpy.types.Object, folder: Path, chosen: list[int] | None, kind: str) -> Steps:
     """Write the signals of some patches, a file each, or of all patches, a file a clip."""
     if chosen == []:
-        raise ValueError("Click a spot on the body first, with the tool Pick Patch")
+        raise ValueError("Click a spot on the body first, with the tool Pick Spot")
     patches, clips = state.placed_patches(mesh), ranked_clips(mesh.w2w)
     names = unique_names([f"{clip.name}.npz" for clip in clips])
     ends: dict[int | None, str] = {None: ".npz"}
@@ -148,7 +148,7 @@ class W2W_OT_export_map(Export, bpy.types.Operator):
 
 
 class W2W_OT_export_table(Export, bpy.types.Operator):
-    """Save the F1 of every patch and activity as utility.csv"""
+    """Save the F1 of every spot and activity as utility.csv"""
 
     usual = "utility.csv"
     write = staticmethod(table_steps)
@@ -162,19 +162,19 @@ class W2W_OT_export_report(Export, bpy.types.Operator):
 
 
 class W2W_OT_export_signals(operators.AsksForFolder, operators.StartsJob, bpy.types.Operator):
-    """Save what sensors would have recorded: of the patch looked at, or of all patches, a file a clip"""
+    """Save what sensors would have recorded: of the spot looked at, or of all spots, a file a clip"""
 
     which: EnumProperty(
-        name="Patches",
+        name="Spots",
         description="Whose signals are saved",
         items=(
             PICKED,
-            ("ALL", "All Patches", "All patches, in W2W's own npz files"),
+            ("ALL", "All Spots", "All spots, in W2W's own npz files"),
         ),
     )
     kind: EnumProperty(
         name="Format",
-        description="Kind of file for a picked patch",
+        description="Kind of file for a picked spot",
         items=[(name, name, f"As w2w synth --format {name}") for name in FORMATS],
         default="csv",
     )
@@ -200,10 +200,8 @@ class W2W_MT_export(bpy.types.Menu):
         layout.operator("w2w.export_map", text="Map (png)", translate=False, icon="IMAGE_DATA")
         layout.operator("w2w.export_presentation", icon="RENDER_STILL")
         layout.operator("w2w.export_table", text="Table (utility.csv)", translate=False, icon="SPREADSHEET")
-        for which, text in (("PICKED", "Signals of Picked Patch"), ("ALL", "Signals of All Patches")):
+        for which, text in (("PICKED", "Signals of Picked Spot"), ("ALL", "Signals of All Spots")):
             layout.operator("w2w.export_signals", text=text, translate=False, icon="GRAPH").which = which
-        layout.operator(
-            "w2w.export_patches", text="Moving Patches (usd)", translate=False, icon="EMPTY_ARROWS"
-        )
+        layout.operator("w2w.export_patches", text="Moving Spots (usd)", translate=False, icon="EMPTY_ARROWS")
         layout.operator("w2w.export_report", text="Report (html)", translate=False, icon="WORLD")
         layout.operator("w2w.save_results", text="Results Folder", translate=False, icon="FILE_FOLDER")

@@ -26,7 +26,7 @@ def key_steps(mesh: bpy.types.Object, chosen: Sequence[int]) -> Generator[Step, 
     """Add empties that move like some patches in the clip that plays, in a collection of their own."""
     patches, utility = state.placed_patches(mesh), state.utility_of(mesh.w2w)
     baker = PatchBaker(mesh, at_patches(patches, list(chosen)))
-    bake = yield from as_steps(baker.by_frame(), "following the patches", 0.0, 0.3)
+    bake = yield from as_steps(baker.by_frame(), "following the spots", 0.0, 0.3)
     f1 = None if utility is None else scores.expected_mean(mesh.w2w, utility)
     given = [{} if f1 is None else {F1: float(f1[patch])} for patch in chosen]
     names = [f"{patches.names[patch]} {KEYED}" for patch in chosen]
@@ -52,9 +52,11 @@ def remove(collection: bpy.types.Collection) -> None:
 def bake_key_steps(mesh: bpy.types.Object, chosen: Sequence[int]) -> Steps:
     """Keep the empties in the scene."""
     if not chosen:
-        raise ValueError("No patch is chosen yet: rank first (page Details), or click a spot on the body")
+        raise ValueError(
+            "No spot is chosen yet: score them first (page Details), or click a spot on the body"
+        )
     collection = yield from key_steps(mesh, chosen)
-    return f"Keyed {len(chosen)} patches in '{collection.name}'"
+    return f"Keyed {len(chosen)} spots in '{collection.name}'"
 
 
 @on_body
@@ -73,21 +75,21 @@ def usd_steps(mesh: bpy.types.Object, path: Path) -> Steps:
             )
     finally:
         remove(collection)
-    return f"Saved {len(chosen)} moving patches: {path}"
+    return f"Saved {len(chosen)} moving spots: {path}"
 
 
 class W2W_OT_bake_patches(operators.StartsJob, operators.OnPatches, bpy.types.Operator):
-    """Copy patches as empties with a key in every frame of the clip that plays, free of the body"""
+    """Copy spots as empties with a key in every frame of the clip that plays, free of the body"""
 
     bl_label = "Bake to Keyframes"
 
     which: EnumProperty(
         name="Which",
-        description="The patches that are copied",
+        description="The spots that are copied",
         items=(
             ("SET", "Chosen Sensors", "The sensors that are marked on the body"),
             PICKED,
-            ("ALL", "All Patches", "All patches"),
+            ("ALL", "All Spots", "All spots"),
         ),
     )
 
@@ -102,7 +104,9 @@ class W2W_OT_bake_patches(operators.StartsJob, operators.OnPatches, bpy.types.Op
 
 
 class W2W_OT_export_patches(Export, bpy.types.Operator):
-    """Save all patches as they move in the clip that plays, with their F1, for other programs (USD)"""
+    """Save all spots as they move in the clip that plays, with their F1, for other programs (USD)"""
+
+    bl_label = "Export Spots"
 
     usual = "patches.usdc"
     write = staticmethod(usd_steps)

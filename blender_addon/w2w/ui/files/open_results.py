@@ -49,7 +49,7 @@ class ChoosesResults(operators.AsksForFile):
 
 
 class W2W_OT_open_results(ChoosesResults, operators.StartsJob, bpy.types.Operator):
-    """Open the results folder of a finished run: its body, patches, clips, ranking and chosen sensors"""
+    """Open the results folder of a finished run: its body, spots, clips, ranking and chosen sensors"""
 
     poll = classmethod(jobs.can_start)
 
@@ -116,7 +116,7 @@ def open_steps(folder: Path) -> jobs.Steps:
         mesh = add_study(bpy.context, body, folder.resolve().name)
         mesh.w2w.results_folder = str(folder.resolve())
         check_fits(mesh, run)
-        yield jobs.Step(0.25, "placing patches")
+        yield jobs.Step(0.25, "placing spots")
         study, name = mesh.w2w, f"Patches: {mesh.name}"
         study.show_patches = False  # hundreds of axes need not follow while motions come in
         home = mesh.users_collection[0]

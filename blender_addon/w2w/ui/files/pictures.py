@@ -15,7 +15,7 @@ from ...scene.base.playback import EvaluatedVertices
 from ...scene.presentation import facing, neutral, stage
 from ..jobs.jobs import Step, Steps, in_thread, on_body, views
 from ..study import lists, scores, state
-from ..viewport.framing import extent, with_garments
+from ..viewport.framing import DRAWN_AFTER, extent, with_garments
 from ..viewport.legend import legend
 from .exports import Export, heading
 
@@ -115,9 +115,18 @@ def open_picture(path: Path) -> None:
     image = bpy.data.images.load(str(path), check_existing=True)
     image.reload()
     bpy.ops.wm.window_new()
-    area = bpy.context.window_manager.windows[-1].screen.areas[0]
+    window = bpy.context.window_manager.windows[-1]
+    area = window.screen.areas[0]
     area.type = "IMAGE_EDITOR"
     area.spaces.active.image = image
+
+    def show_whole() -> None:
+        if window in bpy.context.window_manager.windows[:]:
+            region = next(each for each in area.regions if each.type == "WINDOW")
+            with bpy.context.temp_override(window=window, area=area, region=region):
+                bpy.ops.image.view_all(fit_view=True)
+
+    bpy.app.timers.register(show_whole, first_interval=DRAWN_AFTER)
 
 
 def _choice(name: str, about: str, *items: tuple[str, str, str]) -> Any:

@@ -78,7 +78,7 @@ class Job:
             return str(error)
         traceback.print_exception(error)
         if isinstance(error, MemoryError):
-            return f"{self.title} needs more memory than is free: close other programs, or take fewer patches"
+            return f"{self.title} needs more memory than is free: close other programs, or take fewer spots"
         what = f"{type(error).__name__}: {error}".rstrip(": ")
         return f"{self.title} failed, please report this and what the system console says: {what}"
 

@@ -35,7 +35,7 @@ class W2W_OT_add_wish(operators.OnPatches, bpy.types.Operator):
 class W2W_OT_wish_picked(operators.OnPatches, bpy.types.Operator):
     """Add a wish for the region, or your placement, that you look at; for both where you compare two"""
 
-    bl_label = "Add Wish for Picked Patch"
+    bl_label = "Add Wish for Picked Spot"
 
     kind: EnumProperty(name="Wish", description="What is wished for", items=KINDS, default=state.FORBID)
 
@@ -103,7 +103,7 @@ def draw_wishes(layout: bpy.types.UILayout, context: bpy.types.Context, body: bp
     row = column.row(align=True)
     row.operator_menu_enum("w2w.add_wish", "kind", text="Add Wish", translate=False, icon="ADD")
     looked_at = [spot_name(study, patches, patch) for patch in picks(context, body) if patch < len(patches)]
-    text = " and ".join(dict.fromkeys(looked_at)) or "Picked Patch"
+    text = " and ".join(dict.fromkeys(looked_at)) or "Picked Spot"
     where = styled(row.row(align=True), active=bool(looked_at))
     where.operator_menu_enum("w2w.wish_picked", "kind", text=text, translate=False, icon="EYEDROPPER")
 

@@ -51,11 +51,11 @@ SENSORS = [
 ]
 
 CLASSIFIER_NAMES = {
-    "ridge": ("Ridge", "Linear, trained on all patches at once: seconds"),
-    "trees": ("Extra Trees", "A forest a patch, for reference: minutes to hours"),
+    "ridge": ("Ridge", "Linear, trained on all spots at once: seconds"),
+    "trees": ("Extra Trees", "A forest a spot, for reference: minutes to hours"),
     "multi3net": (
         "Multi3Net",
-        "A small neural network a patch, all trained together: an hour; needs PyTorch",
+        "A small neural network a spot, all trained together: an hour; needs PyTorch",
     ),
 }
 CLASSIFIER_ITEMS = [(name, *CLASSIFIER_NAMES.get(name, (name.title(), name))) for name in CLASSIFIERS]
@@ -125,6 +125,7 @@ class DeclaredProperties:
     """Parameters that are one property each, with what Blender is to know besides their declaration."""
 
     __annotations__ = properties(
+        patches={"name": "Spots"},
         rate={"precision": 0, "step": 1000},
         band={"precision": 1},
         root_band={"precision": 1},
@@ -164,16 +165,16 @@ class W2W_PG_study(sensors.SensorProperties, DeclaredProperties, KeptTexts, bpy.
     marks: PointerProperty(type=bpy.types.Collection, name="Sensors on the Character")
     fit: StringProperty(name="Fit", description="How well the character lies on the body")
 
-    patch_collection: PointerProperty(type=bpy.types.Collection, name="Patches")
+    patch_collection: PointerProperty(type=bpy.types.Collection, name="Spots")
     chosen_collection: PointerProperty(type=bpy.types.Collection, name="Sensor Places")
-    patch_seed: IntProperty(name="Seed", description="Chooses the patch that spreading starts from", min=0)
+    patch_seed: IntProperty(name="Seed", description="Chooses the spot that spreading starts from", min=0)
     patch_size: FloatProperty(
         name="Size",
-        description="Length of the patches' axes",
+        description="Length of the spots' axes",
         default=EMPTY_SIZE, min=0.001, max=0.1, unit="LENGTH", update=rows.resize_patches,
     )  # fmt: skip
     show_patches: BoolProperty(
-        name="Show Patches", description="Show all patches", default=True, update=rows.show_patches
+        name="Show Spots", description="Show all spots", default=True, update=rows.show_patches
     )
 
     sensor: EnumProperty(
@@ -246,8 +247,8 @@ class W2W_PG_study(sensors.SensorProperties, DeclaredProperties, KeptTexts, bpy.
     worn: CollectionProperty(type=rows.W2W_PG_place)
     regions: CollectionProperty(type=rows.W2W_PG_place)
 
-    picked: IntProperty(name="Picked Patch", description="Patch looked at; -1 is none", default=-1)
-    compared: IntProperty(name="Compared Patch", description="Patch compared with it; -1 is none", default=-1)
+    picked: IntProperty(name="Picked Spot", description="Spot looked at; -1 is none", default=-1)
+    compared: IntProperty(name="Compared Spot", description="Spot compared with it; -1 is none", default=-1)
     picked_vertex: IntProperty(options={"HIDDEN"}, default=-1)
 
 
@@ -263,7 +264,7 @@ class W2W_PG_scene(bpy.types.PropertyGroup):
     )
     show_overlay: BoolProperty(
         name="Show Overlay",
-        description="Draw the picked patch and the colour bar in the 3D viewport",
+        description="Draw the picked spot and the colour bar in the 3D viewport",
         default=True,
         update=rows.redraw,
     )

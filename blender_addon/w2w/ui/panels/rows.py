@@ -227,7 +227,7 @@ def _suggest(wish: W2W_PG_wish, _context: bpy.types.Context, typed: str) -> list
 class W2W_PG_place(Group):
     """A patch in a table of results."""
 
-    patch: IntProperty(name="Patch")
+    patch: IntProperty(name="Spot")
     label: StringProperty(name="Name")
     f1: FloatProperty(name="F1")
     low: FloatProperty(name="Lower Limit")
@@ -248,7 +248,7 @@ class W2W_PG_wish(Group):
     place: StringProperty(
         name="Place",
         description="A side (left, right, middle), a part of the body (head, left arm), a region (left "
-        "wrist), a product (watch, belt) or a patch; several are separated by commas",
+        "wrist), a product (watch, belt) or a spot; several are separated by commas",
         search=_suggest,
         search_options={"SUGGESTION"},
         update=choose_patches,

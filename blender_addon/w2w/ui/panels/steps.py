@@ -198,11 +198,11 @@ def draw_bone_map(row: Layout) -> None:
 class W2W_PT_patches(StepPanel, bpy.types.Panel):
     """The spots that are tried."""
 
-    bl_label = "Patches"
+    bl_label = "Spots"
     bl_options = {"DEFAULT_CLOSED"}
     bl_order = 1
     page = DETAILS
-    titles = ("Place Patches", "Bake to Keyframes")
+    titles = ("Place Spots", "Bake to Keyframes")
 
     def is_done(self, body: bpy.types.Object) -> bool:
         return state.patches_of(body) is not None
@@ -212,7 +212,7 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
         draw_parameters(layout, study, "patches")
         layout.prop(study, "patch_seed")
         row = styled(layout.row(align=True), scale_y=1.2)
-        text = "Place Again" if placed else "Place Patches"
+        text = "Place Again" if placed else "Place Spots"
         row.operator("w2w.place_patches", text=text, translate=False, icon="STICKY_UVS_DISABLE")
         if placed is not None:
             row.operator("w2w.remove_patches", text="", icon="TRASH")
@@ -268,7 +268,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
     bl_label = "Score"
     bl_order = 3
     page = DETAILS
-    titles = ("Rank Patches",)
+    titles = ("Score Spots",)
 
     def missing(self, body: Body) -> str:
         return "" if body is not None and state.is_ranked(body) else state.missing_for_any_rank(body)
@@ -289,7 +289,7 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         ranked = state.utility_of(study) is not None
         row.operator(
             "w2w.rank_patches",
-            text="Rank Again" if ranked else "Rank Patches",
+            text="Score Again" if ranked else "Score Spots",
             translate=False,
             icon="SORT_DESC",
         )
@@ -297,6 +297,6 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
         if missing:
             draw_info(layout, context, missing)
         elif outdated := state.outdated_at_a_glance(body):
-            draw_info(layout, context, f"{outdated}: rank again")
+            draw_info(layout, context, f"{outdated}: score again")
         elif ranked and not state.is_up_to_date(study):
-            draw_info(layout, context, "Activity weights have changed: rank again")
+            draw_info(layout, context, "Activity weights have changed: score again")

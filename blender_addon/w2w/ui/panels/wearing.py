@@ -27,7 +27,7 @@ GARMENTS = tuple((kind, NAMES[kind], f"Loose {NAMES[kind].lower()} of cotton") f
 
 
 class W2W_OT_add_placement(operators.OnPatches, bpy.types.Operator):
-    """Name the spot that you clicked with Pick Patch: a sensor there is simulated and ranked like a patch"""
+    """Name the spot that you clicked with Pick Spot: a sensor there is simulated and ranked like a spot"""
 
     bl_label = "Add Placement Here"
 
@@ -127,7 +127,7 @@ class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
         column.operator("w2w.remove_placement", text="", icon="REMOVE")
         column.operator("w2w.load_placements", text="", icon="FILE_FOLDER")
         if not len(study.own):
-            draw_info(layout, context, "Click a spot with Pick Patch (Ctrl Alt W), then + names it")
+            draw_info(layout, context, "Click a spot with Pick Spot (Ctrl Alt W), then + names it")
         elif 0 <= study.own_index < len(study.own):
             scores = scores_of_own(body, study.own[study.own_index])
             if scores is not None:
@@ -148,7 +148,7 @@ def in_words(scores: dict[str, Any], utility: UtilityMap) -> str:
     low, high = scores["expected_f1_interval"]
     interval = mean_caution(utility) or f"{low:.2f} to {high:.2f}"
     loss = scores["verdict"] or f"costs {short(scores['costs'])}"
-    rank = f"rank {scores['rank']} of {scores['of']} among the sampled patches"
+    rank = f"rank {scores['rank']} of {scores['of']} among the sampled spots"
     score = f"expected F1 {scores['expected_f1']:.3f} ({interval})"
     return f"{scores['region'].capitalize()}: {score}, {rank}, {loss}."
 
@@ -222,5 +222,5 @@ class W2W_PT_garments(PartPanel, bpy.types.Panel):
             row.operator("w2w.add_garment", text=NAMES[kind], translate=False, icon="ADD").kind = kind
         layout.operator("w2w.wear_garment", icon="MATCLOTH")
         if len(study.garments):
-            text = "Patches below are baked on the cloth, which takes minutes a clip."
+            text = "Spots below are baked on the cloth, which takes minutes a clip."
             draw_note(layout, context, f"{text} Not yet checked against worn garments.")

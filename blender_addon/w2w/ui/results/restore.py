@@ -46,7 +46,7 @@ def restore(mesh: bpy.types.Object) -> str:
     found = empties_by_patch(placed) if placed is not None else {}
     empties = list(found.values())
     if not empties or max(found) >= len(run.patches) or any(item.parent is not mesh for item in empties):
-        raise ValueError(f"the patches of '{mesh.name}' are no longer in the file as the run left them")
+        raise ValueError(f"the spots of '{mesh.name}' are no longer in the file as the run left them")
     check_fits(mesh, run)
     actions = {clip: bpy.data.actions.get(action) for clip, action in names.actions.items()}
     clips = clips_of(run, names.signals, actions)
@@ -67,9 +67,9 @@ def check_fits(mesh: bpy.types.Object, run: StudyResults) -> None:
     """Refuse, by a ValueError, a run whose parts do not belong together."""
     patches, utility = run.patches, run.utility
     if len(patches.labels) != len(mesh.data.vertices) or patches.triangles.max() >= len(patches.labels):
-        raise ValueError(f"the patches are of another body than '{mesh.name}'")
+        raise ValueError(f"the spots are of another body than '{mesh.name}'")
     if utility.f1.shape != (len(patches), len(utility.activities)):
-        raise ValueError(f"the ranking is of other patches than those of '{mesh.name}'")
+        raise ValueError(f"the ranking is of other spots than those of '{mesh.name}'")
     try:
         StudyConfig.from_dict(run.parameters)
     except ValueError as error:
@@ -156,7 +156,7 @@ def opened_text(mesh: bpy.types.Object) -> str:
     """Sentences about what was opened and which signals are missing."""
     study = mesh.w2w
     stored = [clip for clip in study.clips if clip.signals.startswith(STORED)]
-    text = f"Opened a finished run: {len(stored)} clips on {len(state.patches_of(mesh) or ())} patches"
+    text = f"Opened a finished run: {len(stored)} clips on {len(state.patches_of(mesh) or ())} spots"
     lost = [clip for clip in stored if not signal_cache.has(clip)]
     if not lost:
         return text

@@ -120,7 +120,7 @@ def _bake_clip(mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, first: 
 def _baked_text(clips: Sequence[bpy.types.PropertyGroup], patches: int, failed: list[str]) -> str:
     """A sentence about what was baked, how, and what failed."""
     done = len(clips) - len(failed)
-    text = f"Baked {count('clip', done)} on {patches} patches"
+    text = f"Baked {count('clip', done)} on {patches} spots"
     general = sum(clip.bake_path.startswith("general") for clip in clips)
     if general:
         text += f", {general} by Blender's evaluated mesh"
@@ -156,11 +156,11 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
         return utility, ranked
 
     low = 0.4 if lost else 0.0
-    utility, ranked = yield from in_thread(rank, "training at every patch", low, 0.95)
+    utility, ranked = yield from in_thread(rank, "training at every spot", low, 0.95)
     yield Step(0.95, "painting heatmaps")
     results.store(mesh, utility, ranked_as, ranked)
     show_colours()
-    return f"Ranked {len(utility.mean)} patches, {utility.protocol}"
+    return f"Ranked {len(utility.mean)} spots, {utility.protocol}"
 
 
 def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:
@@ -192,7 +192,7 @@ def _set_signals(clip: bpy.types.PropertyGroup, key: str, settings: str, path: s
 
 
 class W2W_OT_bake_signals(operators.JobOperator, bpy.types.Operator):
-    """Simulate accelerometers and gyroscopes on all patches; Esc cancels"""
+    """Simulate accelerometers and gyroscopes on all spots; Esc cancels"""
 
     which: EnumProperty(
         name="Which",
@@ -213,7 +213,8 @@ class W2W_OT_bake_signals(operators.JobOperator, bpy.types.Operator):
 
 
 class W2W_OT_rank_patches(operators.JobOperator, bpy.types.Operator):
-    """Train and test a classifier at every patch, and show where it recognises activities best"""
+    """Train and test a classifier at every spot, and show where it recognises activities best"""
 
+    bl_label = "Score Spots"
     missing = staticmethod(lambda _context, body: state.missing_for_rank(body))
     steps = staticmethod(rank_steps)

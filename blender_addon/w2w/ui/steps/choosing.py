@@ -33,7 +33,7 @@ _poolings: dict[str, Pooling] = {}
 def missing_for_choice(body: bpy.types.Object) -> str:
     """What prevents choosing sensors, as a sentence, or ""."""
     if not state.is_ranked(body):
-        return "Rank the patches first, or Run All"
+        return "Score the spots first, or Run All"
     outdated = state.outdated(body)
     return f"{outdated}: rank again first (page Details)" if outdated else ""
 

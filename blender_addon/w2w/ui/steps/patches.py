@@ -21,7 +21,7 @@ from ..viewport.legend import owner_of
 from ..viewport.overlay import closers
 from .body import select_only
 
-NO_BODY = "Click on a body that has patches"
+NO_BODY = "Click on a body that has spots"
 NO_TAB = "Open the tab W2W of the sidebar"
 CLICK = {"type": "LEFTMOUSE", "value": "PRESS"}
 
@@ -33,7 +33,7 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     before, key = state.patches_of(mesh), study.patches_key
     own, count = list(own_placements.listed(study).items()), study.patch_count
     config = replace(state.config_of(study), seed=study.patch_seed, placements=tuple(own))
-    text = f"spreading {count} patches"
+    text = f"spreading {count} spots"
     patches = yield from jobs.in_thread(lambda _: sample(body, config), text, 0.0, 0.8)
     yield jobs.Step(0.8, "placing empties")
     remove_all(mesh)
@@ -47,7 +47,7 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     state.keep_own_placed(study, own, count)
     results.hide_patches(study)
     fold_soon()
-    text = f"Placed {len(patches)} patches in {len(set(patches.regions))} regions"
+    text = f"Placed {len(patches)} spots in {len(set(patches.regions))} regions"
     return f"{text}, {len(own)} of them your own" if own else text
 
 
@@ -63,30 +63,33 @@ def remove_all(mesh: bpy.types.Object) -> None:
 
 
 class W2W_OT_place_patches(operators.JobOperator, bpy.types.Operator):
-    """Spread patches evenly over the body, an empty on each; replaces those that are there"""
+    """Spread spots evenly over the body, an empty on each; replaces those that are there"""
 
+    bl_label = "Place Spots"
     steps = staticmethod(place_steps)
 
 
 class W2W_OT_remove_patches(operators.OnBody, bpy.types.Operator):
-    """Remove the patches, and the ranking that was made with them"""
+    """Remove the spots, and the ranking that was made with them"""
+
+    bl_label = "Remove Spots"
 
     @staticmethod
     def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        return "" if body.w2w.patch_collection is not None else "There are no patches"
+        return "" if body.w2w.patch_collection is not None else "There are no spots"
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         remove_all(body)
 
 
 class W2W_OT_select_patch(operators.OnPatches, bpy.types.Operator):
-    """Look at this patch; with Shift, compare it with the one looked at"""
+    """Look at this spot; with Shift, compare it with the one looked at"""
 
-    bl_label = "Look at Patch"
+    bl_label = "Look at Spot"
     bl_options = {"UNDO"}
 
-    patch: IntProperty(name="Patch", description="Number of the patch", min=0)
-    compare: BoolProperty(name="Compare", description="Keep the patch looked at, and compare with it")
+    patch: IntProperty(name="Spot", description="Number of the spot", min=0)
+    compare: BoolProperty(name="Compare", description="Keep the spot looked at, and compare with it")
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         self.compare = event.shift
@@ -95,20 +98,20 @@ class W2W_OT_select_patch(operators.OnPatches, bpy.types.Operator):
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         count = len(state.placed_patches(body))
         if self.patch >= count:
-            raise ValueError(f"The body has {count} patches, no number {self.patch}")
+            raise ValueError(f"The body has {count} spots, no number {self.patch}")
         pick(context, body, self.patch, self.compare)
 
 
 class W2W_OT_clear_pick(operators.OnBody, bpy.types.Operator):
-    """Look at no patch any more"""
+    """Look at no spot any more"""
 
-    bl_label = "Look at No Patch"
+    bl_label = "Look at No Spot"
 
     @staticmethod
     def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
         if context.screen is not None and context.screen.is_animation_playing:
             return "Stop the clip first"  # by the same key
-        return "" if body.w2w.picked >= 0 else "No patch is looked at"
+        return "" if body.w2w.picked >= 0 else "No spot is looked at"
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         body.w2w.picked = body.w2w.compared = -1
@@ -158,11 +161,11 @@ def pick(
 
 
 class W2W_OT_pick_patch(operators.OnBody, bpy.types.Operator):
-    """Look at the patch under the mouse; with Shift, compare it with the one looked at"""
+    """Look at the spot under the mouse; with Shift, compare it with the one looked at"""
 
     bl_options = {"UNDO"}
 
-    compare: BoolProperty(name="Compare", description="Keep the patch looked at, and compare with it")
+    compare: BoolProperty(name="Compare", description="Keep the spot looked at, and compare with it")
 
     @staticmethod
     def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
@@ -178,7 +181,7 @@ class W2W_OT_pick_patch(operators.OnBody, bpy.types.Operator):
             self.report({"INFO"}, text)
             return {"CANCELLED"}
         if state.patches_of(item) is None:
-            self.report({"WARNING"}, f"'{item.name}' has no patches: place them first (page Details)")
+            self.report({"WARNING"}, f"'{item.name}' has no spots: place them first (page Details)")
             return {"CANCELLED"}
         context.scene.w2w.body = item
         pick_spot(context, item, point, face, shown, self.compare)
@@ -186,7 +189,7 @@ class W2W_OT_pick_patch(operators.OnBody, bpy.types.Operator):
 
 
 class W2W_OT_click_body(operators.OnRanking, bpy.types.Operator):
-    """Look at the patch that was clicked, while the tab W2W is open; any other click is Blender's own"""
+    """Look at the spot that was clicked, while the tab W2W is open; any other click is Blender's own"""
 
     bl_options = {"UNDO"}
 
@@ -243,7 +246,7 @@ class W2W_WT_pick(bpy.types.WorkSpaceTool):
     bl_space_type = "VIEW_3D"
     bl_context_mode = "OBJECT"
     bl_idname = "w2w.pick_tool"
-    bl_label = "Pick Patch"
+    bl_label = "Pick Spot"
     bl_description = "Click a body to see how well a sensor works there; Shift-click to compare"
     bl_icon = "ops.paint.eyedropper_add"
     bl_cursor = "EYEDROPPER"

@@ -86,7 +86,7 @@ def kept_of(mesh: bpy.types.Object) -> Callable[[], str]:
 
 
 class W2W_OT_run_all(operators.JobOperator, bpy.types.Operator):
-    """Do all that is missing, from patches to sensors; Esc stops, and the next time goes on from there"""
+    """Do all that is missing, from spots to sensors; Esc stops, and the next time goes on from there"""
 
     missing = staticmethod(lambda _context, body: missing_for_all(body))
     steps = staticmethod(run_all_steps)

@@ -74,13 +74,13 @@ class OnClips(OnBody):
 class OnPatches(OnBody):
     """An operator that needs patches."""
 
-    missing = staticmethod(lambda _, body: "" if patches_of(body) else "Place patches first, or Run All")
+    missing = staticmethod(lambda _, body: "" if patches_of(body) else "Place spots first, or Run All")
 
 
 class OnRanking(OnBody):
     """An operator that needs a ranking."""
 
-    missing = staticmethod(lambda _, body: "" if is_ranked(body) else "Rank the patches first, or Run All")
+    missing = staticmethod(lambda _, body: "" if is_ranked(body) else "Score the spots first, or Run All")
 
 
 class AsksForFile(NamedOperator):

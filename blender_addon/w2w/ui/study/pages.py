@@ -11,7 +11,7 @@ CLIPS, ANSWER, DETAILS = "CLIPS", "ANSWER", "DETAILS"
 PAGES = (
     (CLIPS, "Clips", "The body and its motions, and the button that runs all"),
     (ANSWER, "Answer", "Where to wear a sensor, how good that is, and what other places cost"),
-    (DETAILS, "Details", "Patches, sensor, windows and tables: all of it may stay as it is"),
+    (DETAILS, "Details", "Spots, sensor, windows and tables: all of it may stay as it is"),
 )
 
 

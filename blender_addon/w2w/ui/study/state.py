@@ -201,7 +201,7 @@ def placed_patches(body: bpy.types.Object) -> PatchSet:
     """The patches placed on a body; a ValueError if there are none."""
     patches = patches_of(body)
     if patches is None:
-        raise ValueError("Place patches first, or Run All")
+        raise ValueError("Place spots first, or Run All")
     return patches
 
 
@@ -209,7 +209,7 @@ def ranking_of(body: bpy.types.Object) -> UtilityMap:
     """A body's ranking; a ValueError if it has none."""
     utility = utility_of(body.w2w)
     if utility is None:
-        raise ValueError("Rank the patches first, or Run All")
+        raise ValueError("Score the spots first, or Run All")
     return utility
 
 
@@ -269,19 +269,19 @@ def outdated(body: bpy.types.Object) -> str:
     if missing := missing_for_patches(body):
         return missing
     if is_placed_otherwise(study):
-        return "The number of patches or their seed has changed since they were placed"
+        return "The number of spots or their seed has changed since they were placed"
     settings = bake_settings(study)
     if study.ranked_as == rank_settings(study):
         return ""
     if any(state_of(clip, settings) == STALE for clip in study.clips):
-        return "The body, the patches or the sensor have changed since the signals were baked"
+        return "The body, the spots or the sensor have changed since the signals were baked"
     return "Clips, labels or settings have changed since the ranking"
 
 
 def unreadable_ranking(study: Group) -> str:
     """A sentence if the file holds a ranking that this version cannot read, else ""."""
     is_unreadable = study.utility_key and utility_of(study) is None
-    return "The ranking in this file cannot be read: rank the patches again" if is_unreadable else ""
+    return "The ranking in this file cannot be read: score the spots again" if is_unreadable else ""
 
 
 def bake_settings(study: Group) -> str:
@@ -370,7 +370,7 @@ def missing_for_bake(body: bpy.types.Object | None) -> str:
     if body is not None and not usable(body.w2w):
         return "Import motions first (page Clips)"
     if body is not None and patches_of(body) is None:
-        return "Place patches first, or Run All"
+        return "Place spots first, or Run All"
     return missing_for_patches(body)
 
 

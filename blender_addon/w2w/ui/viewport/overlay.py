@@ -28,7 +28,7 @@ BAR_TICKS = 5
 BAR_TITLE, BAR_BOX = 96, 200
 """Least and most room for the colour bar's title, pixels."""
 
-NO_PICK = "Click a spot on the body first, with the tool Pick Patch (Ctrl Alt W)"
+NO_PICK = "Click a spot on the body first, with the tool Pick Spot (Ctrl Alt W)"
 
 DOT = 6
 """Width of a patch's dot, pixels at a scale of 1."""
@@ -276,7 +276,7 @@ def _card(
         shows = f"Bake '{clip.name}' (page Details) to see its signals"
     else:
         shows = f"{clip.activity}: {clip.name}" if clip.activity else clip.name
-    lines: tuple[str, ...] = (f"patch {patch}, not ranked yet",)
+    lines: tuple[str, ...] = (f"spot {patch}, not ranked yet",)
     f1, colours = np.zeros(0), Scale(0.0, 1.0, colour_map=study.colour_map)
     if utility is not None:
         lines, values = scores.patch_lines(study, utility, patch), scores.activity_scores(study, utility)
