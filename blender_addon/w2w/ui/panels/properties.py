@@ -125,7 +125,6 @@ class DeclaredProperties:
     """Parameters that are one property each, with what Blender is to know besides their declaration."""
 
     __annotations__ = properties(
-        patches={"name": "Spots"},
         rate={"precision": 0, "step": 1000},
         band={"precision": 1},
         root_band={"precision": 1},

@@ -209,7 +209,7 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
 
     def draw_step(self, context: bpy.types.Context, layout: Layout, body: Body) -> None:
         study, placed = body.w2w, state.patches_of(body)
-        draw_parameters(layout, study, "patches")
+        layout.prop(study, "patch_count", text="Spots", translate=False)
         layout.prop(study, "patch_seed")
         row = styled(layout.row(align=True), scale_y=1.2)
         text = "Place Again" if placed else "Place Spots"
