@@ -77,6 +77,7 @@ def test_slip_is_not_asked_where_nothing_is_known(bundled_body, patches):
         (5, 0, "May slip 5 cm before F1 falls by .02. Must not turn."),
         (0, 30, "May turn 30° before F1 falls by .02. Must not slip."),
         (0, 0, "Must not slip or turn."),
+        (FARTHEST_CM, 90, "May slip 10 cm or more or turn 90° or more before F1 falls by .02."),
     ],
 )
 def test_a_card_says_what_a_sensor_may_do(slip, turn, words):

@@ -82,14 +82,16 @@ def need_content(need: Need) -> dict[str, Any]:
     values = [_loss_content(loss) for loss in need.losses]
     rows = []
     for knob in need.own:
-        tried = [value for value in values if value["parameter"] == knob]
-        good = next((n for n, value in enumerate(tried) if not value["as_good"]), len(tried))
-        own = {"parameter": knob, "as_run": KNOBS[knob].text(need.own[knob])}
+        tried, found = need.of(knob), need.cheapest(knob)
         if knob == ALONE:
-            rows += [own | {"parameter": value["value"], "as_run": "", "next": value} for value in tried]
+            rows += [{"parameter": loss.name, "as_run": "", "next": _loss_content(loss)} for loss in tried]
         elif tried:
-            ends = {"cheapest": tried[good - 1]} if good else {}
-            rows.append(own | ends | ({"next": tried[good]} if good < len(tried) else {}))
+            after = tried[tried.index(found) + 1 :] if found else tried
+            rows.append(
+                {"parameter": knob, "as_run": KNOBS[knob].text(need.own[knob])}
+                | ({"cheapest": _loss_content(found) | {"value": found.bound}} if found else {})
+                | ({"next": _loss_content(after[0])} if after else {})
+            )
     together = {"together": _loss_content(need.together)} if need.together else {}
     parts = [_loss_content(part) | {"rate_hz": part.value} for part in need.parts]
     content = {"place": need.place, "patch": need.patch, "sentence": need.sentence(), "f1": rounded(need.f1)}

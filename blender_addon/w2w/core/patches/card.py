@@ -33,9 +33,11 @@ class Card(InShort):
         """The whole card in sentences."""
         given = {}
         if self.slip_cm is not None:
-            given["slip"] = f"{self.slip_cm:.0f} cm" if self.slip_cm else ""
+            more = " or more" if self.slip_cm >= FARTHEST_CM else ""
+            given["slip"] = f"{self.slip_cm:.0f} cm{more}" if self.slip_cm else ""
         if self.turn_deg is not None:
-            given["turn"] = f"{self.turn_deg}°" if self.turn_deg else ""
+            more = " or more" if self.turn_deg >= FARTHEST_DEG else ""
+            given["turn"] = f"{self.turn_deg}°{more}" if self.turn_deg else ""
         may = " or ".join(f"{way} {far}" for way, far in given.items() if far)
         must_not = " or ".join(way for way, far in given.items() if not far)
         sentences = [
@@ -59,8 +61,8 @@ def card(body: Body | None, patches: PatchSet, expected: np.ndarray, patch: int)
 STRAIGHT = 10.0
 """Degrees up to which an arrow counts as straight along or around a segment."""
 
-DROP, FARTHEST_CM = 0.02, 10.0
-"""Expected F1 that a slip may cost, and the farthest slip that is reported."""
+DROP, FARTHEST_CM, FARTHEST_DEG = 0.02, 10.0, 90
+"""Expected F1 that a slip or turn may cost, and the farthest ones that are tried."""
 
 
 def arrow_in_words(body: Body, patches: PatchSet, patch: int) -> str:

@@ -6,13 +6,14 @@ from collections.abc import Iterable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..patches.card import FARTHEST_DEG
 from ..windows.features import window_features
 from .classifiers.ridge import Ridge
 from .f1 import window_f1
 from .halves import CrossValidation, Predictions, Split
 from .weights import mean_over
 
-TURNS = (5, 10, 15, 20, 30, 45, 90)
+TURNS = (5, 10, 15, 20, 30, 45, FARTHEST_DEG)
 """Rotations about the outward normal, degrees, tried in both directions."""
 
 

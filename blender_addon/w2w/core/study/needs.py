@@ -33,7 +33,7 @@ from .config import StudyConfig
 from .ranking import LabelledClip, WindowLabels
 from .results import StudyResults
 from .signals import measured
-from .variants import ALONE, FORCE_RANGE, KNOBS, RATE, TURN_RANGE, Variant, at_rate, own_rate, variants
+from .variants import ALONE, FORCE_RANGE, KNOBS, NOISE, RATE, TURN_RANGE, Variant, at_rate, own_rate, variants
 
 PARTS = 3
 """Real parts that are named."""
@@ -57,6 +57,12 @@ class Loss(NamedTuple):
     name: str  # the value with its unit
     f1: float
     cost: Cost  # against the study's own part
+
+    @property
+    def bound(self) -> str:
+        """The value, or that it is the cheapest tried: what lies beyond is not known."""
+        end = "more" if self.knob == NOISE else "less"
+        return f"{self.name} or {end}" if self.value == KNOBS[self.knob].values[-1] else self.name
 
 
 @dataclass(frozen=True)
@@ -85,7 +91,7 @@ class Need:
         if not self.losses:
             return ""
         down_to = [
-            found.name if (found := self.cheapest(knob)) else KNOBS[knob].text(self.own[knob])
+            found.bound if (found := self.cheapest(knob)) else KNOBS[knob].text(self.own[knob])
             for knob in ON_CARD
             if self.cheapest(knob) or np.isfinite(self.own.get(knob, inf))
         ]
