@@ -23,7 +23,6 @@ import bpy
 
 import w2w as extension
 from w2w.core.library.import_plan import plan_folder
-from w2w.ui.files.exports import map_steps
 from w2w.ui.files.open_results import open_steps
 from w2w.ui.files.save_results import save_steps
 from w2w.ui.jobs import jobs, preferences
@@ -125,7 +124,6 @@ def measure(library: Path, folder: Path, patches: int) -> None:
     show("untick", at_once(lambda: setattr(body.w2w.activities[0], "part", "LEFT_OUT")))
     body.w2w.activities[0].part = "COUNTED"
     show("choose", turns_of(choose_steps(body)))
-    show("export map", turns_of(map_steps(body, folder / "map.png")))
     show("save results", turns_of(save_steps(body, folder / "saved")))
     bpy.ops.w2w.select_patch(patch=7)
     bpy.ops.w2w.add_placement(name="pod", vertex=1234)

@@ -131,7 +131,7 @@ def compare_and_show(driver: Driver) -> Script:
     with driver.in_view():
         bpy.ops.w2w.export_presentation(
             filepath=str(OUT / "pictures" / "5_alone.png"),
-            pose="FRAME", seen="VIEW", content="BODY", shape="SQUARE", light="FLAT",
+            pose="THIS_FRAME", seen="THIS_VIEW", content="BODY_ALONE", shape="SQUARE", light="FLAT",
         )  # fmt: skip
     yield from idle(driver)
     for window in bpy.context.window_manager.windows[1:]:

@@ -3,19 +3,16 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from pathlib import Path
 
 import bpy
 import pytest
 from typer.testing import CliRunner
 
-import w2w
 from w2w.core.imu.formats import write_recording
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.study.clip_files import signals_file
 from w2w.core.study.results import StudyResults
-from w2w.drawing import heatmap
 from w2w.headless.app import APP
 from w2w.ui.files.exports import report_steps
 from w2w.ui.jobs import jobs
@@ -39,33 +36,6 @@ def test_the_table_is_the_runs(finished_run: Path, tmp_path: Path) -> None:
     assert bpy.ops.w2w.export_table(filepath=str(tmp_path / "utility")) == {"FINISHED"}
     assert (tmp_path / "utility.csv").read_bytes() == (finished_run / "utility.csv").read_bytes()
     assert jobs.message.text == f"Saved the table: {tmp_path / 'utility.csv'}"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("view", "activity", "scores"), [("MEAN", None, "EXPECTED"), ("A2", "run", "ON_THESE")]
-)
-def test_the_map_is_that_of_python(
-    opened: bpy.types.Object, finished_run: Path, tmp_path: Path, view: str, activity: str, scores: str
-) -> None:
-    opened.w2w.view, opened.w2w.scores = view, scores
-    assert bpy.ops.w2w.export_map(filepath=str(tmp_path / "map.png")) == {"FINISHED"}
-    ranking = w2w.open_results(finished_run)
-    ranking.heatmap(tmp_path / "python.png", activity, expected=scores == "EXPECTED")
-    assert (tmp_path / "map.png").read_bytes() == (tmp_path / "python.png").read_bytes()
-
-
-@pytest.mark.slow
-def test_the_map_follows_the_panel(
-    opened: bpy.types.Object, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(heatmap, "BodyPictures", lru_cache(heatmap.BodyPictures))  # whose shading is dear
-    pictures = set()
-    for name, value in (("view", "A1"), ("colour_map", "magma"), ("fix_range", True), ("minus", "A2")):
-        setattr(opened.w2w, name, value)
-        bpy.ops.w2w.export_map(filepath=str(tmp_path / "map.png"))
-        pictures.add((tmp_path / "map.png").read_bytes())
-    assert len(pictures) == 4
 
 
 @pytest.mark.usefixtures("blender", "opened")
@@ -144,8 +114,8 @@ def test_esc_ends_the_report_and_leaves_nothing(opened: bpy.types.Object, tmp_pa
 
 
 def test_nothing_can_be_exported_before_there_is_something(library: Path) -> None:
-    for name in ("export_map", "export_table", "export_report", "export_signals"):
+    for name in ("export_table", "export_report", "export_signals"):
         assert not getattr(bpy.ops.w2w, name).poll()
     make_study(library, "motions patches")
-    for name in ("export_map", "export_table", "export_report", "export_signals"):
+    for name in ("export_table", "export_report", "export_signals"):
         assert not getattr(bpy.ops.w2w, name).poll()

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from w2w.ui.files.pictures import SQUARE, WIDE, save_shaped
+from w2w.ui.files.pictures import save_shaped
 
 
 @pytest.mark.parametrize("size", [(300, 400), (900, 100)])
-@pytest.mark.parametrize(("shape", "ratio"), [(WIDE, 16 / 9), (SQUARE, 1.0)])
+@pytest.mark.parametrize(("shape", "ratio"), [("WIDE", 16 / 9), ("SQUARE", 1.0)])
 def test_a_picture_gets_room_around_it_and_loses_nothing(
     tmp_path: Path, size: tuple[int, int], shape: str, ratio: float
 ) -> None:

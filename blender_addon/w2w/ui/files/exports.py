@@ -47,22 +47,6 @@ def heading(mesh: bpy.types.Object) -> tuple[str, str]:
 
 
 @on_body
-def map_steps(mesh: bpy.types.Object, path: Path) -> Steps:
-    """Draw the heatmap that is shown, in a thread."""
-    study, utility, patches = mesh.w2w, state.ranking_of(mesh), state.placed_patches(mesh)
-    values, shown, body = scores.shown_scores(study, utility), legend(study, utility), state.body_as_run(mesh)
-    title, subtitle = heading(mesh)
-
-    def draw(_: object) -> None:
-        from ...drawing.heatmap import draw_heatmap  # matplotlib is slow to import
-
-        draw_heatmap(path, body, patches, values, title, shown, subtitle)
-
-    yield from in_thread(draw, f"drawing {path.name}", 0.0, 1.0)
-    return f"Saved the map: {path}"
-
-
-@on_body
 def table_steps(mesh: bpy.types.Object, path: Path) -> Steps:
     """Write utility.csv."""
     utility, patches = state.ranking_of(mesh), state.placed_patches(mesh)
@@ -140,13 +124,6 @@ class Export(operators.AsksForFile, operators.StartsJob, operators.OnRanking):
         return self.write(body, Path(bpy.path.ensure_ext(str(self.path()), Path(self.usual).suffix)))
 
 
-class W2W_OT_export_map(Export, bpy.types.Operator):
-    """Save the heatmap that is shown as a picture: front and back, with title and colour bar"""
-
-    usual = "map.png"
-    write = staticmethod(map_steps)
-
-
 class W2W_OT_export_table(Export, bpy.types.Operator):
     """Save the F1 of every spot and activity as utility.csv"""
 
@@ -197,7 +174,6 @@ class W2W_MT_export(bpy.types.Menu):
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.operator_context = "INVOKE_DEFAULT"
-        layout.operator("w2w.export_map", text="Map (png)", translate=False, icon="IMAGE_DATA")
         layout.operator("w2w.export_presentation", icon="RENDER_STILL")
         layout.operator("w2w.export_table", text="Table (utility.csv)", translate=False, icon="SPREADSHEET")
         for which, text in (("PICKED", "Signals of Picked Spot"), ("ALL", "Signals of All Spots")):

@@ -22,8 +22,7 @@ from .exports import Export, heading
 MARGIN = 1.06
 """How much larger than the body the rendered part of the scene is."""
 
-WIDE, SQUARE = "WIDE", "SQUARE"
-SHAPES = {WIDE: 16 / 9, SQUARE: 1.0}
+SHAPES = {"WIDE": 16 / 9, "SQUARE": 1.0}
 """Widths of pictures, in their heights."""
 
 
@@ -31,9 +30,9 @@ class Look(NamedTuple):
     """How a picture shows the body."""
 
     pose: str = "NEUTRAL"
-    seen: str = "BOTH"
+    seen: str = "FRONT_AND_BACK"
     content: str = "PAGE"
-    shape: str = WIDE
+    shape: str = "WIDE"
     light: str = "STUDIO"
 
 
@@ -50,7 +49,7 @@ def picture_steps(mesh: bpy.types.Object, path: Path, look: Look) -> Steps:
         yield Step(0.1, "posing")
         corners = EvaluatedVertices(mesh, patches.triangles[[row.patch for row in rows]]).positions()
         low, high = extent([mesh])
-        width = MARGIN * float(np.linalg.norm(high - low) if look.seen == "VIEW" else (high - low).max())
+        width = MARGIN * float(np.linalg.norm(high - low) if look.seen == "THIS_VIEW" else (high - low).max())
         size = round(VIEW_PIXELS * width / (high[2] - low[2]))
         frames = [ViewFrame(turn, (low + high) / 2, width, size) for turn in _turns(mesh, look)]
         shown_with = [mesh] if look.pose == "NEUTRAL" else [*with_garments(mesh)]
@@ -92,7 +91,7 @@ def picture_steps(mesh: bpy.types.Object, path: Path, look: Look) -> Steps:
 def _turns(mesh: bpy.types.Object, look: Look) -> list[float]:
     """Turns about z of the cameras: from before and behind the body, or as the first 3D view looks."""
     spaces = [area.spaces.active for area in views(bpy.context)]
-    if look.seen == "VIEW" and spaces:
+    if look.seen == "THIS_VIEW" and spaces:
         x, y, _ = spaces[0].region_3d.view_rotation.to_matrix().col[2]
         return [float(np.arctan2(x, -y))]
     return [facing(mesh), facing(mesh) + np.pi]
@@ -129,8 +128,10 @@ def open_picture(path: Path) -> None:
     bpy.app.timers.register(show_whole, first_interval=DRAWN_AFTER)
 
 
-def _choice(name: str, about: str, *items: tuple[str, str, str]) -> Any:
-    return EnumProperty(name=name, description=about, items=items)
+def _choice(name: str, about: str, **items: str) -> Any:
+    """A menu of items, each called like its key, with what it means."""
+    shown = [(key, key.replace("_", " ").title(), text) for key, text in items.items()]
+    return EnumProperty(name=name, description=about, items=shown)
 
 
 class W2W_OT_export_presentation(Export, bpy.types.Operator):
@@ -140,35 +141,19 @@ class W2W_OT_export_presentation(Export, bpy.types.Operator):
 
     usual = "picture.png"
     pose: _choice(
-        "Pose",
-        "How the body stands",
-        ("NEUTRAL", "Neutral", "Upright, the arms down"),
-        ("FRAME", "This Frame", "As it is posed now, in what it wears"),
+        "Pose", "How the body stands", NEUTRAL="Upright, the arms down", THIS_FRAME="As now, in what it wears"
     )
     seen: _choice(
-        "Seen From",
-        "From where the body is seen",
-        ("BOTH", "Front and Back", "Before it and behind it"),
-        ("VIEW", "This View", "From where the 3D view looks, at its own height"),
+        "Seen From", "From where", FRONT_AND_BACK="Both sides", THIS_VIEW="As the 3D view, at its own height"
     )
     content: _choice(
         "Content",
-        "What else is in the picture",
-        ("PAGE", "Page", "Title, answer, legend and sensors, on white"),
-        ("BODY", "Body Alone", "Nothing else, on nothing"),
+        "What is in it",
+        PAGE="With title and legend, on white",
+        BODY_ALONE="On nothing",
     )
-    shape: _choice(
-        "Shape",
-        "Width and height of the picture",
-        (WIDE, "16:9", "For a slide"),
-        (SQUARE, "Square", "For a post"),
-    )
-    light: _choice(
-        "Light",
-        "How the body is lit",
-        ("STUDIO", "Studio", "With shades"),
-        ("FLAT", "Flat", "The colours of the legend, and no others"),
-    )
+    shape: _choice("Shape", "Width and height", WIDE="16:9, for a slide", SQUARE="For a post")
+    light: _choice("Light", "How the body is lit", STUDIO="With shades", FLAT="As the legend")
 
     def steps(self, body: bpy.types.Object) -> Steps:
         path = Path(bpy.path.ensure_ext(str(self.path()), ".png"))

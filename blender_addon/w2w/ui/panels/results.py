@@ -44,7 +44,7 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
     bl_label = "One Sensor"
     bl_order = 1
     titles = (
-        "Picture", "Export Map", "Export Table", "Export Spots", "Export Report",
+        "Picture", "Export Table", "Export Spots", "Export Report",
         "Export Signals", "Save Results",
     )  # fmt: skip
 
