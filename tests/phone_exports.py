@@ -170,3 +170,15 @@ def doubtful() -> dict[str, tuple[Write, str]]:
         "two axes": (lambda p: table(p / "a.csv", ["time (s)", *XYZ_ACC[:2], "steps"], T, ACC), "no acceleration"),
         "too short": (lambda p: table(p / "a.csv", ["time (s)", *XYZ_ACC], T[:50], ACC[:50]), "less than 2 s"),
     }  # fmt: skip
+
+
+def worn_like_clips(study, folder: Path, patch: int, times: int = 12, **how: object) -> Path:
+    """Physics Toolbox's files of Ada and Ben, who wear a phone at a study's patch and move as its clips do."""
+    rng = np.random.default_rng(0)
+    for number, clip in enumerate(study.clips):
+        one = study.recording(number, [patch])
+        acc, gyr = (np.tile(values[:, 0], (times, 1)).astype(float) for values in (one.acc, one.gyr))
+        file = folder / ("Ada" if number % 2 else "Ben") / f"{clip.activity} {number}.csv"
+        names = ["time", "gFx", "gFy", "gFz", "wx", "wy", "wz"]
+        table(file, names, np.arange(len(acc)) / one.rate, (acc + rng.normal(scale=0.3, size=acc.shape)) / G, gyr, **how)
+    return folder

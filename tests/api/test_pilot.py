@@ -97,9 +97,8 @@ def test_some_activities_without_a_gyroscope_at_another_rate_are_used_and_it_is_
     slow = [replace(one, acc=one.acc[::2], gyr=0 * one.gyr[::2], rate=one.rate / 2) for one in kept]
     found = ranking.with_recordings(w2w.Recordings(slow))
     said = " ".join(caution.text for caution in found.cautions)
-    assert f"nothing of {ranking.activities[0]}" in said
+    assert f"nothing was recorded of {ranking.activities[0]}" in said
     assert "acceleration alone" in said
-    assert "recorded at 25 Hz" in said
     assert ranking.activities[0] not in found.worn[0].f1
     content = found.content()
     assert content["people"] == 3

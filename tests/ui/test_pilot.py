@@ -4,7 +4,6 @@
 from pathlib import Path
 
 import bpy
-import numpy as np
 import pytest
 
 from w2w.core.findings.pilot import of_folder
@@ -12,14 +11,12 @@ from w2w.core.study.results import StudyResults
 from w2w.ui.panels.placement import W2W_PT_placement
 from w2w.ui.study.lists import advice_of
 
-from ..phone_exports import table
+from ..phone_exports import worn_like_clips
 from .made_study import make_study
 from .test_outdated import buttons, words
 from .test_panels import draw, view_of_panels
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("blender")]
-
-G = 9.80665
 
 
 def test_the_panel_says_what_the_command_says(library: Path, tmp_path: Path) -> None:
@@ -28,13 +25,8 @@ def test_the_panel_says_what_the_command_says(library: Path, tmp_path: Path) -> 
     body.w2w.max_places = 1
     assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
     assert bpy.ops.w2w.save_results(directory=str(tmp_path / "saved")) == {"FINISHED"}
-    study, rng = StudyResults.load(tmp_path / "saved"), np.random.default_rng(0)
-    for number, clip in enumerate(study.clips):
-        one = study.recording(number, [0])
-        acc, gyr = (np.tile(values[:, 0], (12, 1)).astype(float) for values in (one.acc, one.gyr))
-        file = tmp_path / "worn" / ("Ada" if number % 2 else "Ben") / f"{clip.activity} {number}.csv"
-        names = ["time", "gFx", "gFy", "gFz", "wx", "wy", "wz"]
-        table(file, names, np.arange(len(acc)) / one.rate, (acc + rng.normal(size=acc.shape)) / G, gyr)
+    study = StudyResults.load(tmp_path / "saved")
+    worn_like_clips(study, tmp_path / "worn", 0)
     place = study.patches.names[0]
     with pytest.raises(RuntimeError, match="two people"):
         bpy.ops.w2w.add_pilot(directory=str(tmp_path / "worn" / "Ada"), at=place)

@@ -17,6 +17,7 @@ from starlette.datastructures import UploadFile
 
 from w2w.core.library.library import read_library
 from w2w.core.study.clip_files import CHANGING
+from w2w.core.study.results import StudyResults
 from w2w.web import receiving
 from w2w.web.request import EVENTS, INPUT, RESULTS
 from w2w.web.study import PARAMETERS, Study
@@ -28,6 +29,7 @@ from ..command_line import cli
 from ..headless.conftest import write_motions
 from ..hostile_c3d import plant, write_hostile
 from ..patience import HANG_S
+from ..phone_exports import worn_like_clips
 from .conftest import MOST, made, sent
 
 PACES = {"slow": 0.5, "fast": 2.0}
@@ -470,7 +472,8 @@ def test_a_file_that_crashes_its_reader_costs_neither_the_server_nor_a_run(
 
 
 @pytest.mark.slow
-def test_a_run_is_that_of_the_command_line_and_can_be_chosen_from_again(client, motions, tmp_path):
+def test_a_run_is_that_of_the_command_line_and_can_be_chosen_from_again(opened, motions, tmp_path):
+    client = opened(most=10 * MOST)
     library, files = motions
     study, _ = sent(client, files)
     assert client.post(f"{study}/run", json=FEW).json()["state"] in ("queued", "running")
@@ -510,6 +513,24 @@ def test_a_run_is_that_of_the_command_line_and_can_be_chosen_from_again(client, 
     needs = client.post(f"{study}/need", json={"place": region}).json()["needs"]
     assert [need["place"] for need in needs] == [region]
     assert client.post(f"{study}/need", json={"place": "nowhere"}).status_code == 400
+    worn = worn_like_clips(StudyResults.load(tmp_path / "out"), tmp_path / "worn", 0, 3)
+    place = StudyResults.load(tmp_path / "out").patches.names[0]
+    parts = [
+        ("files", (str(file.relative_to(worn)), file.read_bytes())) for file in sorted(worn.rglob("*.csv"))
+    ]
+    refused = client.post(f"{study}/pilot", data={"at": "nowhere"}, files=parts)
+    assert refused.status_code == 400
+    assert "nowhere" in refused.json()["problem"]
+    assert client.post(f"{study}/pilot", data={"at": place}, files=parts[:1]).status_code == 400
+    said = client.post(f"{study}/pilot", data={"at": place}, files=parts).json()
+    assert said["sentence"].startswith(f"With your pilot ({place}, 2 people, ")
+    assert said["sentence"] in html.unescape(client.get(f"{study}/files/report.html").text)
+    zipped = io.BytesIO()
+    with zipfile.ZipFile(zipped, "w") as archive:
+        for name, content in (one for _, one in parts):
+            archive.writestr(f"worn/{name}", content)
+    again = [("files", ("worn.zip", zipped.getvalue()))]
+    assert client.post(f"{study}/pilot", data={"at": place}, files=again).json()["worn"] == said["worn"]
     told = "How cheap the sensor may be:", "tell nothing about the sensor"
     assert not any(text in page.text for text in told)
     page = client.get(f"{study}/files/report.html", params={"wishes": wishes, "need": "1"})

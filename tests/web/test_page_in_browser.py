@@ -354,6 +354,38 @@ def test_an_answer_of_before_is_marked_and_shared_by_a_link(quiet, server, drawn
     assert text(quiet, "h1") == study.answer()
 
 
+def test_a_pilot_is_sent_and_what_it_says_is_shown(quiet, server, drawn_results, monkeypatch, tmp_path):
+    address, owner = server
+    study, files = finished(owner, drawn_results), [tmp_path / f"{who} walking.csv" for who in ("Ada", "Ben")]
+    for file in files:
+        file.write_text("time,gFx,gFy,gFz\n0,0,0,1\n")
+
+    async def work(_, __, ___, how, asked):
+        """What the worker would find; the results drawn here have no signals."""
+        folder, at = asked
+        sent = sorted(file.name for file in folder.rglob("*.csv"))
+        said = {
+            "sentence": f"{how.__name__} at {at}: {', '.join(sent)}.",
+            "next": "Two more people.",
+            "cautions": [],
+        }
+        return said | {"skipped": [["Cy.csv", "no activity"]]}
+
+    monkeypatch.setattr(Answers, "_worked", work)
+    quiet.get(f"{address}/studies/{study.id}")
+    wait(lambda: find(quiet, "#report").get_attribute("src"))
+    quiet.execute_script("document.getElementById('pilot').closest('details').open = true")
+    find(quiet, "#pilot button").click()
+    wait(lambda: "Choose a folder or files" in text(quiet, "#problem"))
+    find(quiet, "#worn-files").send_keys("\n".join(map(str, files)))
+    typed(quiet, "#worn-at", "belt clip")
+    find(quiet, "#pilot button").click()
+    said = "pilot_by at belt clip: Ada walking.csv, Ben walking.csv. Two more people."
+    said += " Left out: Cy.csv: no activity."
+    wait(lambda: text(quiet, "#pilot-said") == said)
+    assert not text(quiet, "#problem")
+
+
 def test_one_answer_changes_as_a_whole_with_the_wishes(quiet, server, drawn_results, monkeypatch):
     address, owner = server
     study = finished(owner, drawn_results)

@@ -14,9 +14,9 @@ from ..core.inside import inside
 from ..headless.console import sentence_of
 from ..report.page import REPORT
 from .archive import zipped
-from .choosing import cheapest, choose_again, get_ready, report_again, report_needing
+from .choosing import cheapest, choose_again, get_ready, pilot_by, report_again, report_needing
 from .guard import Doors, report_policy
-from .receiving import object_of, parsed, study_of
+from .receiving import Receiver, object_of, parsed, study_of
 from .study import WISHES, Study, checked_parameters
 from .uploads import RefusedError
 from .work import Reader, Work
@@ -27,8 +27,8 @@ NO_RESULTS = "The study has no results yet: run it first"
 class Answers:
     """The requests about what runs found, over the same work as the others."""
 
-    def __init__(self, work: Work, _: Doors) -> None:
-        self.work = work
+    def __init__(self, work: Work, doors: Doors) -> None:
+        self.work, self.receiver = work, Receiver(work, doors.most)
 
     def routes(self) -> list[Route]:
         """All addresses below a study's that are of its answer."""
@@ -38,6 +38,7 @@ class Answers:
             Route(f"{one}/share", self.unshare, methods=["DELETE"]),
             Route(f"{one}/place", self.place, methods=["POST"]),
             Route(f"{one}/need", self.need, methods=["POST"]),
+            Route(f"{one}/pilot", self.pilot, methods=["POST"]),
             Route(f"{one}/results.zip", self.archive),
             Route(f"{one}/files/{{name:path}}", self.file),
         ]
@@ -63,6 +64,13 @@ class Answers:
         study, asked = study_of(self.work, request), await object_of(request)
         place = str(asked.get("place", ""))
         return JSONResponse({"needs": await self._worked(study, self.work.tryer, cheapest, place)})
+
+    async def pilot(self, request: Request) -> Response:
+        """What uploaded recordings of people say of the map's level, which report and summary then say."""
+        study = study_of(self.work, request)
+        async with self.receiver.laid(request, study) as (folder, fields):
+            asked = folder, fields.get("at", "")
+            return JSONResponse(await self._worked(study, self.work.tryer, pilot_by, asked))
 
     async def _choose(
         self, study: Study, wishes: dict[str, Any], how: Callable[..., Any], worker: Reader | None = None

@@ -9,6 +9,7 @@ from typing import Any
 
 from ..core.findings.advice_content import advice_content, need_content, place_content, with_needs
 from ..core.findings.cautions import Caution
+from ..core.findings.pilot import of_folder
 from ..core.parameters import with_values
 from ..core.ranking.stream import Stream
 from ..core.selection.advice import Advice
@@ -25,6 +26,7 @@ from ..core.study.choosing import (
 )
 from ..core.study.config import StudyConfig
 from ..core.study.results import StudyResults
+from ..headless.commands.pilot import write_pilot
 from ..headless.commands.place import CHOICE, Wishes, chosen_content
 from ..headless.options import words
 from ..report.page import report_page
@@ -87,6 +89,13 @@ def _shown(out: Path, wishes: dict[str, Any]) -> StudyResults:
 def cheapest(out: Path, place: str) -> list[dict[str, Any]]:
     """What `w2w need` finds at products and places, or at those that the run recommends."""
     return [need_content(one) for one in needed(StudyResults.load(out), words(place))]
+
+
+def pilot_by(out: Path, asked: tuple[Path, str]) -> dict[str, Any]:
+    """What `w2w pilot` finds by a folder of recordings worn at a place, written as it does."""
+    found = of_folder(StudyResults.load(out), *asked)
+    write_pilot(out, found)
+    return found.content()
 
 
 def _written(out: Path) -> int:

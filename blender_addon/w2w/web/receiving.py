@@ -6,6 +6,8 @@ import json
 import secrets
 import shutil
 from collections import Counter
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +33,10 @@ MOST_LABELS = 10**6
 """Bytes of a labels.csv: a row for each file that a study may hold, and more."""
 
 BUSY = "a run of the study was asked for meanwhile: cancel it, or send the files again when it has ended"
+
+
+Items = list[tuple[str, UploadFile | str]]
+"""Fields and files of a request, by the name of the field."""
 
 
 class Arrived:
@@ -95,22 +101,60 @@ class Receiver:
 
     async def receive(self, request: Request, study: Study) -> dict[str, Any]:
         """Store a request's files in a study; what was taken, what was refused and why."""
+        async with self._items(request, study) as items:
+            return await self._take(items, study)
+
+    @asynccontextmanager
+    async def laid(self, request: Request, study: Study) -> AsyncIterator[tuple[Path, dict[str, str]]]:
+        """A request's recordings in a folder that lasts as long as the block, and its other fields.
+
+        What a zip holds is in a folder called like it: apps export one for each recording.
+        """
+        async with self._items(request, study) as items:
+            arrived, names = Arrived(study), Names({})
+            worn = arrived.folder / "worn"
+            try:
+                await self._gather(items, study, arrived, apart=True)
+                if not arrived.files:
+                    raise RefusedError(400, next(iter(arrived.refused.values()), "there is no file"))
+                for path, name, _ in arrived.files:
+                    place = worn / names.own(name)
+                    place.parent.mkdir(parents=True, exist_ok=True)
+                    path.replace(place)
+                yield worn, {name: value for name, value in items if isinstance(value, str)}
+            finally:
+                await asyncio.to_thread(shutil.rmtree, arrived.folder, ignore_errors=True)
+
+    @asynccontextmanager
+    async def _items(self, request: Request, study: Study) -> AsyncIterator[Items]:
+        """A request's fields and files, if not too many others are read."""
         owner = study.folder.parent.name
         if self.of_one.total() >= MOST_UPLOADS or (self.of_one[owner] >= MOST_OF_ONE and owner != "local"):
             raise RefusedError(503, "Too many uploads at once: try again in a moment")
         self.of_one[owner] += 1
         try:
             async with request.form(max_files=MOST_AT_ONCE, max_fields=8) as form:
-                return await self._take(form.multi_items(), study)
+                yield form.multi_items()
         finally:
             self.of_one[owner] -= 1
 
-    async def _take(self, items: list[tuple[str, UploadFile | str]], study: Study) -> dict[str, Any]:
+    async def _take(self, items: Items, study: Study) -> dict[str, Any]:
         found: dict[str, Any] = {}
         for field, value in items:
             if not isinstance(value, UploadFile) and field == "parameters":
                 found[field] = checked_parameters(parsed(value))
         arrived = Arrived(study)
+        try:
+            await self._gather(items, study, arrived)
+            if arrived.files and study.waits:
+                raise RefusedError(409, BUSY)
+            files = arrived.move() if arrived.files else {}
+            return {"files": files, "refused": arrived.refused, "replaced": arrived.replaced, **found}
+        finally:
+            await asyncio.to_thread(shutil.rmtree, arrived.folder, ignore_errors=True)
+
+    async def _gather(self, items: Items, study: Study, arrived: Arrived, apart: bool = False) -> None:
+        """Store files as far as there is room; `apart`: what a zip holds in a folder called like it."""
         size = sum(value.size or 0 for _, value in items if isinstance(value, UploadFile))
         room = await self._room(study)
         self._arriving[study.folder] += size
@@ -124,18 +168,13 @@ class Receiver:
                     if room < 0:
                         raise RefusedError(413, "there is no room for it: delete files or studies first")
                     if name.lower().endswith(".zip"):
-                        await self._unpack(value, arrived, room)
+                        await self._unpack(value, arrived, room, name[:-4] if apart else "")
                     else:
                         await asyncio.to_thread(arrived.keep, value, name)
                 except RefusedError as refusal:
                     arrived.refused[name[:80]] = str(refusal)
-            if arrived.files and study.waits:
-                raise RefusedError(409, BUSY)
-            files = arrived.move() if arrived.files else {}
-            return {"files": files, "refused": arrived.refused, "replaced": arrived.replaced, **found}
         finally:
             self._arriving[study.folder] -= size
-            await asyncio.to_thread(shutil.rmtree, arrived.folder, ignore_errors=True)
 
     async def _room(self, study: Study) -> int:
         """Bytes that a study may still take, beside the others of its owner and of all."""
@@ -147,7 +186,7 @@ class Receiver:
         coming = sum(size for folder, size in arriving.items() if folder.parent == owner)
         return min(room, OF_ONE * self.most - own - coming)
 
-    async def _unpack(self, value: UploadFile, arrived: Arrived, room: int) -> None:
+    async def _unpack(self, value: UploadFile, arrived: Arrived, room: int, under: str = "") -> None:
         content = arrived.folder / f"z{len(arrived.files)}"
         archive = content.with_suffix(".zip")
         await asyncio.to_thread(store, archive, iter(lambda: value.file.read(PIECE), b""))
@@ -155,6 +194,8 @@ class Receiver:
         archive.unlink(missing_ok=True)
         if not isinstance(got, dict):
             raise RefusedError(400, got or "it takes long or much memory to unpack: send it in parts")
+        if under and LABELS not in [name for _, name, _ in got["files"]]:
+            got["files"] = [(number, f"{under}/{name}", total) for number, name, total in got["files"]]
         for number, name, total in got["files"]:
             try:
                 if name == LABELS:

@@ -4,21 +4,18 @@
 import json
 import shutil
 
-import numpy as np
 import pytest
 
-from w2w.core.imu.recording import ImuRecording
 from w2w.core.patches.naming import resolve
 from w2w.core.study.results import StudyResults
 
 from ...command_line import cli
-from ...phone_exports import table
+from ...phone_exports import worn_like_clips
 from ..conftest import write_motions
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker")]
 
 PACES = {"slow": 0.5, "steady": 1.0, "fast": 2.0}
-G = 9.80665
 
 
 @pytest.fixture(scope="module")
@@ -35,17 +32,10 @@ def _make(folder):
 
 
 def export(study: StudyResults, folder):
-    """Physics Toolbox's files of two people who wear a phone on the left wrist and move as the clips do."""
-    patch = resolve("left wrist", study.body(), study.patches)
-    rng = np.random.default_rng(0)
-    for number, clip in enumerate(study.clips):
-        one: ImuRecording = study.recording(number, [patch])
-        acc, gyr = (np.tile(values[:, 0], (10, 1)).astype(float) for values in (one.acc, one.gyr))
-        acc += rng.normal(scale=0.3, size=acc.shape)
-        file = folder / f"{'Ada' if number % 2 else 'Ben'}" / f"{clip.activity} {number}.csv"
-        names = ["time", "gFx", "gFy", "gFz", "wx", "wy", "wz"]
-        table(file, names, np.arange(len(acc)) / one.rate, acc / G, gyr, mark=";", comma=True)
-    return folder
+    """Files of two people with a phone on the left wrist, as an app in Germany writes them."""
+    return worn_like_clips(
+        study, folder, resolve("left wrist", study.body(), study.patches), mark=";", comma=True
+    )
 
 
 def test_the_folder_says_both_and_twice_is_the_same(folder, tmp_path):

@@ -17,7 +17,7 @@ from ..imu.recordings import Recordings
 from ..library.labels import same_label
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.halves import CrossValidation
-from ..ranking.pilot import SHARE, by_chance, half_width, learned, levelled, macro_f1, width_with
+from ..ranking.pilot import SHARE, by_chance, half_width, learned, levelled, macro_f1
 from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap, utility_map
 from ..ranking.weights import mean_over
@@ -33,9 +33,8 @@ from ..windows.of_recordings import cut_recordings
 from ..wording import InShort, listed
 from .cautions import KNOW, WEAKENS, Caution
 
-FEWEST_PEOPLE = 2
-MORE_PEOPLE = 2
-"""People whom the advice on what to record next adds."""
+TWO = 2
+"""People whom a pilot takes at least, and whom the advice on what to record next adds."""
 
 
 class WornPlace(NamedTuple):
@@ -91,10 +90,6 @@ class Pilot(InShort):
         """The recommended place in words."""
         return f"the {f'{self.place.side} {self.place.name}'.strip()}"
 
-    def in_short(self) -> str:
-        """What the pilot says of the recommended place."""
-        return self.sentence()
-
     def sentence(self) -> str:
         """What the pilot says of the recommended place: the same on every page and panel."""
         f1, minutes = self.f1(), max(round(sum(one.seconds for one in self.worn) / 60), 1)
@@ -104,16 +99,14 @@ class Pilot(InShort):
             f"{self.where}; without: {short(self.place.expected)}."
         )
 
+    in_short = sentence
+
     def next(self) -> str:
         """What to record next, with what it would leave open."""
-        spread, people = float(self.by_person.std(ddof=1)), len(self.people)
-        own = self._was_worn(self.place.under)
-        now = half_width(self.by_person, len(self.worn), own)
-        there = half_width(self.by_person, len(self.worn), at_worn=True)
-        more = width_with(spread, people + MORE_PEOPLE, len(self.worn))
-        if own:
-            more = half_width(np.resize(self.by_person, people + MORE_PEOPLE), 1, at_worn=True)
-        minutes = max(round(sum(one.seconds for one in self.worn) / people / 60 * MORE_PEOPLE), 1)
+        people, own = len(self.people), self._was_worn(self.place.under)
+        now, there = (half_width(self.by_person, len(self.worn), at) for at in (own, True))
+        more = half_width(np.resize(self.by_person, people + TWO), len(self.worn), own)
+        minutes = max(round(TWO / people * sum(one.seconds for one in self.worn) / 60), 1)
         said = f"Two more people (about {minutes} min) leave ± {short(min(more, now))} of ± {short(now)}."
         if own or there >= now:
             return said
@@ -128,7 +121,6 @@ class Pilot(InShort):
             "patch": self.place.patch,
             "expected_f1": round(f1.mean, 4),
             "expected_f1_interval": [round(f1.low, 4), round(f1.high, 4)],
-            "level": 0.9,
             "without": round(self.place.expected, 4),
             "people": len(self.people),
             "cautions": [caution._asdict() for caution in self.cautions],
@@ -136,7 +128,6 @@ class Pilot(InShort):
             "worn": [
                 {
                     "place": one.name,
-                    "patches": list(one.under),
                     "minutes": round(one.seconds / 60, 1),
                     "f1": round(one.mean, 4),
                     "f1_of": {name: round(f1, 4) for name, f1 in one.f1.items()},
@@ -157,15 +148,14 @@ class Ranked(NamedTuple):
     @classmethod
     def of(cls, study: StudyResults) -> Self:
         """A results folder's."""
-        config = study.config()
-        scored = scored_map(study.utility, study.patches, study.body(), config)
+        scored = scored_map(study.utility, study.patches, study.body(), config := study.config())
         return cls(scored, config, study.inputs(config.classifier), study.labels())
 
 
-def of_folder(study: StudyResults, recordings: Path, at: str, labels: Path | None = None) -> Pilot:
+def of_folder(study: StudyResults, recordings: Path, at: str) -> Pilot:
     """A pilot by a folder of recordings, worn `at` a place if they do not say it; as for `pilot`."""
     rate, activities = study.config().synthesis.rate_hz, study.utility.activities
-    return pilot(Ranked.of(study), Recordings.read(recordings, labels, at, activities, rate))
+    return pilot(Ranked.of(study), Recordings.read(recordings, None, at, activities, rate))
 
 
 def pilot(ranked: Ranked, recordings: Recordings) -> Pilot:
@@ -176,8 +166,7 @@ def pilot(ranked: Ranked, recordings: Recordings) -> Pilot:
     utility, config = ranked.scored.utility, ranked.config
     if ranked.scored.body is None or config.classifier != Ridge.name or config.further.features:
         raise ValueError("a pilot needs simulated signals ranked by 'ridge', without further ones")
-    rate = config.synthesis.rate_hz
-    same = Recordings([at_rate(one, rate) for one in recordings])
+    same = Recordings([at_rate(one, config.synthesis.rate_hz) for one in recordings])
     at = {name: ranked.scored.named(name).under for name in recordings.places}
     shown = [_worn(same.at(name), name, under, ranked) for name, under in at.items()]
     chance = any(one.mean <= one.chance for one in shown)
@@ -190,7 +179,7 @@ def pilot(ranked: Ranked, recordings: Recordings) -> Pilot:
         levels[under] = np.clip(utility.expected_f1[under] + difference, 0, 1)
     return Pilot(
         utility, tuple(shown), answer(ranked.scored).base, levels,
-        tuple(_cautions(utility, recordings, shown, chance, rate)), recordings.skipped,
+        tuple(_cautions(utility, recordings, shown, chance)), recordings.skipped,
     )  # fmt: skip
 
 
@@ -213,7 +202,7 @@ def _worn(recordings: Recordings, name: str, under: tuple[int, ...], ranked: Ran
     some = [one for one in recordings if same_label(one.activity) in known]
     if people := {one.subject for one in some} - {""}:
         some = [one for one in some if one.subject]
-    if len(people) < FEWEST_PEOPLE:
+    if len(people) < TWO:
         named = listed(sorted(people)) or "nobody"
         raise ValueError(
             f"a pilot takes two people at least; the recordings at {name} name {named} in activities of the "
@@ -230,17 +219,16 @@ def _worn(recordings: Recordings, name: str, under: tuple[int, ...], ranked: Ran
     inputs, is_test = np.concatenate(cut.inputs), np.concatenate(cut.is_test)
     names = ranked.scored.utility.activities
     protocol = CrossValidation(activity, clip, subject, is_test, names, seed=config.seed)
-    found = utility_map(inputs, protocol, halvings=0)
-    n = len(found.activities)
-    who_of = dict(zip(clip.tolist(), subject.tolist(), strict=True))
-    person = np.array([who_of[one] for one in found.clip.tolist()])
-    by_person = {
-        who: macro_f1(found.truth[person == who], found.predictions[person == who, 0], n)
-        for who in sorted(set(person.tolist()))
-    }
+    found, n = utility_map(inputs, protocol, halvings=0), len(names)
+    who = dict(zip(clip.tolist(), subject.tolist(), strict=True))
+    rows: dict[str, list[int]] = {}
+    for row, one in enumerate(found.clip.tolist()):
+        rows.setdefault(who[one], []).append(row)
+    predicted = found.predictions[:, 0]
+    by_person = {name: macro_f1(found.truth[of], predicted[of], n) for name, of in rows.items()}
     return WornPlace(
         name, under, dict(zip(found.activities, found.f1[0].tolist(), strict=True)), by_person,
-        by_chance(found.truth, found.predictions[:, 0], found.clip.tolist(), n),
+        by_chance(found.truth, predicted, found.clip.tolist(), n),
         sum(one.n_samples / one.rate for one in used),
     )  # fmt: skip
 
@@ -262,26 +250,15 @@ def _easier(ranked: Ranked, worn: WornPlace) -> np.ndarray:
 
 
 def _cautions(
-    utility: UtilityMap, recordings: Recordings, shown: Sequence[WornPlace], chance: bool, rate: float
+    utility: UtilityMap, recordings: Recordings, shown: Sequence[WornPlace], chance: bool
 ) -> list[Caution]:
-    found = []
+    found, worst = [], min(shown, key=lambda one: one.mean - one.chance)
     if chance:
-        worst = min(shown, key=lambda one: one.mean - one.chance)
-        text = (
-            f"what the recordings at {worst.name} show is no better than chance (F1 {short(worst.mean)}, by "
-        )
-        text += (
-            f"chance up to {short(worst.chance)}): look at their labels, and at whether the sensor sat there"
-        )
-        found.append(Caution(WEAKENS, text))
-    missing = sorted(set(utility.activities) - set().union(*(one.f1 for one in shown)))
-    if missing:
-        found.append(
-            Caution(KNOW, f"the pilot says nothing of {listed(missing)}: they move as the others do")
-        )
+        f1 = f"F1 {short(worst.mean)}, by chance up to {short(worst.chance)}"
+        text = f"what the recordings at {worst.name} show is no better than chance ({f1})"
+        found.append(Caution(WEAKENS, f"{text}: look at their labels, and whether the sensor sat there"))
+    if missing := sorted(set(utility.activities) - set().union(*(one.f1 for one in shown))):
+        found.append(Caution(KNOW, f"nothing was recorded of {listed(missing)}: they move as the others do"))
     if not all(one.gyr.any() for one in recordings):
         found.append(Caution(KNOW, "not all recordings have angular velocity: acceleration alone is taken"))
-    if recordings.rate < 0.9 * rate:
-        text = f"recorded at {recordings.rate:g} Hz, less than the {rate:g} Hz of the simulated signals"
-        found.append(Caution(KNOW, text))
     return found

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..filtering import butterworth, count_resampled
+from ..filtering import count_resampled, resample
 from ..motion.motion import LABELS
 from .recording import ImuRecording
 
@@ -44,19 +44,16 @@ def at_rate(recording: ImuRecording, rate: float) -> ImuRecording:
     """Specific force and angular velocity at another rate, low-passed; what was lost stays lost."""
     if abs(recording.rate - rate) <= SAME_RATE * rate:
         return replace(recording, rate=rate)
-    old, n = recording.time, recording.n_samples
-    times = np.arange(count_resampled(n, recording.rate, rate)) / rate
-    found = []
+    old, n, found = recording.time, recording.n_samples, []
+    nearest = np.arange(count_resampled(n, recording.rate, rate)) * recording.rate / rate
     for values in (recording.acc, recording.gyr):
         flat = values.reshape(n, -1).astype(np.float64)
         lost = np.isnan(flat)
         for column, missing in zip(flat.T, lost.T, strict=True):
             if missing.any() and not missing.all():
                 column[missing] = np.interp(old[missing], old[~missing], column[~missing])
-        if rate < recording.rate:
-            flat = butterworth(flat.T, recording.rate, 0.45 * rate, zero_phase=True).T
-        new = np.stack([np.interp(times, old, column) for column in flat.T], axis=1)
-        new[lost[np.clip(np.rint(times * recording.rate).astype(int), 0, n - 1)]] = np.nan
-        found.append(new.reshape(len(times), *values.shape[1:]))
+        new = resample(flat.T, recording.rate, rate).T
+        new[lost[np.clip(np.rint(nearest).astype(int), 0, n - 1)]] = np.nan
+        found.append(new.reshape(-1, *values.shape[1:]))
     labels = {name: getattr(recording, name) for name in LABELS}
     return ImuRecording(found[0], found[1], rate, recording.sites, **labels)

@@ -193,9 +193,5 @@ def _is_phones(path: Path) -> bool:
         return False
     with path.open("rb") as stream:
         start = stream.read(4096).lstrip(b"\xef\xbb\xbf")
-    own = (
-        re.match(rb"# ?\w+:|(//.*)", start)
-        or b"acc_unit" in start
-        or (b"acc_x" in start and b"time_s" in start)
-    )
-    return not own
+    names = set(re.split(rb"[,\s]+", start))
+    return not (re.match(rb"# ?\w+:|//", start) or {b"acc_x", b"time_s"} <= names)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from ..csv_tables import read_table
 from ..library.labels import same_label
-from ..wording import listed, shown
+from ..wording import listed, restated, shown
 from .phone_files import is_phone_folder
 from .recording import ImuRecording
 
@@ -67,9 +67,8 @@ def labelled_by(
 
 
 def _labelled(recording: ImuRecording, file: Path, told: Mapping[str, str], known: Known) -> ImuRecording:
-    in_folders = [*file.parent.parts]
     by_path = told.get("clip") or recording.clip or file.parent.as_posix()
-    activity = told.get("activity") or recording.activity or (in_folders[0] if in_folders else "")
+    activity = told.get("activity") or recording.activity or next(iter(file.parent.parts), "")
     subject, place = told.get("subject") or recording.subject, told.get("place", "")
     sites = (place,) if place and recording.n_sensors == 1 else recording.sites or (file.stem,)
     if known.place:
@@ -89,23 +88,17 @@ def _stretch(recording: ImuRecording, row: Mapping[str, str]) -> ImuRecording:
     """What lies between the seconds that a row names; all of it without."""
     if not (row.get("start") or row.get("end")):
         return recording
-    try:
+    with restated("start and end are seconds of the file:", ValueError):
         start, end = (float(row.get(name) or other) for name, other in (("start", 0.0), ("end", "inf")))
-    except ValueError:
-        raise ValueError(f"start and end are seconds of the file, not {shown(str(dict(row)))}") from None
-    first, last = round(start * recording.rate), min(end * recording.rate, recording.n_samples)
-    if not 0 <= first < last:
-        raise ValueError(
-            f"it lasts {recording.n_samples / recording.rate:.0f} s: {start:g} to {end:g} s is no part of it"
-        )
-    return recording.between(first, round(last))
+    length = recording.n_samples / recording.rate
+    if not 0 <= start < min(end, length):
+        raise ValueError(f"it lasts {length:.0f} s: {start:g} to {end:g} s is no part of it")
+    return recording.between(round(start * recording.rate), round(min(end, length) * recording.rate))
 
 
 def without_hands(recording: ImuRecording) -> ImuRecording:
     """The recording without its ends, if three quarters of it are left or more."""
-    ends = round(IN_HAND_S * recording.rate)
-    if recording.n_samples < 8 * ends:
-        return recording
+    ends = round(IN_HAND_S * recording.rate) if recording.time[-1] >= 8 * IN_HAND_S else 0
     return recording.between(ends, recording.n_samples - ends)
 
 
@@ -122,10 +115,7 @@ def _by_words(file: Path, activities: Sequence[str]) -> tuple[str, str]:
     named = {name for _, name in found if not any(name != other and name in other for _, other in found)}
     if len(named) != 1:
         what = f"names {listed(sorted(named))}" if named else "names no activity of the study"
-        raise ValueError(
-            f"its path {what}: put it into a folder named as one of {listed(list(activities), 12)}, "
-            "or list it in labels.csv"
-        )
+        raise ValueError(f"its path {what}: name a folder {listed(list(activities), 9)}, or use labels.csv")
     (activity,) = named
     others = [part for number, part in enumerate(folders) if (number, activity) not in found]
     rest = re.sub(rf"{re.escape(activity)}|[\W\d_]+", " ", same_label(file.stem))

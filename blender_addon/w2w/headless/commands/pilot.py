@@ -23,7 +23,8 @@ NAME = "pilot"
 def pilot(
     results: Annotated[Path, argument("RESULTS", "Results folder of a finished run.")],
     recordings: Annotated[
-        Path, argument("RECORDINGS", "Folder of what people wore: exports of phone apps, csv, npz.")
+        Path,
+        argument("RECORDINGS", "Folder of what people wore: exports of phone apps, labels.csv."),
     ],
     at: Annotated[
         str,
@@ -33,14 +34,6 @@ def pilot(
             show_default=False,
         ),
     ] = "",
-    labels: Annotated[
-        Path | None,
-        option(
-            "csv with columns file, activity, subject and if known place, start, end.  "
-            "[default: labels.csv in RECORDINGS]",
-            show_default=False,
-        ),
-    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Hold recordings of a few people against the map: its level moves to them, the order of places stays.
@@ -54,9 +47,8 @@ def pilot(
     with ending(USAGE, console):
         study = StudyResults.load(results, by=NAME)
         check(results, [REPORT])
-        found = of_folder(study, recordings, at, labels)
-        with only_run(results / WORK):
-            write_pilot(results, found)
+        found = of_folder(study, recordings, at)
+        write_pilot(results, found)
     console.print(found.sentence(), style="bold")
     console.print(found.next())
     show_cautions(found.cautions, console)
@@ -69,10 +61,11 @@ def pilot(
 
 def write_pilot(out: Path, found: Pilot) -> None:
     """Write a pilot beside the answer, into summary and report of a results folder."""
-    study = StudyResults.load(out, by=NAME)
-    remove_unfinished(out)
-    mark_changing(out, by=NAME)
-    with listed(out, ["summary.json"]):
-        write_json(out / "summary.json", study.summary | {"pilot": found.content()})
-    write_report(out, by=None)
-    mark_whole(out)
+    with only_run(out / WORK):
+        study = StudyResults.load(out, by=NAME)
+        remove_unfinished(out)
+        mark_changing(out, by=NAME)
+        with listed(out, ["summary.json"]):
+            write_json(out / "summary.json", study.summary | {"pilot": found.content()})
+        write_report(out, by=None)
+        mark_whole(out)

@@ -27,13 +27,9 @@ def pilot_steps(mesh: bpy.types.Object, recordings: Path, at: str) -> Steps:
 
 
 class W2W_OT_add_pilot(operators.AsksForFolder, operators.StartsJob, bpy.types.Operator):
-    """Take the map's level from recordings of people: a folder of what their phones or watches exported, as anna/walking.csv"""  # noqa: E501
+    """Take the map's level from what people wore: a folder of their phones' exports, as anna/walking.csv"""
 
-    at: StringProperty(
-        name="Worn At",
-        default="left wrist",
-        description="Where it was worn: a place or a product, as belt clip",
-    )
+    at: StringProperty(name="Worn At", default="left wrist", description="A place or a product")
 
     missing = staticmethod(lambda _context, body: missing_for_needs(body))
 

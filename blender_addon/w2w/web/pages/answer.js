@@ -59,6 +59,22 @@ export function chips(place, form) {
   draw();
 }
 
+// Recordings of people, held against the map; the report then says both.
+async function pilot() {
+  const form = new FormData(), files = [...find("worn-folder").files, ...find("worn-files").files].filter((file) => /\.(csv|txt|zip|npz)$/i.test(file.name));
+  if (!files.length) throw new Error("Choose a folder or files of recordings first.");
+  form.append("at", find("worn-at").value.trim());
+  for (const file of files) form.append("files", file, (file.webkitRelativePath || file.name).replace(/^[^/]+\/(?=.)/, ""));
+  find("pilot-said").textContent = "Reading …";
+  try {
+    const found = await ask(here("/pilot"), { method: "POST", body: form });
+    const more = [...found.cautions.map((one) => `${one.text}.`), found.next, ...found.skipped.map(([file, why]) => `Left out: ${file}: ${why}.`)];
+    find("pilot-said").textContent = `${found.sentence} ${more.join(" ")}`;
+    shown = "";
+    show(last);
+  } catch (error) { find("pilot-said").textContent = ""; throw error; }
+}
+
 const address = (given) => `/api${here("/files/report.html")}${given ? `?wishes=${encodeURIComponent(JSON.stringify(given))}` : ""}`;
 const NEED = "&need=1";
 
@@ -152,6 +168,7 @@ export function readyAnswer() {
   form.addEventListener("submit", safely(() => { clearTimeout(soon); return again(); }));
   form.addEventListener("change", () => { clearTimeout(soon); soon = setTimeout(safely(again), 400); });
   find("keep-choice").addEventListener("click", keep);
+  find("pilot").addEventListener("submit", safely(pilot));
   find("as-run").addEventListener("click", () => { fill(form, page.study.parameters); find("chosen").textContent = ""; complain(""); show(null); });
   find("again-part").addEventListener("toggle", (event) => event.target.open && send(here("/place"), {}).catch(() => {})); // what takes seconds once is begun
   find("share").addEventListener("click", safely(async () => { share((await send(here("/share"), {})).link); find("link").select(); }));
