@@ -12,7 +12,7 @@ from w2w.core.study.clip_files import ClipWindows, Signatures, features_file, ra
 from w2w.core.windows.windows import WindowSpec, cut_windows
 
 SPEC = WindowSpec(length_s=1.0, stride_s=0.5)
-WINDOWS = SimpleNamespace(inputs="windows", predict_folds=None)
+WINDOWS = SimpleNamespace(name="", inputs="windows", predict_folds=print)
 
 
 def test_clips_in_one_order(tmp_path):
