@@ -64,6 +64,7 @@ def test_clips_too_few_to_halve_are_refused(windows, labels):
 
 
 def test_a_finished_run_is_halved(drawn_results, monkeypatch):
+    """And what people wear anyway is judged on the same halves, if all patches are there."""
     words = ("study", "repeatability", drawn_results, "--halvings", 1, "--patches", 8)
     assert cli(*words)[0] == 2  # the signals and features of this run were never written
     study = StudyResults.load(drawn_results)
@@ -78,3 +79,6 @@ def test_a_finished_run_is_halved(drawn_results, monkeypatch):
     assert said.count("|") == 3 * (
         len(FIGURES[: FIGURES.index("as well")]) + 1
     )  # no product is near 8 patches
+    cells = [cell.strip() for cell in cli(*words[:-2])[1].split("|") if cell.strip()]
+    found = dict(zip(cells[1 : 1 + len(FIGURES)], map(float, cells[-len(FIGURES) :]), strict=True))
+    assert 0 < found["most"] >= max(found["recommended"], found["belt clip"], found["watch"])

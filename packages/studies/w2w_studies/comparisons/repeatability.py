@@ -25,6 +25,7 @@ GOOD, HEAVY = 0.02, 0.05
 FIGURES = (
     "expected", "delivered", "gain", "by raw F1", "rho", "ceiling", "stated", "did", "holds",
     "as well", "lose", "within", "heavy", "cost holds", "knowing: lose", "knowing: within", "knowing: heavy",
+    "recommended", "belt clip", "watch", "most",
 )  # fmt: skip
 """For a choice: F1 expected of the chosen patch and its raw F1 on the other half; how much that is above an
 average patch's, and the same of the patch of the highest raw F1; Spearman's rho of the expected map with
@@ -33,9 +34,13 @@ whether it did, and the share of patches whose interval holds the other half's F
 the best: the share said to do as well, what those lose on the other half, how many of them lose at most .02
 there, how many of those that lose more than .05 are told from them, and the share whose cost's interval holds
 what they lose; then what would be if those were said to do as well whose raw F1 on all clips, the other half
-included, is at most .02 lower. NaN on some patches only, which no product may be near."""
+included, is at most .02 lower. Last what the recommended place, a belt clip, a watch and the other half's own
+best patch deliver above an average patch. NaN on some patches only, which no product may be near."""
 
-OF_PRODUCTS = 8
+ALWAYS = ("belt clip", "watch")
+"""What people might wear whatever they do."""
+
+OF_PRODUCTS = 12
 """The last of these, which are of products."""
 
 
@@ -108,7 +113,10 @@ def _products_judged(here: ScoredMap, there: UtilityMap, whole: UtilityMap) -> t
     as_good = np.array([score.cost.as_good for score in others])
     held = [score.cost.low <= lose <= score.cost.high for score, lose in zip(others, loses, strict=True)]
     parts = [*_worded(loses, as_good), held, *_worded(loses, known <= GOOD)]
-    return (as_good.mean(), *(np.mean(part) if len(part) else np.nan for part in parts))
+    worn = {score.name: score.patch for score in here.products} | {"recommended": here.base.patch}
+    gains = [there.mean[worn[name]] if name in worn else np.nan for name in ("recommended", *ALWAYS)]
+    above = np.array([*gains, there.mean.max()]) - there.mean.mean()
+    return (as_good.mean(), *(np.mean(part) if len(part) else np.nan for part in parts), *above)
 
 
 def _worded(loses: np.ndarray, as_good: np.ndarray) -> tuple[np.ndarray, ...]:
