@@ -7,7 +7,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # Programs in tools/ import each other.
 export PYTHONSAFEPATH :=
 
-.PHONY: check arithmetic demo docs evidence evidence-data notebooks test test-processors test-slow test-studies docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
+.PHONY: check arithmetic demo pictures docs evidence evidence-data notebooks test test-processors test-slow test-studies docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
 ifeq ($(origin BLENDER),command line)
@@ -21,6 +21,12 @@ endif
 demo: setup
 	@.venv/bin/w2w demo --out demo_output
 	@echo "With your own clips, in a browser: .venv/bin/w2w serve"
+
+# Every picture of README and documents but those of studies: `make test-window` first for Blender's window.
+pictures: demo
+	.venv/bin/python -m tools.make_pictures
+	.venv/bin/python docs/make_garment_pictures.py
+	.venv/bin/python docs/make_signals_figures.py
 
 # Lint, and beside it the arithmetic: no Blender, no network trained, no adopted body.
 check: setup

@@ -13,7 +13,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from scipy.spatial.transform import Rotation
 
-from w2w.core.imu.presets import preset
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel, Triad
 from w2w.core.imu.synthesis import STANDARD_GRAVITY, Synthesis, synthesize
@@ -134,27 +133,6 @@ def draw_allan(axes: Axes) -> None:
     axes.legend(fontsize=8)
 
 
-def draw_parts() -> None:
-    """The same second of an arm swing through three parts."""
-    rate = 60
-    ideal = synthesize(arm_swing(np.arange(5 * rate + 1) / rate), rate, Synthesis(rate_hz=100))
-    figure, grid = plt.subplots(2, 3, figsize=(10, 4.6), sharex=True, sharey="row", layout="constrained")
-    for column, name in enumerate(("bmi270", "mpu-6050", "watch")):
-        read = preset(name).apply(ideal, seed=3)
-        for axes, values, exact in zip(
-            grid[:, column], (read.acc, read.gyr), (ideal.acc, ideal.gyr), strict=True
-        ):
-            for axis in range(3):
-                axes.plot(ideal.time, exact[:, 0, axis], color=COLOURS[axis], alpha=0.25, linewidth=4)
-                axes.plot(read.time, values[:, 0, axis], color=COLOURS[axis], linewidth=0.8)
-        grid[0, column].set_title(name, fontsize=10)
-        grid[1, column].set_xlabel("s")
-    grid[0, 0].set_xlim(0.6, 2.6)
-    grid[0, 0].set_ylabel("m/s²")
-    grid[1, 0].set_ylabel("rad/s")
-    save(figure, "signals_parts.png")
-
-
 def save(figure: plt.Figure, name: str) -> None:
     """Write a picture without its date, so that equal figures are equal files."""
     PICTURES.mkdir(exist_ok=True)
@@ -166,4 +144,3 @@ if __name__ == "__main__":
     plt.switch_backend("agg")
     draw_conventions()
     draw_accuracy()
-    draw_parts()

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Run the notebooks of docs/notebooks from top to bottom and keep what they show: `make notebooks`."""
 
-import os
 import tempfile
 from pathlib import Path
 
@@ -17,7 +16,6 @@ LIMIT_S = 600
 
 def main() -> None:
     """Run each in an empty folder; a cell that fails ends the program with its error."""
-    os.environ["PATH"] = os.pathsep.join([str(PROJECT / ".venv" / "bin"), os.environ["PATH"]])
     for path in sorted(NOTEBOOKS.glob("*.ipynb")):
         notebook = nbformat.read(path, as_version=4)
         with tempfile.TemporaryDirectory() as folder:

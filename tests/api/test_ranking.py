@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from sklearn.dummy import DummyClassifier
+from sklearn.linear_model import Ridge
 from sklearn.neighbors import KNeighborsClassifier
 
 import w2w
@@ -484,3 +485,31 @@ def test_a_loader_with_two_workers_gives_every_window_once(library, torch, monke
         for workers in (0, 2)
     )
     assert sorted(activity for _, activity in two) == sorted(activity for _, activity in alone)
+
+
+def test_a_ranking_in_memory_is_saved_and_says_what_a_sensor_needs(ranking, tmp_path):
+    ranking.save(tmp_path / "OUT")
+    again = w2w.open_results(tmp_path / "OUT")
+    assert again.answer.sentence() == ranking.answer.sentence()
+    np.testing.assert_array_equal(again.f1, ranking.f1)
+    place = ranking.names[ranking.best]
+    assert repr(ranking.needs(place)) == repr(again.needs(place))
+    assert repr(ranking.needs(place)).startswith(f"<Need of {place}: ")
+    recordings = list(w2w.stream(tmp_path / "OUT", [place]))
+    assert [one.clip for one in recordings] == [clip.name for clip in ranking.clips]
+    with pytest.raises(ValueError, match="not empty"):
+        ranking.save(tmp_path / "OUT")
+    with pytest.raises(ValueError, match="others lie in a folder"):
+        again.save(tmp_path / "again")
+
+
+def test_what_cannot_be_ranked_is_said_in_a_sentence(signals):
+    with pytest.raises(ValueError, match="window must be a positive number"):
+        w2w.rank(signals, window=-1)
+    with pytest.raises(ValueError, match=r"stride must be in \(0, window = 2.0\]"):
+        w2w.rank(signals, stride=5)
+    with pytest.raises(ValueError, match="is a regressor: activities need a classifier"):
+        w2w.rank(signals, classifier=Ridge())
+    unlabelled = [motion.labelled("", "", "") for motion in signals.motions]
+    with pytest.raises(ValueError, match="no motion says its activity"):
+        w2w.rank(w2w.synthesize(unlabelled, signals.patches))

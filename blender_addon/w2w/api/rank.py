@@ -13,6 +13,7 @@ from ..core.imu.recording import ImuRecording
 from ..core.imu.recordings import Recordings
 from ..core.imu.synthesis import Synthesis
 from ..core.library.labels import spelled_once
+from ..core.motion.motion import Motion
 from ..core.motion.signature import motion_signature
 from ..core.patches.patches import unplaced
 from ..core.ranking.classifiers.ridge import Ridge
@@ -40,6 +41,7 @@ class _Clips(NamedTuple):
     details: list[dict[str, Any]]
     recordings: list[ImuRecording]  # those with windows, in the order of `inputs`
     skipped: list[tuple[str, str]]
+    motions: tuple[Motion, ...] = ()
 
 
 Labels = Mapping[int, Mapping[str, str]]
@@ -116,8 +118,15 @@ def rank(
     labels, check = spelled_once(labels)
     warn_of_spellings(check)
     activities = {one["activity"] for one in labels.values()}
+    if not any(activities):
+        raise ValueError(
+            "no motion says its activity: label them, as by motion.labelled('walking', 'S01', 'clip 1')"
+        )
     check_counting(activities, uncounted, weighted)
-    spec = WindowSpec.of_length(window, stride)
+    try:
+        spec = WindowSpec.of_length(window, stride)
+    except ValueError as error:
+        raise ValueError(str(error).replace("length_s", "window").replace("stride_s", "stride")) from None
     if isinstance(signals, Signals):
         made = signals.config
     else:
@@ -154,7 +163,7 @@ def rank(
         utility=_with_left_out(utility, activities), patches=patches, body=body, inputs=whole,
         labels=WindowLabels.of(clips.ranked, clips.windows), config=config, classifier=classifier,
         skipped=tuple(clips.skipped), clips=clips.ranked, details=clips.details, stream=stream,
-        recordings=Recordings(recordings) if isinstance(signals, Recordings) else None,
+        recordings=Recordings(recordings) if isinstance(signals, Recordings) else None, motions=clips.motions,
     )  # fmt: skip
     if serious := [caution.sentence() for caution in ranking.cautions if caution.weight != KNOW]:
         warnings.warn(" ".join(serious), stacklevel=2)
@@ -177,8 +186,9 @@ def _simulated(signals: Signals, labels: Labels, spec: WindowSpec, inputs: str) 
         details.append(about | {"windows": len(is_test)})
     skipped = [(names[number], why) for number, why in cut.skipped.items()]
     return _Clips(
-        same_motions(used, windows), windows, cut.inputs, details, [signals[n] for n in cut.used], skipped
-    )
+        same_motions(used, windows), windows, cut.inputs, details, [signals[n] for n in cut.used], skipped,
+        tuple(signals.motions[n] for n in cut.used),
+    )  # fmt: skip
 
 
 def _worn(recordings: Recordings, labels: Labels, spec: WindowSpec, inputs: str) -> _Clips:

@@ -20,6 +20,7 @@ from ..core.files import write_text
 from ..core.findings.cautions import Caution, cautions, heaviest_first, worn_cautions
 from ..core.given import given_path
 from ..core.imu.recordings import Recordings
+from ..core.motion.motion import Motion
 from ..core.patches.naming import resolve
 from ..core.patches.own_placements import shown_on
 from ..core.patches.patches import PatchSet
@@ -57,6 +58,7 @@ class Ranked:
     stream: Stream | None = None
     folder: Path | None = None
     recordings: Recordings | None = None
+    motions: tuple[Motion, ...] = ()
 
     def __repr__(self) -> str:
         best = f"{self.names[self.best]}, F1 {self.expected[self.best]:.2f}"

@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from ..core.files import write_text
+from ..core.files import new_folder, write_text
 from ..core.findings.cautions import below, head
-from ..core.findings.new_folder import write_findings
+from ..core.findings.new_folder import check_new, write_findings
 from ..core.findings.pilot import Pilot, Ranked, pilot
 from ..core.given import given_path
 from ..core.imu.recordings import Recordings
 from ..core.library.library import Clip, Library
+from ..core.motion.signature import motion_signature
 from ..core.patches.card import DROP
 from ..core.ranking.pooling import Pooling
 from ..core.ranking.turned import may_turn
@@ -28,7 +29,7 @@ from ..core.selection.headline import short
 from ..core.selection.joint import WornSet
 from ..core.selection.set_tests import SetTests
 from ..core.study.choosing import choose_to_wear, needed
-from ..core.study.clip_files import WORK
+from ..core.study.clip_files import WORK, features_file, motion_file, write_features
 from ..core.study.needs import Need
 from ..core.study.ranking import set_tests
 from ..core.study.results import ClipResult, Study, StudyResults
@@ -68,6 +69,8 @@ class Ranking(Scores):
         The results folder that it was read from, which holds all that a report says.
     recordings : Recordings, optional
         The recordings of worn sensors that it ranks, one after another as in `inputs`.
+    motions : tuple of Motion
+        The motion of each clip, where the ranking is in memory.
 
     Examples
     --------
@@ -122,7 +125,7 @@ class Ranking(Scores):
         Raises
         ------
         ValueError
-            If the ranking was not read from a results folder, or nothing is called so.
+            If the ranking is of worn sensors, or nothing is called so.
 
         Examples
         --------
@@ -130,9 +133,11 @@ class Ranking(Scores):
         >>> need.place, need.own["rate"]
         ('left belt clip', 50.0)
         """
-        if self.folder is None:
-            raise ValueError("what a sensor needs is found from motions: write a results folder and open it")
-        return needed(StudyResults.load(self.folder), [place])[0]
+        if self.recordings is not None:
+            raise ValueError("what a sensor needs is found from motions, not from worn sensors")
+        with TemporaryDirectory(prefix="w2w_needs_") as temporary:
+            study = StudyResults.load(self.folder) if self.folder else self._written(Path(temporary))
+            return needed(study, [place])[0]
 
     def with_recordings(self, recordings: Recordings) -> Pilot:
         """Hold recordings of people against the map: what they say of its level, everywhere.
@@ -278,10 +283,44 @@ class Ranking(Scores):
             study = StudyResults.load(self.folder) if self.folder else self._written(Path(temporary))
             write_text(path, report_page(study))
 
+    def save(self, folder: str | Path) -> None:
+        """Write a results folder, as `w2w run --no-signals` does, for commands, the panel and `stream`.
+
+        Parameters
+        ----------
+        folder : str or Path
+            A new or empty one.
+
+        Raises
+        ------
+        ValueError
+            If the folder is not empty, or the ranking has no motions: it was read from a folder, or worn.
+
+        Examples
+        --------
+        >>> ranking.save("OUT")
+        >>> w2w.open_results("OUT").activities == ranking.activities
+        True
+        """
+        check_new(path := given_path(folder, "results"))
+        if not self.motions:
+            raise ValueError(
+                "only a ranking of motions in memory is saved: others lie in a folder or are worn"
+            )
+        with new_folder(path) as out:
+            self._written(out)
+
     def _written(self, out: Path) -> StudyResults:
         """The ranking and a choice of sensors, written into an empty folder as a run writes them."""
         assert self.body is not None
-        (out / WORK).mkdir()
+        for name in ("motions", f"{WORK}/features"):
+            (out / name).mkdir(parents=True)
+        first = 0
+        for clip, motion, about in zip(self.clips, self.motions, self.details, strict=False):
+            some = slice(first, first := first + about["windows"])
+            motion.labelled(clip.activity, clip.subject, clip.name).save(motion_file(out, clip.name))
+            known = self.labels.is_test[some], motion_signature(motion)
+            write_features(features_file(out, clip.name), np.asarray(self.inputs)[some], *known)
         results = StudyResults(out, self.utility, self.patches, self.clips, self.config.as_dict())
         used = tuple(
             Clip(Path(), about.get("file", clip.name), clip.name, clip.activity, clip.subject)

@@ -65,7 +65,7 @@ class Loss(NamedTuple):
         return f"{self.name} or {end}" if self.value == KNOBS[self.knob].values[-1] else self.name
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Need:
     """What a sensor at one place needs, for the activities of a study."""
 
@@ -76,6 +76,9 @@ class Need:
     losses: tuple[Loss, ...] = ()  # knob by knob, from dear to cheap; none if the clips tell nothing
     together: Loss | None = None  # the cheapest values of `ON_CARD` at once
     parts: tuple[Loss, ...] = ()  # parts that do, each at its cheapest rate
+
+    def __repr__(self) -> str:
+        return f"<Need of {self.place}: {self.sentence() or 'the clips tell nothing of it'}>"
 
     def of(self, knob: str) -> list[Loss]:
         """The losses of a knob, from dear to cheap."""

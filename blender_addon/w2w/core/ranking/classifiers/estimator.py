@@ -77,6 +77,13 @@ class EstimatorClassifier:
         for method in ("fit", "predict"):
             if not callable(getattr(self.estimator, method, None)):
                 raise ValueError(f"the estimator {self.estimator!r} has no method {method!r}")
+        # the type is told by a tag since scikit-learn 1.6, by an attribute before; scikit-learn may be absent
+        tags = getattr(self.estimator, "__sklearn_tags__", lambda: None)()
+        if "regressor" in (
+            getattr(tags, "estimator_type", ""),
+            getattr(self.estimator, "_estimator_type", ""),
+        ):
+            raise ValueError(f"{self.estimator!r} is a regressor: activities need a classifier")
         if not self.name:
             object.__setattr__(self, "name", type(self.estimator).__name__)
 
