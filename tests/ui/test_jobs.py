@@ -6,12 +6,10 @@ from __future__ import annotations
 from collections.abc import Generator
 from types import SimpleNamespace
 
-import bpy
 import pytest
 
 from w2w.ui.jobs import jobs
 from w2w.ui.jobs.jobs import Step, part, time_left
-from w2w.ui.panels.base import StepPanel, beside_their_buttons
 
 
 @pytest.mark.parametrize(
@@ -61,15 +59,6 @@ def test_an_outcome_holds_nothing_that_blenders_terminal_obeys(show, monkeypatch
     said: list[str] = []
     show(SimpleNamespace(report=lambda _kind, text: said.append(text)), "clip \x1b]0;x\x07 is done")
     assert said == [jobs.message.text] == ["clip %1B]0;x%07 is done"]
-
-
-@pytest.mark.usefixtures("blender")
-def test_an_outcome_is_shown_by_one_panel_alone() -> None:
-    titles = [title for panel in StepPanel.__subclasses__() for title in panel.titles]
-    assert len(set(titles)) == len(titles)
-    started = {getattr(bpy.types, name).bl_label for name in dir(bpy.types) if name.startswith("W2W_OT_")}
-    assert set(titles) <= started
-    assert "Run All" in started - beside_their_buttons()
 
 
 def failing(error: Exception) -> Generator[Step, None, str]:

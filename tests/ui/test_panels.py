@@ -36,7 +36,7 @@ def draw(panel: type, context: SimpleNamespace) -> MagicMock | None:
     turn_to(panel.page or shown_page())
     if not getattr(panel, "poll", lambda _: True)(context):
         return None
-    drawn = SimpleNamespace(layout=MagicMock(), titles=panel.titles)
+    drawn = SimpleNamespace(layout=MagicMock())
     for name in ("missing", "is_done", "draw_step", "draw_active", "column"):
         if hasattr(panel, name):
             setattr(drawn, name, getattr(panel, name).__get__(drawn))

@@ -75,6 +75,7 @@ def test_cards_and_legend_stand_at_the_edges_over_no_body_nor_each_other(
 def test_a_card_is_closed_by_its_corner() -> None:
     shown = card(None, 0)
     width, height = shown.size(1.5)
-    corner = shown.closer(100.0, 200.0, 1.5)
+    whole, corner = shown.boxes(100.0, 200.0, 1.5)
+    assert whole == (100, 200, 100 + width, 200 + height)
     assert corner.holds(100 + width - 5, 200 + height - 5)
     assert not corner.holds(100 + width / 2, 200 + height - 5)

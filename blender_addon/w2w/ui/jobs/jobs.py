@@ -90,7 +90,7 @@ class Message:
     text: str
     is_error: bool
     job: str = ""
-    """Title of its job: the message is shown next to the button that started that job."""
+    """Title of its job."""
     scene: str = field(default="", compare=False)
     """Name of the scene that it is about; "" is any."""
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Texts and messages in the sidebar, in as many lines as its width needs."""
 
-from collections.abc import Collection
 from typing import Any
 
 import blf
@@ -58,15 +57,6 @@ def draw_message(
     row, icon = box.row(), "ERROR" if message.is_error else "INFO"
     draw_text(row.column(align=True), context, text, icon, indent=56)
     row.operator("w2w.dismiss_message", text="", icon="X", emboss=False)
-
-
-def draw_outcome(layout: bpy.types.UILayout, context: bpy.types.Context, titles: Collection[str]) -> None:
-    """Draw the progress or the outcome of one of these jobs where it was started."""
-    if jobs.running is not None:
-        if jobs.running.title in titles:
-            draw_progress(layout, jobs.running)
-    elif jobs.message is not None and jobs.message.job in titles:
-        draw_message(layout, context, jobs.message)
 
 
 def draw_progress(layout: bpy.types.UILayout, job: jobs.Job) -> None:

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Base classes of panels: each is on a page; those of steps say what they wait for and what was done."""
+"""Base classes of panels: each is on a page; those of steps say what they wait for."""
 
 from typing import TypeAlias
 
 import bpy
 
 from ..jobs import jobs
-from ..jobs.text import draw_outcome, draw_text, styled
+from ..jobs.text import draw_text, styled
 from ..study.declared import SHOWN, property_of
 from ..study.pages import ANSWER, DETAILS, shown_page
 from ..study.state import current_body, is_ranked, missing_for_patches, outdated_at_a_glance, polled_body
@@ -22,9 +22,6 @@ class W2WPanel:
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "W2W"
-    titles: tuple[str, ...] = ()
-    """Jobs that the panel's buttons start: their outcome is shown next to the buttons."""
-
     page = ""
     """The page that the panel is on; "" is every page."""
 
@@ -89,7 +86,6 @@ class StepPanel(W2WPanel):
             draw_info(content, context, missing)
         else:
             self.draw_step(context, content, body)
-        draw_outcome(self.layout, context, self.titles)
 
     def missing(self, body: Body) -> str:
         """What this step still needs, as a sentence, or ""; at least a body."""
@@ -130,9 +126,3 @@ def draw_outdated(layout: bpy.types.UILayout, context: bpy.types.Context, body: 
 def draw_note(layout: bpy.types.UILayout, context: bpy.types.Context, text: str) -> None:
     """Draw a text in grey."""
     draw_text(styled(layout.column(), active=False), context, text)
-
-
-def beside_their_buttons() -> set[str]:
-    """Titles of the jobs whose outcome is shown in a panel of their own; others are shown at the top."""
-    panels = (*StepPanel.__subclasses__(), *ResultPanel.__subclasses__())
-    return {title for panel in panels for title in panel.titles}

@@ -8,8 +8,7 @@ from bpy.props import EnumProperty, IntProperty, StringProperty
 
 from ...core.selection.headline import mean_caution, short
 from ...core.wording import capital
-from ..jobs import jobs
-from ..jobs.text import draw_outcome, draw_text, styled
+from ..jobs.text import draw_text, styled
 from ..results import results
 from ..results.own_placements import spot_name
 from ..steps.choosing import missing_for_choice
@@ -68,7 +67,6 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
     bl_label = "Sensors Together"
     bl_options = {"DEFAULT_CLOSED"}
     bl_order = 2
-    titles = ("Choose Sensors", "Find Needs")
 
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
@@ -83,9 +81,7 @@ class W2W_PT_placement(ResultPanel, bpy.types.Panel):
             number.label(text="no limit", translate=False)
         draw_wishes(content, context, body)
         styled(content.row(), scale_y=1.2).operator("w2w.choose_sensors", icon="VIEWZOOM")
-        draw_outcome(self.layout, context, self.titles)
-        if jobs.running is None or jobs.running.title not in self.titles:
-            draw_worn(styled(self.column(context), enabled=can_change_now(context)), context, body)
+        draw_worn(styled(self.column(context), enabled=can_change_now(context)), context, body)
 
 
 def draw_wishes(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.types.Object) -> None:

@@ -13,7 +13,7 @@ from ...core.wording import capital
 from ...scene.heatmap import add_beside
 from ...scene.motion.source_beside import remove_source
 from ..jobs import jobs
-from ..jobs.text import draw_outcome, draw_text, styled
+from ..jobs.text import draw_text, styled
 from ..results import results
 from ..results.results import findings
 from ..study import counting, lists, operators, scores, state
@@ -43,10 +43,6 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
 
     bl_label = "One Sensor"
     bl_order = 1
-    titles = (
-        "Picture", "Export Table", "Export Spots", "Export Report",
-        "Export Signals", "Save Results",
-    )  # fmt: skip
 
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
@@ -68,7 +64,6 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
         row = self.layout.row(align=True)
         row.operator("w2w.export_presentation", text="Picture", translate=False, icon="RENDER_STILL")
         row.menu("W2W_MT_export", text="Export", icon="EXPORT")
-        draw_outcome(self.layout, context, self.titles)
 
 
 def draw_light(

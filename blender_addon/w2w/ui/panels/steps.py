@@ -40,7 +40,6 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
 
     bl_label = "Body"
     page = CLIPS
-    titles = ("Load SMPL Body", "Open Results")
 
     def missing(self, body: Body) -> str:
         return ""
@@ -133,7 +132,6 @@ class W2W_PT_motions(StepPanel, bpy.types.Panel):
 
     bl_label = "Motions"
     page = CLIPS
-    titles = ("Import Motions",)
 
     @staticmethod
     def is_wanted(body: Body) -> bool:
@@ -202,7 +200,6 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}
     bl_order = 1
     page = DETAILS
-    titles = ("Place Spots", "Bake to Keyframes")
 
     def is_done(self, body: bpy.types.Object) -> bool:
         return state.patches_of(body) is not None
@@ -227,7 +224,6 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
     bl_label = "Signals"
     bl_order = 2
     page = DETAILS
-    titles = ("Bake Signals",)
 
     def missing(self, body: Body) -> str:
         return state.missing_for_bake(body)
@@ -268,7 +264,6 @@ class W2W_PT_utility(StepPanel, bpy.types.Panel):
     bl_label = "Score"
     bl_order = 3
     page = DETAILS
-    titles = ("Score Spots",)
 
     def missing(self, body: Body) -> str:
         return "" if body is not None and state.is_ranked(body) else state.missing_for_any_rank(body)

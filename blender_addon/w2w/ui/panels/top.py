@@ -11,7 +11,7 @@ from ..steps.run_all import as_outcome, missing_for_all
 from ..study import lists, state
 from ..study.pages import ANSWER, CLIPS, shown_page
 from ..viewport.framing import hidden_ones
-from .base import Layout, W2WPanel, beside_their_buttons, draw_info, draw_warning
+from .base import Layout, W2WPanel, draw_info, draw_warning
 
 WHAT = (
     "Where on the body should a motion sensor sit? W2W tries hundreds of spots on a body that moves as in "
@@ -44,7 +44,7 @@ class W2W_PT_main(W2WPanel, bpy.types.Panel):
         if jobs.running is not None:
             layout.label(text=jobs.running.title, translate=False)
             draw_progress(layout, jobs.running)
-        elif jobs.message is not None and jobs.message.job not in beside_their_buttons():
+        elif jobs.message is not None:
             draw_message(layout, context, jobs.message, "" if body is None else said_below(body))
 
 

@@ -18,7 +18,7 @@ from ..results import own_placements, results
 from ..study import operators, state
 from ..viewport.framing import fold_soon
 from ..viewport.legend import owner_of
-from ..viewport.overlay import closers
+from ..viewport.overlay import cards_at
 from .body import select_only
 
 NO_BODY = "Click on a body that has spots"
@@ -119,16 +119,16 @@ class W2W_OT_clear_pick(operators.OnBody, bpy.types.Operator):
 
 
 def close_card(context: bpy.types.Context, event: bpy.types.Event) -> bool:
-    """Close the card whose corner was clicked; whether there is one."""
+    """Whether a card was clicked, which is closed by its corner."""
     mouse, study = (event.mouse_region_x, event.mouse_region_y), state.polled_body(context).w2w
-    for patch, corner in closers.get(context.region.as_pointer(), ()):
+    hit = [each for each in cards_at.get(context.region.as_pointer(), ()) if each[1].holds(*mouse)]
+    for patch, _, corner in hit:
         if corner.holds(*mouse):
             if patch == study.picked:
                 study.picked = study.compared
             study.compared = -1
             select(item for item in context.selected_objects if item.get(PATCH, patch) != patch)
-            return True
-    return False
+    return bool(hit)
 
 
 class W2W_OT_fit_range(operators.OnRanking, bpy.types.Operator):

@@ -65,10 +65,10 @@ class HoverCard:
         """Width and height in pixels."""
         return WIDTH * scale, self.height(scale)
 
-    def closer(self, x: float, y: float, scale: float) -> Box:
-        """Where a click closes the card that is drawn at x, y."""
+    def boxes(self, x: float, y: float, scale: float) -> tuple[Box, Box]:
+        """Where the card stands that is drawn at x, y, and where a click closes it."""
         right, top = x + WIDTH * scale, y + self.height(scale)
-        return Box(right - CLOSER * scale, top - CLOSER * scale, right, top)
+        return Box(x, y, right, top), Box(right - CLOSER * scale, top - CLOSER * scale, right, top)
 
     def draw(self, x: float, y: float, scale: float) -> None:
         """Draw the card with its lower left corner at x, y."""

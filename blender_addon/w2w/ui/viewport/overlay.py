@@ -36,8 +36,8 @@ DOT = 6
 OVER_HEAD = 0.08
 """Metres from a head to the name over it."""
 
-closers: dict[int, list[tuple[int, Box]]] = {}
-"""Patches of the cards in each region and where these are closed, by the region's address."""
+cards_at: dict[int, list[tuple[int, Box, Box]]] = {}
+"""Patches of the cards in each region, where these stand and where closed, by the region's address."""
 
 _stood: dict[tuple, tuple[Place, ...]] = {}
 """Where legend and cards stood when they were placed last."""
@@ -66,7 +66,7 @@ def draw() -> None:
     """Draw everything; Blender calls this for each 3D view."""
     context = bpy.context
     if (shown_body := _shown_body(context)) is None:
-        closers.pop(context.region.as_pointer(), None)
+        cards_at.pop(context.region.as_pointer(), None)
         return
     (body, patches), space = shown_body, context.space_data
     scale = context.preferences.system.ui_scale
@@ -91,9 +91,8 @@ def draw() -> None:
         _draw_mark(surface, patch, number, scale)
     for card, stand in zip(cards, stands, strict=True):
         card.draw(*stand)
-    closers[context.region.as_pointer()] = [
-        (card.patch, card.closer(*stand)) for card, stand in zip(cards, stands, strict=True)
-    ]
+    shown_at = [(card.patch, *card.boxes(*stand)) for card, stand in zip(cards, stands, strict=True)]
+    cards_at[context.region.as_pointer()] = shown_at
 
 
 def _places(
