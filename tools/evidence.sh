@@ -118,11 +118,6 @@ spot)
   ;;
 costs) halves "as well" lose within heavy "cost holds" ;;
 against) halves recommended "belt clip" watch most ;;
-copies)
-  w2w study copies hdm05 >copies.txt
-  printf '| copy | found |\n|---|---|\n'
-  sed -nE 's/^(\S.*\S) {2,}(\S+) of .*/| \1 | \2 |/p' copies.txt
-  ;;
 broad)
   echo "| method | nothing fitted: acc r | gyr r | shift, ms | shift and lever arm fitted: acc r | acc RMSE, m/s² |"
   python -m w2w_studies.experiments.broad 2>/dev/null | sed -n '/^|/p' | sed 1d | columns 1-3,5-6,10-11
