@@ -79,3 +79,11 @@ def test_what_cannot_be_used_is_said_and_leaves_the_folder_as_it_was(folder, tmp
         assert code == 2
         assert why in " ".join(output.split()) or not at
     assert {path.name: path.read_bytes() for path in out.glob("*.*") if path.is_file()} == before
+
+
+def test_a_summary_whose_pilot_is_not_whole_is_refused(folder, tmp_path):
+    out = shutil.copytree(folder, tmp_path / "out")
+    content = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    (out / "summary.json").write_text(json.dumps(content | {"pilot": {"sentence": "All is well."}}))
+    with pytest.raises(ValueError, match="its pilot is not whole"):
+        StudyResults.load(out)

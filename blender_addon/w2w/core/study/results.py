@@ -212,6 +212,8 @@ def _check_summary(summary: Mapping[str, Any], n_patches: int) -> None:
             raise ValueError(f"there is no patch {str(patch)[:20]}")
     if not all(isinstance(sensor["name"], str) for sensor in sensors):
         raise ValueError("a sensor's name is no text")
+    if "pilot" in summary and not {"sentence", "next", "patch", "cautions"} <= summary["pilot"].keys():
+        raise ValueError("its pilot is not whole")
 
 
 def _clips(used: Iterable[Entry]) -> tuple[LabelledClip, ...]:

@@ -137,7 +137,7 @@ def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]])
                 setattr(clip, name, value)
             clip.baked_as = settings if clip.signals else ""
     results.store(mesh, run.utility, state.rank_settings(study), run.clips)
-    content = {name: run.summary.get(name) for name in ("worn_together", "cards")}
+    content = {name: run.summary.get(name) for name in ("worn_together", "cards", "pilot")}
     _advise(mesh, content)
     show_colours()
     find_folder(study)
