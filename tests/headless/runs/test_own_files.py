@@ -30,7 +30,8 @@ PRECIOUS = b"years of work"
 
 def run(library, out, *options):
     more = () if "--pictures" in options else ("--no-pictures", "--no-report")
-    return cli("run", library, "--out", out, "--patches", 4, "--workers", 1, *options, *more)
+    words = ("--patches", 4, "--workers", 1, "--pose-up", "y")
+    return cli("run", library, "--out", out, *words, *options, *more)
 
 
 def moving(path, seed, scale):
@@ -267,11 +268,12 @@ import os, sys
 from pathlib import Path
 from w2w.core.body.body import Body
 from w2w.core.files import file_sha256
+from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.library.library import read_library
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.signals import place_patches
 from w2w.headless.runs.clip import do_clip
-from w2w.headless.runs.clip_task import ClipTask
+from w2w.headless.runs.clip_task import ClipTask, Engine
 from w2w.headless.runs.folder import TABLES, make_folders, remove_leftovers
 from w2w.headless.runs.own_files import claimed
 from w2w.headless.runs.records import read_records
@@ -289,7 +291,7 @@ def folder(name):
 
 def do(out, inputs):
     with claimed(out, TABLES):
-        return do_clip(ClipTask(library.clips[0], out, config, inputs))
+        return do_clip(ClipTask(library.clips[0], out, config, inputs, Engine(pose=PoseFacts(up="y"))))
 
 
 def hashes(out):
