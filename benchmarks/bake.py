@@ -32,6 +32,8 @@ from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.patches import PatchSet, sample_patches
+from w2w.core.reading.clips import to_body
+from w2w.core.reading.formats import read_motion
 from w2w.scene.bake import Bake, PatchBaker
 from w2w.scene.base.actions import show_action, write_action
 from w2w.scene.base.body import add_body
@@ -39,7 +41,7 @@ from w2w.scene.base.patches import patch_empties, place_patches
 from w2w.scene.base.playback import each_frame
 from w2w.scene.base.steps import without_pauses
 from w2w.scene.heatmap import add_heatmaps, show_heatmap
-from w2w.scene.motion.load import read_motion, to_body
+from w2w.scene.motion.load import read_by_blender
 
 RATE = 24.0
 AIMS = {"general path": 9.0, "fast path, from the action": 60.0, "fast path, from a Motion": 100.0}
@@ -180,7 +182,7 @@ def _bake_library(folder: Path, body: Body, patches: PatchSet, rounds: int) -> b
 def _is_usable(path: Path) -> bool:
     """Whether both importers read it; Blender's Python one stumbles over some files that ours reads."""
     try:
-        read_motion(path)
+        read_motion(path, blender=read_by_blender)
         _import_by_python(path)
     except (UnusableMotion, RuntimeError):
         return False
@@ -194,7 +196,7 @@ def _import_by_python(path: Path) -> None:
 
 
 def _to_matrices(path: Path, body: Body, patches: PatchSet) -> tuple[np.ndarray, float]:
-    motion = to_body(read_motion(path), body).motion
+    motion = to_body(read_motion(path, blender=read_by_blender), body).motion
     return patch_matrices(body, patches.triangles, motion), motion.rate
 
 

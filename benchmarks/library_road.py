@@ -17,13 +17,13 @@ from unittest import mock
 from tests.robustness.fbx_variants import LABELS
 from w2w.core.body.body import Body
 from w2w.core.library.library import read_library
+from w2w.core.reading.output import quiet_output
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.signals import place_patches
 from w2w.headless.runs import clip as clip_work, clip_task
 from w2w.headless.runs.clip import WORK, do_clip
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import make_folders
-from w2w.scene.base.output import quiet_output
 
 
 def road(folder: Path, files: int) -> None:

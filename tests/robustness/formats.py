@@ -35,7 +35,9 @@ from w2w.core.library.library import is_motion
 from w2w.core.motion.examples import demo_motions
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
-from w2w.scene.motion.load import read_motion, to_body
+from w2w.core.reading.clips import to_body
+from w2w.core.reading.formats import read_motion
+from w2w.scene.motion.load import read_by_blender
 
 from ..core.keypoints.test_pose_text import as_trc
 from ..core.readers.test_asf_amc import write_acclaim
@@ -256,7 +258,7 @@ def fuzz_here(folder: Path, kinds: Sequence[str], cases: int, seed: int) -> Coun
         for path in sorted((folder / kind[1:]).rglob(f"*{kind}")):
             try:
                 with warnings.catch_warnings(action="error", category=RuntimeWarning):
-                    to_body(read_motion(path), Body.bundled())
+                    to_body(read_motion(path, blender=read_by_blender), Body.bundled())
                 found[f"{kind}: read"] += 1
             except PROMISED:
                 found[f"{kind}: refused"] += 1

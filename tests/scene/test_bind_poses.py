@@ -2,6 +2,7 @@
 """FBX files whose bind pose has another size or another axis up than their nodes move as if it had not."""
 
 from array import array
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -10,13 +11,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.motion.skinning import joint_transforms
+from w2w.core.reading import formats
+from w2w.core.reading.clips import to_body
 from w2w.scene.base.actions import show_action, write_action
 from w2w.scene.base.body import add_body
 from w2w.scene.motion import takes
-from w2w.scene.motion.load import read_motion, to_body
+from w2w.scene.motion.load import read_by_blender
 
 from ..rings import by_day
 from ..robustness.fbx_variants import rewrite
+
+read_motion = partial(formats.read_motion, blender=read_by_blender)
 
 CPP = [True, False] if "fbx_import" in dir(bpy.ops.wm) else [False]
 

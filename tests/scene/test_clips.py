@@ -8,8 +8,8 @@ import pytest
 from w2w.core.motion.skinning import skin, skinning_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.readers.animations import animations_in
+from w2w.core.reading.clips import to_body
 from w2w.scene.base.fcurves import action_curves
-from w2w.scene.motion.load import to_body
 from w2w.scene.motion.takes import find_takes, imported, read_clip, read_take
 
 from ..rings import by_day

@@ -2,6 +2,7 @@
 """FBX files that Blender's importers refuse: a true sentence for each, old ones not called damaged."""
 
 import struct
+from functools import partial
 
 import bpy
 import numpy as np
@@ -12,10 +13,13 @@ from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.library.library import Clip
 from w2w.core.motion.axes import TO_Z, UPS
 from w2w.core.motion.source import UnusableMotion
+from w2w.core.reading import formats
 from w2w.headless.runs.clip import load_clip
 from w2w.scene.motion.importers import SAVE_ANEW, check_fbx, fbx_up, import_fault
-from w2w.scene.motion.load import read_motion
+from w2w.scene.motion.load import read_by_blender
 from w2w.scene.motion.takes import read_clip
+
+read_motion = partial(formats.read_motion, blender=read_by_blender)
 
 WALKING = "mixamo/Conqster__TheBarMan/Walking.fbx"
 TEXT_OF_2010 = "mixamo/Uncleared__RootMotionNavMesh/Soccer Kick.fbx"

@@ -7,9 +7,10 @@ import pytest
 
 from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
+from w2w.core.reading.formats import read_motion
 from w2w.core.retargeting.bone_maps import BoneMap
 from w2w.core.retargeting.retarget import BY_STRUCTURE, retarget
-from w2w.scene.motion.load import read_motion
+from w2w.scene.motion.load import read_by_blender
 from w2w.scene.motion.takes import find_takes, imported
 from w2w_studies.rehab.skeleton import BONE_INDEX
 
@@ -51,7 +52,7 @@ def carried(made_files, bundled_body, file):
     """Source, retargeting and joint positions of a file."""
     folder, _ = made_files
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    source = read_motion(folder / file)
+    source = read_motion(folder / file, blender=read_by_blender)
     result = retarget(source, bundled_body, [BoneMap.load(folder / "werkstatt.json")])
     return source, result, joint_transforms(bundled_body, result.motion)
 

@@ -16,8 +16,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.library.import_plan import plan_folder
-from w2w.core.library.library import MOTION_SUFFIXES
 from w2w.core.motion.motion import Motion
+from w2w.core.reading.formats import MOTION_SUFFIXES
 from w2w.core.reading.reader import Reader
 from w2w.scene.base.actions import read_action
 from w2w.scene.base.body import armature_of
@@ -59,28 +59,23 @@ def test_no_file_is_imported_in_one_turn_of_the_window(
     library: Path, shared_data: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Files are read and retargeted in a thread, FBX by another Blender."""
-    threads: list[tuple[str, bool]] = []
+    threads: list[bool] = []
+    do = Reader.read
 
-    def watch(place: object, name: str) -> None:
-        do = getattr(place, name)
+    def watched(*given: object) -> object:
+        time.sleep(3 * jobs.POLL)
+        threads.append(threading.current_thread() is threading.main_thread())
+        return do(*given)
 
-        def watched(*given: object) -> object:
-            time.sleep(3 * jobs.POLL)
-            threads.append((name, threading.current_thread() is threading.main_thread()))
-            return do(*given)
-
-        monkeypatch.setattr(place, name, watched)
-
-    watch(Reader, "read")
-    watch(motion_import, "to_body")
+    monkeypatch.setattr(Reader, "read", watched)
     body = make_study(library, "")
     files = ("mixamo/Conqster__TheBarMan/Walking.fbx", "bvh/bandai_namco/dataset-1_walk_active_001.bvh")
     items = [
         ImportItem(shared_data / file, file, f"walk {number}", "walking") for number, file in enumerate(files)
     ]
     turns = [[len(body.w2w.clips), len(threads)] for _ in import_steps(body, items)]
-    assert threads == [("read", False), ("to_body", False)] * 2
-    assert [0, 1] in turns  # the FBX file has been read, and is not written yet
+    assert threads == [False] * 2
+    assert [0, 1] in turns  # the FBX file is being read, and is not written yet
     assert len(body.w2w.clips) == 2
 
 
@@ -109,14 +104,14 @@ def test_a_file_that_kills_its_reader_leaves_this_blender_alive(
 def test_a_fault_of_ours_at_one_file_costs_that_file_alone(
     library: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read = motion_import.read_motion
+    read = motion_import.open_clip
 
-    def faulty(path: Path, *facts: object) -> object:
-        if path.stem == "kicking 1":
+    def faulty(clip: ImportItem, *more: object) -> object:
+        if clip.path.stem == "kicking 1":
             raise AttributeError("no bones")
-        return read(path, *facts)
+        return read(clip, *more)
 
-    monkeypatch.setattr(motion_import, "read_motion", faulty)
+    monkeypatch.setattr(motion_import, "open_clip", faulty)
     body = take_through(library, "motions")
     problems = {clip.problem for clip in body.w2w.clips if clip.problem}
     assert problems == {"W2W failed on it, please report this: AttributeError: no bones"}

@@ -2,9 +2,10 @@
 """W2W from Python: bodies and motions from files."""
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal, Self, overload
 
@@ -22,11 +23,21 @@ from ..core.library.library import Clip, activity_of, read_library
 from ..core.motion.motion import Motion, smpl_motion
 from ..core.motion.source import UnusableMotion, reason_of
 from ..core.motion.up import UPSIDE_DOWN, mostly_head_down
-from ..core.readers.animations import Content, animations_in
+from ..core.readers.animations import animations_in
+from ..core.reading.clips import How, open_clip, to_body
+from ..core.reading.look import look_up
+from ..core.reading.output import quiet_output
 from ..core.reading.reader import Reader
+from ..core.reading.rests import look_rests
 from ..core.retargeting.bone_maps import BoneMap
 from ..core.wording import in_python, restated
+from ..scene.motion.load import read_by_blender
 from .notebook import tracked
+
+NO_BLENDER = (
+    "is read through Blender's Python module, which is missing: in W2W's folder, with Python 3.11, run "
+    "pip install '.[blender]'"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,14 +103,16 @@ def load_body(path: str | Path, betas: Sequence[float] | None = None) -> Body:
         with suppress(ValueError):  # an SMPL model is an npz too
             return Body.load(path)
     numbers = None if betas is None else given_numbers(betas, "betas")
-    with Reader() as reader, _needs_blender(path.name), restated(f"{path}:", UnusableMotion):
-        return reader.read(adopted, path, numbers)
+    with (
+        Reader() as reader,
+        restated(f"{path.name} {NO_BLENDER}", ModuleNotFoundError),
+        restated(f"{path}:", UnusableMotion),
+    ):
+        return reader.read(path, partial(adopted, path, numbers))
 
 
 def adopted(path: Path, betas: np.ndarray | None) -> Body:
     """A body from a file, by the Blender of this process."""
-    from ..scene.base.output import quiet_output
-
     with quiet_output():
         from ..scene.body.adopt import adopt_file
 
@@ -164,16 +177,14 @@ def load(
     labels = labels if labels is None else given_path(labels, "a csv of labels")
     if path.is_file() and labels is not None:
         raise ValueError("labels are for the files in a folder: give the folder")
+    how = How(bone_maps=tuple(bone_maps), pose=pose, blender=read_by_blender)
     if path.is_file() and not animations_in(path):
         with Reader() as reader:
-            motion, about = _read(reader, Content(path, path.name), body, bone_maps, pose)
+            motion, about = _read(reader, Clip(path, path.name, "", ""), body, how)
         _refuse_head_down([motion], pose)
         if not motion.activity:
             motion = motion.labelled(activity_of(path.name), motion.subject, motion.clip or path.stem)
         return Motions((motion,), body, (), ("",), (about,))
-    from ..scene.motion.load import look_up
-    from ..scene.motion.rests import look_rests
-
     if path.is_file():  # each of its animations is a clip
         plan = plan_files([path])
         clips, skipped = plan.clips, list(plan.left_out)
@@ -186,14 +197,15 @@ def load(
         files = [(clip.file, clip.path) for clip in clips]
         if (seen := look_up(reader, files, pose)).question:
             raise ValueError(in_python(seen.question))
-        of_library = seen.ups, look_rests(reader, files, pose, seen.ups, bone_maps)
+        rests = look_rests(reader, files, pose, seen.ups, bone_maps)
+        how = replace(how, ups=seen.ups, rests=rests)
         for clip in tracked(clips, "Reading motions"):
             try:
-                motion, about = _read(reader, clip, body, bone_maps, pose, *of_library)
+                motion, about = _read(reader, clip, body, how)
             except ValueError as error:
                 skipped.append((clip.file, str(error)))
                 continue
-            motions.append(motion.labelled(clip.activity, clip.subject, clip.name))
+            motions.append(motion)
             keys.append(clip.motion_key)
             facts.append(about | {"file": clip.file, "source": clip.source})
     if not motions:
@@ -285,8 +297,6 @@ def from_smpl(
 
 def _on_body(make: Callable[[], JointPositions | Motion], body: Body) -> Motion:
     """A motion in memory, on a body."""
-    from ..scene.motion.load import to_body
-
     try:
         return to_body(make(), body).motion
     except (UnusableMotion, ValueError) as error:
@@ -314,35 +324,11 @@ def warn_of_spellings(check: LabelCheck) -> None:
         warnings.warn("; ".join(sentences), stacklevel=3)
 
 
-def _read(
-    reader: Reader,
-    item: Clip | Content,
-    body: Body,
-    maps: Sequence[BoneMap],
-    pose: PoseFacts,
-    *of_library: Any,
-) -> tuple[Motion, dict[str, Any]]:
-    """Read a motion onto the body, with facts, by its library's `Ups` and `Rests`, or raise a ValueError."""
-    from ..scene.motion.load import read_to_body
-
-    facts = pose.at(item.rate if isinstance(item, Clip) else 0)
+def _read(reader: Reader, clip: Clip, body: Body, how: How) -> tuple[Motion, dict[str, Any]]:
+    """Read a motion onto the body, with facts, or raise a ValueError."""
     try:
-        with _needs_blender(item.path.name):
-            found = reader.read(read_to_body, item.path, body, maps, facts, item.animation, *of_library)
+        with restated(f"{clip.path.name} {NO_BLENDER}", ModuleNotFoundError):
+            found = reader.read(clip.path, partial(open_clip, clip, body, how))
     except Exception as error:  # even a fault of ours costs this file alone
         raise ValueError(in_python(reason_of(error))) from error
     return found.motion, found.facts()
-
-
-@contextmanager
-def _needs_blender(file: str) -> Iterator[None]:
-    """Raise a ValueError with a sentence if an import lacks Blender's module."""
-    try:
-        yield
-    except ModuleNotFoundError as error:
-        if error.name not in ("bpy", "mathutils"):
-            raise
-        raise ValueError(
-            f"{file} is read through Blender's Python module, which is missing: in W2W's folder, with "
-            "Python 3.11, run pip install '.[blender]'"
-        ) from error

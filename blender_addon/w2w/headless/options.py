@@ -146,7 +146,7 @@ def _body(text: str, file: str, betas: str) -> Body:
         return shaped(Body.bundled(), gender=GENDERS[gender], **dict(map(_shape_parameter, shape)))
     if Path(file).suffix:
         with Reader() as reader, needs_blender(), restated(f"{file}:", UnusableMotion):
-            return reader.read(adopted, Path(file), _betas(betas) if betas else None)
+            return reader.read(Path(file), partial(adopted, Path(file), _betas(betas) if betas else None))
     raise ValueError(
         f"'{text}' is no body that W2W knows: write {EXAMPLE}, or one of {', '.join(MORPHOLOGIES)}"
     )

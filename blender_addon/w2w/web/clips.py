@@ -13,8 +13,9 @@ from typing import Any, NamedTuple, TypeGuard
 
 from ..core.files import write_text
 from ..core.library.labels import LibraryError, read_labels, spelled_once
-from ..core.library.library import LABELS, Library, activity_of, as_label, is_motion, read_library
+from ..core.library.library import LABELS, Library, activity_of, as_label, read_library
 from ..core.readers.animations import contents, telling_part
+from ..core.reading.formats import is_motion
 from ..core.wording import count, shown
 from .request import INPUT, Requested
 from .uploads import MOST_NAME, RefusedError

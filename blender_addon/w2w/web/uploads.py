@@ -21,11 +21,12 @@ from ..core.body.body import Body
 from ..core.body.skeleton import BODY_HANDS, posed_joints
 from ..core.files import DAMAGED, atomic_write, most_unpacked, reserved
 from ..core.inside import is_plain
-from ..core.library.library import LABELS, MOTION_SUFFIXES, TEXT_SUFFIXES, Clip
+from ..core.library.library import LABELS, Clip
 from ..core.motion.motion import Motion
 from ..core.motion.source import reason_of
 from ..core.motion.up import Unasked
 from ..core.readers.asf_amc import ASF_SUFFIX
+from ..core.reading.formats import MOTION_SUFFIXES, TABLES
 from ..core.reading.guard import LIMIT_S, MEMORY, guarded
 from ..core.reading.reader import bounded
 from ..headless.blender import NoBlenderError
@@ -33,7 +34,7 @@ from ..headless.commands.inspect import too_short
 from ..headless.runs.clip import load_clip
 from ..headless.runs.clip_task import Engine
 
-SUFFIXES = (*MOTION_SUFFIXES, *TEXT_SUFFIXES, ASF_SUFFIX)
+SUFFIXES = (*MOTION_SUFFIXES, *TABLES, ASF_SUFFIX)
 """Kinds of files that are taken: motions, tables of joints, labels and skeletons."""
 
 MOST_FILES, MOST_NAME, MOST_FOLDERS = 2000, 240, 8

@@ -14,7 +14,7 @@ from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TypeVar
 
-from ..core.library.library import is_motion
+from ..core.reading.formats import is_motion
 from ..headless.runs.monitor import read_state
 from ..headless.runs.workers import Workers, local_executor
 from ..headless.stopping import deaf_children

@@ -2,20 +2,12 @@
 """Which clips a folder holds, and what labels them."""
 
 import json
-import re
 import unicodedata
 
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from w2w.core.library.library import (
-    COLUMN,
-    LibraryError,
-    activity_of,
-    joint_columns,
-    read_library,
-    unique_names,
-)
+from w2w.core.library.library import LibraryError, activity_of, read_library, unique_names
 
 
 @pytest.fixture
@@ -184,21 +176,6 @@ def test_folders_without_a_word_have_their_names_and_those_of_one_word_are_one(t
     assert library.check.spellings == (("läufe", ("Läufe",)), ("strasse", ("STRASSE", "Straße")))
     kept = read_library(tmp_path, exact_labels=True).activities
     assert kept == {"(1)": 1, "(2)": 1, "_": 1, "f": 1, "Läufe": 2, "STRASSE": 1, "Straße": 1}
-
-
-@pytest.mark.parametrize("letter", ["_", "-", ".", " ", "a"])
-def test_a_header_is_searched_once_however_long_it_is(letter):
-    """A million letters were gone over for each of them, which took hours."""
-    assert joint_columns([letter * 2**20, f"{letter * 2**20}!"]) == {}
-
-
-OLD_COLUMN = re.compile(r"(?P<joint>.*\S)[\s_.:\-]+(?P<axis>[xyz])", re.IGNORECASE | re.DOTALL)
-
-
-@given(st.text(alphabet="aL _.:-\t\nxZ", max_size=12))
-def test_a_column_of_a_joint_is_named_by_its_end(name):
-    found, expected = COLUMN.fullmatch(name), OLD_COLUMN.fullmatch(name)
-    assert (found and found.groups()) == (expected and expected.groups())
 
 
 def test_files_of_kinds_that_are_not_read_are_counted_with_the_way_out(tmp_path):

@@ -16,7 +16,8 @@ from w2w.core.motion.examples import demo_motions
 from w2w.core.motion.motion import Motion, read_amass
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
-from w2w.scene.motion.load import read_motion, to_body
+from w2w.core.reading.clips import to_body
+from w2w.core.reading.formats import read_motion
 
 from ...made_bvh import write_bvh
 

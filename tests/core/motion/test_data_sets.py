@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.library.library import is_joint_file, is_motion
+from w2w.core.keypoints.recognised import is_joint_file
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.source import UnusableMotion
-from w2w.scene.motion.load import read_motion
+from w2w.core.reading.formats import is_motion, read_motion
 
 N_FRAMES = 40
 TURNS = np.random.default_rng(0).normal(scale=0.2, size=(2 * N_FRAMES, 72))

@@ -20,7 +20,7 @@ from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.library.library import is_motion
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.source import UnusableMotion
-from w2w.scene.motion.load import read_motion
+from w2w.core.reading.formats import read_motion
 
 from ...rings import by_day
 

@@ -19,9 +19,10 @@ from w2w.core.motion.motion import AMASS, SMPLX, Motion, read_amass
 from w2w.core.motion.sight import LIMBS, Kind, Sight
 from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.motion.up import BY_ITSELF
+from w2w.core.reading.clips import to_body
+from w2w.core.reading.formats import read_beside, read_motion
+from w2w.core.reading.look import look_up
 from w2w.core.reading.reader import Reader
-from w2w.headless.runs.clip_task import read_beside
-from w2w.scene.motion.load import look_up, read_motion, to_body
 
 from ...kinds_of_pose import MORE, RATE, TEN, UPRIGHT, joints_of, posed, trunk_of
 from ...made_bvh import NAMES, write_bvh

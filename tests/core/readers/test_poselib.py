@@ -12,8 +12,8 @@ from w2w.core.motion.examples import demo_motions
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.readers.poselib import read_poselib
+from w2w.core.reading.formats import read_motion
 from w2w.core.retargeting.retarget import retarget
-from w2w.scene.motion.load import read_motion
 
 NAMES = [
     "Pelvis", "L_Hip", "R_Hip", "Torso", "L_Knee", "R_Knee", "Spine", "L_Ankle", "R_Ankle", "Chest", "L_Toe",

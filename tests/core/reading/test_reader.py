@@ -6,6 +6,7 @@ import itertools
 import os
 import time
 import zipfile
+from functools import partial
 
 import pytest
 
@@ -39,6 +40,10 @@ def faulty(_path):
     raise KeyError("bones")
 
 
+def read(reader, work, path):
+    return reader.read(path, partial(work, path))
+
+
 @pytest.fixture(scope="module")
 def reader():
     with Reader(LIMIT_S, 2**31) as reader:
@@ -62,30 +67,30 @@ def risky(tmp_path, name):
 def test_whatever_a_file_does_to_its_reader_is_said_and_the_next_is_read(tmp_path, reader, work, reason):
     path = tmp_path / "bad.c3d"
     with pytest.raises(UnusableMotion, match=reason):
-        reader.read(work, path)
-    assert reader.read(reader_of, risky(tmp_path, "good.c3d")) != os.getpid()
+        read(reader, work, path)
+    assert read(reader, reader_of, risky(tmp_path, "good.c3d")) != os.getpid()
 
 
 def test_one_worker_reads_all_files(tmp_path, reader):
     files = [risky(tmp_path, f"{number}.{kind}") for number, kind in enumerate(("c3d", "fbx", "pkl", "GLB"))]
-    assert len({reader.read(reader_of, file) for file in files} | {os.getpid()}) == 2
+    assert len({read(reader, reader_of, file) for file in files} | {os.getpid()}) == 2
 
 
 def test_a_file_that_killed_its_reader_is_not_tried_again(tmp_path, reader):
     path = risky(tmp_path, "bad.c3d")
     for work in (crash, reader_of):
         with pytest.raises(UnusableMotion, match="crashed"):
-            reader.read(work, path)
+            read(reader, work, path)
 
 
 def test_a_fault_of_the_reader_comes_back_as_it_is(tmp_path, reader):
     with pytest.raises(KeyError, match="bones"):
-        reader.read(faulty, risky(tmp_path, "bad.c3d"))
+        read(reader, faulty, risky(tmp_path, "bad.c3d"))
 
 
 def test_small_files_that_python_reads_are_read_here(tmp_path, reader):
     (tmp_path / "a.bvh").write_text("HIERARCHY")
-    assert reader.read(reader_of, tmp_path / "a.bvh") == os.getpid()
+    assert read(reader, reader_of, tmp_path / "a.bvh") == os.getpid()
     os.mkfifo(tmp_path / "pipe.bvh")
     assert is_harmless(tmp_path / "pipe.bvh")
     assert is_harmless(tmp_path / "missing.npz")
@@ -103,7 +108,7 @@ def test_what_is_large_or_unpacks_to_much_is_not(tmp_path):
 
 def test_the_worker_ends_with_the_block(tmp_path):
     with Reader() as reader:
-        pid = reader.read(reader_of, risky(tmp_path, "a.c3d"))
+        pid = read(reader, reader_of, risky(tmp_path, "a.c3d"))
         os.kill(pid, 0)
     time.sleep(0)
     with pytest.raises(ProcessLookupError):

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..body.body import Body
 from ..files import array_names, read_arrays, read_npy
-from ..library.library import POSITION_KEYS
 from ..motion.axes import UPS, Up
 from ..motion.sight import Kind
 from ..motion.smpl_layouts import chosen_person
@@ -32,6 +31,7 @@ from .joint_sets import JOINT_SETS, JointSet
 from .naming import FEATURES, RawPose, joint_set_of, plain_joint
 from .paths import REQUIRED
 from .pose_text import read_csv_pose, read_json_pose, read_trc_pose
+from .recognised import POSITION_KEYS
 
 C3D_JOINTS = "joint-centres"
 

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from ..csv_tables import SEPARATORS, decoded
-from ..library.library import MOTIVE, WORLD_KEYS, joint_columns
 from ..motion.source import UnusableMotion, read_json
 from ..wording import restated
 from .facts import PoseFacts, facts_of
 from .naming import RawPose
+from .recognised import MOTIVE, WORLD_KEYS, joint_columns
 
 TIME_COLUMNS = {
     "time": (1.0,), "time_s": (1.0,), "seconds": (1.0,), "time (seconds)": (1.0,), "time_ms": (1e-3,),

@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..readers.animations import contents, telling_part
+from ..reading.formats import MOTION_SUFFIXES, is_motion
 from ..wording import shown
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
 from .library import (
     LABELS,
-    MOTION_SUFFIXES,
     Clip,
     activity_of,
     as_label,
-    is_motion,
     read_library,
     unique_names,
 )

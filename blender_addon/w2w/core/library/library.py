@@ -12,83 +12,12 @@ from functools import lru_cache
 from itertools import chain, count
 from pathlib import Path, PurePosixPath
 
-from ..files import array_names, reserved
-from ..motion.smpl_layouts import RESULT_SUFFIXES, is_motion_x
+from ..files import reserved
 from ..readers.animations import contents, telling_part
-from ..readers.asf_amc import AMC_SUFFIX
-from ..readers.import_checks import PLAIN_GLTF, USD_SUFFIXES, VRM_SUFFIXES
-from ..readers.mvnx import MVNX_SUFFIX
+from ..reading.clips import Clip as Clip
+from ..reading.formats import FAULTS, MOTION_SUFFIXES, TABLES, WAYS, is_motion
 from ..wording import composed, count as count_of, listed, name_bytes, shown
 from .labels import NO_LABELS, LabelCheck, LibraryError, label_rows, spelled_once
-
-POSITION_KEYS = (
-    "positions", "keypoints", "joints", "joints3d", "joints_3d", "keypoints3d", "keypoints_3d",
-    "positions_3d", "poses3d", "poses_3d", "kp3d", "xyz", "posed_joints", "pred_joint_coords",
-    "pred_keypoints_3d",
-)  # fmt: skip
-"""Names of the array of positions in npz and json files."""
-
-WORLD_KEYS = ("pose_world_landmarks", "poseWorldLandmarks", "world_landmarks", "worldLandmarks")
-"""Names of MediaPipe's landmarks in metres."""
-
-JSON_KEYS = ("positions", "keypoints", "keypoints_3d", "instance_info", "segment_lengths", *WORLD_KEYS)
-"""The keys by which a JSON file is recognised as joint positions, those of estimators last."""
-
-SMPL_KEYS = ("transl", "global_orient", "body_pose", "betas")
-"""The keys by which one is recognised as parameters of SMPL-X (Fit3D), whichever comes first."""
-
-TEXT_SUFFIXES = (".csv", ".json")
-"""Kinds of text that may hold joints, or anything else."""
-
-ARRAY_SUFFIXES = (".npy", ".c3d", ".trc")
-
-JOINT_SUFFIXES = (*ARRAY_SUFFIXES, *TEXT_SUFFIXES)
-"""Kinds of files that hold joint positions, besides npz, which may hold anything."""
-
-UP_SUFFIXES = (".bvh", ".npz", *RESULT_SUFFIXES, *JOINT_SUFFIXES)
-"""Kinds of files that may not say which axis is up."""
-
-MOTIVE = "Format Version,"
-"""The beginning of a table that OptiTrack's Motive exported."""
-
-HEAD_BYTES = 16384
-FEWEST_JOINTS = 8
-
-COLUMN = re.compile(r"(?P<joint>.*\S)\s*[\s_.:\-](?P<axis>[xyz])", re.IGNORECASE | re.DOTALL)
-"""A column of a joint's coordinate: ``left_hip_x``, ``LeftHip.X``."""
-
-NUMBERED = re.compile(r"(?P<axis>[xyz])_?(?P<joint>\d{1,3})", re.IGNORECASE)
-"""The same by the joint's number: ``x0``, as people save MediaPipe's landmarks."""
-
-PLACED = re.compile(
-    r"(?P<joint>.*\S)[\s_.:\-]+(?:position|pos|location|loc|translation)", re.IGNORECASE | re.DOTALL
-)
-"""A joint's name in a table that holds its turns, too: ``Hips_position``."""
-
-GLTF_SUFFIXES = (*PLAIN_GLTF, *VRM_SUFFIXES)
-
-BLENDER_SUFFIXES = (".fbx", *GLTF_SUFFIXES, *USD_SUFFIXES)
-"""Kinds of motion files that Blender's importers read."""
-
-MOTION_SUFFIXES = (
-    ".fbx", ".bvh", *GLTF_SUFFIXES, *USD_SUFFIXES, ".npz", ".smpl", *RESULT_SUFFIXES, AMC_SUFFIX, MVNX_SUFFIX,
-    *ARRAY_SUFFIXES,
-)  # fmt: skip
-"""Kinds of motion files, in lower case with the dot; text may hold motion too (`may_hold_joints`)."""
-
-WAYS = {
-    ".zip": "unpack zip",
-    ".blend": "export the armature of a blend as FBX or BVH",
-    **dict.fromkeys(
-        (".mot", ".sto"),
-        "mot and sto hold the angles of an OpenSim model: take the trc that they were made from, if it has "
-        "joint centres (OpenCap, Pose2Sim)",
-    ),
-    **dict.fromkeys(
-        (".mp4", ".mov", ".avi", ".webm"), "videos need a pose estimator, whose results are read"
-    ),
-}
-"""How motions get out of files of kinds that are not read."""
 
 LABELS = "labels.csv"
 """The file in a library that labels it, if there is one."""
@@ -96,26 +25,6 @@ LABELS = "labels.csv"
 WORK_FOLDER = ".w2w"
 RESULTS = (WORK_FOLDER, "motions", "signals", "heatmaps", "export", "utility.npz")
 """Files that a run writes into its output folder, which may lie in the library."""
-
-
-@dataclass(frozen=True)
-class Clip:
-    """A motion file and its labels, "" if unknown."""
-
-    path: Path
-    file: str  # its path inside the library with forward slashes, as text to show; an animation's is below it
-    name: str  # for files made from it: safe on every file system and unique in the library
-    activity: str
-    subject: str = ""  # who moves
-    motion_key: str = ""  # clips with an equal key show the same recording
-    source: str = ""  # the data set or system that it is from
-    animation: str = ""  # the one that it is, of a file that holds several
-    rate: float = 0.0  # frames per second, whatever the file says; 0 where its own is right
-
-    @property
-    def needs_blender(self) -> bool:
-        """Whether Blender's importers read the file."""
-        return self.path.suffix.lower() in BLENDER_SUFFIXES
 
 
 @dataclass(frozen=True)
@@ -146,7 +55,7 @@ def not_read_sentence(unread: Sequence[tuple[str, int]]) -> str:
     kinds = listed([f"{number} {suffix}" for suffix, number in unread])
     ways = dict.fromkeys(WAYS[suffix] for suffix, _ in unread if suffix in WAYS)
     files = count_of("file", sum(number for _, number in unread))
-    return "; ".join([f"{files} of kinds that are not read: {kinds}", *ways])
+    return "; ".join([f"{files} of kinds that are not read: {kinds}", *ways, *FAULTS])
 
 
 def read_library(
@@ -304,63 +213,6 @@ def _motion_files(folder: Path) -> tuple[list[str], Counter[str]]:
             suffix = posixpath.splitext(name)[1].lower()
             if suffix in MOTION_SUFFIXES or is_motion(Path(place, name)):
                 motions.append(f"{inside}{name}")
-            elif suffix and suffix not in TEXT_SUFFIXES and not name.startswith("."):
+            elif suffix and suffix not in TABLES and not name.startswith("."):
                 others[shown(suffix)] += 1
     return motions, others
-
-
-def is_motion(path: Path) -> bool:
-    """Whether a file is named as a motion, or is a table of joint positions."""
-    suffix = path.suffix.lower()
-    return suffix in MOTION_SUFFIXES or (suffix in TEXT_SUFFIXES and may_hold_joints(path))
-
-
-def joint_columns(names: Iterable[str]) -> dict[str, tuple[int, ...]]:
-    """Joint -> places of its x, y and z among a table's columns, for joints that have all three."""
-    columns: dict[str, dict[str, int]] = {}
-    for place, name in enumerate(names):
-        plain = name.strip().strip('"')
-        if column := COLUMN.fullmatch(plain) or NUMBERED.fullmatch(plain):
-            columns.setdefault(column["joint"], {})[column["axis"].lower()] = place
-    whole = {joint: tuple(axes[axis] for axis in "xyz") for joint, axes in columns.items() if len(axes) == 3}
-    placed = {found["joint"]: places for name, places in whole.items() if (found := PLACED.fullmatch(name))}
-    return placed or whole
-
-
-def may_hold_joints(path: Path) -> bool:
-    """Whether a csv or json file, by its first bytes, holds joint positions; never waits for a pipe."""
-    text = _head(path)
-    if path.suffix.lower() == ".json":
-        return any(f'"{key}"' in text for key in (*JSON_KEYS, *SMPL_KEYS))
-    header = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
-    is_motive = header.startswith(MOTIVE) and ",Bone," in text
-    return is_motive or len(joint_columns(re.split(r"[,;\t]", header))) >= FEWEST_JOINTS
-
-
-def _head(path: Path) -> str:
-    """The first characters of a text file, "" if there is no such file."""
-    try:
-        if not path.is_file():
-            return ""
-        with path.open("rb") as stream:
-            head = stream.read(HEAD_BYTES)
-    except OSError:
-        return ""
-    return head.decode("utf-8", "replace").lstrip("\ufeff")
-
-
-def is_joint_file(path: Path) -> bool:
-    """Whether a file is to be read as joint positions rather than as another kind of motion."""
-    suffix = path.suffix.lower()
-    if suffix == ".json":
-        text = _head(path)
-        named = [any(f'"{key}"' in text for key in keys) for keys in (JSON_KEYS, SMPL_KEYS)]
-        return named[0] or not named[1]
-    if suffix != ".npz":
-        return suffix in JOINT_SUFFIXES and not is_motion_x(path)
-    try:
-        names = set(array_names(path)) if path.is_file() else set()
-    except (OSError, ValueError):
-        return False
-    rotations = {"poses", "bodyPose", "pose_body", "body_pose", "smpl_poses", "pose_world", "pred_rotmat"}
-    return not rotations & names and bool(set(POSITION_KEYS) & names)

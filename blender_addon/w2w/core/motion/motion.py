@@ -166,8 +166,6 @@ class Motion:
 LABELS = ("activity", "subject", "clip")
 """Arrays that `Motion.save` adds to those of AMASS."""
 
-SMPL_SUFFIXES = (".npz", ".smpl", ".json", *RESULT_SUFFIXES)
-
 RATE_KEYS = ("mocap_framerate", "mocap_frame_rate", "framerate", "frame_rate", "fps", "frameRate")
 TRANS_KEYS = ("trans", "transl", "bodyTranslation")
 POSE_KEYS = (("poses",), ("bodyPose",), ("root_orient", "pose_body"), ("global_orient", "body_pose"))

@@ -5,24 +5,17 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
-from typing import Concatenate, NamedTuple, ParamSpec, Self, TypeVar
+from typing import NamedTuple, Self, TypeVar
 from zipfile import ZipFile, is_zipfile
 
 from ..files import DAMAGED, stamp
-from ..library.library import BLENDER_SUFFIXES
-from ..motion.smpl_layouts import RESULT_SUFFIXES
 from ..motion.source import UnusableMotion, unreadable
 from . import guard
 from .executor import ProgramExecutor
+from .formats import RISKY
 
-P = ParamSpec("P")
 T = TypeVar("T")
-
-RISKY = (*BLENDER_SUFFIXES, ".c3d", *RESULT_SUFFIXES)
-"""Kinds of files whose readers are C++ or C, which a damaged file may crash or hang, or which may unpack to
-anything."""
 
 HARMLESS_BYTES = 2**24
 """Bytes, unpacked, up to which other files are read in this process: Python's readers take a few times as
@@ -66,12 +59,9 @@ class Reader:
     def __exit__(self, *_: object) -> None:
         self._end()
 
-    def read(
-        self, work: Callable[Concatenate[Path, P], T], path: Path, *args: P.args, **named: P.kwargs
-    ) -> T:
-        """Call a function with a file: here if that is harmless, else in the worker."""
-        call = partial(work, path, *args, **named)
-        return call() if is_harmless(path) else self.call(path, call)
+    def read(self, path: Path, work: Callable[[], T]) -> T:
+        """Call a function that reads a file: here if that is harmless, else in the worker."""
+        return work() if is_harmless(path) else self.call(path, work)
 
     @contextmanager
     def looking(self) -> Iterator[None]:

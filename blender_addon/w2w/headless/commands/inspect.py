@@ -18,31 +18,25 @@ from ...core.keypoints.facts import UNITS
 from ...core.keypoints.joint_sets import unseen
 from ...core.keypoints.pose_files import JointPositions
 from ...core.library.import_plan import plan_files
-from ...core.library.library import GLTF_SUFFIXES, LABELS, Clip, Library, activity_of, read_library
+from ...core.library.library import LABELS, Clip, Library, activity_of, read_library
 from ...core.motion.motion import Motion
 from ...core.motion.skinning import joint_transforms
 from ...core.motion.source import SourceMotion, UnusableMotion
 from ...core.motion.up import BY_ITSELF
 from ...core.readers.animations import animations_in
-from ...core.readers.asf_amc import AMC_SUFFIX
+from ...core.reading.formats import formats_of
+from ...core.reading.look import look_up
 from ...core.reading.reader import Reader
+from ...core.reading.rests import look_rests
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.retargeting.retarget import BY_STRUCTURE
 from ...core.study.config import plain
 from ...core.windows.windows import WindowSpec
 from ...core.wording import listed, shown
-from ...scene.motion.load import look_up
-from ...scene.motion.rests import look_rests
 from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
 from ..options import AsJson, PoseOptions, argument, option, with_options
 from ..runs.clip_task import Engine
 from ..runs.workers import load_alone
-
-RATE_TAKEN = {
-    AMC_SUFFIX: "AMC files name no rate, and CMU's and HDM05's have this one",
-    **dict.fromkeys(GLTF_SUFFIXES, "glTF has times, no rate"),
-}
-"""Kinds of files without a rate, and why one is taken."""
 
 
 @with_options(PoseOptions)
@@ -95,7 +89,7 @@ def inspect(
     if source.people > 1 and not isinstance(source, SourceMotion):
         stands.append(("people", f"{source.people}; person {pose.person or 1} is used, 1 being seen longest"))
     stands += [("up", up)] if up else []
-    if not (rate or pose.rate) and (says_none := RATE_TAKEN.get(file.suffix.lower())):
+    if not (rate or pose.rate) and (says_none := "".join(each.taken_rate for each in formats_of(file))):
         stands.append(("rate", f"taken for granted: {says_none} (--pose-rate gives another)"))
     stands += [("left out", details["cut"])] if "cut" in details else []
     for row in (*_about_source(source, details, body), *stands, *_about_motion(motion, details, body)):

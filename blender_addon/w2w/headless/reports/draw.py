@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.colours import Scale
 from ...core.files import folder_beside
+from ...core.reading.output import output_to
 from ...core.selection.headline import doubted, mean_title
 from ...core.selection.scored import best_single
 from ...core.study.results import StudyResults
 from ...core.wording import capital, count
-from ...scene.base.output import output_to
 from ..blender import NoBlenderError, needs_blender
 from ..runs.folder import HEATMAPS, MEAN, SUBSET, picture_files, picture_names
 from ..runs.monitor import RunMonitor

@@ -12,19 +12,20 @@ from ...core.body.body import Body
 from ...core.files import file_sha256
 from ...core.garments.cover import FITTED, Cover, load_covers
 from ...core.garments.on_cloth import ClothSensors, caught_content
-from ...core.keypoints.pose_files import JointPositions
 from ...core.library.library import Clip
 from ...core.motion.motion import Motion
 from ...core.motion.signature import motion_signature
-from ...core.motion.source import SourceMotion, UnusableMotion, readable_size, reason_of, unreadable
+from ...core.motion.source import UnusableMotion, readable_size, reason_of, unreadable
 from ...core.patches.patches import PatchSet
+from ...core.reading.clips import fit_clip, read_clip
+from ...core.reading.formats import Source
 from ...core.reading.guard import allowed_memory, crashed, guarded, timed_out, untimed
+from ...core.reading.output import quiet_output
 from ...core.reading.reader import Death
 from ...core.study.clip_files import WORK, mark_changing, write_features
 from ...core.study.results import ClipResult
 from ...core.study.signals import describe, measured, record
 from ...core.threads import unthreaded_products
-from ...scene.base.output import quiet_output
 from ..blender import NoBlenderError, needs_blender
 from .clip_task import ClipTask, Engine, Looks, mark_read, marked_read
 from .records import finished, last_record, refresh, unfinished, untouched, write_record
@@ -51,8 +52,6 @@ def get_ready(blender: bool) -> None:
     What fails here fails again at the first clip that needs it, which says so.
     """
     with guarded(), quiet_output():
-        from ...scene.motion import load  # noqa: F401
-
         if blender:
             from ...scene.motion import takes  # noqa: F401
 
@@ -219,27 +218,16 @@ def _sensors_on_cloth(task: ClipTask, body: Body, patches: PatchSet, motion: Mot
 PLAIN = Engine()
 
 
-def load_clip(
-    clip: Clip, body: Body, how: Engine = PLAIN
-) -> tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]:
+def load_clip(clip: Clip, body: Body, how: Engine = PLAIN) -> tuple[Source, Motion, dict[str, Any]]:
     """Read a clip's file and retarget it to the body, under the clip's labels.
 
-    Of `how`, the bone maps, the pose, and what its library's files tell together count: the axes that are up,
-    rest poses. Returns what the file holds, the motion, and facts: take, skeleton, scale, frames, rate,
-    duration. Raises UnusableMotion and NoBlenderError.
+    Returns what the file holds, the motion, and facts: take, skeleton, scale, frames, rate, duration. Raises
+    UnusableMotion and NoBlenderError.
     """
-    from ...scene.motion.load import read_motion, to_body
-
-    with needs_blender(), quiet_output():
-        source = read_motion(clip.path, how.pose.at(clip.rate), how.ups, clip.animation)
-    retargeted = to_body(source, body, how.bone_maps, how.rests)
-    motion = retargeted.motion.labelled(clip.activity, clip.subject, clip.name)
-    details = retargeted.facts()
-    if source.people > 1:
-        details["people"] = source.people
-    if motion.head_down and how.pose.up is None:
-        details["head_down"] = True
-    return source, motion, details
+    with needs_blender():
+        source = read_clip(clip, how)
+    found = fit_clip(source, clip, body, how)
+    return source, found.motion, found.facts()
 
 
 def _refuse_too_long(motion: Motion, task: ClipTask) -> None:

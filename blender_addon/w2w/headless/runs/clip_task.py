@@ -10,42 +10,33 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...core.files import file_sha256, stamp
-from ...core.keypoints.facts import PoseFacts, side_car
-from ...core.keypoints.likely_rest import ALONE, Rests
-from ...core.keypoints.pose_files import NO_FACTS
-from ...core.library.library import UP_SUFFIXES, Clip, is_joint_file
-from ...core.motion.motion import SMPL_SUFFIXES
-from ...core.motion.source import UnusableMotion
-from ...core.motion.up import BY_ITSELF, Ups
-from ...core.readers.asf_amc import AMC_SUFFIX, skeleton_file
+from ...core.library.library import Clip
+from ...core.reading.clips import How
+from ...core.reading.formats import UP_SUFFIXES, Read, formats_of, read_beside
 from ...core.reading.guard import LIMIT_S, MEMORY
-from ...core.retargeting.bone_maps import BoneMap
 from ...core.study.clip_files import WORK, features_file, motion_file, signals_file
 from ...core.study.config import StudyConfig
 from ...core.wording import name_bytes
+from ...scene.motion.load import read_by_blender
 
 Looks = list[str | list[int]]
 """What `look` returns."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Engine:
+class Engine(How):
     """Settings of how clips are read and by which workers.
 
     `scheduler` is the address or file of a Dask scheduler, which brings its own workers; a clip may take
-    `limit_s` seconds and `memory` bytes; `bone_maps` are the user's own, tried before the bundled ones; `ups`
-    are the axes that are up in the library's files, `rests` the rest poses of its skeletons;
-    `verify` reads all that an earlier run left again, and `signals` says whether they are kept.
+    `limit_s` seconds and `memory` bytes; `verify` reads all that an earlier run left again, and `signals`
+    says whether they are kept.
     """
 
     workers: int = 1
     scheduler: str = ""
     limit_s: float = LIMIT_S
-    bone_maps: tuple[BoneMap, ...] = ()
     memory: int = MEMORY
-    pose: PoseFacts = NO_FACTS
-    ups: Ups = BY_ITSELF
-    rests: Rests = ALONE
+    blender: Read | None = read_by_blender
     verify: bool = False
     signals: bool = True
 
@@ -100,6 +91,7 @@ class ClipTask:
         parts += [f"rate {self.clip.rate}"] if self.clip.rate else []
         if self.clip.path.suffix.lower() in UP_SUFFIXES:
             parts.append(repr(self.engine.ups))
+        parts += [each.version for each in formats_of(self.clip.path) if each.version]
         if (rests := self.engine.rests.of_file(self.clip.file)).poses:
             parts.append(repr(rests))
         return hashlib.sha256("\n".join(parts).encode()).hexdigest()
@@ -117,20 +109,6 @@ def digest_of_path(folder: Path) -> str:
 def look(library: str, path: Path) -> Looks:
     """The digest of a library's path and the `stamp` of each file read for a clip, given by its path."""
     return [library, *map(stamp, (path, *read_beside(path)))]
-
-
-def read_beside(path: Path) -> list[Path]:
-    """Companion files: the skeleton of an AMC, or the side-car with rate, up axis and joint set."""
-    suffix = path.suffix.lower()
-    if suffix == AMC_SUFFIX:
-        try:
-            return [skeleton_file(path)]
-        except UnusableMotion:
-            return []
-    if suffix not in UP_SUFFIXES:
-        return []
-    beside = side_car(path)  # first: telling what a file holds opens it
-    return [beside] if beside is not None and (suffix in SMPL_SUFFIXES or is_joint_file(path)) else []
 
 
 def mark_read(task: ClipTask, source: str, looks: Looks) -> None:

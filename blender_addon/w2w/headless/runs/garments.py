@@ -10,9 +10,9 @@ from ...core.garments.cut import KINDS, cut, split_name
 from ...core.inside import inside
 from ...core.patches.patches import PatchSet
 from ...core.reading.guard import guarded
+from ...core.reading.output import quiet_output
 from ...core.study.clip_files import mark_changing
 from ...core.study.config import StudyConfig
-from ...scene.base.output import quiet_output
 from ..blender import needs_blender
 from .folder import save_new
 from .workers import run_alone

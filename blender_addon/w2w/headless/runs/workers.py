@@ -20,13 +20,13 @@ from loky import ProcessPoolExecutor
 from loky.backend.context import ctx_loky
 
 from ...core.body.body import Body
-from ...core.keypoints.pose_files import JointPositions
 from ...core.library.library import Clip
 from ...core.motion.motion import Motion
-from ...core.motion.source import SourceMotion, UnusableMotion, reason_of
+from ...core.motion.source import UnusableMotion, reason_of
 from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN
 from ...core.ranking.f1 import Spread
 from ...core.reading.executor import ProgramExecutor
+from ...core.reading.formats import Source
 from ...core.reading.guard import end_with, timed_out
 from ...core.reading.reader import Reader
 from ...core.study.results import ClipResult
@@ -198,7 +198,7 @@ def _kill(executor: ProcessPoolExecutor) -> None:
         wait([worker.sentinel], max(0.0, until - time.monotonic()))
 
 
-LoadedClip = tuple[SourceMotion | Motion | JointPositions, Motion, dict[str, Any]]
+LoadedClip = tuple[Source, Motion, dict[str, Any]]
 
 
 def load_alone(clip: Clip, body: Body, how: Engine = PLAIN, reader: Reader | None = None) -> LoadedClip:

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.library.library import GLTF_SUFFIXES, MOTION_SUFFIXES, WAYS
 from ...core.motion.axes import Up
 from ...core.motion.source import (
     LOWEST_RATE,
@@ -28,6 +27,7 @@ from ...core.readers.animations import MIXAMO
 from ...core.readers.bvh import BVH_SUFFIX
 from ...core.readers.bvh_text import read_bvh_text
 from ...core.readers.import_checks import PLAIN_GLTF, USD_SUFFIXES, check_gltf
+from ...core.reading.formats import GLTF_SUFFIXES, unknown
 from ...core.retargeting.bone_maps import best_match, missing_joints
 from ...core.retargeting.repair import rests_straight
 from ...core.retargeting.retarget import is_crumpled
@@ -121,10 +121,7 @@ def import_file(path: Path, keys_as_frames: bool = False, animation: str = "") -
     """
     kind = path.suffix.lower()
     if kind not in IMPORTERS:
-        way = f"; {WAYS[kind]}" if kind in WAYS else ""
-        raise UnusableMotion(
-            f"'{kind}' is not a kind of motion file that can be read ({', '.join(MOTION_SUFFIXES)}){way}"
-        )
+        raise unknown(path)
     try:
         if kind in GLTF_SUFFIXES:
             import_gltf(path, keys_as_frames, animation)

@@ -7,7 +7,7 @@ from typing import Any
 import bpy
 from bl_operators.presets import AddPresetBase
 
-from ...core.library.library import MOTION_SUFFIXES
+from ...core.reading.formats import MOTION_SUFFIXES
 from ..study.declared import SHOWN
 from ..study.operators import OnDrop
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -195,8 +196,8 @@ class W2W_OT_select_body(operators.OnBody, bpy.types.Operator):
 def load_steps(path: Path) -> jobs.Steps:
     """Read a body in a thread, which may take long, then add it as `W2W_OT_add_body` does."""
     with Reader() as reader, restated(f"{path}:", UnusableMotion):
-        text = f"reading {path.name}"
-        body = yield from jobs.in_thread(lambda _: reader.read(load_body, path), text, 0.0, 0.9)
+        text, work = f"reading {path.name}", partial(load_body, path)
+        body = yield from jobs.in_thread(lambda _: reader.read(path, work), text, 0.0, 0.9)
     yield jobs.Step(0.9, "building the body")
     add_study(bpy.context, body, body.name)
     return f"Loaded {path.name}"

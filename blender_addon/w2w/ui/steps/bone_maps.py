@@ -2,6 +2,7 @@
 """The user's bone maps: edited here or loaded, and used for every later file of that rig."""
 
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -10,13 +11,15 @@ from bpy.props import CollectionProperty, StringProperty
 from ...core.body.skeleton import JOINT_INDEX, JOINT_NAMES
 from ...core.files import file_sha256, write_json, write_text
 from ...core.keypoints.facts import PoseFacts
+from ...core.library.library import Clip
 from ...core.motion.source import SourceMotion, UnusableMotion
+from ...core.reading.clips import How, read_clip, to_body
 from ...core.reading.reader import Reader
 from ...core.retargeting.bone_maps import REQUIRED_JOINTS, BoneMap, best_match
 from ...core.retargeting.retarget import matched_joints
 from ...core.wording import capital
 from ...scene.base.body import body_of
-from ...scene.motion.load import read_motion, to_body
+from ...scene.motion.load import read_by_blender
 from ..jobs import jobs
 from ..jobs.text import styled
 from ..study import operators, state
@@ -115,9 +118,10 @@ def _path_of(rig: str) -> Path:
 
 def _with_bones(clip: bpy.types.PropertyGroup) -> SourceMotion:
     """The motion of a clip's file, which names its bones."""
-    pose = PoseFacts(clip.given_rate or None, up=clip.given_up or None)
+    how = How(pose=PoseFacts(up=clip.given_up or None), blender=read_by_blender)
+    file = Clip(Path(clip.file), clip.file, "", "", animation=clip.animation, rate=clip.given_rate)
     with Reader() as reader:
-        source = reader.read(read_motion, Path(clip.file), pose, animation=clip.animation)
+        source = reader.read(file.path, partial(read_clip, file, how))
     if not isinstance(source, SourceMotion):
         raise UnusableMotion("it names no bones that could be mapped")
     return source

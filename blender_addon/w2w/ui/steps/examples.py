@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 
 from ...core.motion.examples import demo_motions
-from ...scene.motion.load import RetargetedMotion
+from ...core.reading.clips import RetargetedMotion
 from ..jobs import jobs
 from ..jobs.jobs import Step, Steps, on_body, part
 from ..study import lists, operators

@@ -24,9 +24,9 @@ from ...core.library.labels import LibraryError
 from ...core.motion.axes import UPS, Up
 from ...core.motion.source import HIGHEST_RATE
 from ...core.motion.up import BY_ITSELF, Ups
+from ...core.reading.look import look_up
 from ...core.reading.reader import Reader
 from ...core.wording import count, listed
-from ...scene.motion.load import look_up
 from ...scene.motion.scene_takes import SceneTake, SkippedTake, scene_takes, stands_beside
 from ..jobs import jobs
 from ..jobs.text import styled

@@ -13,20 +13,20 @@ from ...core.body.body import Body
 from ...core.files import file_sha256
 from ...core.findings.cautions import ODD, cut_sentence
 from ...core.keypoints.facts import PoseFacts
-from ...core.keypoints.likely_rest import Rests
 from ...core.library.import_plan import ImportPlan, same_files
 from ...core.library.labels import same_label
 from ...core.library.library import Clip
 from ...core.motion.axes import Up
 from ...core.motion.source import reason_of
 from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
+from ...core.reading.clips import How, RetargetedMotion, fit_clip, open_clip
 from ...core.reading.reader import Reader
+from ...core.reading.rests import look_rests
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.wording import count, free_name, listed, shown
 from ...scene.base.actions import write_action
 from ...scene.base.body import armature_of, body_of
-from ...scene.motion.load import RetargetedMotion, Source, read_motion, to_body
-from ...scene.motion.rests import look_rests
+from ...scene.motion.load import read_by_blender
 from ...scene.motion.scene_takes import SceneTake, read_scene_take
 from ..jobs import preferences
 from ..jobs.jobs import Step, Steps, as_steps, in_thread, on_body, part
@@ -97,11 +97,12 @@ def import_steps(
         with Reader() as reader:
             look = partial(look_rests, reader, files, pose, ups, maps)
             rests = yield from in_thread(lambda _: look(), "Rest poses", 0.0, 0.0)
+            how = How(bone_maps=tuple(maps), pose=pose, ups=ups, rests=rests, blender=read_by_blender)
             for number, item in enumerate(items):
                 low, high = number / len(items), (number + 1) / len(items)
                 yield Step(low, item.shown)
                 try:
-                    retargeted = yield from part(_retarget(reader, item, ups, rests, body, maps), low, high)
+                    retargeted = yield from part(_retarget(reader, item, body, how), low, high)
                     add_clip(mesh, retargeted, item)
                     if retargeted.cut:
                         cut.append((item.shown, {"cut": retargeted.cut}))
@@ -125,20 +126,16 @@ def import_steps(
 
 
 def _retarget(
-    reader: Reader, item: ImportItem, ups: Ups, rests: Rests, body: Body, maps: Sequence[BoneMap]
+    reader: Reader, item: ImportItem, body: Body, how: How
 ) -> Generator[Step, None, RetargetedMotion]:
     """Read a motion and retarget it, in a thread but for takes of the scene."""
-    pose, text = PoseFacts(item.rate or None, up=item.up), item.shown
-    source: Source
-
-    def read(_: object) -> Source:
-        return reader.read(read_motion, item.path, pose, ups, item.animation)
-
-    if item.take is not None:  # Blender must play it to read it: the window gets its turn after each frame
-        source = yield from as_steps(read_scene_take(item.take), text, 0.0, 0.8)
-    else:
-        source = yield from in_thread(read, text, 0.0, 0.8)
-    return (yield from in_thread(lambda _: to_body(source, body, maps, rests), text, 0.8, 1.0))
+    how = replace(how, pose=PoseFacts(up=item.up))
+    if item.take is None:
+        work = partial(open_clip, item, body, how)
+        return (yield from in_thread(lambda _: reader.read(item.path, work), item.shown, 0.0, 1.0))
+    # Blender must play it to read it: the window gets its turn after each frame
+    source = yield from as_steps(read_scene_take(item.take), item.shown, 0.0, 0.8)
+    return (yield from in_thread(lambda _: fit_clip(source, item, body, how), item.shown, 0.8, 1.0))
 
 
 def _spelled_as_listed(study: bpy.types.PropertyGroup, items: Sequence[ImportItem]) -> list[ImportItem]:

@@ -9,13 +9,13 @@ from bpy.props import CollectionProperty, EnumProperty, IntProperty, StringPrope
 from ...core.keypoints.facts import PoseFacts
 from ...core.library.import_plan import ImportPlan, plan_files, plan_folder
 from ...core.library.labels import LibraryError
-from ...core.library.library import MOTION_SUFFIXES
 from ...core.motion.source import UnusableMotion
+from ...core.reading.clips import to_body
+from ...core.reading.formats import MOTION_SUFFIXES
 from ...scene.base.actions import FIRST_FRAME, keep_pace, key_rate, show_action
 from ...scene.base.body import armature_of, body_of
 from ...scene.base.playback import active_action
 from ...scene.motion import source_beside
-from ...scene.motion.load import to_body
 from ...scene.motion.takes import best_take
 from ..jobs import jobs
 from ..study import lists, operators, state

@@ -15,7 +15,9 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from w2w.core.motion.examples import demo_motions  # noqa: E402
-from w2w.scene.motion.load import read_motion, to_body  # noqa: E402
+from w2w.core.reading.clips import to_body  # noqa: E402
+from w2w.core.reading.formats import read_motion  # noqa: E402
+from w2w.scene.motion.load import read_by_blender  # noqa: E402
 from w2w_studies.commands.demo_library import ACTIVITIES, write_demo_library  # noqa: E402
 from w2w_studies.rehab import mixamo_export  # noqa: E402
 from w2w_studies.rehab.clips import EXERCISES, RehabClip, generate_clip  # noqa: E402
@@ -173,7 +175,7 @@ def test_a_library_has_a_folder_an_activity_and_says_who_moves(tmp_path):
 def test_the_demos_motions_are_such_clips_on_the_bundled_body(bundled_body, tmp_path):
     stored = demo_motions()["shake_head_3.npz"]
     write_mixamo_fbx(generate_clip("shake_head", 2), tmp_path / "clip.fbx")
-    made = to_body(read_motion(tmp_path / "clip.fbx"), bundled_body).motion
+    made = to_body(read_motion(tmp_path / "clip.fbx", blender=read_by_blender), bundled_body).motion
     assert (stored.subject, stored.rate, stored.n_frames) == ("S03", made.rate, made.n_frames)
     np.testing.assert_allclose(stored.pelvis, made.pelvis, rtol=0, atol=1e-6)
     np.testing.assert_allclose(stored.rotations, made.rotations, rtol=0, atol=1e-6)

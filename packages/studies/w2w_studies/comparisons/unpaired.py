@@ -24,10 +24,10 @@ from w2w.core.patches.body_parts import patches_named
 from w2w.core.patches.naming import resolve
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.core.ranking.same_motion import same_motion_groups
+from w2w.core.reading.look import look_up
 from w2w.core.reading.reader import Reader
 from w2w.headless.runs.clip import load_clip
 from w2w.headless.runs.clip_task import Engine
-from w2w.scene.motion.load import look_up
 
 from ..datasets.utd_mhad import read_utd_mhad
 from ..validation.protocol import BY_POSTURE, KINECT, Analysis, Match, Protocol

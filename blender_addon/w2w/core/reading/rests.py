@@ -5,25 +5,27 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from heapq import nsmallest
 from pathlib import Path
 from zlib import crc32
 
 import numpy as np
 
-from ...core.body.body import Body
-from ...core.keypoints.facts import PoseFacts
-from ...core.keypoints.likely_rest import Rests, likely_rest
-from ...core.keypoints.pose_files import NO_FACTS
-from ...core.motion.source import SourceMotion
-from ...core.motion.up import BY_ITSELF, Ups
-from ...core.readers.bvh import BVH_SUFFIX
-from ...core.readers.bvh_text import BvhJoint, digest_of, read_skeleton
-from ...core.reading.reader import Reader
-from ...core.retargeting.bone_maps import BoneMap
-from ...core.retargeting.repair import are_rest_pose
-from ...core.wording import count, name_bytes
-from .load import MOST_SAMPLE_BYTES, read_motion
+from ..body.body import Body
+from ..keypoints.facts import PoseFacts
+from ..keypoints.likely_rest import Rests, likely_rest
+from ..keypoints.pose_files import NO_FACTS
+from ..motion.source import SourceMotion
+from ..motion.up import BY_ITSELF, Ups
+from ..readers.bvh import BVH_SUFFIX
+from ..readers.bvh_text import BvhJoint, digest_of, read_skeleton
+from ..retargeting.bone_maps import BoneMap
+from ..retargeting.repair import are_rest_pose
+from ..wording import count, name_bytes
+from .formats import read_motion
+from .look import MOST_SAMPLE_BYTES
+from .reader import Reader
 
 MOST_CLIPS, MOST_FRAMES, MOST_SKELETONS = 8, 250, 64
 """Clips of a skeleton that its rest pose is guessed from, frames of each, and skeletons of a library.
@@ -59,7 +61,7 @@ def look_rests(
             with suppress(Exception):
                 if path.stat().st_size <= MOST_SAMPLE_BYTES:
                     with reader.looking():
-                        clips.append(reader.read(_part, path, pose, ups))
+                        clips.append(reader.read(path, partial(_part, path, pose, ups)))
         with suppress(Exception):
             known = [clip.rest for clip in clips if clip.rest_is_known]
             if (rest := known[0] if known else likely_rest(clips, Body.bundled(), maps)) is not None:
@@ -81,8 +83,7 @@ def _rest(joints: Sequence[BvhJoint]) -> bool:
 def _part(path: Path, pose: PoseFacts, ups: Ups) -> SourceMotion:
     """A few seconds from the middle of a clip, at about 30 frames a second."""
     source = read_motion(path, pose, ups)
-    if not isinstance(source, SourceMotion):
-        raise TypeError("no skeleton")
+    assert isinstance(source, SourceMotion)
     step = max(1, round(source.rate / 30))
     start = max(0, source.n_frames - step * MOST_FRAMES) // 2
     return replace(source, matrices=source.matrices[start::step][:MOST_FRAMES], rate=source.rate / step)

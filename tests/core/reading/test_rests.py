@@ -11,14 +11,14 @@ from w2w.core.keypoints.likely_rest import ALONE, ITS_OWN
 from w2w.core.library.library import Clip
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.readers.bvh import read_bvh
+from w2w.core.reading.clips import to_body
 from w2w.core.reading.reader import Reader
+from w2w.core.reading.rests import look_rests
 from w2w.core.study.config import StudyConfig
 from w2w.headless.runs.clip_task import ClipTask, Engine
-from w2w.scene.motion.load import to_body
-from w2w.scene.motion.rests import look_rests
 
-from ..exercises import exercises
-from ..made_bvh import write_bvh
+from ...exercises import exercises
+from ...made_bvh import write_bvh
 
 LIMBS = [
     JOINT_INDEX[f"{side}_{part}"]
