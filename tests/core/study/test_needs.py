@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A sensor needs what tells its activities apart, and no more."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +10,10 @@ import pytest
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel, Triad
 from w2w.core.imu.synthesis import STANDARD_GRAVITY
+from w2w.core.ranking.costs import Cost
+from w2w.core.selection.headline import short
 from w2w.core.study.config import StudyConfig
-from w2w.core.study.needs import PARTS, Place
+from w2w.core.study.needs import LEAST_F1, NOTHING, PARTS, Loss, Need, Place
 from w2w.core.study.ranking import LabelledClip
 from w2w.core.study.variants import ALONE, FINEST_HZ, FORCE_RANGE, KNOBS, RATE, at_rate, variants, with_model
 
@@ -55,8 +58,8 @@ def test_what_lies_at_7_hz_is_lost_below_14_hz():
     assert lost.expected > 0.2
     assert lost.low > 0
     said, alone = need.sentence().split("; ")
-    assert said == "Works down to 20 Hz"
-    assert alone.startswith("accelerometer alone costs nothing, gyroscope alone costs .")
+    assert re.fullmatch(r"Works down to 20 Hz, at a cost of up to \.\d\d", said)
+    assert re.match(r"accelerometer alone costs nothing \(-?\.\d\d to \.\d\d\), gyroscope alone", alone)
 
 
 def test_a_part_whose_filter_stays_open_sees_it_folded_back():
@@ -76,7 +79,8 @@ def test_beats_of_3_and_6_g_are_one_at_2_g():
 def test_shuffled_labels_never_work_down_to_anything(seed):
     place = place_of(swinging(1.0), swinging(2.0), swinging(4.0), shuffled=seed)
     need = place.completed(place.need("wrist"))
-    assert (need.losses, need.parts, need.sentence()) == ((), (), "")
+    assert (need.losses, need.parts) == ((), ())
+    assert need.sentence().startswith(NOTHING)
 
 
 @pytest.mark.slow
@@ -111,3 +115,17 @@ def test_a_sensor_left_out_reads_nothing():
         read = variant.config.sensor_model().apply(seen, 0)
         assert np.ptp(getattr(read, kept)) > 0
         assert not getattr(read, lost).any()
+
+
+def test_nothing_is_said_where_f1_is_low_though_nothing_costs():
+    need = place_of(*(swinging(hertz) for hertz in (2.0, 2.0, 5.0, 5.0, 9.0, 9.0))).need("wrist", (RATE,))
+    assert 1 / 6 < need.f1 < LEAST_F1
+    assert need.losses == ()
+    assert need.sentence() == f"{NOTHING}: F1 is {short(need.f1)}, below .75"
+
+
+def test_the_cheapest_value_tried_is_a_bound():
+    losses = tuple(Loss(RATE, rate, f"{rate} Hz", 0.9, Cost(0.0, -0.01, 0.01)) for rate in (25, 10, 5))
+    assert Need("wrist", 0, {RATE: 50.0}, 0.9, losses=losses).sentence() == (
+        "Works down to 5 Hz or less, at a cost of up to .01"
+    )

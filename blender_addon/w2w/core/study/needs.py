@@ -45,6 +45,11 @@ NO_PARTS = ("ideal", "phone", "watch", "paper")
 """Presets that are no part that one buys."""
 
 
+LEAST_F1 = 0.75
+"""F1 below which nothing is said: on worn sensors what seemed free there cost most."""
+
+NOTHING = "These clips tell nothing about the sensor that is needed"
+
 ON_CARD = (RATE, FORCE_RANGE, TURN_RANGE)
 """What the card says."""
 
@@ -73,7 +78,8 @@ class Need:
     patch: int
     own: dict[str, float]  # the study's own value of each knob
     f1: float  # with the study's own part
-    losses: tuple[Loss, ...] = ()  # knob by knob, from dear to cheap; none if the clips tell nothing
+    silent: str = ""  # why nothing is said
+    losses: tuple[Loss, ...] = ()  # knob by knob, from dear to cheap
     together: Loss | None = None  # the cheapest values of `ON_CARD` at once
     parts: tuple[Loss, ...] = ()  # parts that do, each at its cheapest rate
 
@@ -90,19 +96,27 @@ class Need:
         return good[-1] if good else None
 
     def sentence(self) -> str:
-        """The card's line; "" where the clips tell nothing."""
+        """The card's line, or why there is none."""
         if not self.losses:
-            return ""
+            return ": ".join(filter(None, [NOTHING, self.silent]))
         down_to = [
             found.bound if (found := self.cheapest(knob)) else KNOBS[knob].text(self.own[knob])
             for knob in ON_CARD
             if self.cheapest(knob) or np.isfinite(self.own.get(knob, inf))
         ]
-        text = f"Works down to {', '.join(down_to)}"
+        highs = [loss.cost.high for knob in ON_CARD if (loss := self.cheapest(knob))]
+        most = f", at a cost of up to {short(max(highs))}{' each' if len(highs) > 1 else ''}" if highs else ""
+        text = f"Works down to {', '.join(down_to)}{most}"
         if self.together and not self.together.cost.as_good:
             text += f" (one at a time: together they cost {_short(self.together.cost.expected)})"
-        alone = [f"{loss.name} costs {_short(loss.cost.expected)}" for loss in self.of(ALONE)]
+        alone = [f"{loss.name} {_costs(loss.cost)}" for loss in self.of(ALONE)]
         return "; ".join([text, *([", ".join(alone)] if alone else [])])
+
+
+def _costs(cost: Cost) -> str:
+    """What is lost, with its interval."""
+    verb = "may cost" if cost.may else "costs"
+    return f"{verb} {_short(cost.expected)} ({short(cost.low)} to {short(cost.high)})"
 
 
 def _short(cost: float) -> str:
@@ -180,7 +194,9 @@ class Place:
         own = {name: KNOBS[name].own(self.usual) for name in knobs}
         need = Need(place, self.patch, own, self._usual.f1)
         if self._usual.by_luck > LUCK:
-            return need
+            return replace(need, silent="guesses would name as many right")
+        if as_shown(need.f1) < LEAST_F1:
+            return replace(need, silent=f"F1 is {short(need.f1)}, below {short(LEAST_F1)}")
         cheaper = [
             variant
             for name in knobs

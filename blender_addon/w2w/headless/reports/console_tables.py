@@ -176,10 +176,9 @@ def show_places(scores: Sequence[PlaceScore], console: Console, first: str = "re
 def show_need(need: Mapping[str, Any], console: Console) -> None:
     """Print how cheap the sensor at a place may be (`advice_content.need_content`)."""
     console.print(f"\n{capital(need['place'])}: F1 {headline.short(need['f1'])} as run.", style="bold")
-    if not need["sentence"]:
-        _say("These clips tell nothing about the sensor that is needed", console)
-        return
     _say(need["sentence"], console, "bold")
+    if not need["rows"]:
+        return
     table = _table(NEED, ("", "as run", "works down to", "costs", "next", "costs"), ("as run", "costs"))
     for row in need["rows"]:
         cells = []
