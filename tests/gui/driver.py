@@ -127,7 +127,7 @@ class Driver:
     def scroll_sidebar(self, clicks: int) -> Script:
         """Turn the mouse wheel over the sidebar, downwards."""
         region = self.region("UI")
-        x, y = region.x + 12, region.y + 30  # away from lists, which would scroll instead
+        x, y = region.x + 12, region.y + region.height - 30  # over a panel, or the view would be zoomed
         yield from self.move(x, y)
         for _ in range(clicks):
             yield from self.event("WHEELDOWNMOUSE", "PRESS", x, y)
@@ -136,7 +136,7 @@ class Driver:
     def scroll_sidebar_to_top(self) -> Script:
         """Turn the mouse wheel over the sidebar, upwards, as far as it goes."""
         region = self.region("UI")
-        x, y = region.x + 12, region.y + 30
+        x, y = region.x + 12, region.y + region.height - 30
         yield from self.move(x, y)
         before = None
         while self.in_panel(y) != before:

@@ -106,10 +106,11 @@ def look_around(driver: Driver) -> Script:
     yield from driver.turns(5)
     cube.hide_set(False)  # it was hidden for the map
     patches = module("study.state").patches_of(body)
-    badge, towards = study().chosen[0].patch, space.region_3d.view_rotation.to_matrix().col[2]
+    badge, viewer = study().chosen[0].patch, space.region_3d.view_matrix.inverted().translation
+    spot = body.matrix_world @ body.data.vertices[int(patches.vertices[badge])].co
     sights = report["badge_in_sight"] = []
     for distance in (-0.5, 0.5):
-        cube.location = body.data.vertices[int(patches.vertices[badge])].co + distance * towards
+        cube.location = spot + distance * (viewer - spot).normalized()
         yield from driver.turns(5)
         with driver.in_view():
             surface = module("viewport.drawing").Surface(bpy.context, body, patches)
