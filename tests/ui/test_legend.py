@@ -11,10 +11,12 @@ import pytest
 
 from w2w.core.colours import DIFFERENCE_MAP, LEAST_SPAN, NEUTRAL_GREY, Scale, colour_table
 from w2w.scene import heatmap
+from w2w.ui.jobs.jobs import views
 from w2w.ui.study.lists import keep_answer
 from w2w.ui.study.scores import own_scale, shown_scores
 from w2w.ui.study.state import patches_of, utility_of
-from w2w.ui.viewport.legend import legend
+from w2w.ui.viewport import overlay
+from w2w.ui.viewport.legend import legend, show_colours
 
 from .made_study import make_study
 
@@ -80,3 +82,17 @@ def test_places_that_do_alike_are_shown_plain_and_said_so(library: Path) -> None
     assert not own_scale(study, wider).is_alike
     keep_answer(study, {"sentence": "", "places_differ": False})
     assert own_scale(study, wider).is_alike
+
+
+def test_a_view_that_opens_later_shows_the_colours_once(library: Path) -> None:
+    make_study(library)
+    space = views(bpy.context)[0].spaces.active
+    overlay._known.clear()
+    for is_due in (True, False):  # then people may turn them off
+        space.shading.color_type = "MATERIAL"
+        overlay._colour_new(space)
+        assert bpy.app.timers.is_registered(show_colours) == is_due
+        if is_due:
+            bpy.app.timers.unregister(show_colours)
+            show_colours()
+            assert overlay.is_coloured(space.shading)

@@ -215,3 +215,16 @@ def test_a_fixed_range_begins_as_the_range_of_the_scores(library: Path) -> None:
     body.w2w.fix_range = False
     body.w2w.fix_range = True
     assert ends(body) == pytest.approx((0.2, 0.9))
+
+
+def test_patches_are_folded_where_a_file_is_opened_into_other_windows(
+    library: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folded: list[str] = []
+    monkeypatch.setattr(upkeep, "fold_soon", lambda: folded.append("folded"))
+    make_study(library, "motions patches")
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mine.blend"))
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    folded.clear()
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "mine.blend"), load_ui=False)
+    assert folded == ["folded"]
