@@ -104,6 +104,15 @@ def test_figures_of_an_earlier_commit_are_measured_again(tool, tmp_path, monkeyp
 
 
 @pytest.mark.usefixtures("kept")
+def test_what_was_not_measured_is_stale_until_it_is(tool, tmp_path):
+    page = document(tmp_path, FIGURES.format(7).replace("-->", "-->\n\n*Not measured at this version.*"))
+    assert tool.main([str(page)]) == 1
+    assert tool.main([str(page), "--write"]) == 0
+    assert "Not measured" not in page.read_text()
+    assert tool.main([str(page)]) == 0
+
+
+@pytest.mark.usefixtures("kept")
 @pytest.mark.parametrize("typed", ["|7|\n| 9 |", "| 9 |"])
 def test_a_figure_that_was_typed_in_is_stale(tool, tmp_path, typed, capsys):
     page = document(tmp_path, FIGURES.format(7))

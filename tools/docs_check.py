@@ -36,8 +36,8 @@ ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / ".cache" / "evidence"
 DATA = Path(os.environ.get("DATA", ROOT.parent / "shared" / "data"))
 MARK = re.compile(r"<!--\s*(?P<kind>check|figures):\s*(?P<command>.*?)\s*-->", re.DOTALL)
-END = re.compile(r"^#{1,6} |<!--\s*(?:check|figures):|^\*Measured on ", re.MULTILINE)
-STAMP = re.compile(r"\*Measured on \S+ at (?P<commit>\w+)\.\*")
+END = re.compile(r"^#{1,6} |<!--\s*(?:check|figures):|^\*(?:Measured on|Not measured) ", re.MULTILINE)
+STAMP = re.compile(r"\*(?:Measured on \S+ at (?P<commit>\w+)|Not measured at this version)\.\*")
 LIMIT_S = 120.0
 """Seconds a quick command may take."""
 
@@ -65,7 +65,7 @@ def checks_in(document: Path) -> Iterator[Check]:
         stamp = STAMP.match(text, end.start()) if end else None
         passage = text[found.end() : end.start() if end else len(text)]
         line = text.count("\n", 0, found.start()) + 1
-        commit = stamp["commit"] if stamp else ""
+        commit = (stamp and stamp["commit"]) or ""
         yield Check(document, line, found["command"], passage, found["kind"] == "figures", commit)
 
 
@@ -121,7 +121,8 @@ def write(check: Check, commit: str) -> None:
     text = check.document.read_text(encoding="utf-8")  # now: hours may have gone by
     at = text.index(check.command) + len(check.command)
     start = text.index("-->", at) + len("-->")
-    stamp = STAMP.search(text, start) if check.commit else None
+    end = END.search(text, start)
+    stamp = STAMP.match(text, end.start()) if end else None
     rest = text[stamp.end() if stamp else start :]
     measured = f"*Measured on {datetime.now(UTC):%Y-%m-%d} at {commit}.*"
     partial = check.document.with_suffix(".part")
