@@ -197,7 +197,7 @@ def load(
         files = [(clip.file, clip.path) for clip in clips]
         if (seen := look_up(reader, files, pose)).question:
             raise ValueError(in_python(seen.question))
-        rests = look_rests(reader, files, pose, seen.ups, bone_maps)
+        rests = look_rests(reader, files, body, pose, seen.ups, bone_maps)
         how = replace(how, ups=seen.ups, rests=rests)
         for clip in tracked(clips, "Reading motions"):
             try:

@@ -6,6 +6,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import w2w
+from w2w.core.body.body import Body
+from w2w.core.body.shapes import shaped
 from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.keypoints.likely_rest import ALONE, ITS_OWN
 from w2w.core.library.library import Clip
@@ -18,7 +20,7 @@ from w2w.core.study.config import StudyConfig
 from w2w.headless.runs.clip_task import ClipTask, Engine
 
 from ...exercises import exercises
-from ...made_bvh import write_bvh
+from ...made_bvh import NAMES, write_bvh
 
 LIMBS = [
     JOINT_INDEX[f"{side}_{part}"]
@@ -44,6 +46,10 @@ def files_of(folder, of=""):
     return [(path.name, path) for path in sorted(folder.glob(f"{of}*.bvh"))]
 
 
+def rests_of(files, body=None):
+    return look_rests(Reader(), files, body or Body.bundled())
+
+
 def turned(body, motion):
     return joint_transforms(body, motion)[0]
 
@@ -55,18 +61,18 @@ def degrees(a, b):
 
 def test_each_skeleton_without_a_rest_pose_gets_one_whatever_the_order(recorded):
     folder, _ = recorded
-    rests = look_rests(Reader(), files_of(folder))
+    rests = rests_of(files_of(folder))
     assert set(rests.files) == {path.name for path in folder.iterdir() if path.name[:2] in ("an", "bo")}
     assert len(rests.poses) == 2
-    assert look_rests(Reader(), files_of(folder)[::-1]) == rests
-    assert rests.of_file("ann_0.bvh").poses == look_rests(Reader(), files_of(folder, "ann")).poses
+    assert rests_of(files_of(folder)[::-1]) == rests
+    assert rests.of_file("ann_0.bvh").poses == rests_of(files_of(folder, "ann")).poses
     assert rests.sentence() == "one guess for each of 2 skeletons without one, in 12 files"
-    assert look_rests(Reader(), files_of(folder, "ann_0")) == ALONE
+    assert rests_of(files_of(folder, "ann_0")) == ALONE
 
 
 def test_all_clips_of_a_skeleton_move_by_the_same_rest_pose_near_the_true_one(recorded, bundled_body):
     folder, motions = recorded
-    rests = look_rests(Reader(), files_of(folder))
+    rests = rests_of(files_of(folder))
     for number, motion in enumerate(motions):
         source = read_bvh(folder / f"ann_{number}.bvh")
         assert not source.rest_is_known
@@ -78,9 +84,21 @@ def test_all_clips_of_a_skeleton_move_by_the_same_rest_pose_near_the_true_one(re
     assert to_body(read_bvh(folder / "cy_0.bvh"), bundled_body, rests=rests).rest_guessed == ""
 
 
+def test_a_guess_has_the_bones_of_the_body_that_is_asked_about(recorded, bundled_body):
+    folder, _ = recorded
+    joints = [JOINT_INDEX[f"left_{part}"] for part in ("hip", "knee", "shoulder", "elbow", "wrist")]
+    names = read_bvh(folder / "ann_0.bvh").bones
+    bones = [names.index(NAMES[joint]) for joint in joints]
+    for body in (bundled_body, shaped(bundled_body, height=1.95, weight=60.0)):
+        ((_, pose, _),) = rests_of(files_of(folder, "ann"), body).poses
+        places = np.frombuffer(pose).reshape(len(names), 4, 4)[bones][:, :3, 3]
+        found, own = (np.linalg.norm(np.diff(at, axis=0), axis=1) for at in (places, body.joints[joints]))
+        np.testing.assert_allclose(found / found[0], own / own[0], atol=1e-6)
+
+
 def test_a_rest_pose_that_leads_one_clip_is_that_of_all(recorded, bundled_body):
     folder, motions = recorded
-    found = to_body(read_bvh(folder / "bo_0.bvh"), bundled_body, rests=look_rests(Reader(), files_of(folder)))
+    found = to_body(read_bvh(folder / "bo_0.bvh"), bundled_body, rests=rests_of(files_of(folder)))
     assert found.rest_guessed == "that leads one of its clips"
     off = degrees(turned(bundled_body, found.motion), turned(bundled_body, motions[0]))
     assert np.median(off, axis=0).max() < 1
@@ -92,7 +110,7 @@ def test_a_clip_is_made_anew_only_with_another_guess_for_its_own_skeleton(record
 
     def key(files, name):
         clip = Clip(folder / name, name, name, "walk")
-        rests = look_rests(Reader(), files)
+        rests = rests_of(files)
         of_all, its = (
             ClipTask(clip, tmp_path, StudyConfig(), "inputs", Engine(rests=each)).key("0")
             for each in (rests, rests.of_file(name))
@@ -110,7 +128,7 @@ def test_recordings_of_one_skeleton_differ_as_their_truth_does(shared_cases, bun
     """Forearms turned by 70 degrees came out alike when each file had a guess of its own."""
     names = [f"palms_{way}" for way in ("down", "up")]
     files = [(f"{name}.bvh", shared_cases / "second" / f"{name}.bvh") for name in names]
-    rests = look_rests(Reader(), files)
+    rests = rests_of(files)
     apart = []
     for truth in ("", "_truth"):
         both = [

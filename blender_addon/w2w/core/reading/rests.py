@@ -36,14 +36,15 @@ Clips of others are guessed one by one, as is one that has its skeleton for itse
 def look_rests(
     reader: Reader,
     files: Iterable[tuple[str, Path]],
+    body: Body,
     pose: PoseFacts = NO_FACTS,
     ups: Ups = BY_ITSELF,
     maps: Sequence[BoneMap] = (),
 ) -> Rests:
     """The rest poses of a library's skeletons, from its BVH files, each with its path inside the library.
 
-    They are guessed from clips that follow from the files' names alone, on W2W's own body. A rest pose that
-    leads one of them is taken as it is.
+    They are guessed from clips that follow from the files' names alone, for a body. A rest pose that leads
+    one of them is taken as it is.
     """
     groups: dict[str, list[tuple[int, str, Path]]] = defaultdict(list)
     skeletons: dict[str, list[BvhJoint]] = {}
@@ -64,7 +65,7 @@ def look_rests(
                         clips.append(reader.read(path, partial(_part, path, pose, ups)))
         with suppress(Exception):
             known = [clip.rest for clip in clips if clip.rest_is_known]
-            if (rest := known[0] if known else likely_rest(clips, Body.bundled(), maps)) is not None:
+            if (rest := known[0] if known else likely_rest(clips, body, maps)) is not None:
                 said = "that leads one of its clips" if known else f"from {count('clip', len(clips))} of it"
                 poses.append((skeleton, rest.tobytes(), said))
     kept = {skeleton for skeleton, *_ in poses}

@@ -72,7 +72,7 @@ def inspect(
                     f"{shown(file)} is a folder: give one of its files, and the folder as --library"
                 )
             seen = look_up(reader, files, pose)
-            rests = look_rests(reader, files, pose, seen.ups, bone_maps)
+            rests = look_rests(reader, files, body, pose, seen.ups, bone_maps)
         try:
             clip = Clip(file, shown(file.name), "clip", "", rate=rate)
             how = Engine(bone_maps=bone_maps, pose=pose, ups=seen.ups if library else BY_ITSELF, rests=rests)

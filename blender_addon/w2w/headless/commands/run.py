@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
+from ...core.body.body import Body
 from ...core.findings.cautions import subjects_sentence
 from ...core.library.labels import same_label
 from ...core.library.library import Library, read_library
@@ -90,7 +91,8 @@ def run(
         with Reader(engine.limit_s, engine.memory, known) as reader:
             files = [(clip.file, clip.path) for clip in found.clips]
             seen = look_up(reader, files, engine.pose)
-            rests = look_rests(reader, files, engine.pose, seen.ups, engine.bone_maps)
+            body = bodies[0][1] if len(bodies) == 1 else Body.bundled()
+            rests = look_rests(reader, files, body, engine.pose, seen.ups, engine.bone_maps)
         again = asked.strict or asked.verify or len(bodies) > 1
         engine = replace(engine, ups=seen.ups, rests=rests)
         plan = replace(plan, engine=engine, deadly=reader.deadly, again=again)

@@ -95,7 +95,7 @@ def import_steps(
     pose = PoseFacts(up=next((item.up for item in items if item.up), None))
     try:
         with Reader() as reader:
-            look = partial(look_rests, reader, files, pose, ups, maps)
+            look = partial(look_rests, reader, files, body, pose, ups, maps)
             rests = yield from in_thread(lambda _: look(), "Rest poses", 0.0, 0.0)
             how = How(bone_maps=tuple(maps), pose=pose, ups=ups, rests=rests, blender=read_by_blender)
             for number, item in enumerate(items):
