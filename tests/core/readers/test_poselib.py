@@ -66,11 +66,6 @@ def test_joints_are_where_the_body_s_are(tmp_path, bundled_body, walk, is_local)
     assert np.abs(ours - truth).max() < 0.005
 
 
-def test_a_given_rate_goes_before_the_files(tmp_path, bundled_body, walk):
-    np.save(tmp_path / "a.npy", np.array(skeleton_motion(bundled_body, walk, True)))
-    assert read_poselib(tmp_path / "a.npy", 25.0).rate == 25
-
-
 def test_other_npy_files_are_left_to_others(tmp_path):
     np.save(tmp_path / "a.npy", np.zeros((9, 24, 3)))
     assert read_poselib(tmp_path / "a.npy") is None
