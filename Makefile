@@ -7,7 +7,7 @@ export PYTHONDONTWRITEBYTECODE :=
 # Programs in tools/ import each other.
 export PYTHONSAFEPATH :=
 
-.PHONY: check arithmetic demo pictures docs evidence evidence-data notebooks test test-processors test-slow test-studies docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
+.PHONY: coverage check arithmetic demo pictures docs evidence evidence-data notebooks test test-processors test-slow test-studies docs-check lint setup extension extension-all release test-blender-5 test-window test-window-5.2 test-peers test-report
 
 # `make setup BLENDER=/path/to/blender`: the libraries for that Blender program's own Python instead.
 ifeq ($(origin BLENDER),command line)
@@ -39,6 +39,12 @@ arithmetic:
 BY_DAY = $(or $(TESTS),$(addprefix --ignore=,$(IN_BROWSER)) tests)
 test: setup lint
 	.venv/bin/python -m pytest -n 2 --dist worksteal -m "not slow" $(BY_DAY)
+
+# Which lines of the core the quick tests never run; `pip install coverage` first, as CI does.
+coverage: setup
+	PIP_CONSTRAINT=constraints.txt .venv/bin/python -m pip install --quiet coverage
+	.venv/bin/python -m coverage run --source blender_addon/w2w/core -m pytest -q -m "not slow and not later" tests/core --ignore=tests/core/adopt
+	.venv/bin/python -m coverage report --skip-covered --sort cover | tail -n 40
 
 # What compares bits, as on each kind of processor that this one can be: OpenBLAS rounds by its kind.
 test-processors: setup

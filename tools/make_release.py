@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import tarfile
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -41,7 +42,22 @@ def main(platforms: list[str]) -> None:
     files = sorted(RELEASE.iterdir())
     lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files]
     (RELEASE / "SHA256SUMS").write_text("".join(lines), encoding="utf-8")
-    print("".join(lines), end="")
+    print("".join(lines), *[f"open: {what}" for what in still_open()], sep="\n")
+
+
+def still_open() -> list[str]:
+    """What waits for a public address, which `[project.urls]` of pyproject.toml is the one place for."""
+    urls = tomllib.loads((PROJECT / "pyproject.toml").read_text("utf-8"))["project"].get("urls", {})
+    if not (address := urls.get("Repository")):
+        return [
+            "[project.urls] of pyproject.toml has no Repository: no address for issues, clone and citation"
+        ]
+    named = {"CITATION.cff": f'repository-code: "{address}"', "README.md": f"git clone {address}"}
+    return [
+        f"{file} lacks {line}"
+        for file, line in named.items()
+        if line not in (PROJECT / file).read_text("utf-8")
+    ]
 
 
 def make_packages() -> None:

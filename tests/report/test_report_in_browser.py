@@ -404,3 +404,34 @@ def test_the_sites_search_runs_from_a_folder(browser, tmp_path):
     browser.get(page.as_uri())
     ask = "const w = new Worker('double.js'); w.addEventListener('message', e => arguments[0](e.data));"
     assert browser.execute_async_script(f"{ask} w.postMessage(21);") == 42
+
+
+def test_the_answer_is_saved_as_a_picture_for_a_slide(page):
+    page.execute_script("HTMLAnchorElement.prototype.click = function () { window.saved = this.href; }")
+    find(page, "#save").click()
+    settle(page)
+    saved = page.execute_async_script(
+        "const done = arguments[0], wait = () => (window.saved ? done(window.saved) : setTimeout(wait, 50));"
+        "wait()"
+    )
+    shown = imread(io.BytesIO(base64.b64decode(saved.split(",")[1])))[..., :3]
+    assert shown.shape == (1080, 1920, 3)
+    told, body = shown[:, :950], shown[60:920, 980:1860]
+    assert (told.min(axis=2) < 0.3).mean() > 0.01  # words
+    assert ((body.max(axis=2) - body.min(axis=2)) > 0.2).mean() > 0.05  # the body's colours
+
+
+def test_paper_has_the_legend_and_shows_what_is_folded(page):
+    made = page.execute_cdp_cmd("Page.printToPDF", {"printBackground": False})["data"]
+    pages = pdfium.PdfDocument(base64.b64decode(made))
+    words = [sheet.get_textpage().get_text_bounded() for sheet in pages]
+    assert "Expected F1" in words[0]
+    assert "Activity by activity" not in words[0]  # the answer has a page of its own
+    assert any("Everything here is simulated" in part for part in words)
+    assert not page.find_elements("css selector", ".folded details[open]")
+
+
+def test_a_phone_has_the_legend(page):
+    page.set_window_size(420, 900)
+    settle(page)
+    assert find(page, ".unit").is_displayed()

@@ -10,11 +10,15 @@ from PIL import Image
 
 from ..core.body.body import Body
 from ..core.colours import Scale
+from ..core.motion.skinning import triangle_frames
 from ..core.study.results import StudyResults
 from ..drawing.body import BodyPictures, common_crop, size_for
 
 PIXELS = 560
 """Height of the body."""
+
+ARROW = 0.17
+"""Length of the arrow along a sensor's x axis, metres; a disc hides the first third."""
 
 COLOURS = 160
 """Palette size; makes the PNG three times smaller."""
@@ -31,12 +35,15 @@ def still_picture(study: StudyResults, body: Body, first: list[int], together: l
     stream = io.BytesIO()
     Image.fromarray(both).quantize(COLOURS, Image.Quantize.FASTOCTREE).save(stream, "PNG", optimize=True)
 
-    def marks(chosen: list[int]) -> list[tuple[float, float, int]]:
+    def marks(chosen: list[int]) -> list[tuple[float, ...]]:
+        """Where each sensor is drawn, and the tip of its arrow: x, y, x, y."""
         places = patches.vertices[chosen]
-        located = pictures.locate(body.vertices[places], body.vertex_normals[places])
+        arrows = triangle_frames(body.vertices[patches.triangles[chosen]])[:, :3, 0]
+        ends = [body.vertices[places], body.vertices[places] + ARROW * arrows]
+        both = zip(*(pictures.locate(end, body.vertex_normals[places]) for end in ends), strict=True)
         return [
-            (round(view * (right - left) + x - left, 1), round(y - top, 1), number)
-            for number, (view, x, y) in enumerate(located, start=1)
+            tuple(round(n, 1) for view, x, y in pair for n in (view * (right - left) + x - left, y - top))
+            for pair in both
         ]
 
     named = ", ".join(f"{number}: {patches.names[patch]}" for number, patch in enumerate(first, start=1))

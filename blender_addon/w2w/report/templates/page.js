@@ -258,7 +258,7 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
   // The body turns; else front and back stand still in its place.
   function live(turns) {
     document.querySelector(".stage").classList.toggle("live", turns);
-    for (const element of [find("view"), find("look"), document.querySelector(".turns")]) element.hidden = !turns;
+    for (const element of [find("view"), find("look"), ...document.querySelectorAll(".turns button:not(#save)")]) element.hidden = !turns;
   }
 
   // F1 of products and regions by name, best first; a word that means nothing is said.
@@ -276,7 +276,65 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
     }));
   }
 
+  // The answer as a picture for a slide: the sentence, the body as it is turned, three products as bars.
+  async function savePicture() {
+    const sheet = make("canvas", "", { width: 1920, height: 1080 }), brush = sheet.getContext("2d");
+    const still = document.querySelector("#body-still image"), body = new Image(), family = getComputedStyle(document.body).fontFamily;
+    const write = (words, x, y, font, colour = "#1b2430") => { brush.font = `${font} ${family}`; brush.fillStyle = colour; brush.fillText(words, x, y); };
+    const live = !find("view").hidden, stage = live ? find("view") : body;
+    body.src = still.getAttribute("href");
+    await body.decode();
+    brush.fillStyle = "#ffffff";
+    brush.fillRect(0, 0, 1920, 1080);
+    let line = "", y = 190;
+    brush.font = `bold 60px ${family}`;
+    for (const word of `${document.querySelector("h1").textContent} `.split(" ")) {
+      if (word && brush.measureText(`${line} ${word}`).width < 820) { line = `${line} ${word}`.trim(); continue; }
+      write(line, 90, y, "bold 60px");
+      [line, y] = [word, y + 76];
+    }
+    for (const product of [...document.querySelectorAll(".choices li")].slice(0, 3)) {
+      const words = (part) => product.querySelector(part).textContent.trim().replace(/\s+/g, " ");
+      const f1 = parseFloat(product.querySelector(".fill").style.width) / 100;
+      y += 130;
+      write(words(".go").replace(/^\d+ /, ""), 90, y - 44, "bold 34px");
+      write(words(".against"), 440, y - 44, "28px", "#4a5563");
+      brush.fillStyle = "#d9dee5";
+      brush.fillRect(90, y - 24, 620, 30);
+      brush.fillStyle = "#1a5598";
+      brush.fillRect(90, y - 24, 620 * f1, 30);
+      write(words(".n b"), 725, y + 3, "bold 34px");
+      write(words(".n .interval"), 825, y + 3, "24px", "#4a5563");
+    }
+    const [width, height] = live ? [stage.clientWidth, stage.clientHeight] : [body.naturalWidth, body.naturalHeight];
+    const scale = Math.min(880 / width, 860 / height), left = 980 + (880 - scale * width) / 2;
+    brush.drawImage(stage, left, 60, scale * width, scale * height);
+    const discs = live ? marks() : [...document.querySelectorAll(".stage .still circle")].map((disc, n) => (
+      { x: disc.getAttribute("cx"), y: disc.getAttribute("cy"), label: String(n + 1) }));
+    for (const { x, y: down, label, hidden } of discs.reverse()) {
+      if (hidden || !label) continue;
+      brush.beginPath();
+      brush.arc(left + scale * x, 60 + scale * down, 18, 0, 2 * Math.PI);
+      brush.fillStyle = "#ffffff";
+      brush.fill();
+      brush.stroke();
+      write(label, left + scale * x - 8, 60 + scale * down + 8, "bold 22px");
+    }
+    brush.imageSmoothingEnabled = false;
+    brush.drawImage(find("bar"), 1170, 960, 440, 20);
+    write(live ? find("bar-low").textContent : still.dataset.low, 1095, 980, "26px");
+    write(`${live ? find("bar-high").textContent : still.dataset.high}  ${live ? find("scored").textContent : scored.expected}`, 1630, 980, "26px");
+    make("a", "", { href: sheet.toDataURL("image/png"), download: "where_to_wear.png" }).click();
+  }
+
+  // Paper shows what is folded on the screen.
+  const folded = () => document.querySelectorAll(".panel details:not([open])");
+  addEventListener("beforeprint", () => folded().forEach((part) => { part.open = part.dataset.printed = true; }));
+  addEventListener("afterprint", () => document.querySelectorAll("[data-printed]").forEach((part) => { part.open = false; delete part.dataset.printed; }));
+
   controls();
+  document.querySelector(".turns").hidden = false;
+  find("save").addEventListener("click", savePicture);
   find("compare").hidden = false;
   find("compare").addEventListener("submit", compare);
   try {

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One name of the authors everywhere, our own citation, and a list of what waits for an address."""
+
+import re
+import sys
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+NAME = "The W2W authors"
+
+
+def text(name):
+    return (ROOT / name).read_text(encoding="utf-8")
+
+
+def test_authors_have_one_name():
+    manifest = tomllib.loads(text("blender_manifest.toml"))
+    named = [
+        tomllib.loads(text(f"{part}pyproject.toml"))["project"]["authors"]
+        for part in ("", "packages/studies/")
+    ]
+    assert named == [[{"name": NAME}]] * 2
+    assert manifest["maintainer"] == NAME
+    assert re.findall(r'name: "?(The W2W \w+)', text("CITATION.cff") + text("paper/paper.md")) == [NAME] * 3
+
+
+def test_we_ask_to_cite_this_software_of_this_version():
+    cited, version = text("CITATION.cff"), tomllib.loads(text("blender_manifest.toml"))["version"]
+    preferred = cited[cited.index("preferred-citation:") : cited.index("references:")]
+    assert "type: software" in preferred
+    assert cited.count(f"version: {version}\n") == 2
+    assert re.search(r"^date-released: \d{4}-\d\d-\d\d$", cited, re.M)
+
+
+def test_what_waits_for_an_address_is_said(monkeypatch):
+    monkeypatch.setattr(sys, "path", [str(ROOT / "tools"), *sys.path])
+    import make_release
+
+    urls = tomllib.loads(text("pyproject.toml"))["project"].get("urls")
+    assert bool(make_release.still_open()) == (urls is None)
