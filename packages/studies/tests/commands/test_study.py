@@ -151,7 +151,8 @@ def test_named_activities_are_taken_and_the_missing_named(made_study, tmp_path):
 
 
 def test_the_study_has_every_option_of_a_run():
-    commands = typer.main.get_command(APP).commands
+    group = typer.main.get_command(APP)
+    commands = {name: group.get_command(None, name) for name in ("run", "study")}
     run = {option for parameter in commands["run"].params for option in parameter.opts}
     study = {option for parameter in commands["study"].commands["mixamo"].params for option in parameter.opts}
     assert run - study == {"--leave-out", "--shard", "--config"}
