@@ -14,10 +14,10 @@ from sklearn.neighbors import KNeighborsClassifier
 import w2w
 from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.naming import place
-from w2w.core.ranking.weights import counted_columns, mean_over
+from w2w.core.ranking.weights import mean_over
 from w2w.core.selection.headline import short
 from w2w_studies.paper.joint_test import multi_sensor_check
-from w2w_studies.paper.subsets import exact_subset, greedy_subset
+from w2w_studies.paper.subsets import counted_columns, exact_subset, greedy_subset
 
 from ..clip_lists import skipped_clips
 from ..command_line import cli

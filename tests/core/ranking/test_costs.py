@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from w2w.core.ranking.costs import Cost, cost, gain, is_as_good
+from w2w.core.ranking.costs import MOMENT, Cost, cost, gain, is_as_good
 from w2w.core.ranking.expected import expect
 from w2w.core.ranking.halves import plan
 from w2w.core.ranking.pooling import Pooling
@@ -110,9 +110,9 @@ def test_a_large_lead_can_be_counted_on_and_a_small_one_hardly():
     utility = scored(SimpleNamespace(**{**vars(found), "expected_mean": expected}))
     large, small = gain(utility, [0], [2]), gain(utility, [1], [2])
     assert large.expected == pytest.approx(0.6, abs=0.01)
-    assert large.shown
+    assert large.low > MOMENT
     assert 0 < small.expected < 0.0099
-    assert not small.shown
+    assert small.low < 0
     assert gain(utility, [2], [2]) == (0, 0, 0)
     people = gain(scored(SimpleNamespace(**{**vars(found), "expected_mean": expected}), True), [1], [2])
     assert people.expected < small.expected

@@ -10,7 +10,6 @@ from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.ranking.weights import (
     check_counting,
-    counted_columns,
     counting,
     known_mean,
     mean_over,
@@ -20,6 +19,7 @@ from w2w.core.selection.headline import mean_sentence, mean_title
 from w2w.core.selection.scored import best_single
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import LabelledClip, WindowLabels
+from w2w_studies.paper.subsets import counted_columns
 from w2w_studies.placements.comparison import compare_patches
 from w2w_studies.placements.score_table import score_table
 

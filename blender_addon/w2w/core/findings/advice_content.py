@@ -135,7 +135,6 @@ def cost_content(cost: Cost) -> dict[str, Any]:
         "costs": round(cost.expected, 2),
         "costs_interval": [round(cost.low, 2), round(cost.high, 2)],
         "as_good": cost.as_good,
-        "may_do_as_well": cost.may,
         "verdict": cost.verdict(),
     }
 

@@ -56,19 +56,6 @@ class Cost(NamedTuple):
         return IS_AS_GOOD if self.as_good else MAY_COST if self.may else ""
 
 
-class Gain(NamedTuple):
-    """F1 on other clips that a place can be counted on to gain over another that was not chosen by them."""
-
-    expected: float
-    low: float
-    high: float
-
-    @property
-    def shown(self) -> bool:
-        """Whether it is a moment of ten or more, and its interval is above zero."""
-        return bool(as_shown(self.expected) >= MOMENT and self.low > 0)
-
-
 def as_shown(f1: Any) -> Any:
     """F1, or differences of it, by the two digits that are shown: what is not shown decides nothing."""
     return np.round(f1, 2)
@@ -95,14 +82,14 @@ def cost(utility: UtilityMap, base: Sequence[int], place: Sequence[int]) -> Cost
     return judged(float(here - there), _reach(utility, base, place))
 
 
-def gain(utility: UtilityMap, place: Sequence[int], other: Sequence[int]) -> Gain:
-    """What a place chosen by these clips gains over another: its lead, less the luck that is in it."""
+def gain(utility: UtilityMap, place: Sequence[int], other: Sequence[int]) -> Cost:
+    """What another place costs against one chosen by these clips: the lead, less the luck that is in it."""
     here, there = list(place), list(other)
     lead = float(utility.expected_mean[here].mean() - utility.expected_mean[there].mean())
     reach = _reach(utility, here, there)
     error = reach / scipy.special.ndtri((1 + utility.level) / 2)
     counted = lead**3 / (lead**2 + error**2) if lead else 0.0
-    return Gain(counted, max(counted - reach, -1.0), min(counted + reach, 1.0))
+    return judged(counted, reach)
 
 
 def _reach(utility: UtilityMap, base: list[int], place: list[int]) -> float:

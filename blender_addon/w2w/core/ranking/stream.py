@@ -151,7 +151,10 @@ class Stream:
         found = self.expected(self.spots[:1], ExpectedF1(*utility.expected))
         by_activity = np.clip(utility.expected_f1 - self.lost, 0, 1)
         posture = np.full_like(by_activity, np.nan)
-        posture[self.spots] = np.clip(by_activity[self.spots] - self.moving, 0, 1)
+        alone = [(spot,) for spot in self.spots]
+        whole = np.array([found.orders.mean(axis=0) for found in self.f1(alone)])
+        moving = whole - self._by_order(alone, GRAVITY).mean(axis=1)
+        posture[self.spots] = np.clip(by_activity[self.spots] - moving, 0, 1)
         mean, low, high, f1, posture = (
             np.asarray(values, dtype=np.float32) for values in (*found, by_activity, posture)
         )
@@ -159,13 +162,6 @@ class Stream:
             utility, expected_f1=f1, expected_mean=mean, expected_low=low, expected_high=high,
             lost=self.lost, posture=posture,
         )  # fmt: skip
-
-    @property
-    def moving(self) -> np.ndarray:
-        """F1 that the spots lose if windows have the direction of gravity alone, shape (spots, A)."""
-        alone = [(spot,) for spot in self.spots]
-        whole = [found.orders.mean(axis=0) for found in self.f1(alone)]
-        return np.array(whole) - self._by_order(alone, GRAVITY).mean(axis=1)
 
     def _try(self, sets: Sequence[Sequence[int]]) -> list[StreamF1]:
         """Train and test sets of patches that are described."""

@@ -63,18 +63,6 @@ def known_mean(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
         return (np.where(known, values, 0) * weights).sum(axis=-1) / (known * weights).sum(axis=-1)
 
 
-def counted_columns(f1: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Scores (N, A) without the activities that do not count, the others scaled by their weights.
-
-    The plain mean over columns is then the weighted mean, and so is that of the maxima over patches: choosing
-    sets by plain means is choosing by the weights.
-    """
-    if alike(weights):
-        return f1
-    counted = np.flatnonzero(weights)
-    return f1[:, counted] * (weights[counted] / weights[counted].mean())
-
-
 def check_counting(
     activities: Iterable[str], background: Sequence[str], weights: Sequence[tuple[str, float]]
 ) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..patches.body_parts import PRODUCTS, great_part, side_of
-from ..ranking.costs import Gain, gain
+from ..ranking.costs import MOMENT, Cost, as_shown, gain
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap
@@ -66,7 +66,7 @@ class Answer(InShort):
     caution: str  # in place of the interval, if there are too few clips for one
     differs: bool  # some places may be better than others; else all are shown to do alike
     habit: PlaceScore | None  # what people wear anyway; None if it may not be worn here
-    gain: Gain | None  # what can be counted on over the habit; None without one
+    gain: Cost | None  # what can be counted on over the habit; None without one
     more: str  # what would tell most, if the clips are few
     base: PlaceScore  # the place that all costs are against
     posture: float  # F1 by the direction of gravity alone; NaN if it is not known
@@ -99,7 +99,8 @@ class Answer(InShort):
     @property
     def gain_shown(self) -> bool:
         """Whether it is shown to do better than the habit, by enough clips."""
-        return not self.keeps and not self.more and self.gain is not None and self.gain.shown
+        said = not self.keeps and not self.more and self.gain
+        return bool(said and as_shown(said.expected) >= MOMENT and said.low > 0)
 
     def _wear(self) -> str:
         """What to wear, against the habit."""
@@ -111,7 +112,7 @@ class Answer(InShort):
             return f"{start or f'Keep {named}'}: nothing tried is shown to do better here."
         if start:
             return f"{start}: it may do better than {habit}."
-        if not self.gain.shown:
+        if not self.gain_shown:
             return f"{capital(self.where)} may do better than {habit}; these clips cannot show by how much."
         there = tenths(self.habit.expected)
         right = f"it tells {moments(self.f1, interval=False)}, where {habit} tells {there}"

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from w2w.core.ranking.weights import counted_columns
 from w2w.core.selection.constraints import Terms
 from w2w.core.selection.promise import Choose, Promises, random_sets
 from w2w.core.selection.set_tests import Tests
 
-from .subsets import Subset, exact_order, greedy_order
+from .subsets import Subset, counted_columns, exact_order, greedy_order
 
 FEW_SENSORS = 6
 """Sensors up to which all random sets are tried, with every number of sensors."""

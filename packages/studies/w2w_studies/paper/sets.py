@@ -7,7 +7,6 @@ from typing import Any
 from w2w.core.files import DIGITS
 from w2w.core.findings.advice_content import expected_content, patch_content
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.ranking.weights import counted_columns
 from w2w.core.selection.constraints import fewest
 from w2w.core.study.choosing import prepared_tests
 from w2w.core.study.config import StudyConfig
@@ -16,7 +15,7 @@ from w2w.core.wording import count
 
 from .joint_test import joint_content, sensors_together, together_content
 from .promised import LargePromises, exact_by_half, greedy_by_half, promised
-from .subsets import ROUNDING, Subset, exact_subset, greedy_subset
+from .subsets import ROUNDING, Subset, counted_columns, exact_subset, greedy_subset
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from w2w.core.ranking.weights import alike
 from w2w.core.selection.constraints import Terms
 from w2w.core.selection.promise import Promise
 
@@ -22,6 +23,18 @@ TIE = 1e-9
 
 SOLVER_S = 10.0
 """Seconds that the solver may take for each programme."""
+
+
+def counted_columns(f1: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Scores (N, A) without the activities that do not count, the others scaled by their weights.
+
+    The plain mean over columns is then the weighted mean, and so is that of the maxima over patches: choosing
+    sets by plain means is choosing by the weights.
+    """
+    if alike(weights):
+        return f1
+    counted = np.flatnonzero(weights)
+    return f1[:, counted] * (weights[counted] / weights[counted].mean())
 
 
 @dataclass(frozen=True)
