@@ -125,8 +125,9 @@ def compare_and_show(driver: Driver) -> Script:
     with driver.in_view():
         bpy.ops.w2w.export_presentation(filepath=str(OUT / "pictures" / "5_presentation.png"))
     yield from idle(driver)
+    yield from driver.until(lambda: len(bpy.context.window_manager.windows) > 1, 60)
+    yield from driver.turns(30)
     report["windows"] = [window.screen.areas[0].type for window in bpy.context.window_manager.windows]
-    yield from driver.turns(20)
     driver.photograph("5_opened")
     with driver.in_view():
         bpy.ops.w2w.export_presentation(
@@ -134,6 +135,8 @@ def compare_and_show(driver: Driver) -> Script:
             pose="THIS_FRAME", seen="THIS_VIEW", content="BODY_ALONE", shape="SQUARE", light="FLAT",
         )  # fmt: skip
     yield from idle(driver)
+    yield from driver.until(lambda: len(bpy.context.window_manager.windows) > 2, 60)
+    yield from driver.turns(30)
     for window in bpy.context.window_manager.windows[1:]:
         with bpy.context.temp_override(window=window):
             bpy.ops.wm.window_close()

@@ -2,6 +2,7 @@
 """Picture: the body with its map as Blender renders it, for a slide; it opens when it is done."""
 
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -84,7 +85,7 @@ def picture_steps(mesh: bpy.types.Object, path: Path, look: Look) -> Steps:
             save_shaped(path, Image.fromarray(alone), look.shape, "#ffffff00")
 
     yield from in_thread(draw, f"drawing {path.name}", 0.8, 1.0)
-    open_picture(path)
+    open_soon(path)
     return f"Saved the picture: {path}"
 
 
@@ -107,20 +108,25 @@ def save_shaped(path: Path, picture: Image.Image, shape: str, around: str) -> No
         whole.save(stream, format="png")
 
 
-def open_picture(path: Path) -> None:
-    """Show a picture in a window of its own."""
-    if bpy.app.background:
-        return
+def open_soon(path: Path) -> None:
+    """Show a picture in a window of its own, once the job is over: a new window takes its context."""
+    if not bpy.app.background:
+        bpy.app.timers.register(partial(_open, path), first_interval=DRAWN_AFTER)
+
+
+def _open(path: Path) -> None:
+    windows = bpy.context.window_manager.windows
     image = bpy.data.images.load(str(path), check_existing=True)
     image.reload()
-    bpy.ops.wm.window_new()
-    window = bpy.context.window_manager.windows[-1]
+    with bpy.context.temp_override(window=windows[0]):
+        bpy.ops.wm.window_new()
+    window = windows[-1]
     area = window.screen.areas[0]
     area.type = "IMAGE_EDITOR"
     area.spaces.active.image = image
 
     def show_whole() -> None:
-        if window in bpy.context.window_manager.windows[:]:
+        if window in windows[:]:
             region = next(each for each in area.regions if each.type == "WINDOW")
             with bpy.context.temp_override(window=window, area=area, region=region):
                 bpy.ops.image.view_all(fit_view=True)

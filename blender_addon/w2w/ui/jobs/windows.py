@@ -84,7 +84,8 @@ class W2W_OT_run_job(bpy.types.Operator):
 
     def leave(self, context: bpy.types.Context) -> None:
         """Stop this window's timer."""
-        context.window_manager.event_timer_remove(self.job.windows.pop(self.window))
+        if timer := self.job.windows.pop(self.window, None):  # a later window may have its address
+            context.window_manager.event_timer_remove(timer)
 
     def show(self, context: bpy.types.Context) -> None:
         """Progress in the status bars and, by a redraw, in the panel; what else there is to see stays."""

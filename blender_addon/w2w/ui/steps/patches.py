@@ -114,7 +114,7 @@ class W2W_OT_clear_pick(operators.OnBody, bpy.types.Operator):
         return "" if body.w2w.picked >= 0 else "No spot is looked at"
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
-        body.w2w.picked = body.w2w.compared = -1
+        body.w2w.picked = body.w2w.compared = body.w2w.picked_vertex = -1
         select_only(context, body)
 
 
@@ -126,7 +126,7 @@ def close_card(context: bpy.types.Context, event: bpy.types.Event) -> bool:
         if corner.holds(*mouse):
             if patch == study.picked:
                 study.picked = study.compared
-            study.compared = -1
+            study.compared = study.picked_vertex = -1
             select(item for item in context.selected_objects if item.get(PATCH, patch) != patch)
     return bool(hit)
 
