@@ -20,9 +20,10 @@ LIBRARIES = (
 )  # fmt: skip
 """Import names of the libraries bundled with the extension; a test keeps the list in step."""
 
+NONE_FOR_THIS = "" if sys.version_info[:2] in ((3, 11), (3, 13)) else ", for there is none for this Python"
 NOT_INSTALLED = (
-    "Blender's Python module, bpy, is not installed. In W2W's folder run 'make setup', which makes .venv, "
-    "or, in an environment of your own (Python 3.11): pip install '.[blender]'"
+    f"Blender's Python module, bpy, is not installed{NONE_FOR_THIS}. In W2W's folder run 'make setup', which "
+    "makes .venv, or, in an environment of your own (Python 3.11 or 3.13): pip install '.[blender]'"
 )
 
 
