@@ -41,11 +41,11 @@ class Format:
     """A kind of motion files.
 
     `read` is None for those that Blender's importers read. `up` is the usual axis, None where the file says
-    it; of a kind that `asks_up` a library may have to say it; and `rests` says whether its files hold a rest
-    pose. `holds` tells by its content whether a file is of this kind, `beside` finds a second file that is
-    read, and `people` says that there may be several in one. `taken_rate` is why a rate is taken where files
-    name none. `is_risky` files are read in a worker only: a damaged one may crash or hang its reader, or
-    unpack to anything. Another `version` has signals made anew.
+    it; of a kind that `asks_up` a library may have to say it. `holds` tells by its content whether a file is
+    of this kind, `beside` finds a second file that is read, and `people` says that there may be several in
+    one. `taken_rate` is why a rate is taken where files name none. `is_risky` files are read in a worker
+    only: a damaged one may crash or hang its reader, or unpack to anything. Another `version` has signals
+    made anew.
     """
 
     name: str
@@ -53,7 +53,6 @@ class Format:
     read: Read | None = None
     up: Up | None = None
     asks_up: bool = False
-    rests: bool = True
     holds: Callable[[Path], bool] | None = None
     beside: Callable[[Path], Path | None] | None = None
     people: bool = False
@@ -68,10 +67,10 @@ TABLES = (".csv", ".json")
 
 JOINTS = Format(
     "joints", (".npz", ".npy", ".trc", *TABLES), lambda path, pose, ups, _: read_joints(path, pose, ups),
-    asks_up=True, rests=False, holds=is_joint_file, beside=side_car, people=True,
+    asks_up=True, holds=is_joint_file, beside=side_car, people=True,
 )  # fmt: skip
 POSES = replace(
-    JOINTS, name="SMPL", suffixes=(".npz", ".npy", ".json"), rests=True, holds=None,
+    JOINTS, name="SMPL", suffixes=(".npz", ".npy", ".json"), holds=None,
     read=lambda path, pose, ups, _: read_amass(path, pose.rate, pose.up or up_beside(path), ups, pose.person),
 )  # fmt: skip
 
