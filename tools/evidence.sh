@@ -22,14 +22,14 @@ halves() {
   python - "$@" <<'PY'
 import sys
 
-def cells(row): return [cell.strip() for cell in row.split("|")[1:-1]]
-
 wanted = sys.argv[1:]
 print("| library, halved |", " | ".join(wanted), "|")
 print("|---" * (1 + len(wanted)) + "|")
 for file, name in (("hdm05", "HDM05 by clip"), ("hdm05 --by-subject", "HDM05 by performer")):
-    heads, _, means = (cells(row) for row in open(f"halves {file}.txt") if row[0] == "|")
-    found = dict(zip(heads, means))
+    cells = [" ".join(cell.split()) for cell in open(f"halves {file}.txt").read().split("|")[1:]]
+    cells = [cell for cell in cells if cell]  # lines are broken where a console ends
+    size = cells.index("---")
+    found = dict(zip(cells[:size], cells[2 * size :]))
     print("|", name, "|", " | ".join(found[one] for one in wanted), "|")
 PY
 }
