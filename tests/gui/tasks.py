@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What people come for, task after task, from Blender's own first scene: run by `test_tasks.py`.
+
+Environment: W2W_ZIP the extension, W2W_CLIPS a folder of motions, W2W_SCALE the scale of the interface,
+W2W_OUT where the report and pictures go.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).parent))
+from driver import MIDDLE, Driver, Script
+from panel import OUT, idle, install, module, open_tab, play, report, study, to_page
+
+CLIPS = Path(os.environ["W2W_CLIPS"])
+SCALE = float(os.environ["W2W_SCALE"])
+CHEST = 0.73
+"""Height of a spot on the body, in its heights."""
+
+
+def spot(driver: Driver) -> tuple[int, int]:
+    """Where the middle of the chest is in the window."""
+    low, high = module("viewport.framing").extent([bpy.context.scene.w2w.body])
+    return driver.on_screen(((low[0] + high[0]) / 2, low[1], low[2] + CHEST * (high[2] - low[2])))
+
+
+def body_s_share(driver: Driver) -> float:
+    """Height of the body in the view, in the view's heights."""
+    area, body = driver.area, bpy.context.scene.w2w.body
+    with driver.in_view():
+        seen = module("viewport.places").seen(bpy.context, [body])
+    free = module("viewport.framing").free_area(area, driver.region("WINDOW"))
+    return float((seen[:, 1].max() - seen[:, 1].min()) / (free.top - free.bottom))
+
+
+def cover(driver: Driver) -> list[int]:
+    """How many points of the body each card covers that the view shows."""
+    body, region = bpy.context.scene.w2w.body, driver.region("WINDOW")
+    with driver.in_view():
+        seen = module("viewport.places").seen(bpy.context, [body])
+    cards = module("viewport.overlay").cards_at.get(region.as_pointer(), [])
+    return [int(sum(box.holds(*point) for point in seen)) for _, box, _ in cards]
+
+
+def try_the_example(driver: Driver) -> Script:
+    """One click after installation gives the first map."""
+    bpy.context.preferences.view.ui_scale = SCALE
+    install()
+    yield from open_tab(driver)
+    yield from driver.look("1_empty")
+    yield from driver.press("w2w.try_examples")
+    yield from idle(driver)
+    yield from driver.turns(30)
+    yield from driver.look("1_map")
+    answer = module("study.lists").answer_of(study())
+    report["example"] = {"clips": len(study().clips), "patch": answer["patch"], "share": body_s_share(driver)}
+
+
+def see_a_signal(driver: Driver) -> Script:
+    """Preview a clip, click the body: its card has plots, and covers nothing of it."""
+    yield from to_page(driver, "Clips")
+    yield from driver.press("w2w.preview_clip")
+    yield from driver.turns(10)
+    yield from driver.key("ESC")
+    yield from driver.click(*spot(driver))
+    yield from driver.turns(10)
+    yield from driver.look("2_signal")
+    report["card"] = {"picked": study().picked, "covers": cover(driver)}
+    ((_, _, corner),) = module("viewport.overlay").cards_at[driver.region("WINDOW").as_pointer()]
+    region = driver.region("WINDOW")
+    x, y = (corner.left + corner.right) / 2, (corner.bottom + corner.top) / 2
+    yield from driver.click(region.x + round(x), region.y + round(y))
+    yield from driver.turns(5)
+    report["card"]["closed"] = study().picked
+
+
+def find_the_best_watch_place(driver: Driver) -> Script:
+    """Compare what is worn at a wrist, and a word that nobody knows."""
+    yield from to_page(driver, "Answer")
+    yield from driver.fill_in("w2w.compare", "watch, tail, ring")
+    yield from driver.turns(20)
+    yield from driver.look("3_compared")
+    found, unknown = module("study.lists").comparison_of(study())
+    report["compared"] = [sorted({row["name"] for row in found}), unknown]
+
+
+def forbid_the_head(driver: Driver) -> Script:
+    """Forbid it: the answer is elsewhere."""
+    with driver.in_view():
+        bpy.ops.w2w.add_wish(kind="FORBID", place="head")
+    yield from driver.turns(10)
+    patch = module("study.lists").answer_of(study())["patch"]
+    report["forbidden"] = module("study.state").patches_of(bpy.context.scene.w2w.body).regions[patch]
+    yield from driver.look("4_forbidden")
+
+
+def save_a_picture(driver: Driver) -> Script:
+    """Press Picture, take the name that is offered: the file is there, and opens."""
+    yield from to_page(driver, "Answer")
+    yield from driver.press("w2w.export_presentation")
+    yield from driver.choose_folder(OUT / "pictures", "5_picture.png")
+    yield from idle(driver)
+    windows = bpy.context.window_manager.windows
+    yield from driver.until(lambda: len(windows) > 1, 60)
+    yield from driver.turns(60)
+    driver.photograph("5_opened")
+    report["picture"] = [
+        (OUT / "pictures" / "5_picture.png").is_file(),
+        windows[-1].screen.areas[0].type,
+    ]
+    with bpy.context.temp_override(window=windows[-1]):
+        bpy.ops.wm.window_close()
+    yield from driver.turns(10)
+
+
+def mend_a_label(driver: Driver) -> Script:
+    """Type another activity for the first clip: the answer says that it is out of date."""
+    yield from to_page(driver, "Clips")
+    with driver.in_view():
+        bpy.ops.w2w.tick_clips(which="NONE")
+        bpy.ops.w2w.relabel_clips(activity="mended")
+    yield from driver.turns(10)
+    yield from driver.look("6_label")
+    report["mended"] = [
+        study().clips[study().clip_index].activity,
+        module("study.state").outdated(bpy.context.scene.w2w.body),
+    ]
+    yield from driver.key("Z", ctrl=True)
+    yield from driver.turns(10)
+
+
+def reopen(driver: Driver) -> Script:
+    """Save, open another file, open it again: the answer is there."""
+    before = module("study.lists").answer_of(study())["sentence"]
+    with bpy.context.temp_override(window=driver.window):
+        bpy.ops.wm.save_as_mainfile(filepath=str(OUT / "mine.blend"))
+        bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=False)
+    yield from driver.turns(20)
+    with bpy.context.temp_override(window=driver.window):
+        bpy.ops.wm.open_mainfile(filepath=str(OUT / "mine.blend"))
+    yield from driver.turns(60)
+    yield from open_tab(driver)
+    yield from driver.look("7_reopened")
+    after = module("study.lists").answer_of(study())["sentence"]
+    report["reopened"] = [module("study.pages").shown_page(), before == after]
+
+
+def add_own_clips(driver: Driver) -> Script:
+    """In a new scene: the second button, one click on the folder in the file browser, Return, Run All."""
+    with bpy.context.temp_override(window=driver.window):
+        bpy.ops.scene.new(type="NEW")
+    yield from driver.turns(20)
+    yield from driver.look("8_new_scene")
+    yield from driver.press("w2w.import_folder", MIDDLE)
+    yield from driver.choose_folder(CLIPS)
+    yield from driver.turns(30)
+    yield from driver.look("8_labels")
+    yield from driver.key("RET")
+    yield from idle(driver)
+    yield from driver.look("8_clips")
+    report["own"] = len(study().clips)
+    yield from driver.scroll_sidebar_to_top()
+    yield from driver.press("w2w.run_all")
+    yield from idle(driver)
+    yield from driver.turns(20)
+    yield from driver.look("8_map")
+    report["own_patch"] = module("study.lists").answer_of(study()).get("patch")
+
+
+play(
+    try_the_example,
+    see_a_signal,
+    find_the_best_watch_place,
+    forbid_the_head,
+    save_a_picture,
+    mend_a_label,
+    reopen,
+    add_own_clips,
+)
