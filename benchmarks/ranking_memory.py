@@ -32,7 +32,7 @@ from w2w.core.ranking.utility import utility_map
 from w2w.core.selection.joint import GrownSet
 from w2w.core.study.clip_files import NO_SIGNATURE, ClipWindows, Signatures
 from w2w.core.study.config import StudyConfig
-from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motions, set_tests
+from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motions, set_tests_of
 from w2w.core.windows.features import feature_names
 from w2w.core.windows.inputs import FeatureFiles
 from w2w.headless.runs.cluster import spread_over
@@ -127,7 +127,7 @@ def _rank(choice: argparse.Namespace) -> None:
     spread = spread_over(choice.scheduler) or spread_here(multiprocessing.cpu_count(), n_clips * windows)
     utility = utility_map(files, labels.protocol(config), spread=spread)
     if choice.sets:
-        tests = set_tests(files, labels, config, Pooling.none(files.shape[1]))
+        tests = set_tests_of(files, labels, config, Pooling.none(files.shape[1]))
         GrownSet(tests.whole, checked_terms(len(utility.mean), 2), utility.expected_mean).up_to(2)
     print(*_used(), *_used(resource.RUSAGE_CHILDREN))
 

@@ -24,7 +24,7 @@ from w2w.core.ranking.joint_scores import JointScores
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.joint import LARGEST_SET, GrownSet, choose_together
-from w2w.core.study.ranking import set_tests
+from w2w.core.study.ranking import set_tests_of
 from w2w.core.study.results import StudyResults
 
 BASELINE_CANDIDATES = 4
@@ -67,7 +67,7 @@ def main() -> None:
     inputs = study.inputs("ridge")
 
     def prepared() -> object:
-        return set_tests(inputs, labels, config, pooling, utility=utility)
+        return set_tests_of(inputs, labels, config, pooling, utility=utility)
 
     _, tests = timed("preparing", prepared)
     n_patches, n_windows = len(utility.mean), len(labels.activity)

@@ -7,7 +7,7 @@ import pytest
 
 from w2w.core.files import write_json, write_text
 from w2w.core.library.library import read_library, unique_names
-from w2w.core.wording import capital, free_name, name_bytes, plain_words, shown
+from w2w.core.wording import capital, clean, free_name, name_bytes, plain_words
 
 
 def test_only_the_first_letter_becomes_a_capital():
@@ -27,15 +27,15 @@ def test_a_free_name_takes_the_first_free_number():
 
 
 def test_names_that_are_text_stay_as_they_are():
-    assert shown("跑步/café.fbx") == "跑步/café.fbx"
+    assert clean("跑步/café.fbx") == "跑步/café.fbx"
     assert name_bytes("café") == "café".encode()
 
 
 @pytest.mark.skipif(os.name == "nt", reason="names are always text there")
 def test_other_bytes_are_spelt_out():
-    assert shown("caf\udce9.fbx") == "caf%E9.fbx"
+    assert clean("caf\udce9.fbx") == "caf%E9.fbx"
     in_the_c_locale = "café.fbx".encode().decode("ascii", "surrogateescape")
-    assert shown(in_the_c_locale) == "café.fbx"
+    assert clean(in_the_c_locale) == "café.fbx"
     assert unique_names([in_the_c_locale, "caf-.fbx"]) == unique_names(["café.fbx", "caf-.fbx"])
 
 

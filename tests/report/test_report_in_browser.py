@@ -18,7 +18,7 @@ from w2w.core.body.body import Body
 from w2w.core.colours import score_range
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.study.choosing import compared
+from w2w.core.study.choosing import compare_places
 from w2w.core.study.results import StudyResults
 from w2w.headless.commands.report import write_report
 from w2w.report.page import report_page
@@ -293,7 +293,7 @@ def test_products_and_regions_are_compared_by_name(page, drawn_results):
     assert {line.partition(":")[0] for line in lines} == {"smart watch", "pendant", "tail"}
     assert lines[-1].startswith("tail: nothing is called that; try watch, trouser pocket")
     study = StudyResults.load(drawn_results)
-    best = compared(study, ["smart watch"])[0]
+    best = compare_places(study, ["smart watch"])[0]
     told = next(line for line in lines if line.startswith("smart watch"))
     assert f"F1 {study.utility.expected_mean[best.patch]:.2f} (" in told
 

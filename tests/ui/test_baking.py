@@ -12,7 +12,7 @@ import pytest
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.study.config import StudyConfig
-from w2w.core.study.signals import record
+from w2w.core.study.signals import simulate
 from w2w.scene.base.actions import read_action
 from w2w.scene.base.body import armature_of, body_of
 from w2w.scene.base.patches import patch_empties
@@ -42,7 +42,7 @@ def test_baked_signals_are_those_of_core(library: Path) -> None:
     body = make_study(library, "motions patches signals")
     clip = body.w2w.clips[4]
     motion = read_action(armature_of(body), clip.action)
-    expected = record(body_of(body), patches_of(body), motion, config_of(body.w2w))
+    expected = simulate(body_of(body), patches_of(body), motion, config_of(body.w2w))
     assert_same_to_one_step(signal_cache.recording(clip), expected, config_of(body.w2w).sensor_model())
 
 

@@ -16,7 +16,7 @@ from w2w.core.imu.further import NOTHING, FurtherSensors
 from w2w.core.imu.recording import FURTHER, ImuRecording
 from w2w.core.study.clip_files import features_file
 from w2w.core.study.config import StudyConfig
-from w2w.core.study.signals import describe, record
+from w2w.core.study.signals import describe, simulate
 from w2w.headless.study_options import StudyOptions
 from w2w.scene.base.actions import read_action
 from w2w.scene.base.body import armature_of, body_of
@@ -46,7 +46,7 @@ def test_they_are_baked_exported_and_recognised_by_as_on_the_command_line(
     assert bpy.ops.w2w.bake_signals(which="TICKED") == {"FINISHED"}
     clip = study.clips[4]
     motion = read_action(armature_of(body), clip.action).labelled(clip.activity, clip.subject, clip.name)
-    expected = record(body_of(body), patches_of(body), motion, config_of(study))
+    expected = simulate(body_of(body), patches_of(body), motion, config_of(study))
     baked = signal_cache.recording(clip)
     assert_same_to_one_step(baked, expected, config_of(study).sensor_model())
     np.testing.assert_allclose(baked.magnetometer, expected.magnetometer, atol=1e-2)

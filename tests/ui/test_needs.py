@@ -7,7 +7,7 @@ import bpy
 import pytest
 
 from w2w.core.findings.advice_content import need_content
-from w2w.core.study.choosing import needed
+from w2w.core.study.choosing import find_needs
 from w2w.core.study.results import StudyResults
 from w2w.ui.panels.placement import W2W_PT_placement
 from w2w.ui.study.lists import advice_of
@@ -32,7 +32,7 @@ def test_the_card_says_what_the_command_says(library: Path, tmp_path: Path) -> N
         {**card, "needs": None} for card in before["cards"]
     ]
     assert bpy.ops.w2w.save_results(directory=str(tmp_path / "saved")) == {"FINISHED"}
-    found = [need_content(one) for one in needed(StudyResults.load(tmp_path / "saved"))]
+    found = [need_content(one) for one in find_needs(StudyResults.load(tmp_path / "saved"))]
     assert [card["needs"] for card in cards] == found
     assert StudyResults.load(tmp_path / "saved").cards == cards
     body.w2w.worn[0].is_open = True

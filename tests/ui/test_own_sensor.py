@@ -14,7 +14,7 @@ import pytest
 from w2w.core.imu.presets import preset, read_sensor
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.study.config import StudyConfig
-from w2w.core.study.signals import record
+from w2w.core.study.signals import simulate
 from w2w.headless.study_options import StudyOptions
 from w2w.scene.base.actions import read_action
 from w2w.scene.base.body import armature_of, body_of
@@ -53,10 +53,10 @@ def test_the_panels_part_gives_the_numbers_of_the_command_line(library: Path, tm
     assert bpy.ops.w2w.bake_signals(which="TICKED") == {"FINISHED"}
     clip = study.clips[4]
     motion = read_action(armature_of(body), clip.action)
-    expected = record(body_of(body), patches_of(body), motion, asked.config())
+    expected = simulate(body_of(body), patches_of(body), motion, asked.config())
     baked = signal_cache.recording(clip)
     assert_same_to_one_step(baked, expected, asked.config().sensor_model())
-    usual = record(body_of(body), patches_of(body), motion, config_of(study).__class__(patches=N_PATCHES))
+    usual = simulate(body_of(body), patches_of(body), motion, config_of(study).__class__(patches=N_PATCHES))
     assert np.abs(baked.acc - usual.acc).max() > 1
 
 

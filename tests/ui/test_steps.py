@@ -17,7 +17,7 @@ import pytest
 from w2w.core.colours import LEAST_SPAN, Scale
 from w2w.core.ranking.utility import CLASSIFIERS
 from w2w.core.selection import headline
-from w2w.core.selection.answer import answer
+from w2w.core.selection.answer import find_answer
 from w2w.core.selection.headline import mean_caution, repeat_sentence, short
 from w2w.core.selection.scored import ScoredMap, best_single
 from w2w.scene.base.body import body_of
@@ -139,7 +139,7 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     study, utility, patches = body.w2w, utility_of(body.w2w), patches_of(body)
     best = best_single(utility)
     sentences = results.findings(study, utility)
-    found = answer(ScoredMap(utility, patches, body_of(body)))
+    found = find_answer(ScoredMap(utility, patches, body_of(body)))
     assert answer_of(study)["sentence"] == found.sentence()
     assert sentences[-1] == f"{repeat_sentence(utility)}."
     assert found.detail() in sentences

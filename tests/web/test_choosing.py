@@ -20,7 +20,7 @@ def chosen_by(tmp_path, monkeypatch):
     )
     monkeypatch.setattr(choosing, "_opened", lambda *_: (study, None, None, {}))
     monkeypatch.setattr(choosing, "ranked_again", lambda found, _: found)
-    monkeypatch.setattr(choosing, "advised_by", lambda _, config, *__: config)
+    monkeypatch.setattr(choosing, "choose_with", lambda _, config, *__: config)
     monkeypatch.setattr(choosing, "advice_content", lambda config, *_: {"config": config})
     (tmp_path / "summary.json").write_text("{}")
     return lambda **wishes: choosing.choose_again(tmp_path, {"compare": "", **wishes})["config"]

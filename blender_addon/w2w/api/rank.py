@@ -25,7 +25,7 @@ from ..core.study.config import StudyConfig
 from ..core.study.ranking import LabelledClip, WindowLabels, rank_clips, same_motions, stream_of
 from ..core.windows.of_recordings import cut_recordings
 from ..core.windows.windows import WindowSpec
-from ..core.wording import listed
+from ..core.wording import join_words
 from .loading import warn_of_spellings
 from .notebook import progress_bar
 from .ranking import Ranking
@@ -211,7 +211,7 @@ def _worn(recordings: Recordings, labels: Labels, spec: WindowSpec, inputs: str)
             | {"windows": len(is_test)}
         )
     skipped = [(recordings[whole[number]].clip, why) for number, why in cut.skipped.items()]
-    skipped += [(clip, f"{LACKS} {listed(places)}") for clip, places in lacking.items()]
+    skipped += [(clip, f"{LACKS} {join_words(places)}") for clip, places in lacking.items()]
     return _Clips(
         tuple(used), windows, [cut.inputs[position] for position in order], details,
         [recordings[whole[cut.used[position]]] for position in order], [*recordings.skipped, *skipped],

@@ -26,7 +26,7 @@ from ..core.patches.own_placements import shown_on
 from ..core.patches.patches import PatchSet
 from ..core.ranking.stream import Stream
 from ..core.ranking.utility import UtilityMap
-from ..core.selection.answer import Answer, answer
+from ..core.selection.answer import Answer, find_answer
 from ..core.selection.headline import doubted, mean_title
 from ..core.selection.scored import PlaceScore, ScoredMap, compare
 from ..core.study.choosing import scored_map
@@ -117,7 +117,7 @@ class Ranked:
     @cached_property
     def answer(self) -> Answer:
         """Where to wear one sensor, by `answer.sentence()`; `answer.products` are the alternatives."""
-        return answer(self._scored)
+        return find_answer(self._scored)
 
     def compare(self, *words: str) -> tuple[PlaceScore, ...]:
         """Score products and places by name, such as "ring" and "left thigh front", best first.

@@ -28,10 +28,10 @@ from ..core.selection.constraints import Constraints
 from ..core.selection.headline import short
 from ..core.selection.joint import WornSet
 from ..core.selection.set_tests import SetTests
-from ..core.study.choosing import choose_to_wear, needed
+from ..core.study.choosing import advise_under, find_needs
 from ..core.study.clip_files import WORK, features_file, motion_file, write_features
 from ..core.study.needs import Need
-from ..core.study.ranking import set_tests
+from ..core.study.ranking import set_tests_of
 from ..core.study.results import ClipResult, Study, StudyResults
 from ..core.windows.of_recordings import cut_recordings
 from .ranked import Ranked as Scores
@@ -137,7 +137,7 @@ class Ranking(Scores):
             raise ValueError("what a sensor needs is found from motions, not from worn sensors")
         with TemporaryDirectory(prefix="w2w_needs_") as temporary:
             study = StudyResults.load(self.folder) if self.folder else self._written(Path(temporary))
-            return needed(study, [place])[0]
+            return find_needs(study, [place])[0]
 
     def with_recordings(self, recordings: Recordings) -> Pilot:
         """Hold recordings of people against the map: what they say of its level, everywhere.
@@ -215,9 +215,7 @@ class Ranking(Scores):
         constraints.terms(self.patches)  # refuse wrong ones before the slow part
         if self._set_tests is None:
             raise ValueError("only the classifier 'ridge' chooses sets to wear together")
-        worn = choose_to_wear(
-            self.utility, self.patches, self.body, config, self._set_tests, self.stream
-        ).worn
+        worn = advise_under(self.utility, self.patches, self.body, config, self._set_tests, self.stream).worn
         assert worn is not None  # sets were tested
         return worn
 
@@ -225,14 +223,12 @@ class Ranking(Scores):
     def _set_tests(self) -> SetTests | None:
         """Tests for sets of patches; None for other classifiers than the ridge."""
         pooling = Pooling.on(self.body, self.patches)
-        return set_tests(self.inputs, self.labels, self.config, pooling, self.classifier, self.utility)
+        return set_tests_of(self.inputs, self.labels, self.config, pooling, self.classifier, self.utility)
 
     @cached_property
     def advice(self) -> Advice:
         """The sensors recommended under no constraint, alone and together; `cards` says where each goes."""
-        found = choose_to_wear(
-            self.utility, self.patches, self.body, self.config, self._set_tests, self.stream
-        )
+        found = advise_under(self.utility, self.patches, self.body, self.config, self._set_tests, self.stream)
         if self.recordings is None:
             return found
         protocol, rate = self.labels.protocol(self.config), self.recordings.rate

@@ -25,7 +25,7 @@ from ..core.study.choosing import stream_in
 from ..core.study.clip_list import is_used
 from ..core.study.config import StudyConfig
 from ..core.study.results import StudyResults
-from ..core.study.signals import record
+from ..core.study.signals import simulate
 from .loading import Motions
 from .notebook import tracked
 from .ranking import Ranking
@@ -138,7 +138,7 @@ def synthesize(
     config = StudyConfig(synthesis=settings, sensor=model.name, own_sensor=model, seed=int(seed))
     config = with_values(config, parameters)
     recordings = tuple(
-        record(motions.body, patches, one, config) for one in tracked(motions, "Synthesizing signals")
+        simulate(motions.body, patches, one, config) for one in tracked(motions, "Synthesizing signals")
     )
     about = [(one.clip or "a clip", model.full_scale_content(one)) for one in recordings]
     if caution := full_scale_sentence(about):

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from .wording import harmless, restated, shown
+from .wording import clean, harmless, restated
 
 SEPARATORS = ",;\t|"
 
@@ -61,18 +61,18 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
         lines.readline()
     start = lines.tell()
     header = lines.readline()
-    with restated(f"{shown(path)}, line {first + 1}, cannot be read as csv:", csv.Error, CsvError):
+    with restated(f"{clean(path)}, line {first + 1}, cannot be read as csv:", csv.Error, CsvError):
         separator = max(SEPARATORS, key=lambda mark: len(set(required) & set(_columns(header, mark))))
         columns = _columns(header, separator)
     if not set(required) <= set(columns):
         wanted = " and ".join(f"'{name}'" for name in required)
         raise CsvError(
-            f"{shown(path)} needs the columns {wanted} in its first line, and has: "
+            f"{clean(path)} needs the columns {wanted} in its first line, and has: "
             f"{', '.join(filter(None, columns)) or 'nothing'} "
             "(columns may be separated by commas, semicolons, tabs or bars)"
         )
     if twice := [name for name in names if columns.count(name) > 1]:
-        raise CsvError(f"{shown(path)} has the column '{twice[0]}' {columns.count(twice[0])} times: keep one")
+        raise CsvError(f"{clean(path)} has the column '{twice[0]}' {columns.count(twice[0])} times: keep one")
     lines.seek(start)
     reader = csv.reader(lines, delimiter=separator, strict=True)
     rows = []
@@ -83,7 +83,7 @@ def read_table(path: str | Path, required: Sequence[str], optional: Sequence[str
             if any(row.values()):
                 rows.append((first + reader.line_num, {name: row.get(name, "") for name in names}))
     except csv.Error as error:
-        line = f"{shown(path)}, line {first + reader.line_num}"
+        line = f"{clean(path)}, line {first + reader.line_num}"
         raise CsvError(f"{line}, cannot be read as csv: {error}") from error
     return CsvTable(rows, note)
 
@@ -131,10 +131,10 @@ def decoded(path: Path) -> tuple[str, str]:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise CsvError(f"{shown(path)} cannot be read: {error.strerror}") from error
+        raise CsvError(f"{clean(path)} cannot be read: {error.strerror}") from error
     if data.startswith(WORKBOOKS):
-        raise CsvError(f"{shown(path)} is a spreadsheet's workbook, not a csv file: save it as CSV (UTF-8)")
-    with restated(f"{shown(path)} is no text: save it as CSV (UTF-8)", UnicodeDecodeError, CsvError):
+        raise CsvError(f"{clean(path)} is a spreadsheet's workbook, not a csv file: save it as CSV (UTF-8)")
+    with restated(f"{clean(path)} is no text: save it as CSV (UTF-8)", UnicodeDecodeError, CsvError):
         for mark, encoding in BYTE_ORDER_MARKS:
             if data.startswith(mark):
                 return data.decode(encoding), ""
@@ -143,13 +143,13 @@ def decoded(path: Path) -> tuple[str, str]:
     try:
         return data.decode("utf-8"), ""
     except UnicodeDecodeError:
-        note = f"{shown(path.name)} is not UTF-8 text and was read as Windows-1252 (Western European)"
+        note = f"{clean(path.name)} is not UTF-8 text and was read as Windows-1252 (Western European)"
         return data.decode("cp1252", errors="replace"), f"{note}: save it as UTF-8 if letters look wrong"
 
 
 def _label(cell: str) -> str:
     text = cell.strip()
-    return text if text.isascii() and text.isprintable() else shown(_one_line(text))
+    return text if text.isascii() and text.isprintable() else clean(_one_line(text))
 
 
 def _one_line(text: str) -> str:

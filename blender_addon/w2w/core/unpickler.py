@@ -14,7 +14,7 @@ from typing import Any, ClassVar, NoReturn
 import numpy as np
 
 from .files import UNPACKED_FREELY
-from .wording import shown
+from .wording import clean
 
 FREE_STEPS, BYTES_A_STEP = 2**22, 2
 """Operations that any pickle may have, and bytes that each further one needs: most writers take more."""
@@ -167,7 +167,7 @@ class Unpickler:
 
     def named(self, module: Any, name: Any) -> Any:
         """What a name stands for."""
-        return self.find(shown(module[:LONGEST_KEY]), shown(name[:LONGEST_KEY]))
+        return self.find(clean(module[:LONGEST_KEY]), clean(name[:LONGEST_KEY]))
 
     def call(self) -> None:
         """Call the function on the stack with the tuple on top of it."""

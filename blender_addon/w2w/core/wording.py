@@ -53,12 +53,12 @@ NAMED = 3
 """Names in a sentence, before it says how many more there are."""
 
 
-def listed(words: Sequence[str], most: int = NAMED) -> str:
+def join_words(words: Sequence[str], most: int = NAMED) -> str:
     """Words as a sentence lists them, the first `most` by name; "" without any.
 
     Examples
     --------
-    >>> listed(["run", "walk"]), listed(["bow", "jump", "run", "walk"], most=2)
+    >>> join_words(["run", "walk"]), join_words(["bow", "jump", "run", "walk"], most=2)
     ('run and walk', 'bow, jump and 2 more')
     """
     if len(words) > most:
@@ -111,12 +111,12 @@ COMMANDS = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\udc80-\udcf
 that are no text."""
 
 
-def shown(name: str | PurePath) -> str:
+def clean(name: str | PurePath) -> str:
     r"""A name as text that can be printed and written to any file; what a terminal would obey as ``%1B``.
 
     Examples
     --------
-    >>> shown("caf\udce9.fbx"), shown("\x1b[2Jwalk")
+    >>> clean("caf\udce9.fbx"), clean("\x1b[2Jwalk")
     ('caf%E9.fbx', '%1B[2Jwalk')
     """
     if (text := str(name)).isascii() and text.isprintable():

@@ -14,7 +14,7 @@ import typer
 
 from ..core.parameters import parameters_of
 from ..core.study.config import StudyConfig
-from ..core.wording import shown
+from ..core.wording import clean
 
 PATHS = {each.path: name for name, each in parameters_of(StudyConfig).items()}
 PATHS[("windows", "stride_s")] = "stride"
@@ -58,7 +58,7 @@ def options_in(path: Path, is_path: Mapping[str, bool]) -> dict[str, Any]:
         if value in (None, []):
             continue
         if isinstance(value, list) and not all(isinstance(each, str) for each in value):
-            raise ValueError(f"{shown(path)}: '{'.'.join(where)}' is given as the path of a csv")
+            raise ValueError(f"{clean(path)}: '{'.'.join(where)}' is given as the path of a csv")
         if is_path[name] and not isinstance(value, list):
             value = str(path.parent / str(value))
         found[name] = ",".join(value) if isinstance(value, list) and name != "bone_map" else value
@@ -77,7 +77,7 @@ def _content(path: Path) -> Mapping[str, Any]:
         return content
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else error
-        raise ValueError(f"{shown(path)} cannot be read as options: {why}") from error
+        raise ValueError(f"{clean(path)} cannot be read as options: {why}") from error
 
 
 def _flat(content: Mapping[str, Any], where: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -93,7 +93,7 @@ def _unknown(path: Path, key: str, names: Mapping[str, bool]) -> str:
     known = [*(".".join(where) for where, name in PATHS.items() if name in names), *names]
     close = get_close_matches(key, dict.fromkeys(known), n=3, cutoff=0.5)
     hint = f"; did you mean {', '.join(close)}?" if close else ""
-    return f"{shown(path)}: there is no '{key}'{hint}"
+    return f"{clean(path)}: there is no '{key}'{hint}"
 
 
 def template(command: Callable[..., None]) -> str:

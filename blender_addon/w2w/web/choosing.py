@@ -16,12 +16,12 @@ from ..core.selection.advice import Advice
 from ..core.selection.joint import grow_unwished
 from ..core.selection.set_tests import SetTests
 from ..core.study.choosing import (
-    advised,
-    advised_by,
-    compared,
-    needed,
-    prepared_tests,
+    choose,
+    choose_with,
+    compare_places,
+    find_needs,
     ranked_again,
+    set_tests_in,
     stream_in,
 )
 from ..core.study.config import StudyConfig
@@ -40,7 +40,7 @@ def _opened(
     """A results folder as it was `written`, with tests, stream and turns that remember: seconds to make."""
     study = StudyResults.load(out)
     config = study.config()
-    return study, prepared_tests(study, config), stream_in(study, config), {}
+    return study, set_tests_in(study, config), stream_in(study, config), {}
 
 
 def get_ready(out: Path) -> None:
@@ -55,7 +55,7 @@ def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
     """What `w2w place` would choose, or compare, in a results folder; "" takes back a wish of the run."""
     if wishes["compare"]:
         study = _opened(out, _written(out))[0]
-        scores = compared(study, words(wishes["compare"]))
+        scores = compare_places(study, words(wishes["compare"]))
         return {"compared": [place_content(score, study.patches) for score in scores]}
     again, _, advice = _chosen(out, wishes)
     found = [Caution(**each) for each in again.summary["cautions"]]
@@ -72,7 +72,7 @@ def report_needing(out: Path, wishes: dict[str, Any]) -> str:
     shown = _shown(out, wishes)
     summary, cards = shown.summary, shown.cards
     vars(shown)["summary"] = summary | {"cards": cards[:1]}
-    found = [need_content(one) for one in needed(shown)]
+    found = [need_content(one) for one in find_needs(shown)]
     vars(shown)["summary"] = summary | {"cards": with_needs(cards, found)}
     return report_page(shown)
 
@@ -88,7 +88,7 @@ def _shown(out: Path, wishes: dict[str, Any]) -> StudyResults:
 
 def cheapest(out: Path, place: str) -> list[dict[str, Any]]:
     """What `w2w need` finds at products and places, or at those that the run recommends."""
-    return [need_content(one) for one in needed(StudyResults.load(out), words(place))]
+    return [need_content(one) for one in find_needs(StudyResults.load(out), words(place))]
 
 
 def pilot_by(out: Path, asked: tuple[Path, str]) -> dict[str, Any]:
@@ -117,6 +117,6 @@ def _chosen_by(out: Path, written: int, asked: str) -> tuple[StudyResults, Study
     config = with_values(Wishes(**given).over(study), cleared)
     again = ranked_again(study, config)
     if again.utility is study.utility:
-        return again, config, advised_by(study, config, tests, stream, turned)
-    again, advice = advised(again, config)
+        return again, config, choose_with(study, config, tests, stream, turned)
+    again, advice = choose(again, config)
     return again, config, advice

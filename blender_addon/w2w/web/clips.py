@@ -16,7 +16,7 @@ from ..core.library.labels import LibraryError, read_labels, spelled_once
 from ..core.library.library import LABELS, Library, activity_of, as_label, read_library
 from ..core.readers.animations import contents, telling_part
 from ..core.reading.formats import is_motion
-from ..core.wording import count, shown
+from ..core.wording import clean, count
 from .request import INPUT, Requested
 from .uploads import MOST_NAME, RefusedError
 
@@ -58,7 +58,7 @@ class Labelled(Requested):
         motions = [(folder / file, file) for file in sorted(files, key=lambda file: files[file])]
         found = {}
         for item in contents((path, file) for path, file in motions if is_motion(path)):
-            clip, file = shown(item.file), item.pack or item.file
+            clip, file = clean(item.file), item.pack or item.file
             found[clip] = Given(file, f"{files[file]}{clip[len(file) :]}", telling_part(item.animation))
         return found
 

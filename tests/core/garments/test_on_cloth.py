@@ -9,7 +9,7 @@ from w2w.core.garments.on_cloth import ClothSensors
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.patches.patches import sample_patches
 from w2w.core.study.config import StudyConfig
-from w2w.core.study.signals import record, record_baked
+from w2w.core.study.signals import record_baked, simulate
 
 from ...sensor_steps import assert_same_to_one_step
 
@@ -30,7 +30,7 @@ def test_a_garment_that_is_the_skin_feels_what_the_skin_feels(bundled_body, some
     matrices = patch_matrices(bundled_body, some_patches.triangles, waving)
     chosen = np.array([3, 11, 20])
     on_cloth = ClothSensors(chosen, matrices[:, chosen], waving.rate)
-    skin, cloth = (record(bundled_body, some_patches, waving, config, w) for w in (None, on_cloth))
+    skin, cloth = (simulate(bundled_body, some_patches, waving, config, w) for w in (None, on_cloth))
     assert_same_to_one_step(cloth, skin, config.sensor_model())
     assert cloth.sites == skin.sites
     assert (cloth.activity, cloth.subject, cloth.clip) == ("waving", "one", "clip")
@@ -41,7 +41,7 @@ def test_a_rigid_offset_adds_its_lever_arm(bundled_body, some_patches, waving):
     matrices = patch_matrices(bundled_body, some_patches.triangles, waving)
     chosen = np.array([5, 9])
     on_cloth = ClothSensors(chosen, offset_by(matrices[:, chosen], offset), waving.rate)
-    skin, cloth = (record(bundled_body, some_patches, waving, config, w) for w in (None, on_cloth))
+    skin, cloth = (simulate(bundled_body, some_patches, waving, config, w) for w in (None, on_cloth))
     others = np.setdiff1d(np.arange(24), chosen)
     np.testing.assert_array_equal(cloth.acc[:, others], skin.acc[:, others])
     np.testing.assert_allclose(cloth.gyr, skin.gyr, atol=1e-5)
@@ -74,7 +74,7 @@ def test_the_panels_door_gives_the_same(bundled_body, some_patches, waving):
     on_cloth = ClothSensors(np.array([2]), moved, waving.rate)
     labels = (waving.activity, waving.subject, waving.clip)
     baked = record_baked(matrices, waving.rate, some_patches, labels, config, on_cloth=on_cloth)
-    run = record(bundled_body, some_patches, waving, config, on_cloth)
+    run = simulate(bundled_body, some_patches, waving, config, on_cloth)
     assert_same_to_one_step(baked, run, config.sensor_model())
 
 
@@ -82,7 +82,7 @@ def test_frames_that_end_too_early_are_refused(bundled_body, some_patches, wavin
     matrices = patch_matrices(bundled_body, some_patches.triangles[:1], waving)
     on_cloth = ClothSensors(np.array([0]), matrices[:30], waving.rate)
     with pytest.raises(ValueError, match="frames end before the clip does"):
-        record(bundled_body, some_patches, waving, StudyConfig(), on_cloth)
+        simulate(bundled_body, some_patches, waving, StudyConfig(), on_cloth)
 
 
 def test_frames_of_another_rate_are_at_the_same_times(bundled_body, some_patches, waving):
@@ -90,8 +90,8 @@ def test_frames_of_another_rate_are_at_the_same_times(bundled_body, some_patches
     slow = replace(waving, rotations=waving.rotations[::2], pelvis=waving.pelvis[::2], rate=15.0)
     matrices = patch_matrices(bundled_body, some_patches.triangles[:1], waving)
     longer = np.concatenate([matrices, matrices[-1:]])
-    alone = record(bundled_body, some_patches, slow, config, ClothSensors(np.array([0]), longer, 30.0))
-    quick = record(bundled_body, some_patches, waving, config)
+    alone = simulate(bundled_body, some_patches, slow, config, ClothSensors(np.array([0]), longer, 30.0))
+    quick = simulate(bundled_body, some_patches, waving, config)
     count = alone.n_samples
     error = alone.acc[10 : count - 10, 0] - quick.acc[10 : count - 10, 0]
     assert np.sqrt((error**2).mean()) < 0.2 * quick.acc[:, 0].std()

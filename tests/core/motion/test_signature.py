@@ -22,7 +22,7 @@ from w2w.core.ranking.utility import utility_map
 from w2w.core.study.clip_files import ClipWindows
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motions
-from w2w.core.study.signals import describe, place_patches, record
+from w2w.core.study.signals import describe, place_patches, simulate
 from w2w_studies.sweep.augmentation import at_tempo, mirrored, scaled
 
 from ...rings import by_day
@@ -103,7 +103,7 @@ def f1_by_chance(motions, labels):
     config = StudyConfig(sensor="ideal", patches=6)
     body = Body.bundled()
     patches = place_patches(body, config)
-    windows = [describe(record(body, patches, motion, config), config) for motion in motions]
+    windows = [describe(simulate(body, patches, motion, config), config) for motion in motions]
     found = [ClipWindows(test, motion_signature(m)) for (_, test), m in zip(windows, motions, strict=True)]
     clips = [LabelledClip(str(n), label) for n, label in enumerate(labels)]
     protocol = WindowLabels.of(same_motions(clips, found), found).protocol(config)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from w2w.core.ranking.costs import MOMENT, Cost, cost, gain, is_as_good
+from w2w.core.ranking.costs import MOMENT, Cost, cost_of, gain, is_as_good
 from w2w.core.ranking.expected import expect
 from w2w.core.ranking.halves import plan
 from w2w.core.ranking.pooling import Pooling
@@ -62,7 +62,7 @@ def test_the_interval_of_a_cost_holds_what_other_clips_show(people):
         utility, best = scored(found), int(found.expected_mean.argmax())
         for place in range(0, N, 3):
             if place != best:
-                one = cost(utility, [best], [place])
+                one = cost_of(utility, [best], [place])
                 held.append(one.low <= other[best] - other[place] <= one.high)
                 true.append(one.low <= truth[best] - truth[place] <= one.high)
     assert 0.9 <= np.mean(held) <= 0.98
@@ -74,15 +74,15 @@ def test_places_that_move_together_have_a_narrower_interval():
     for seed in range(5):
         utility = scored(world(seed, alike=0.95)[0])
         for number, place in enumerate((1, N - 1)):
-            one = cost(utility, [0], [place])
+            one = cost_of(utility, [0], [place])
             widths[number] += one.high - one.low
     assert widths[0] < 0.9 * widths[1]
 
 
 def test_a_place_costs_nothing_against_itself_and_what_drawn_libraries_show_where_nothing_was_halved():
     utility = scored(world(0)[0])
-    assert cost(utility, [3, 4], (3, 4))[:3] == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
-    unknown = cost(SimpleNamespace(**{**vars(utility), "halved": False}), [0], [1])
+    assert cost_of(utility, [3, 4], (3, 4))[:3] == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
+    unknown = cost_of(SimpleNamespace(**{**vars(utility), "halved": False}), [0], [1])
     assert unknown.high - unknown.low == pytest.approx(2 * 1.96 * 0.1, abs=1e-3)
 
 
@@ -99,7 +99,7 @@ def test_a_cost_whose_interval_holds_zero_is_not_shown():
 
 def test_errors_of_people_and_of_few_clips_are_wider_than_halves_show():
     found = world(0)[0]
-    sure, doubtful = (cost(scored(found, doubtful), [0], [1]) for doubtful in (False, True))
+    sure, doubtful = (cost_of(scored(found, doubtful), [0], [1]) for doubtful in (False, True))
     assert doubtful.high - doubtful.expected == pytest.approx(1.4 * (sure.high - sure.expected))
 
 

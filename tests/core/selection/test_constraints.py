@@ -21,8 +21,8 @@ def test_only_forbid_must_and_costs(patches):
             assert not terms.allowed[place]
         if region in ("left shin", "sternum", "left wrist dorsal"):
             assert terms.allowed[place]
-        assert terms.cost[place] == {"left heel": 5.0, "left shin": 3.0, "sternum": 1.0}.get(
-            region, terms.cost[place]
+        assert terms.price[place] == {"left heel": 5.0, "left shin": 3.0, "sternum": 1.0}.get(
+            region, terms.price[place]
         )
     (group,) = terms.required
     assert len(group)
@@ -33,7 +33,7 @@ def test_no_wishes_allow_everything(patches):
     terms = Constraints().terms(patches)
     assert terms.allowed.all()
     assert terms.required == []
-    assert (terms.cost == 1).all()
+    assert (terms.price == 1).all()
 
 
 @pytest.mark.parametrize(
@@ -77,7 +77,7 @@ def test_costs_are_read_from_a_table(tmp_path, patches):
     table = tmp_path / "costs.csv"
     table.write_text("region,cost\nleft wrist,0.5\nhead,4\n", encoding="utf-8")
     assert read_costs(table) == (("left wrist", 0.5), ("head", 4.0))
-    cost = Constraints(costs=read_costs(table)).terms(patches).cost
+    cost = Constraints(costs=read_costs(table)).terms(patches).price
     assert set(np.unique(cost)) == {0.5, 1.0, 4.0}
 
 

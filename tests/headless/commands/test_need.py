@@ -8,7 +8,7 @@ import shutil
 import pytest
 
 import w2w
-from w2w.core.study.choosing import needed
+from w2w.core.study.choosing import find_needs
 from w2w.core.study.results import StudyResults
 
 from ...command_line import cli
@@ -79,7 +79,7 @@ def test_another_place_is_only_printed(folder):
     assert output.count(": F1 ") == 2
     need = w2w.open_results(folder).needs("belt clip")
     assert need.sentence() in " ".join(output.split())
-    assert need == needed(StudyResults.load(folder), ["belt clip"])[0]
+    assert need == find_needs(StudyResults.load(folder), ["belt clip"])[0]
 
 
 def test_a_place_that_nothing_is_called_is_refused(folder):

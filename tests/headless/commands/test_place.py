@@ -16,7 +16,7 @@ from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.costs import is_as_good
 from w2w.core.ranking.turned import TURNS
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.selection.answer import answer
+from w2w.core.selection.answer import find_answer
 from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.scored import ScoredMap
 from w2w.core.study.results import StudyResults
@@ -80,7 +80,7 @@ def test_the_run_keeps_to_the_constraints_and_says_what_they_cost(study):
     assert any("--leave-out" in reason for reason in skipped_clips(out).values())
     ranked = StudyResults.load(out)
     allowed = Constraints(forbid=("head", "hand")).terms(ranked.patches).allowed
-    said = answer(ScoredMap(ranked.utility, ranked.patches, ranked.body(), allowed)).sentence()
+    said = find_answer(ScoredMap(ranked.utility, ranked.patches, ranked.body(), allowed)).sentence()
     assert summary["answer"]["sentence"] == said
     assert summary["map_sentence"] in output
     assert " ".join(output.split()).index(said) < " ".join(output.split()).index("One sensor on")

@@ -21,7 +21,7 @@ from ..patches.own_placements import patches_at
 from ..patches.patches import PatchSet
 from ..study.config import StudyConfig
 from ..study.results import StudyResults
-from ..study.signals import record
+from ..study.signals import simulate
 from ..wording import plain_words
 
 ALL = "all"
@@ -146,13 +146,13 @@ class WornSignals:
         for clip in self.study.clips:
             labels = clip.activity, clip.subject, clip.name
             motion, still = self.study.motion(clip.name).labelled(*labels), t_pose.labelled(*labels)
-            recording = record(self.body, self.patches, motion, config)
+            recording = simulate(self.body, self.patches, motion, config)
             sampled = at_rate(motion, self.rate)
             if recording.orientation is None:
                 moved, rested = self._orientations(sampled), self._orientations(still)
             else:  # the errors are the clip's: a calibration in it has them, too
                 moved = _as_read(recording.orientation)
-                at_rest = record(self.body, self.patches, still, config).orientation
+                at_rest = simulate(self.body, self.patches, still, config).orientation
                 assert at_rest is not None
                 rested = _as_read(at_rest)
             yield WornClip(recording, sampled, moved, rested[0])

@@ -147,7 +147,7 @@ def worn_content(worn: WornSet, advice: Advice, utility: UtilityMap, patches: Pa
         "target": worn.target,
         "every_activity": worn.every_activity,
         "reached": worn.reached,
-        "cost": worn.cost,
+        "cost": worn.price,
         **expected_content(promise, len(worn.order)),
         "f1": dict(zip(worn.activities, map(rounded, promise.f1[-1]), strict=True)),
         "places": [

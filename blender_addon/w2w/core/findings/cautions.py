@@ -19,7 +19,7 @@ from ..ranking.utility import UtilityMap
 from ..selection.headline import by_posture, short
 from ..study.config import StudyConfig
 from ..study.ranking import LabelledClip, copies_among
-from ..wording import capital, count, listed
+from ..wording import capital, count, join_words
 from .notes import left_out_sentences
 from .sources import origin_of, source_caution
 
@@ -177,7 +177,7 @@ def subjects_sentence(clips: Sequence[LabelledClip]) -> str:
     shared = [clip for clip in clips if len(subjects[clip.motion_key]) > 1]
     if not shared:
         return ""
-    subjects_in_words = listed(sorted({clip.subject for clip in shared}))
+    subjects_in_words = join_words(sorted({clip.subject for clip in shared}))
     return (
         f"{len(shared)} clips of {subjects_in_words} show the same motion as another subject's clip: "
         "each motion is tested with the first of its subjects, and never trained on then"
@@ -200,7 +200,7 @@ def worn_cautions(
     people = {same_label(clip.subject) for clip in clips}
     same = "people who are tested are trained on, too: leave one subject out for F1 on other people"
     return [
-        *([Caution(WEAKENS, f"{left}same clips: {listed(lacking)}")] if lacking else []),
+        *([Caution(WEAKENS, f"{left}same clips: {join_words(lacking)}")] if lacking else []),
         *([Caution(KNOW, same)] if not by_subject and len(people) > 1 and "" not in people else []),
     ]
 
@@ -225,7 +225,7 @@ def copies_sentence(copies: Sequence[tuple[str, str]]) -> str:
     copied = "1 clip counts as a copy" if len(copies) == 1 else f"{len(copies)} clips count as copies"
     return (
         f"{copied} of another, by motion_key or by how the body moves, and no clip is tested on its copies: "
-        + listed([f"{name} (of {first})" for name, first in copies])
+        + join_words([f"{name} (of {first})" for name, first in copies])
     )
 
 
@@ -253,4 +253,4 @@ def _rests(clips: Sequence[tuple[str, Facts]]) -> str:
 def cut_sentence(clips: Iterable[tuple[str, Facts]]) -> str:
     """A sentence on the clips, given with their records, that lost frames at their ends; "" without any."""
     cut = [f"{name} ({record['cut']})" for name, record in clips if "cut" in record]
-    return f"{count('clip', len(cut))} cut at the ends: {listed(cut)}" if cut else ""
+    return f"{count('clip', len(cut))} cut at the ends: {join_words(cut)}" if cut else ""

@@ -7,7 +7,7 @@ from typing import Any
 from ..library.labels import LabelCheck
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.utility import UtilityMap
-from ..wording import count, listed
+from ..wording import count, join_words
 
 TOO_FEW = "too few clips"
 """In a table's cell, instead of an interval."""
@@ -72,7 +72,7 @@ def label_notes(check: LabelCheck) -> list[str]:
     )
     for files, singular, plural in kinds:
         if files:
-            notes.append(f"{len(files)} {singular if len(files) == 1 else plural}: {listed(files)}.")
+            notes.append(f"{len(files)} {singular if len(files) == 1 else plural}: {join_words(files)}.")
     return notes
 
 
@@ -84,7 +84,7 @@ def merged_sentence(name: str, ways: Sequence[str], what: str = "activity") -> s
 
 
 def _quoted(names: Sequence[str]) -> str:
-    return listed([f"'{name}'" for name in names], len(names))
+    return join_words([f"'{name}'" for name in names], len(names))
 
 
 def label_content(check: LabelCheck) -> dict[str, Any]:

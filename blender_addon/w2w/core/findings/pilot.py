@@ -21,7 +21,7 @@ from ..ranking.pilot import SHARE, by_chance, half_width, learned, levelled, mac
 from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap, utility_map
 from ..ranking.weights import mean_over
-from ..selection.answer import answer
+from ..selection.answer import find_answer
 from ..selection.headline import short
 from ..selection.scored import PlaceScore, ScoredMap
 from ..study.choosing import scored_map
@@ -30,7 +30,7 @@ from ..study.ranking import WindowLabels
 from ..study.results import StudyResults
 from ..windows.inputs import PatchBlocks, as_blocks
 from ..windows.of_recordings import cut_recordings
-from ..wording import InShort, listed
+from ..wording import InShort, join_words
 from .cautions import KNOW, WEAKENS, Caution
 
 TWO = 2
@@ -93,7 +93,7 @@ class Pilot(InShort):
     def sentence(self) -> str:
         """What the pilot says of the recommended place: the same on every page and panel."""
         f1, minutes = self.f1(), max(round(sum(one.seconds for one in self.worn) / 60), 1)
-        who = f"{listed([one.name for one in self.worn])}, {len(self.people)} people, {minutes} min"
+        who = f"{join_words([one.name for one in self.worn])}, {len(self.people)} people, {minutes} min"
         return (
             f"With your pilot ({who}): F1 {short(f1.mean)} ({short(f1.low)} to {short(f1.high)}) at "
             f"{self.where}; without: {short(self.place.expected)}."
@@ -178,7 +178,7 @@ def pilot(ranked: Ranked, recordings: Recordings) -> Pilot:
         under = list(one.under)
         levels[under] = np.clip(utility.expected_f1[under] + difference, 0, 1)
     return Pilot(
-        utility, tuple(shown), answer(ranked.scored).base, levels,
+        utility, tuple(shown), find_answer(ranked.scored).base, levels,
         tuple(_cautions(utility, recordings, shown, chance)), recordings.skipped,
     )  # fmt: skip
 
@@ -203,10 +203,11 @@ def _worn(recordings: Recordings, name: str, under: tuple[int, ...], ranked: Ran
     if people := {one.subject for one in some} - {""}:
         some = [one for one in some if one.subject]
     if len(people) < TWO:
-        named = listed(sorted(people)) or "nobody"
+        named = join_words(sorted(people)) or "nobody"
         raise ValueError(
             f"a pilot takes two people at least; the recordings at {name} name {named} in activities of the "
-            f"study ({listed(list(ranked.scored.utility.activities))}): say who in labels.csv, or by folders"
+            f"study ({join_words(list(ranked.scored.utility.activities))}): say who in labels.csv, "
+            "or by folders"
         )
     if not all(one.gyr.any() for one in some):
         some = [replace(one, gyr=np.zeros_like(one.gyr)) for one in some]
@@ -258,7 +259,9 @@ def _cautions(
         text = f"what the recordings at {worst.name} show is no better than chance ({f1})"
         found.append(Caution(WEAKENS, f"{text}: look at their labels, and whether the sensor sat there"))
     if missing := sorted(set(utility.activities) - set().union(*(one.f1 for one in shown))):
-        found.append(Caution(KNOW, f"nothing was recorded of {listed(missing)}: they move as the others do"))
+        found.append(
+            Caution(KNOW, f"nothing was recorded of {join_words(missing)}: they move as the others do")
+        )
     if not all(one.gyr.any() for one in recordings):
         found.append(Caution(KNOW, "not all recordings have angular velocity: acceleration alone is taken"))
     return found

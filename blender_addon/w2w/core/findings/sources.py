@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..study.ranking import LabelledClip
-from ..wording import NAMED, listed
+from ..wording import NAMED, join_words
 
 ALONE = 0.8
 """Share of an activity's clips above which it is practically from one source alone."""
@@ -99,6 +99,6 @@ def _sources(source_of: dict[str, str]) -> str:
     for number, (source, count) in enumerate(counts[:NAMED]):
         activities = [activity for activity, name in source_of.items() if name == source]
         verb = " comes" if count == 1 else " come"
-        parts.append(f"{listed(activities)}{verb if number == 0 else ''} from {source} alone")
+        parts.append(f"{join_words(activities)}{verb if number == 0 else ''} from {source} alone")
     more = len(counts) - NAMED
     return ", ".join(parts) + (f", and others from {more} more" if more > 0 else "")

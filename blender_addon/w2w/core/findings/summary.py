@@ -19,7 +19,7 @@ from ..files import DIGITS, file_sha256, write_json, write_text
 from ..garments.cover import garment_content, garment_sentence
 from ..library.library import Library, not_read_sentence
 from ..patches.patches import PatchSet
-from ..ranking.costs import cost, costs_at, is_as_good
+from ..ranking.costs import cost_of, costs_at, is_as_good
 from ..ranking.utility import UtilityMap
 from ..study.clip_files import WORK
 from ..study.clip_list import CLIP_LIST, Entry, write_clip_list
@@ -246,7 +246,7 @@ def own_scores(
             **patch_content(patch, utility, patches),
             "rank": int((expected[sampled] > expected[patch]).sum()) + 1,
             "of": len(sampled) + 1,
-            **cost_content(cost(utility, base, [patch])),
+            **cost_content(cost_of(utility, base, [patch])),
         }
         for patch in own
     ]

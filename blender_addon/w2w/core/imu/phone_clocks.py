@@ -7,7 +7,7 @@ from datetime import datetime
 
 import numpy as np
 
-from ..wording import restated, shown
+from ..wording import clean, restated
 
 CLOCKS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 FASTEST_S, SLOWEST_S = 1 / 1100, 1 / 4.5
@@ -24,7 +24,7 @@ def number_in(cell: str) -> float:
     text = cell.strip().replace("\N{MINUS SIGN}", "-")
     if text.lower() in ("", "nan", "null", "na", "-"):
         return np.nan
-    with restated(f"a field is no number: {shown(text[:20])}", ValueError):
+    with restated(f"a field is no number: {clean(text[:20])}", ValueError):
         return float(text.replace(",", ".") if text.count(",") == 1 and "." not in text else text)
 
 
@@ -58,7 +58,7 @@ def _clock(text: str) -> float:
     if day := re.fullmatch(r"(\d{1,2}):(\d\d):(\d\d)(?::(\d{1,3})|[.,](\d{1,9}))?", text):
         seconds = int(day[1]) * 3600 + int(day[2]) * 60 + int(day[3])
         return seconds + (int(day[4]) / 1000 if day[4] else float(f"0.{day[5] or 0}"))
-    with restated(f"a time is none: {shown(text[:30])}", ValueError):
+    with restated(f"a time is none: {clean(text[:30])}", ValueError):
         plain = re.sub(r"\s+(?=[+-]\d\d:?\d\d$)", "", text).replace(",", ".")
         return datetime.fromisoformat(plain).timestamp()
 

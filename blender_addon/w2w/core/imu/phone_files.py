@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..csv_tables import SEPARATORS, decoded
-from ..wording import restated, shown
+from ..wording import clean, restated
 from .clock import at_times, shared_times
 from .phone_clocks import LOST_S, number_in, rate_of, seconds_of
 from .recording import ImuRecording
@@ -96,7 +96,7 @@ def read_phone(path: Path) -> ImuRecording:
     files, folder = [path], path.parent
     if path.is_dir():
         files, folder = [one for one in sorted(path.iterdir()) if SENSOR_FILES.fullmatch(one.name)], path
-    with restated(f"{shown(path.name)}:", ValueError):
+    with restated(f"{clean(path.name)}:", ValueError):
         groups = [group for file in files for group in _groups(file, _keeps_apples_sign(folder))]
         acc = _with_gravity(groups)
         gyr = _turning(groups, acc)

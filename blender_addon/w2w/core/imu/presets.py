@@ -26,7 +26,7 @@ from typing import Any
 from ..body.body import template
 from ..files import write_json
 from ..given import given_path
-from ..wording import restated, shown
+from ..wording import clean, restated
 from .sensor import SensorModel
 from .sensor_fields import GIVEN_ELSEWHERE, sensor_with
 
@@ -117,7 +117,7 @@ def read_sensor(path: str | Path) -> SensorModel:
     'mine'
     """
     path = given_path(path, "a sensor")
-    with restated(f"{shown(path)}:", ValueError):
+    with restated(f"{clean(path)}:", ValueError):
         return sensor_from(_content(path), path.stem)
 
 

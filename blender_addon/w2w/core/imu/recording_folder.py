@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from ..csv_tables import read_table
 from ..library.labels import same_label
-from ..wording import listed, restated, shown
+from ..wording import clean, join_words, restated
 from .phone_files import is_phone_folder
 from .recording import ImuRecording
 
@@ -49,7 +49,7 @@ def label_rows(path: Path) -> dict[str, list[dict[str, str]]]:
     optional = ("subject", "clip", "place", "start", "end")
     for number, row in read_table(path, ("file", "activity"), optional).rows:
         if not row["file"] or not row["activity"]:
-            raise ValueError(f"{shown(path)}, line {number}: a row needs a file and its activity")
+            raise ValueError(f"{clean(path)}, line {number}: a row needs a file and its activity")
         rows.setdefault(row.pop("file").replace("\\", "/").strip("/"), []).append(row)
     return rows
 
@@ -114,8 +114,10 @@ def _by_words(file: Path, activities: Sequence[str]) -> tuple[str, str]:
     }
     named = {name for _, name in found if not any(name != other and name in other for _, other in found)}
     if len(named) != 1:
-        what = f"names {listed(sorted(named))}" if named else "names no activity of the study"
-        raise ValueError(f"its path {what}: name a folder {listed(list(activities), 9)}, or use labels.csv")
+        what = f"names {join_words(sorted(named))}" if named else "names no activity of the study"
+        raise ValueError(
+            f"its path {what}: name a folder {join_words(list(activities), 9)}, or use labels.csv"
+        )
     (activity,) = named
     others = [part for number, part in enumerate(folders) if (number, activity) not in found]
     rest = re.sub(rf"{re.escape(activity)}|[\W\d_]+", " ", same_label(file.stem))

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..given import clip_number, given_numbers, given_path
 from ..motion.motion import LABELS
-from ..wording import listed, plain_words, shown
+from ..wording import clean, join_words, plain_words
 from .clock import SAME_RATE, at_rate
 from .formats import PHONE, format_of, read_recording
 from .recording import ImuRecording
@@ -198,7 +198,7 @@ class Recordings(Sequence[ImuRecording]):
         """
         folder = given_path(folder, "a folder of recordings")
         if not folder.is_dir():
-            raise ValueError(f"{shown(folder)} is no folder of recordings")
+            raise ValueError(f"{clean(folder)} is no folder of recordings")
         table = given_path(labels, "a csv of labels") if labels is not None else folder / LABEL_FILE
         rows = label_rows(table) if labels is not None or table.is_file() else {}
         recordings, skipped = [], []
@@ -214,7 +214,7 @@ class Recordings(Sequence[ImuRecording]):
                 skipped.append((file, str(error)))
         if not recordings:
             why = f"; {skipped[0][0]}: {skipped[0][1]}" if skipped else f": it holds no {', '.join(SUFFIXES)}"
-            raise ValueError(f"no recording in {shown(folder)} can be used{why}")
+            raise ValueError(f"no recording in {clean(folder)} can be used{why}")
         return cls(recordings, tuple(skipped))
 
     def __repr__(self) -> str:
@@ -312,7 +312,7 @@ def _check_labels(clip: str, parts: Sequence[Mapping[str, tuple[ImuRecording, in
     for what in ("activity", "subject"):
         several = sorted({getattr(one, what) for part in parts for one, _ in part.values()})
         if len(several) > 1:
-            raise ValueError(f"{clip} is labelled with more than one {what}: {listed(several)}")
+            raise ValueError(f"{clip} is labelled with more than one {what}: {join_words(several)}")
 
 
 def _texts(values: Iterable[Any]) -> list[str]:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A sensor model in words: its errors, how it is worn, and which of straps and tissue are in its signals."""
 
-from ..wording import listed
+from ..wording import join_words
 from .sensor import SensorModel
 
 
@@ -31,5 +31,5 @@ def wearing_sentences(model: SensorModel) -> str:
     if model.drop_fraction:
         held.append(f"loses {100 * model.drop_fraction:g} % of its samples")
     missing.append("clothes")
-    lacks = f"{listed(missing).capitalize()} are not in it."
-    return f"It {listed(held)}. {lacks}" if held else lacks
+    lacks = f"{join_words(missing).capitalize()} are not in it."
+    return f"It {join_words(held)}. {lacks}" if held else lacks

@@ -11,7 +11,7 @@ from typing import Any, Self
 
 from ..motion.axes import UPS, Up
 from ..motion.source import UnusableMotion
-from ..wording import restated, shown
+from ..wording import clean, restated
 from .joint_sets import JOINT_SETS
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
@@ -135,7 +135,7 @@ def up_beside(path: Path) -> Up | None:
     said = (
         [value for key, value in content.items() if named(key) == "up"] if isinstance(content, dict) else []
     )
-    with restated(f"{shown(path.with_suffix('.json').name)} next to it:", ValueError, UnusableMotion):
+    with restated(f"{clean(path.with_suffix('.json').name)} next to it:", ValueError, UnusableMotion):
         return facts_of({"up": said[0]}).up if said else None
 
 
@@ -144,7 +144,7 @@ def side_car_facts(path: Path) -> PoseFacts:
     file = side_car(path)
     if file is None:
         return PoseFacts()
-    name = shown(file.name)
+    name = clean(file.name)
     try:
         if not _is_small(file):
             raise UnusableMotion(f"{name} next to it is too large to say its rate and unit")

@@ -12,7 +12,7 @@ from ..body.skeleton import JOINT_INDEX
 from ..motion.axes import Up
 from ..motion.source import UnusableMotion
 from ..retargeting.bone_maps import best_match, missing_joints
-from ..wording import listed, shown
+from ..wording import clean, join_words
 from .facts import PoseFacts
 from .joint_sets import JOINT_SETS, JointSet
 from .paths import BONES, REQUIRED, sides_are_exchanged
@@ -230,9 +230,9 @@ def _played(names: tuple[str, ...]) -> Named:
     """SMPL's joints that bones of a rig play, by the bone maps; UnusableMotion if these know no such rig."""
     _, matched = best_match(names)
     if missing := missing_joints(matched):
-        held = shown(", ".join(names[:8])) + (", ..." if len(names) > 8 else "")
+        held = clean(", ".join(names[:8])) + (", ..." if len(names) > 8 else "")
         raise UnusableMotion(
             f"its joints' names ({held}) are of no joint set or bone map that W2W knows: it lacks "
-            f"{listed(missing, most=4)}; the sets are {', '.join(JOINT_SETS)}"
+            f"{join_words(missing, most=4)}; the sets are {', '.join(JOINT_SETS)}"
         )
     return RIG, [matched.get(JOINT_INDEX[joint]) for joint in JOINT_SETS[RIG].joints]

@@ -24,7 +24,7 @@ from ..motion.source import (
 )
 from ..motion.up import BY_ITSELF, Ups
 from ..pickles import read_npy_object
-from ..wording import restated, shown
+from ..wording import clean, restated
 from .facts import IN_FILES, SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
 from .fit import CUTOFF_HZ, KeypointFit, fit_keypoints, seen_joints
 from .joint_sets import JOINT_SETS, JointSet
@@ -188,7 +188,7 @@ def read_joints(path: Path, given: PoseFacts = NO_FACTS, ups: Ups = BY_ITSELF) -
     with reading(ValueError, MemoryError):
         raw = _READERS[path.suffix.lower()](path)
     raw = raw._replace(facts=raw.facts.completed(side_car_facts(path)))
-    return joints_of(raw, given, ups, shown(path.with_suffix(".json").name))
+    return joints_of(raw, given, ups, clean(path.with_suffix(".json").name))
 
 
 def joints_of(raw: RawPose, given: PoseFacts, ups: Ups = BY_ITSELF, side_car: str = "") -> JointPositions:
@@ -280,7 +280,7 @@ def _read_npy(path: Path) -> RawPose:
     if not isinstance(motion, np.ndarray) or motion.ndim != 4 or motion.shape[2] != 3:
         held = ", ".join(map(str, content)) if isinstance(content, dict) else type(content).__name__
         raise UnusableMotion(
-            f"it holds a pickled object ({shown(held[:80])}), no array of positions nor a result of motion "
+            f"it holds a pickled object ({clean(held[:80])}), no array of positions nor a result of motion "
             "diffusion ('motion' of clips, joints, 3, frames)"
         )
     if len(motion) != 1:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ..readers.animations import contents, telling_part
 from ..reading.formats import MOTION_SUFFIXES, is_motion
-from ..wording import shown
+from ..wording import clean
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
 from .library import (
     LABELS,
@@ -73,13 +73,13 @@ def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = No
     if not motions:
         raise LibraryError(f"choose motion files ({', '.join(MOTION_SUFFIXES)})")
     reason = "it is no kind of motion file that can be read"
-    left_out = [(shown(path.name), reason) for path in paths if path not in motions]
+    left_out = [(clean(path.name), reason) for path in paths if path not in motions]
     found = contents((path, path.name) for path in motions)
-    files, names = [shown(item.file) for item in found], unique_names(item.file for item in found)
+    files, names = [clean(item.file) for item in found], unique_names(item.file for item in found)
     if by == BY_CSV:
         labels = csv or motions[0].parent / LABELS
         rows, check = read_labels(labels, motions[0].parent, files)
-        missing = f"{shown(labels.name)} gives it no activity"
+        missing = f"{clean(labels.name)} gives it no activity"
         left_out += [(file, missing) for file in files if file not in rows]
     else:
         labels_of = [_label(item.path, by, item.animation) for item in found]
@@ -142,10 +142,10 @@ def activity_of_action(action: str, armature: str = "") -> str:
 
 def _label(path: Path, by: str, animation: str) -> str:
     if by == BY_FOLDER:
-        return as_label(shown(path.absolute().parent.name))
+        return as_label(clean(path.absolute().parent.name))
     if animation:
-        return as_label(telling_part(shown(animation)))
-    return activity_of(shown(path.name))
+        return as_label(telling_part(clean(animation)))
+    return activity_of(clean(path.name))
 
 
 def _plan(clips: Sequence[Clip], left_out: Sequence[tuple[str, str]], check: LabelCheck) -> ImportPlan:

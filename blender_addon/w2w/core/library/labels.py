@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 
 from ..csv_tables import CsvError, CsvTable, read_table
 from ..motion.source import HIGHEST_RATE, LOWEST_RATE
-from ..wording import composed, harmless, plain_words, restated, shown
+from ..wording import clean, composed, harmless, plain_words, restated
 
 
 class LibraryError(ValueError):
@@ -77,8 +77,8 @@ def label_rows(
         if not any(row["file"] for _, row in captions.rows):
             return _caption_labels(labels, captions, folder, inside, exact)
     rows, check = read_labels(labels, folder, inside, exact)
-    reasons = dict.fromkeys(inside, f"{shown(labels.name)} gives it no activity")
-    return rows, reasons | dict.fromkeys(check.not_listed, f"{shown(labels.name)} does not list it"), check
+    reasons = dict.fromkeys(inside, f"{clean(labels.name)} gives it no activity")
+    return rows, reasons | dict.fromkeys(check.not_listed, f"{clean(labels.name)} does not list it"), check
 
 
 def read_labels(
@@ -98,7 +98,7 @@ def read_labels(
     rows: dict[str, Row] = {}
     strangers, empty, named = [], [], set()
     for number, cells in table.rows:
-        row: Row = cells | {"rate": _rate(cells["rate"], f"{shown(path)}, line {number}")}
+        row: Row = cells | {"rate": _rate(cells["rate"], f"{clean(path)}, line {number}")}
         text = row.pop("file")
         files = find.candidates(text)
         if not (text and row["activity"]):
@@ -108,12 +108,12 @@ def read_labels(
             strangers.append(text)
         elif len(files) > 1:
             raise LibraryError(
-                f"{shown(path)}, line {number}: '{text}' could be any of {', '.join(files[:3])}: "
+                f"{clean(path)}, line {number}: '{text}' could be any of {', '.join(files[:3])}: "
                 "write the path inside the library"
             )
         elif not _same_labels(rows.setdefault(files[0], row), row):
             raise LibraryError(
-                f"{shown(path)}, line {number}: '{files[0]}' is listed twice with different labels"
+                f"{clean(path)}, line {number}: '{files[0]}' is listed twice with different labels"
             )
     if not rows:
         raise LibraryError(_useless(path, inside, strangers, empty))
@@ -203,7 +203,7 @@ class _Finder:
     def __init__(self, folder: Path, inside: Sequence[str]) -> None:
         self.known = set(inside)
         self.inside = inside
-        self.folders = {plain_words(shown(path.name)) for path in (folder.absolute(), folder.resolve())}
+        self.folders = {plain_words(clean(path.name)) for path in (folder.absolute(), folder.resolve())}
 
     @cached_property
     def by_name(self) -> dict[str, list[tuple[str, str]]]:
@@ -234,7 +234,7 @@ class _Finder:
 
 
 def _useless(path: Path, inside: Sequence[str], strangers: list[str], empty: list[str]) -> str:
-    text = f"{shown(path)} lists none of the {len(inside)} motion files in the library with an activity"
+    text = f"{clean(path)} lists none of the {len(inside)} motion files in the library with an activity"
     if strangers:
         text += f"; it lists '{strangers[0]}', say, and the library holds '{inside[0]}'"
     elif empty:
@@ -266,7 +266,7 @@ def _caption_labels(
         else:
             left_out[file] = "none of its captions is listed" if texts else "it has no captions"
     if not rows:
-        raise LibraryError(f"{shown(path)} holds the words of no caption of the {len(inside)} motion files")
+        raise LibraryError(f"{clean(path)} holds the words of no caption of the {len(inside)} motion files")
     empty = tuple(f"line {number}" for number, row in table.rows if not (row["caption"] and row["activity"]))
     return rows, left_out, replace(check, no_activity=empty, not_listed=tuple(left_out), note=table.note)
 

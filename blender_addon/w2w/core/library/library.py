@@ -16,7 +16,7 @@ from ..files import reserved
 from ..readers.animations import contents, telling_part
 from ..reading.clips import Clip as Clip
 from ..reading.formats import FAULTS, MOTION_SUFFIXES, TABLES, WAYS, is_motion
-from ..wording import composed, count as count_of, listed, name_bytes, shown
+from ..wording import clean, composed, count as count_of, join_words, name_bytes
 from .labels import NO_LABELS, LabelCheck, LibraryError, label_rows, spelled_once
 
 LABELS = "labels.csv"
@@ -52,7 +52,7 @@ def not_read_sentence(unread: Sequence[tuple[str, int]]) -> str:
     """How many files are of kinds that are not read, by their suffix, and what to do; "" if none is."""
     if not unread:
         return ""
-    kinds = listed([f"{number} {suffix}" for suffix, number in unread])
+    kinds = join_words([f"{number} {suffix}" for suffix, number in unread])
     ways = dict.fromkeys(WAYS[suffix] for suffix, _ in unread if suffix in WAYS)
     files = count_of("file", sum(number for _, number in unread))
     return "; ".join([f"{files} of kinds that are not read: {kinds}", *ways, *FAULTS])
@@ -91,24 +91,24 @@ def read_library(
     files = [above[place] / name for place, _, name in (file.rpartition("/") for file in inside)]
     found = contents(zip(files, inside, strict=True))
     names = unique_names(item.file for item in found)
-    inside = [shown(item.file) for item in found]
-    packs = {shown(item.file): shown(item.pack) for item in found if item.pack}
+    inside = [clean(item.file) for item in found]
+    packs = {clean(item.file): clean(item.pack) for item in found if item.pack}
     reasons: dict[str, str] = {}
     where = ""
     if labels is None and own_labels and (folder / LABELS).is_file():
         labels, where = folder / LABELS, " in the library"
     if labels is None:
-        telling = zip(inside, (telling_part(shown(item.animation)) for item in found), strict=True)
+        telling = zip(inside, (telling_part(clean(item.animation)) for item in found), strict=True)
         named = {file: {"activity": text} for file, own in telling if (text := own or _telling(file))}
         rows, check = spelled_once(named, exact_labels, as_label)
         reasons = dict.fromkeys(inside, "neither its folder nor its name says what it shows")
         alone = [file for file in inside if file not in packs]
         sources = {"folder names" if "/" in file else "file names" for file in alone}
         sources |= {"names of animations"} if packs else set()
-        labelled_by = listed(sorted(sources, reverse=True))
+        labelled_by = join_words(sorted(sources, reverse=True))
     else:
         labels = Path(labels)
-        labelled_by = f"the file {shown(labels.name)}{where}"
+        labelled_by = f"the file {clean(labels.name)}{where}"
         try:
             nameable = [*inside, *dict.fromkeys(packs.values())]
             rows, reasons, check = label_rows(labels, folder, nameable, exact_labels)
@@ -214,5 +214,5 @@ def _motion_files(folder: Path) -> tuple[list[str], Counter[str]]:
             if suffix in MOTION_SUFFIXES or is_motion(Path(place, name)):
                 motions.append(f"{inside}{name}")
             elif suffix and suffix not in TABLES and not name.startswith("."):
-                others[shown(suffix)] += 1
+                others[clean(suffix)] += 1
     return motions, others

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..files import npy_shape
-from ..wording import restated, shown
+from ..wording import clean, restated
 from .source import UnusableMotion
 
 IN_PARTS = ("global_orient", "body_pose")
@@ -96,7 +96,7 @@ def people_in_result(content: Any) -> list[dict[str, np.ndarray]]:
         found = [*_tracks(content)] or [*_people(content, (), set())]
     if not found:
         held = ", ".join(map(str, content)) if isinstance(content, dict) else type(content).__name__
-        raise UnusableMotion(f"it holds no poses of SMPL, but {shown(held[:120])}")
+        raise UnusableMotion(f"it holds no poses of SMPL, but {clean(held[:120])}")
     in_world = [item for item in found if _in_world(*item)]
     people = sorted((arrays for _, arrays in in_world or found), key=_seen_frames, reverse=True)
     facts = _numbers(content, DEEPEST, set())

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..body.skeleton import Y_UP_TO_Z_UP
-from ..wording import count, harmless, restated, shown
+from ..wording import clean, count, harmless, restated
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,7 +273,7 @@ def _why_missing(path: Path, error: Exception) -> str:
         return "it is a symbolic link that leads back to itself"
     if error.errno != errno.ENOENT or not path.is_symlink():
         return unreadable(error)
-    target = shown(path.readlink())
+    target = clean(path.readlink())
     if "annex/objects/" in target.replace("\\", "/"):
         return "it is a git-annex link whose content is not here: fetch it with 'git annex get'"
     return f"it is a link to a file that does not exist: {target}"

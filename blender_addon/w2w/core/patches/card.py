@@ -49,7 +49,7 @@ class Card(InShort):
         return " ".join(f"{sentence}." for sentence in sentences if sentence)
 
 
-def card(body: Body | None, patches: PatchSet, expected: np.ndarray, patch: int) -> Card:
+def make_card(body: Body | None, patches: PatchSet, expected: np.ndarray, patch: int) -> Card:
     """The card of a patch, with the expected F1 (N,) of all; its name alone without a body."""
     if body is None:
         return Card(patch, "", patches.names[patch], "", None)

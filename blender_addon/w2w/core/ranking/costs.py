@@ -71,7 +71,7 @@ def costs_at(utility: UtilityMap, base: Sequence[int]) -> np.ndarray:
     return as_shown(utility.expected_mean[list(base)].mean()) - as_shown(utility.expected_mean)
 
 
-def cost(utility: UtilityMap, base: Sequence[int], place: Sequence[int]) -> Cost:
+def cost_of(utility: UtilityMap, base: Sequence[int], place: Sequence[int]) -> Cost:
     """The cost of a sensor that moves over the patches `place` against one that moves over `base`.
 
     The interval is that of the difference on as many other clips. Its variance is the geometric mean of that

@@ -265,7 +265,7 @@ Spread = Callable[
 def try_patches(
     model: Any,
     source: PatchBlocks,
-    trial: TrialPlan,
+    planned: TrialPlan,
     alpha: float,
     span: tuple[int, int],
     progress: Callable[[float], None] | None = None,
@@ -275,14 +275,14 @@ def try_patches(
     `alpha` is the ridge of a model with `predict_splits`, as `Ridge` has; `progress` is given the fraction
     done.
     """
-    labels, plan, some = trial.labels, trial.plan, SomePatches(source, *span)
-    position = np.cumsum(trial.is_test) - 1
+    labels, plan, some = planned.labels, planned.plan, SomePatches(source, *span)
+    position = np.cumsum(planned.is_test) - 1
     trials_of = [
         [number for number, each in enumerate(plan.trials) if split in each.splits]
         for split in range(len(plan.splits))
     ]
     n_patches, n_trials, n_activities = some.shape[1], len(plan.trials), len(plan.whole.testable)
-    predictions = np.empty((int(trial.is_test.sum()), n_patches), dtype=np.int16)
+    predictions = np.empty((int(planned.is_test.sum()), n_patches), dtype=np.int16)
     counts = np.zeros((n_patches, n_trials, 3, n_activities), dtype=np.int64)
 
     def receive(patch: int, predictions_of_patch: Iterable[Predictions]) -> None:

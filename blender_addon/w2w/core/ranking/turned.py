@@ -47,15 +47,15 @@ def _f1_of_turned(
     windows: np.ndarray, rate: float, protocol: CrossValidation, turns: tuple[int, ...]
 ) -> np.ndarray:
     """Macro F1 with the tested windows turned by each of some angles, degrees; shape (K,)."""
-    trial = protocol.plan(halvings=0)
-    whole, tested = trial.plan.splits, np.flatnonzero(trial.is_test)
-    seen = windows[trial.used]
+    planned = protocol.plan(halvings=0)
+    whole, tested = planned.plan.splits, np.flatnonzero(planned.is_test)
+    seen = windows[planned.used]
     shown = [seen, *(_turned(seen[tested], turn) for turn in turns)]
     described = [window_features(part[None], rate)[0] for part in shown]  # as sensors of one window: faster
     features = np.concatenate(described)[:, None]
-    labels = np.concatenate([trial.labels, np.tile(trial.labels[tested], len(turns))])
-    never = np.full(len(labels) - len(seen), trial.plan.block.max() + 1)
-    place = np.cumsum(trial.is_test) - 1
+    labels = np.concatenate([planned.labels, np.tile(planned.labels[tested], len(turns))])
+    never = np.full(len(labels) - len(seen), planned.plan.block.max() + 1)
+    place = np.cumsum(planned.is_test) - 1
     splits = [
         Split(split.train, len(seen) + number * len(tested) + place[split.tested])
         for number in range(len(turns))
@@ -68,11 +68,13 @@ def _f1_of_turned(
             predicted[rows] = activities[0]
 
     ridge = Ridge()
-    alpha = ridge.choose_alpha(features[: len(seen)], trial.labels, trial.fold, trial.is_test)
-    ridge.predict_splits(features, labels, np.concatenate([trial.plan.block, never]), splits, alpha, receive)
+    alpha = ridge.choose_alpha(features[: len(seen)], planned.labels, planned.fold, planned.is_test)
+    ridge.predict_splits(
+        features, labels, np.concatenate([planned.plan.block, never]), splits, alpha, receive
+    )
     by_turn = predicted[len(seen) :].reshape(len(turns), -1)
-    f1 = [window_f1(row, trial.labels[tested], len(trial.activities)) for row in by_turn]
-    return mean_over(np.array(f1), trial.weights)
+    f1 = [window_f1(row, planned.labels[tested], len(planned.activities)) for row in by_turn]
+    return mean_over(np.array(f1), planned.weights)
 
 
 def _turned(windows: np.ndarray, degrees: float) -> np.ndarray:

@@ -242,31 +242,31 @@ def utility_map(
     """
     clip, seed = np.asarray(protocol.clip), protocol.seed
     model = _model(classifier, seed, work)
-    trial = protocol.plan(halvings if isinstance(model, Ridge) else 0)
-    weights = trial.weights
-    source = SomeWindows(as_blocks(inputs), trial.used)
+    planned = protocol.plan(halvings if isinstance(model, Ridge) else 0)
+    weights = planned.weights
+    source = SomeWindows(as_blocks(inputs), planned.used)
     if isinstance(model, Ridge):
-        predictions, trials_f1 = _try_all(model, source, trial, progress, spread)
+        predictions, trials_f1 = _try_all(model, source, planned, progress, spread)
     else:
-        predictions = model.predict_folds(source, trial.labels, trial.fold, trial.is_test, progress)
+        predictions = model.predict_folds(source, planned.labels, planned.fold, planned.is_test, progress)
 
-    tested = trial.used[trial.is_test]
-    truth = trial.labels[trial.is_test].astype(np.int16)
-    n_activities = len(trial.activities)
+    tested = planned.used[planned.is_test]
+    truth = planned.labels[planned.is_test].astype(np.int16)
+    n_activities = len(planned.activities)
     f1, boot = score_patches(
         truth, predictions, clip[tested], n_activities, resamples, LEVEL, seed, activity_weights=weights
     )
     if not isinstance(model, Ridge):
         trials_f1 = f1.T[None]
-    expected = expect(trials_f1, trial.plan, pooling or Pooling.none(len(f1)), LEVEL, weights)
-    halves = maps_of(trials_f1, trial.plan)[: len(trial.plan.pairs_to_choose_by())]
+    expected = expect(trials_f1, planned.plan, pooling or Pooling.none(len(f1)), LEVEL, weights)
+    halves = maps_of(trials_f1, planned.plan)[: len(planned.plan.pairs_to_choose_by())]
     return UtilityMap(
-        activities=trial.activities,
+        activities=planned.activities,
         f1=f1,
         **boot._asdict(),
         **vars(expected)
         | {"expected_low": np.minimum(expected.expected_low, most_shown(clip[tested], LEVEL))},
-        **{name: getattr(trial, name) for name in ("protocol", "left_out", "weights")},
+        **{name: getattr(planned, name) for name in ("protocol", "left_out", "weights")},
         predictions=predictions,
         truth=truth,
         clip=clip[tested].astype(np.str_),
@@ -279,17 +279,17 @@ def utility_map(
 def _try_all(
     model: Ridge,
     source: PatchBlocks,
-    trial: TrialPlan,
+    planned: TrialPlan,
     progress: Callable[[float], None] | None,
     spread: Spread | None,
 ) -> TrialScores:
-    alpha = model.choose_alpha(source, trial.labels, trial.fold, trial.is_test)
+    alpha = model.choose_alpha(source, planned.labels, planned.fold, planned.is_test)
     n_patches = source.shape[1]
     if spread is None:
-        return try_patches(model, source, trial, alpha, (0, n_patches), progress)
+        return try_patches(model, source, planned, alpha, (0, n_patches), progress)
     spans = [(first, min(first + TASK_PATCHES, n_patches)) for first in range(0, n_patches, TASK_PATCHES)]
     parts = []
-    for tried in spread(partial(try_patches, replace(model, workers=1), source, trial, alpha), spans):
+    for tried in spread(partial(try_patches, replace(model, workers=1), source, planned, alpha), spans):
         parts.append(tried)
         if progress is not None:
             progress(len(parts) / len(spans))

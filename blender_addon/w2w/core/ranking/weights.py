@@ -11,7 +11,7 @@ import numpy as np
 
 from ..csv_tables import read_table
 from ..library.labels import by_label, same_label
-from ..wording import restated, shown
+from ..wording import clean, restated
 
 BACKGROUND = 0.0
 """Weight of an activity that sensors must not confuse with the others, but need not recognise."""
@@ -88,13 +88,13 @@ def read_weights(path: str | Path) -> tuple[tuple[str, float], ...]:
     weights: dict[str, float] = {}
     for line, row in read_table(path, ("activity", "weight")).rows:
         name, text = row["activity"], row["weight"]
-        with restated(f"{shown(path)}, line {line}: '{text}' is no number", ValueError):
+        with restated(f"{clean(path)}, line {line}: '{text}' is no number", ValueError):
             weight = float(text)
         if not (np.isfinite(weight) and weight >= 0):
-            raise ValueError(f"{shown(path)}, line {line}: a weight is 0 (background) or more, not {text}")
+            raise ValueError(f"{clean(path)}, line {line}: a weight is 0 (background) or more, not {text}")
         if not name:
-            raise ValueError(f"{shown(path)}, line {line}: no activity")
+            raise ValueError(f"{clean(path)}, line {line}: no activity")
         if weights.get(name, weight) != weight:
-            raise ValueError(f"{shown(path)}, line {line}: '{name}' is listed twice with different weights")
+            raise ValueError(f"{clean(path)}, line {line}: '{name}' is listed twice with different weights")
         weights[name] = weight
     return tuple(weights.items())

@@ -19,7 +19,7 @@ from ..motion.source import (
     size_and_head,
     usable_rate,
 )
-from ..wording import shown
+from ..wording import clean
 
 AMC_SUFFIX, ASF_SUFFIX = ".amc", ".asf"
 
@@ -58,7 +58,7 @@ def skeleton_file(path: Path) -> Path:
         return max(starting, key=lambda file: len(file.stem))
     if len(skeletons) == 1:
         return skeletons[0]
-    names = ", ".join(shown(file.name) for file in skeletons[:5])
+    names = ", ".join(clean(file.name) for file in skeletons[:5])
     what = f"several lie there ({names})" if skeletons else "none lies there"
     raise UnusableMotion(f"an .amc needs the .asf of its skeleton in the same folder, and {what}")
 
@@ -73,11 +73,11 @@ def read_amc(path: Path, rate: float | None = None) -> SourceMotion:
     with reading():
         skeleton = skeleton_file(path)
         if size_and_head(skeleton)[0] > MAX_ASF_BYTES:
-            raise UnusableMotion(f"its skeleton {shown(skeleton.name)} is too large to be one")
+            raise UnusableMotion(f"its skeleton {clean(skeleton.name)} is too large to be one")
         try:
             bones = _skeleton(_lines(skeleton))
         except (ValueError, IndexError, KeyError) as error:
-            raise UnusableMotion(f"its skeleton {shown(skeleton.name)} is damaged: {error}") from error
+            raise UnusableMotion(f"its skeleton {clean(skeleton.name)} is damaged: {error}") from error
         values, position = _frames(_lines(path), bones)
     return _source(bones, values, position, rate)
 

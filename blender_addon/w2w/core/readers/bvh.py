@@ -10,7 +10,7 @@ from ..motion.axes import Up
 from ..motion.source import TO_Z_UP, SourceMotion, UnusableMotion, people_in, refuse_pose
 from ..motion.up import BY_ITSELF, Ups
 from ..retargeting.repair import repaired
-from ..wording import shown
+from ..wording import clean
 from .bvh_text import BvhText, digest_of, read_bvh_text
 
 BVH_SUFFIX = ".bvh"
@@ -30,7 +30,7 @@ def read_bvh(
     """
     text = read_bvh_text(path, rate)
     _refuse_radians(text)
-    motion = as_it_stands(text, shown(path.stem))
+    motion = as_it_stands(text, clean(path.stem))
     refuse_pose(motion)
     return repaired(motion, up, ups)
 

@@ -18,7 +18,7 @@ from ..motion.source import (
     usable_rate,
 )
 from ..pickles import read_npy_object
-from ..wording import shown
+from ..wording import clean
 
 
 def read_poselib(path: Path, rate: float | None = None) -> SourceMotion | None:
@@ -33,7 +33,7 @@ def read_poselib(path: Path, rate: float | None = None) -> SourceMotion | None:
         return None
     try:
         tree, is_local = content["skeleton_tree"], bool(content["is_local"])
-        names = tuple(shown(str(name)) for name in tree["node_names"])
+        names = tuple(clean(str(name)) for name in tree["node_names"])
         parents = _array(tree["parent_indices"]).astype(int)
         offsets, quaternions = _array(tree["local_translation"]), _array(content["rotation"])
         root = _array(content["root_translation"])
@@ -61,7 +61,7 @@ def read_poselib(path: Path, rate: float | None = None) -> SourceMotion | None:
             if is_local:
                 matrices[:, bone, :3, :3] = turned @ local[:, bone]
             rest[bone, :3, 3] = rest[parent, :3, 3] + offsets[bone]
-    motion = SourceMotion(names, parents, rest, matrices, rate, shown(path.stem))
+    motion = SourceMotion(names, parents, rest, matrices, rate, clean(path.stem))
     refuse_pose(motion)
     return motion
 

@@ -23,7 +23,7 @@ from ..readers.bvh import BVH_SUFFIX, read_bvh
 from ..readers.import_checks import PLAIN_GLTF, USD_SUFFIXES, VRM_SUFFIXES
 from ..readers.mvnx import MVNX_SUFFIX, read_mvnx
 from ..readers.poselib import read_poselib
-from ..wording import listed, shown
+from ..wording import clean, join_words
 
 GROUP = "w2w.readers"
 
@@ -106,7 +106,7 @@ def _of_other_packages() -> tuple[tuple[Format, ...], tuple[str, ...]]:
         try:
             found.append(_checked(point, point.load(), [*OWN, *found]))
         except Exception as error:  # another's code
-            faults.append(f"the reader '{shown(point.name)}' cannot be used: {reason_of(error)}")
+            faults.append(f"the reader '{clean(point.name)}' cannot be used: {reason_of(error)}")
     return tuple(found), tuple(faults)
 
 
@@ -114,7 +114,7 @@ def _checked(point: EntryPoint, made: object, known: list[Format]) -> Format:
     if not (isinstance(made, Format) and made.read and made.suffixes):
         raise ValueError(f"{point.value} is no Format with a reader and suffixes")
     if taken := {*made.suffixes} & {suffix for each in known for suffix in each.suffixes}:
-        raise ValueError(f"{listed(sorted(taken))} is read already")
+        raise ValueError(f"{join_words(sorted(taken))} is read already")
     package = f"{point.dist.name} {point.dist.version}" if point.dist else point.value
     return replace(made, is_risky=True, version=" ".join(filter(None, (package, made.version))))
 

@@ -7,11 +7,11 @@ import numpy as np
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
 
-from ..patches.card import Card, card
+from ..patches.card import Card, make_card
 from ..ranking.stream import Stream
 from ..ranking.utility import UtilityMap
 from ..ranking.weights import mean_over
-from .answer import Answer, answer
+from .answer import Answer, find_answer
 from .constraints import Constraints, Terms
 from .joint import WORTH, WornSet, choose_together
 from .scored import ScoredMap, product_patches
@@ -106,7 +106,7 @@ def advise(
     )
     terms = constraints.terms(patches, max_places)
     scored = replace(scored, limits=terms.allowed)
-    to_one, products = answer(scored), product_patches(patches, body)
+    to_one, products = find_answer(scored), product_patches(patches, body)
     worn: WornSet | None = None
     swaps: tuple[np.ndarray, ...] = ()
     if tests:
@@ -117,7 +117,7 @@ def advise(
         swaps = interchangeable(tests, worn, among, utility)
     recommended = dict.fromkeys([to_one.patch, *(worn.order if worn else ())])
     clusters = redundancy_clusters(utility.predictions, len(utility.activities))
-    cards = tuple(card(body, patches, utility.expected_mean, patch) for patch in recommended)
+    cards = tuple(make_card(body, patches, utility.expected_mean, patch) for patch in recommended)
     return Advice(
         best=scored.best, answer=to_one, worn=worn, alternatives=swaps, clusters=clusters, cards=cards,
         products=products, allowed=terms.allowed,

@@ -11,7 +11,7 @@ from ..ranking.costs import MOMENT, Cost, as_shown, gain
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap
-from ..wording import InShort, capital, listed
+from ..wording import InShort, capital, join_words
 from .headline import by_posture, mean_caution, moments, short, tenths
 from .scored import PlaceScore, ScoredMap
 
@@ -32,7 +32,7 @@ HALF_OF_IT = "count on half of that lead"
 NO_PRODUCT = "no usual product sits"
 
 
-def compared(scores: Sequence[PlaceScore]) -> str:
+def comparison(scores: Sequence[PlaceScore]) -> str:
     """What places do against the recommended one, in a sentence; "" without any."""
     clauses = [good] if (good := as_good_as_it(scores)) else []
     for may in (True, False):
@@ -48,7 +48,7 @@ def compared(scores: Sequence[PlaceScore]) -> str:
 def as_good_as_it(scores: Sequence[PlaceScore]) -> str:
     """Which places are as good as the recommended one; "" if none is."""
     as_good = [score.phrase for score in scores if score.cost.as_good]
-    return f"{listed(as_good)} {'are' if _many(as_good) else 'is'} as good" if as_good else ""
+    return f"{join_words(as_good)} {'are' if _many(as_good) else 'is'} as good" if as_good else ""
 
 
 def _many(phrases: Sequence[str]) -> bool:
@@ -129,7 +129,7 @@ class Answer(InShort):
                 said.append(f"{capital(self.habit.phrase)}: {short(self.habit.expected)}; {HALF_OF_IT}.")
             else:
                 others = [self.habit, *others]
-        return " ".join(filter(None, [*said, compared(others)]))
+        return " ".join(filter(None, [*said, comparison(others)]))
 
     def measured(self) -> str:
         """What the F1 is measured on, in a sentence."""
@@ -141,7 +141,7 @@ class Answer(InShort):
         return f"{text}; by posture alone, the direction of gravity, F1 is {short(self.posture)}"
 
 
-def answer(scored: ScoredMap) -> Answer:
+def find_answer(scored: ScoredMap) -> Answer:
     """Recommend the best product, or the best region if no product is as good, or the habit."""
     utility, allowed, base, habit = scored.utility, scored.allowed, scored.base, scored.kept
     products = scored.products

@@ -21,7 +21,7 @@ class Terms:
 
     allowed: np.ndarray  # (N,), bool
     required: list[np.ndarray]  # numbers of patches; one of each array must be chosen
-    cost: np.ndarray  # (N,), positive
+    price: np.ndarray  # (N,), positive
     max_size: int
     rarity: np.ndarray | None = None  # (N,): of patches that do alike, the lowest is taken
     unwished: "Terms | None" = None  # the terms if nothing were wished; None if nothing is
@@ -103,9 +103,9 @@ class Constraints:
             without = f", without {', '.join(self.forbid)}" if self.forbid else ""
             why = without or f", where none of the {len(patches)} patches lies: use more"
             raise ValueError(f"nothing is left to choose from: {where}{why}")
-        cost = np.ones(len(patches))
+        price_of = np.ones(len(patches))
         for words, price in self.costs:
-            cost[self._patches(patches, [words])] = price
+            price_of[self._patches(patches, [words])] = price
         required = [self._patches(patches, [words]) for words in self.must]
         for words, options in zip(self.must, required, strict=True):
             if not len(options):
@@ -117,7 +117,7 @@ class Constraints:
         limit = int(allowed.sum()) if max_size is None else max_size
         if limit < max(1, len(required)):
             raise ValueError(f"max_size is {limit}, but {max(1, len(required))} patches are required")
-        return Terms(allowed, [options[allowed[options]] for options in required], cost, limit)
+        return Terms(allowed, [options[allowed[options]] for options in required], price_of, limit)
 
     @staticmethod
     def _patches(patches: PatchSet, wishes: Sequence[str]) -> np.ndarray:

@@ -65,7 +65,7 @@ class GrownSet:
             if not len(tried):
                 break
             value = self._tests.added(order, tried, self._worst) if order else self._first[tried]
-            gain = (value - self._area) / terms.cost[tried]
+            gain = (value - self._area) / terms.price[tried]
             best = self._best(tried, gain, ALIKE if order else EQUAL)
             if order:
                 self._area = float(value[best])
@@ -76,11 +76,11 @@ class GrownSet:
         return tuple(order[:size])
 
     def _best(self, tried: np.ndarray, gain: np.ndarray, margin: float) -> int:
-        """Number among the patches tried of that to take, by what each gains for its cost."""
+        """Number among the patches tried of that to take, by what each gains for its price."""
         alike = np.flatnonzero(gain.max() - gain <= margin)
         patches, terms = tried[alike], self._terms
         rarity = np.zeros(len(alike)) if terms.rarity is None else terms.rarity[patches]
-        return int(alike[np.lexsort((-gain[alike], rarity, terms.cost[patches]))[0]])
+        return int(alike[np.lexsort((-gain[alike], rarity, terms.price[patches]))[0]])
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class WornSet(InShort):
     target: float  # expected macro F1 to reach
     every_activity: float  # least expected F1 of any activity; 0 for none
     reached: bool
-    cost: float
+    price: float
     weights: np.ndarray  # (A,): what each activity counts
     further: tuple[int, ...]  # patches that were tried after these, in order of choice
     with_next: Promise | None  # for these patches and the first of `further`, if that is shown to add any F1
@@ -185,7 +185,7 @@ def _search(tests: SetTests, terms: Terms, given: _Given) -> _Search:
     """A search; one without wishes is kept with its tests, as the next wishes are held against it, too."""
     if terms.unwished:
         return _Search(tests, terms, given)
-    arrays = given.expected[0], given.first, terms.allowed, terms.cost, *terms.required
+    arrays = given.expected[0], given.first, terms.allowed, terms.price, *terms.required
     key = *(array.tobytes() for array in arrays), terms.max_size, given.worst, given.stream
     if key not in tests.searches:
         tests.searches[key] = _Search(tests, terms, given)
@@ -228,7 +228,7 @@ def choose_together(
     return WornSet(
         order=chosen, promise=promise.first(enough),
         activities=tests.activities, target=target, every_activity=every_activity, reached=reached,
-        cost=float(terms.cost[list(chosen)].sum()), weights=tests.weights, further=further,
+        price=float(terms.price[list(chosen)].sum()), weights=tests.weights, further=further,
         with_next=promise.first(enough + 1) if rises else None, most=float(promise.mean[-1]),
     )  # fmt: skip
 

@@ -11,7 +11,7 @@ from ..body.body import Body
 from ..patches.body_parts import HABIT, PRODUCT_NAMED, PRODUCTS, Product, product_called, side_of
 from ..patches.naming import FAR_M, nearest_patch, place, resolve
 from ..patches.patches import PatchSet
-from ..ranking.costs import EQUAL, Cost, cost, is_as_good
+from ..ranking.costs import EQUAL, Cost, cost_of, is_as_good
 from ..ranking.stream import ExpectedF1
 from ..ranking.utility import UtilityMap
 from ..wording import InShort, plain_words
@@ -87,7 +87,7 @@ class ScoredMap:
         found, habit = self._chosen, self.kept
         if habit is None:
             return found
-        return habit if cost(self.utility, found.under, habit.under).as_good else found
+        return habit if cost_of(self.utility, found.under, habit.under).as_good else found
 
     @property
     def _chosen(self) -> PlaceScore:
@@ -156,7 +156,7 @@ class ScoredMap:
         return PlaceScore(name, phrase, side, patch, tuple(under), expected, low, high, none, by_activity=f1)
 
     def _with_cost(self, score: PlaceScore) -> PlaceScore:
-        return replace(score, cost=cost(self.utility, self.base.under, score.under))
+        return replace(score, cost=cost_of(self.utility, self.base.under, score.under))
 
 
 def compare(scored: ScoredMap, words: Sequence[str]) -> tuple[PlaceScore, ...]:

@@ -24,7 +24,7 @@ from ..windows.windows import cut_windows
 from .clip_files import WORK
 from .config import StudyConfig, plain
 from .needs import Need, needs
-from .ranking import WindowLabels, rank_clips, set_tests, stream_of
+from .ranking import WindowLabels, rank_clips, set_tests_of, stream_of
 from .results import StudyResults
 
 Found = TypeVar("Found", bound=StudyResults)
@@ -49,18 +49,18 @@ def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
     return replace(study, utility=utility)
 
 
-def prepared_tests(
-    study: StudyResults, config: StudyConfig, pooling: Pooling | None = None
-) -> SetTests | None:
+def set_tests_in(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> SetTests | None:
     """Tests that sets of a study's patches are chosen and judged by; None for classifiers that are too slow.
 
     `pooling` is over the skin of the study's body, which takes seconds to make.
     """
     pooling = pooling or Pooling.on(study.body(), study.patches)
-    return set_tests(study.inputs(config.classifier), study.labels(), config, pooling, utility=study.utility)
+    return set_tests_of(
+        study.inputs(config.classifier), study.labels(), config, pooling, utility=study.utility
+    )
 
 
-def choose_to_wear(
+def advise_under(
     utility: UtilityMap,
     patches: PatchSet,
     body: Body | None,
@@ -68,7 +68,7 @@ def choose_to_wear(
     tests: SetTests | None,
     stream: Stream | None = None,
 ) -> Advice:
-    """Choose the best spot and the patches to wear together, with `tests` from `prepared_tests`.
+    """Choose the best spot and the patches to wear together, with `tests` from `set_tests_in`.
 
     The F1 promised to a set is that in a `stream`, if there is one.
 
@@ -87,17 +87,17 @@ def scored_map(utility: UtilityMap, patches: PatchSet, body: Body | None, config
     return ScoredMap(utility, patches, body, allowed, config.habit)
 
 
-def compared(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:
+def compare_places(study: StudyResults, words: Sequence[str]) -> tuple[PlaceScore, ...]:
     """One sensor on products and at places by name, best first; ValueError for an unknown name."""
     return compare(scored_map(study.utility, study.patches, study.body(), study.config()), words)
 
 
-def needed(study: StudyResults, words: Sequence[str] = ()) -> list[Need]:
+def find_needs(study: StudyResults, words: Sequence[str] = ()) -> list[Need]:
     """What a sensor needs on products and at places by name, or at each that is recommended.
 
     ValueError for an unknown name, or if signals cannot be made again.
     """
-    scores = compared(study, words)
+    scores = compare_places(study, words)
     named = {score.patch: f"{score.side} {score.name}".strip() for score in scores}
     if not words:
         named = {card["patch"]: card["sensor"] for card in study.cards}
@@ -105,11 +105,11 @@ def needed(study: StudyResults, words: Sequence[str] = ()) -> list[Need]:
     return needs(study, list(named), list(named.values()), numbers)
 
 
-def advised(study: Found, config: StudyConfig, pooling: Pooling | None = None) -> tuple[Found, Advice]:
+def choose(study: Found, config: StudyConfig, pooling: Pooling | None = None) -> tuple[Found, Advice]:
     """Put F1 in a stream on a ranked study, and choose: a step of runs, `w2w place` and the panel."""
     stream = stream_in(study, config)
     study = in_stream(study, stream)
-    return study, advised_by(study, config, prepared_tests(study, config, pooling), stream, {})
+    return study, choose_with(study, config, set_tests_in(study, config, pooling), stream, {})
 
 
 def in_stream(study: Found, stream: Stream | None) -> Found:
@@ -117,18 +117,18 @@ def in_stream(study: Found, stream: Stream | None) -> Found:
     return replace(study, utility=stream.on_map(study.utility)) if stream else study
 
 
-def advised_by(
+def choose_with(
     study: StudyResults,
     config: StudyConfig,
     tests: SetTests | None,
     stream: Stream | None,
     turned: dict[int, int],
 ) -> Advice:
-    """Like `advised`, with tests and a stream that know what was asked of them before.
+    """Like `choose`, with tests and a stream that know what was asked of them before.
 
     So does `turned`: how far the sensor on each patch may be turned.
     """
-    advice = choose_to_wear(study.utility, study.patches, study.body(), config, tests, stream)
+    advice = advise_under(study.utility, study.patches, study.body(), config, tests, stream)
     if stream is None:
         return advice
     due = [card.patch for card in advice.cards if card.patch not in turned]

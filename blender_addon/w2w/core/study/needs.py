@@ -27,7 +27,7 @@ from ..threads import unthreaded_products
 from ..windows.features import window_features
 from ..windows.inputs import SomeWindows, as_blocks
 from ..windows.windows import cut_windows
-from ..wording import shown
+from ..wording import clean
 from .clip_files import NO_SIGNATURE, ClipWindows, motion_file
 from .config import StudyConfig
 from .ranking import LabelledClip, WindowLabels
@@ -140,7 +140,7 @@ def needs(
     for clip in study.clips:
         if not motion_file(study.out, clip.name).exists():
             raise ValueError(
-                f"{clip.name} has no motion in {shown(study.out)} to make its signals from again"
+                f"{clip.name} has no motion in {clean(study.out)} to make its signals from again"
             )
     usual = at_rate(config, own_rate(config))
     body, clips = study.body(), [study.clips[number] for number in numbers]
@@ -244,16 +244,16 @@ class Place:
         signals = np.concatenate([windows.signals[:, 0] for windows in cut])
         features = window_features(signals[None], own_rate(config))[0]  # as sensors of one window: faster
         labels = WindowLabels.of(self.clips, [ClipWindows(one.is_test, NO_SIGNATURE) for one in cut])
-        trial, ridge = labels.protocol(config).plan(), Ridge()
-        source = SomeWindows(as_blocks(features[:, None]), trial.used)
-        alpha = ridge.choose_alpha(source, trial.labels, trial.fold, trial.is_test)
-        tried = try_patches(ridge, source, trial, alpha, (0, 1))
-        truth, predicted = trial.labels[trial.is_test], tried.predictions
-        n, weights = len(trial.activities), trial.weights
-        clip = labels.motion[trial.used[trial.is_test]]
+        planned, ridge = labels.protocol(config).plan(), Ridge()
+        source = SomeWindows(as_blocks(features[:, None]), planned.used)
+        alpha = ridge.choose_alpha(source, planned.labels, planned.fold, planned.is_test)
+        tried = try_patches(ridge, source, planned, alpha, (0, 1))
+        truth, predicted = planned.labels[planned.is_test], tried.predictions
+        n, weights = len(planned.activities), planned.weights
+        clip = labels.motion[planned.used[planned.is_test]]
         shares = [np.bincount(of, minlength=n) / len(truth) for of in (truth, predicted[:, 0])]
         of_clip = np.unique(clip, return_inverse=True)[1]
         right = np.bincount(of_clip, predicted[:, 0] == truth) / np.bincount(of_clip)
         luck = scipy.special.bdtrc(np.floor(right.sum()) - 1, len(right), shares[0] @ shares[1])
         by_trial = known_mean(tried.f1[:, :, 0], weights)
-        return _Tried(by_trial, trial.plan, float(luck))
+        return _Tried(by_trial, planned.plan, float(luck))

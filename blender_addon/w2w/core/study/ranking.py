@@ -143,7 +143,7 @@ def rank_clips(
     return utility_map(inputs, protocol, model, progress=progress, work=work, pooling=pooling, spread=spread)
 
 
-def set_tests(
+def set_tests_of(
     inputs: np.ndarray | PatchBlocks,
     labels: WindowLabels,
     config: StudyConfig,

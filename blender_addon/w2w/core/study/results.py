@@ -21,12 +21,12 @@ from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
 from ..threads import unthreaded_products
 from ..windows.inputs import PatchBlocks
-from ..wording import restated, shown
+from ..wording import clean, restated
 from .clip_files import CHANGING, WORK, ClipWindows, FilesToRank, motion_file, ranking_inputs, signals_file
 from .clip_list import Entry, is_used, read_clip_list
 from .config import StudyConfig
 from .ranking import LabelledClip, WindowLabels, copies_among
-from .signals import record
+from .signals import simulate
 
 UTILITY = "utility.npz"
 """The whole ranking, with its intervals, confusions and predictions."""
@@ -53,7 +53,7 @@ def check_finished(out: Path, by: str = "") -> None:
     mark = inside(out, CHANGING)
     if mark.exists() and not (by and mark.is_file() and mark.read_text(errors="replace") == by):
         raise UnfinishedError(
-            f"{shown(out)} holds an unfinished run: run the same command again to finish it, or wait if it "
+            f"{clean(out)} holds an unfinished run: run the same command again to finish it, or wait if it "
             "is still running"
         )
 
@@ -134,7 +134,7 @@ class StudyResults:
             return whole.at(patches)
         body, config = self._made_by
         with unthreaded_products():
-            return record(body, self.patches, self.motion(self.clips[clip].name), config, chosen=patches)
+            return simulate(body, self.patches, self.motion(self.clips[clip].name), config, chosen=patches)
 
     @cached_property
     def _held(self) -> dict[int, ImuRecording]:

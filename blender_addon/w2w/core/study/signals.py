@@ -36,7 +36,7 @@ def place_patches(body: Body, config: StudyConfig) -> PatchSet:
     return with_placements(body, patches, dict(config.placements)) if config.placements else patches
 
 
-def record(
+def simulate(
     body: Body,
     patches: PatchSet,
     motion: Motion,

@@ -9,7 +9,7 @@ import numpy as np
 from ...core.imu.calibration import Calibration, Correlations, calibrate as fit, held_out
 from ...core.imu.presets import write_sensor
 from ...core.imu.synthesis import FOLDED_BACK
-from ...core.wording import count, shown
+from ...core.wording import clean, count
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import PoseOptions, argument, chosen_sensor, option, with_options
 from ..runs.monitor import RunMonitor
@@ -57,7 +57,7 @@ def calibrate(
     with ending(USAGE, console):
         base = chosen_sensor(sensor)
         if out.suffix.lower() != ".json":
-            raise ValueError(f"--out must end in .json, as --sensor expects it, not {shown(out.name)}")
+            raise ValueError(f"--out must end in .json, as --sensor expects it, not {clean(out.name)}")
         new_file(out)
         files = files_together(real, motion)
         simulate = Simulator(patch, band, root_band, asked.pose())
@@ -74,7 +74,7 @@ def calibrate(
         console.print(f"Caution: {FOLDED_BACK}.", style="yellow")
     for line in [*found_lines(found, simulate.patch), *gain_lines(what, gains)]:
         console.print(line)
-    console.print(f"Written: {shown(out)}. Give it to --sensor.")
+    console.print(f"Written: {clean(out)}. Give it to --sensor.")
 
 
 def found_lines(found: Calibration, patch: str) -> list[str]:

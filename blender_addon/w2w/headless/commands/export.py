@@ -10,7 +10,7 @@ from ...core.exports import arrays, bids, biomechanics, parquet, pose_packs
 from ...core.exports.study_signals import ALL, StudySignals, WornSignals, placed
 from ...core.inside import inside
 from ...core.study.results import StudyResults
-from ...core.wording import capital, shown
+from ...core.wording import capital, clean
 from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
 from ..options import AsJson, argument, chosen_sensor, option, words
 from ..runs.own_files import check_whole, published
@@ -76,7 +76,7 @@ def export(
     if as_json:
         print_json({"tool": tool, "folder": str(target), "count": count, "sensors": list(signals.names)})
     else:
-        console.print(f"{what}: {shown(target)}")
+        console.print(f"{what}: {clean(target)}")
 
 
 def _signals(

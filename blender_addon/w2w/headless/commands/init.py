@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 from ...core.files import write_text
-from ...core.wording import shown
+from ...core.wording import clean
 from ..config_file import template
 from ..console import USAGE, Terminal, ending
 from ..options import argument
@@ -22,4 +22,4 @@ def init(file: Annotated[Path, argument("[FILE]", "A new TOML file.")] = Path("s
     with ending(USAGE, console):
         new_file(file)
         write_text(file, template(run))
-    console.print(f"Written: {shown(file)}. Change it, and run w2w run --config {shown(file)}")
+    console.print(f"Written: {clean(file)}. Change it, and run w2w run --config {clean(file)}")

@@ -32,7 +32,7 @@ from ...core.retargeting.bone_maps import BoneMap
 from ...core.retargeting.retarget import BY_STRUCTURE
 from ...core.study.config import plain
 from ...core.windows.windows import WindowSpec
-from ...core.wording import listed, shown
+from ...core.wording import clean, join_words
 from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
 from ..options import AsJson, PoseOptions, argument, option, with_options
 from ..runs.clip_task import Engine
@@ -62,26 +62,26 @@ def inspect(
             label = label_said(file, library, labels)
             pose = asked.pose()
             bone_maps = tuple(BoneMap.load(path) for path in bone_map or ())
-            files, rate = [(shown(file.name), file)], 0.0
+            files, rate = [(clean(file.name), file)], 0.0
             if (found := library_of(file, library, labels)) is not None:
                 rate = next((clip.rate for clip in found.clips if clip.path == absolute(file)), 0.0)
             if library is not None and found is not None:
                 files = [(clip.file, clip.path) for clip in found.clips]
             if file.is_dir():
                 raise ValueError(
-                    f"{shown(file)} is a folder: give one of its files, and the folder as --library"
+                    f"{clean(file)} is a folder: give one of its files, and the folder as --library"
                 )
             seen = look_up(reader, files, pose)
             rests = look_rests(reader, files, body, pose, seen.ups, bone_maps)
         try:
-            clip = Clip(file, shown(file.name), "clip", "", rate=rate)
+            clip = Clip(file, clean(file.name), "clip", "", rate=rate)
             how = Engine(bone_maps=bone_maps, pose=pose, ups=seen.ups if library else BY_ITSELF, rests=rests)
             source, motion, details = load_alone(clip, body, how, reader)
         except UnusableMotion as error:
             if as_json:
                 print_json({"file": str(file), "used": False, "reason": str(error), "label": label})
             raise _skipped(file, str(error), console) from error
-    table = Table(show_header=False, box=None, title=shown(file), title_justify="left")
+    table = Table(show_header=False, box=None, title=clean(file), title_justify="left")
     told: dict[str, str] = {}
     up = f"{pose.up}, as given" if pose.up else seen.sentence() or getattr(source, "up", "")
     animations = [*animations_in(file)]
@@ -103,7 +103,7 @@ def inspect(
         print_json(about | {"said": told, "facts": plain(details)})
     if reason:
         raise _skipped(file, reason, console)
-    console.print(Text(f"{shown(file.name)} would be used.", style="green"), label)
+    console.print(Text(f"{clean(file.name)} would be used.", style="green"), label)
 
 
 def too_short(details: dict[str, Any]) -> str:
@@ -114,7 +114,7 @@ def too_short(details: dict[str, Any]) -> str:
 
 def _skipped(file: Path, reason: str, console: Console) -> typer.Exit:
     """Say why a run would skip the file; returns the exit to raise."""
-    console.print(Text(f"{shown(file.name)} would be skipped:", style="red"), f"{reason.rstrip('.')}.")
+    console.print(Text(f"{clean(file.name)} would be skipped:", style="red"), f"{reason.rstrip('.')}.")
     return typer.Exit(NOTHING_TO_DO)
 
 
@@ -137,7 +137,7 @@ def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
         if animations_in(file):
             activities = [clip.activity for clip in plan_files([file]).clips]
             return f"A run labels its clips {quoted(activities)} after their names."
-        inside, above = (activity_of(shown(name)) for name in (file.name, f"{file.parent.name}/{file.name}"))
+        inside, above = (activity_of(clean(name)) for name in (file.name, f"{file.parent.name}/{file.name}"))
         if not file.parent.name:
             return f"A run labels it '{inside}' after its file name."
         return (
@@ -146,24 +146,24 @@ def label_said(file: Path, library: Path | None, labels: Path | None) -> str:
         )
     library = absolute(library or file.parent)
     if not file.is_relative_to(library):
-        raise ValueError(f"{shown(file)} is not in the library {shown(library)}")
+        raise ValueError(f"{clean(file)} is not in the library {clean(library)}")
     clips = [clip for clip in found.clips if clip.path == file]
     if not clips:
-        inside = shown(file.relative_to(library).as_posix())
+        inside = clean(file.relative_to(library).as_posix())
         reason = dict(found.skipped).get(inside, "it is not one of the library's motion files")
         return f"But a run on this library would skip it: {reason}."
     source = "its folder" if "/" in clips[0].file else "its file name"
     if clips[0].animation:
         source = "their names"
     if (table := labels or library / LABELS).is_file():
-        source = f"its line in {shown(table)}"
+        source = f"its line in {clean(table)}"
     what = "its clips" if clips[0].animation else "it"
     return f"A run labels {what} {quoted([clip.activity for clip in clips])} after {source}."
 
 
 def quoted(names: Sequence[str]) -> str:
     """Some names in quotation marks."""
-    return listed([f"'{name}'" for name in names], most=12)
+    return join_words([f"'{name}'" for name in names], most=12)
 
 
 def _about_source(

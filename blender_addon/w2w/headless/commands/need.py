@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from ...core.files import write_json
 from ...core.findings.advice_content import need_content, with_needs
 from ...core.findings.summary import PLACEMENTS, write_placements
-from ...core.study.choosing import needed
+from ...core.study.choosing import find_needs
 from ...core.study.clip_files import WORK, mark_changing, mark_whole
 from ...core.study.results import StudyResults
 from ...report.page import REPORT
@@ -17,7 +17,7 @@ from ..console import USAGE, Terminal, ending
 from ..options import argument, option
 from ..reports.console_tables import show_need
 from ..runs.folder import only_run, remove_unfinished
-from ..runs.own_files import check, listed
+from ..runs.own_files import check, list_written
 from .report import write_report
 
 NAME = "need"
@@ -49,7 +49,7 @@ def need(
         if not place:
             check(results, [PLACEMENTS, REPORT])
         with console.status("Trying cheaper sensors"):
-            found = [need_content(one) for one in needed(study, options.words(place))]
+            found = [need_content(one) for one in find_needs(study, options.words(place))]
     for one in found:
         show_need(one, console)
     if not place:
@@ -64,7 +64,7 @@ def _write(out: Path, found: Sequence[dict[str, Any]]) -> None:
     cards = with_needs(study.cards, found)
     remove_unfinished(out)
     mark_changing(out, by=NAME)
-    with listed(out, ["summary.json", PLACEMENTS]):
+    with list_written(out, ["summary.json", PLACEMENTS]):
         write_placements(out, cards, study.patches)
         write_json(out / "summary.json", study.summary | {"cards": cards})
     write_report(out, by=None)

@@ -13,7 +13,7 @@ from ..console import USAGE, console_beside, ending, print_json
 from ..options import AsJson, argument, option
 from ..reports.console_tables import show_cautions
 from ..runs.folder import only_run, remove_unfinished
-from ..runs.own_files import check, listed
+from ..runs.own_files import check, list_written
 from .report import write_report
 
 NAME = "pilot"
@@ -65,7 +65,7 @@ def write_pilot(out: Path, found: Pilot) -> None:
         study = StudyResults.load(out, by=NAME)
         remove_unfinished(out)
         mark_changing(out, by=NAME)
-        with listed(out, ["summary.json"]):
+        with list_written(out, ["summary.json"]):
             write_json(out / "summary.json", study.summary | {"pilot": found.content()})
         write_report(out, by=None)
         mark_whole(out)

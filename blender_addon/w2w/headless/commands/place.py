@@ -20,7 +20,7 @@ from ...core.garments.cover import garment_sentence
 from ...core.parameters import parameters_at, with_values
 from ...core.ranking.weights import check_counting
 from ...core.selection.advice import Advice
-from ...core.study.choosing import advised, compared, ranked_again
+from ...core.study.choosing import choose, compare_places, ranked_again
 from ...core.study.clip_files import WORK, mark_changing, mark_whole
 from ...core.study.clip_list import is_used
 from ...core.study.config import StudyConfig
@@ -33,7 +33,7 @@ from ..reports import draw
 from ..reports.console_tables import show_answer, show_places, show_worn
 from ..runs.folder import HEATMAPS, only_run, picture_files, remove_unfinished
 from ..runs.monitor import RunMonitor
-from ..runs.own_files import check, listed, new_file
+from ..runs.own_files import check, list_written, new_file
 from ..study_options import declared, option_kind, values_of
 from .report import write_report
 
@@ -120,7 +120,7 @@ def place(
             if folder is not None or redrawn:
                 raise ValueError("--compare chooses nothing: give --out a json file, and no --redraw")
             new_file(out)
-            scores = compared(study, options.words(compare))
+            scores = compare_places(study, options.words(compare))
             show_places(scores, console)
             content = [place_content(score, study.patches) for score in scores]
             if as_json:
@@ -138,7 +138,7 @@ def place(
         with console.status("Ranking"):
             study = ranked_again(study, config)
         with console.status("Choosing sensors"):
-            study, advice = advised(study, config)
+            study, advice = choose(study, config)
     found = _cautions(study, config, advice)
     show_answer(advice, study.utility, found, console)
     show_worn(advice, study.patches, console)
@@ -202,7 +202,7 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
         content = chosen_content(study, ranked, config, advice)
         remove_unfinished(out)
         mark_changing(out, by=REDRAW)
-        with listed(out, tables):
+        with list_written(out, tables):
             write_map(out, utility, patches, advice.clusters)
             write_placements(out, content["cards"], patches)
             changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}

@@ -15,7 +15,7 @@ from ...core.imu.sensor import SensorModel, Triad
 from ...core.imu.sensor_fields import TRIADS, WHOLE
 from ...core.imu.synthesis import STANDARD_GRAVITY
 from ...core.study.config import plain
-from ...core.wording import shown
+from ...core.wording import clean
 from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json
 from ..options import AsJson, argument, option, read_or_preset
 from ..runs.own_files import new_file
@@ -56,9 +56,9 @@ def sensors(
     try:
         write_sensor(out, model)
     except OSError as error:
-        console.print(f"{shown(out)} cannot be written: {error.strerror or error}", style="red")
+        console.print(f"{clean(out)} cannot be written: {error.strerror or error}", style="red")
         raise typer.Exit(NOTHING_TO_DO) from error
-    console.print(f"Written: {shown(out)}. Change its name and figures, and give it to --sensor.")
+    console.print(f"Written: {clean(out)}. Change its name and figures, and give it to --sensor.")
 
 
 def _presets() -> Table:

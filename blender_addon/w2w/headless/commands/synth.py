@@ -10,8 +10,8 @@ from ...core.imu.further import FurtherSensors
 from ...core.imu.virtual import sensor_at
 from ...core.library.library import Clip
 from ...core.study.config import StudyConfig
-from ...core.study.signals import place_patches, record as record_at
-from ...core.wording import shown
+from ...core.study.signals import place_patches, simulate as record_at
+from ...core.wording import clean
 from .. import options
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import PoseOptions, argument, option, with_options
@@ -63,9 +63,9 @@ def synth(
         )
         pose, body = asked.pose(), Body.bundled()
         patches = sensor_at(body, patch, lambda body: place_patches(body, config))
-    name = shown(clip.name)
+    name = clean(clip.name)
     with ending(NOTHING_TO_DO, console, f"No signal of {name}: "):
-        _, motion, _ = load_alone(Clip(clip, name, shown(clip.stem), ""), body, Engine(pose=pose))
+        _, motion, _ = load_alone(Clip(clip, name, clean(clip.stem), ""), body, Engine(pose=pose))
         recording = record_at(body, patches, motion, config)
         if kind == "csv":
             write_csv(out, recording, acc_unit=acc_unit, gyr_unit=gyr_unit)
@@ -73,15 +73,15 @@ def synth(
             write_recording(out, recording, kind)
     worn_at = patches.names[0]
     signal = f"{recording.n_samples} samples at {recording.rate:g} Hz of {config.sensor} at the {worn_at}"
-    console.print(f"{signal}: {shown(out)}")
+    console.print(f"{signal}: {clean(out)}")
     if caution := config.synthesis.caution:
         console.print(f"Caution: {caution}.", style="yellow")
     if plot is not None:
         from ...drawing.signal_figure import signal_figure  # matplotlib is slow to import
 
         subtitle = f"{config.sensor}, {recording.rate:g} Hz"
-        signal_figure(plot, recording, title=f"{shown(clip.stem)}: {worn_at}", subtitle=subtitle)
-        console.print(f"Picture: {shown(plot)}")
+        signal_figure(plot, recording, title=f"{clean(clip.stem)}: {worn_at}", subtitle=subtitle)
+        console.print(f"Picture: {clean(plot)}")
 
 
 def _recorded_too(record: str, magnetic_dip: float, kind: str) -> FurtherSensors:

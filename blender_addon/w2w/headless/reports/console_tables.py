@@ -19,7 +19,7 @@ from ...core.selection import headline
 from ...core.selection.advice import Advice
 from ...core.selection.scored import PlaceScore
 from ...core.study.results import ClipResult, Study, StudyResults
-from ...core.wording import capital, listed
+from ...core.wording import capital, join_words
 from ...report.page import REPORT
 from ..runs.folder import HEATMAPS
 from ..runs.study import RunPlan
@@ -51,7 +51,7 @@ def show_labels(library: Library, console: Console, verbose: bool = False) -> No
     counts = sorted(library.activities.items(), key=lambda entry: -entry[1])
     activities = [f"{activity} {count}" for activity, count in counts]
     title = f"{len(library.clips)} clips of {len(counts)} activities, labelled by {library.labelled_by}"
-    console.print(f"{title}: {listed(activities, len(counts) if verbose else LISTED)}.")
+    console.print(f"{title}: {join_words(activities, len(counts) if verbose else LISTED)}.")
     _say(library.unread_sentence(), console)
     for note in notes.label_notes(library.check):
         console.print(f"Labels: {note}", style="yellow")
@@ -117,7 +117,7 @@ def show_skipped(
     by_count = sorted(files_of.items(), key=lambda entry: -len(entry[1]))
     shown = by_count if verbose else by_count[:LISTED]
     for reason, files in shown:
-        console.print(f"  {len(files)}: {reason} ({listed(files, len(files) if verbose else 1)})")
+        console.print(f"  {len(files)}: {reason} ({join_words(files, len(files) if verbose else 1)})")
     if len(by_count) > len(shown):
         console.print(f"  and {len(by_count) - len(shown)} more reasons: --verbose lists them")
 

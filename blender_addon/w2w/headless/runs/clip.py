@@ -24,7 +24,7 @@ from ...core.reading.output import quiet_output
 from ...core.reading.reader import Death
 from ...core.study.clip_files import WORK, mark_changing, write_features
 from ...core.study.results import ClipResult
-from ...core.study.signals import describe, measured, record
+from ...core.study.signals import describe, measured, simulate
 from ...core.threads import unthreaded_products
 from ..blender import NoBlenderError, needs_blender
 from .clip_task import ClipTask, Engine, Looks, mark_read, marked_read
@@ -186,7 +186,7 @@ def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     _, motion, details = load_clip(task.clip, body, how)
     _refuse_too_long(motion, task)
     on_cloth = _sensors_on_cloth(task, body, patches, motion)
-    recording = record(body, patches, motion, task.config, on_cloth)
+    recording = simulate(body, patches, motion, task.config, on_cloth)
     features, is_test = describe(recording, task.config)
     signature = motion_signature(motion)
     with untimed():

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...core.ranking.f1 import Spread
 from ...core.study.results import ClipResult
-from ...core.wording import listed
+from ...core.wording import join_words
 from .clip import try_alone, work_in_worker
 from .clip_task import ClipTask
 from .folder import code_sha256
@@ -99,7 +99,7 @@ def _check_workers(client: Client, scheduler: str) -> None:
         why = next((f" ({found[worker]})" for worker in other if isinstance(found[worker], Exception)), "")
         raise EngineError(
             f"{len(other)} of {len(found)} Dask workers have another or a broken version of W2W: "
-            f"{listed(other)}{why}: install this one there, and start them again"
+            f"{join_words(other)}{why}: install this one there, and start them again"
         )
 
 

@@ -20,7 +20,7 @@ from tempfile import mkdtemp
 from ...core.files import UNFINISHED, atomic_write, file_sha256, told_of_writes
 from ...core.inside import ForeignFileError, checked, inside
 from ...core.study.clip_files import WORK
-from ...core.wording import listed as listed_words, shown
+from ...core.wording import clean, join_words as listed_words
 
 LIST = f"{WORK}/written.sha256"
 
@@ -54,12 +54,12 @@ def new_file(*paths: Path | None) -> None:
     for path in given:
         if os.path.lexists(path):
             raise ForeignFileError(
-                f"{shown(path)} is already there, and will not be overwritten: move it, or give another name"
+                f"{clean(path)} is already there, and will not be overwritten: move it, or give another name"
             )
         if not path.parent.is_dir():
-            raise ValueError(f"{shown(path)} cannot be written: there is no folder {shown(path.parent)}")
+            raise ValueError(f"{clean(path)} cannot be written: there is no folder {clean(path.parent)}")
     if len(set(given)) < len(given):
-        raise ValueError(f"{shown(given[0])} cannot be two files at once: give each a name of its own")
+        raise ValueError(f"{clean(given[0])} cannot be two files at once: give each a name of its own")
 
 
 def check(folder: Path, names: Iterable[str]) -> None:
@@ -69,7 +69,7 @@ def check(folder: Path, names: Iterable[str]) -> None:
     """
     there = next(place for place in (folder, *folder.absolute().parents) if os.path.lexists(place))
     if not there.is_dir():
-        raise ForeignFileError(f"{shown(there)} is not a folder: give another one")
+        raise ForeignFileError(f"{clean(there)} is not a folder: give another one")
     _refuse(folder, [name for place in UNLINKED for name in links_in(folder, place)], {})
     written = _read(folder)
     found = dict.fromkeys(_in_the_way(folder, name, written) for name in (LIST, *names))
@@ -79,11 +79,11 @@ def check(folder: Path, names: Iterable[str]) -> None:
 def claimed(folder: Path, names: Iterable[str]) -> AbstractContextManager[None]:
     """`check` names, and list the files that the block writes under them."""
     check(folder, names := list(names))
-    return listed(folder, names)
+    return list_written(folder, names)
 
 
 @contextmanager
-def listed(folder: Path, names: Collection[str]) -> Iterator[None]:
+def list_written(folder: Path, names: Collection[str]) -> Iterator[None]:
     """List the files that the block writes under these names, with their hashes."""
     (folder / WORK).mkdir(parents=True, exist_ok=True)
     places = {folder / name: name for name in names}
@@ -178,7 +178,7 @@ def _refuse(folder: Path, foreign: list[str], written: Hashes) -> None:
     """Name the files that are in the way, if any, and say what to do."""
     if not foreign:
         return
-    holds = f"{shown(folder)} already holds {listed_words([*map(shown, foreign)])}, which"
+    holds = f"{clean(folder)} already holds {listed_words([*map(clean, foreign)])}, which"
     if written.keys() >= {*foreign}:
         raise ForeignFileError(
             f"{holds} changed after W2W wrote it and will not be overwritten: move it away if the change is "

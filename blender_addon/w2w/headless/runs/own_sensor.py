@@ -19,7 +19,7 @@ from ...core.library.library import Clip
 from ...core.motion.motion import smoothed_root
 from ...core.motion.source import UnusableMotion
 from ...core.patches.patches import sample_patches
-from ...core.wording import shown
+from ...core.wording import clean
 from .clip_task import Engine
 from .workers import load_alone
 
@@ -41,7 +41,7 @@ class Simulator:
 
     def __call__(self, path: Path, rate: float) -> ImuRecording:
         """The recording of a motion file; an UnusableMotion or ValueError if it cannot be used."""
-        clip = Clip(path, shown(path.name), shown(path.stem), "")
+        clip = Clip(path, clean(path.name), clean(path.stem), "")
         _, motion, _ = load_alone(clip, self._body, Engine(pose=self._pose))
         if self._root_band is not None:
             motion = smoothed_root(motion, self._root_band)
@@ -65,9 +65,9 @@ def read_pairs(
                 raise ValueError(f"it has {worn.rate:g} Hz, the first one {pairs[0][0].rate:g} Hz")
             made = simulate(moved, worn.rate)
         except (ValueError, OSError, UnusableMotion) as error:
-            left_out.append((shown(recorded.name), str(error)))
+            left_out.append((clean(recorded.name), str(error)))
             continue
-        pairs.append((replace(worn, clip=worn.clip or shown(recorded.stem)), made))
+        pairs.append((replace(worn, clip=worn.clip or clean(recorded.stem)), made))
     if not pairs:
         raise ValueError("; ".join(f"{file}: {why}" for file, why in left_out))
     return pairs, left_out
@@ -80,19 +80,19 @@ def files_together(real: Path, motion: Path) -> list[tuple[Path, Path]]:
     """
     for path in (real, motion):
         if not path.exists():
-            raise ValueError(f"{shown(path)} is not there")
+            raise ValueError(f"{clean(path)} is not there")
     if not motion.is_dir():
         return [(real, motion)]
     if not real.is_dir():
         raise ValueError(
-            f"{shown(motion)} is a folder and {shown(real)} is not: give two files, or two folders"
+            f"{clean(motion)} is a folder and {clean(real)} is not: give two files, or two folders"
         )
     motions = {path.stem: path for path in sorted(motion.iterdir())}
     recorded = sorted(path for path in real.iterdir() if path.is_dir() or path.suffix.lower() in RECORDED)
     found = [(path, motions[path.stem]) for path in recorded if path.stem in motions]
     if not found:
         raise ValueError(
-            f"no file in {shown(motion)} has the name of one in {shown(real)}, but for its ending"
+            f"no file in {clean(motion)} has the name of one in {clean(real)}, but for its ending"
         )
     return found
 

@@ -23,7 +23,7 @@ from ...core.patches.patches import PatchSet
 from ...core.ranking.pooling import Pooling
 from ...core.ranking.utility import UtilityMap
 from ...core.reading.reader import Death
-from ...core.study.choosing import advised
+from ...core.study.choosing import choose
 from ...core.study.clip_files import (
     NO_SIGNATURE,
     WORK,
@@ -157,7 +157,7 @@ def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor)
     results = StudyResults(out, utility, baked.patches, ranked, config.as_dict(), read=files)
     with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
         try:
-            results, advice = advised(results, config, pooling)
+            results, advice = choose(results, config, pooling)
         except np.linalg.LinAlgError as error:
             raise StudyError(f"{TOO_ALIKE} to choose sensors by") from error
         except ValueError as error:

@@ -6,7 +6,7 @@ from typing import Any
 import bpy
 
 from ...core.findings.advice_content import need_content, with_needs
-from ...core.study.choosing import needed
+from ...core.study.choosing import find_needs
 from ...core.study.results import StudyResults
 from ..jobs.jobs import Steps, on_body
 from ..study import lists, operators
@@ -23,7 +23,7 @@ def need_steps(mesh: bpy.types.Object) -> Steps:
     """Find what the study's sensors need, and keep it with their cards."""
 
     def find(study: StudyResults) -> list[dict[str, Any]]:
-        return [need_content(one) for one in needed(study)]
+        return [need_content(one) for one in find_needs(study)]
 
     found = yield from with_saved(mesh, find, "trying cheaper sensors")
     content = lists.advice_of(mesh.w2w) or {}

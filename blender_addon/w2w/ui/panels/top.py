@@ -3,7 +3,7 @@
 
 import bpy
 
-from ...core.wording import listed
+from ...core.wording import join_words
 from ..files.open_results import misses_folder
 from ..jobs import jobs
 from ..jobs.text import draw_message, draw_progress, draw_text, styled
@@ -39,7 +39,7 @@ class W2W_PT_main(W2WPanel, bpy.types.Panel):
             draw_text(layout, context, f"The signals are gone: they were in {where}", icon="ERROR")
             layout.operator("w2w.locate_results", icon="FILE_FOLDER")
         if others := hidden_ones():
-            text = f"Show {listed([item.name for item in others])} Again"
+            text = f"Show {join_words([item.name for item in others])} Again"
             layout.operator("w2w.show_others", text=text, translate=False, icon="HIDE_ON")
         if jobs.running is not None:
             layout.label(text=jobs.running.title, translate=False)

@@ -16,7 +16,7 @@ from ...core.study.clip_files import STORED
 from ...core.study.clip_list import CLIP_LIST, Entry, is_used
 from ...core.study.config import StudyConfig
 from ...core.study.results import StudyResults
-from ...core.wording import shown
+from ...core.wording import clean
 from ...scene.base.body import armature_of, in_body_space
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
@@ -108,7 +108,7 @@ def clips_of(
     except (TypeError, ValueError) as error:
         raise ValueError(f"{run.out}: what {CLIP_LIST} says of clips is damaged: {error}") from error
     skipped = [(_shown_file(entry), entry["skipped"]) for entry in run.listed if not is_used(entry)]
-    return used + [{"name": shown(Path(file).name), "file": file, "problem": why} for file, why in skipped]
+    return used + [{"name": clean(Path(file).name), "file": file, "problem": why} for file, why in skipped]
 
 
 def _shown_file(entry: Entry) -> str:

@@ -12,7 +12,7 @@ from ...core.findings.advice_content import answer_content, place_content
 from ...core.findings.cautions import POSTURES, cautions, heaviest_first, posture_caution
 from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
-from ...core.selection.answer import answer
+from ...core.selection.answer import find_answer
 from ...core.selection.scored import PlaceScore
 from ...core.study.choosing import scored_map
 from ...core.study.ranking import LabelledClip
@@ -173,7 +173,7 @@ def choose(body: bpy.types.Object) -> None:
     list_regions(body, terms.allowed)
     mean = scores.expected_mean(study, utility)
     if counting.is_as_ranked(study, utility):
-        found = answer(scored_map(utility, patches, state.body_as_run(body), config))
+        found = find_answer(scored_map(utility, patches, state.body_as_run(body), config))
         others = [each for each in lists.cautions_of(study) if not each.text.startswith(POSTURES)]
         about = heaviest_first([*others, posture_caution(utility, found.patch)])
         study.cautions_text = json.dumps(about)

@@ -24,7 +24,7 @@ from ...core.study.choosing import in_stream, stream_in
 from ...core.study.clip_files import ClipWindows, ranking_inputs
 from ...core.study.ranking import LabelledClip, rank_clips, same_motions
 from ...core.study.signals import describe, record_baked
-from ...core.wording import capital, count, listed
+from ...core.wording import capital, count, join_words
 from ...scene.bake import PatchBaker
 from ...scene.files.packing import pack
 from ...scene.garments.bake import GarmentBaker
@@ -72,7 +72,7 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], keep: bool = Fals
                 failed.append(f"{name} ({reason})")
                 _set_signals(mesh.w2w.clips[index], "", "", f"{UNBAKED}: {reason}")
         if len(failed) == len(indices) and not keep:
-            raise ValueError(f"No clip could be baked: {listed(failed, 2)}")
+            raise ValueError(f"No clip could be baked: {join_words(failed, 2)}")
     except BaseException:
         if not keep and is_there(mesh):
             for index, values in before.items():
@@ -125,8 +125,8 @@ def _baked_text(clips: Sequence[bpy.types.PropertyGroup], patches: int, failed: 
     if general:
         text += f", {general} by Blender's evaluated mesh"
     if caught := [clip.name for clip in clips if HAS_CAUGHT in clip.bake_path]:
-        text += f". {capital(HAS_CAUGHT)} in {listed(caught, 2)}: do not trust its signals there"
-    return f"{text}. Not baked: {listed(failed, 2)}" if failed else text
+        text += f". {capital(HAS_CAUGHT)} in {join_words(caught, 2)}: do not trust its signals there"
+    return f"{text}. Not baked: {join_words(failed, 2)}" if failed else text
 
 
 @on_body

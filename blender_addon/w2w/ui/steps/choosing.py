@@ -16,7 +16,7 @@ from ...core.findings.cautions import head
 from ...core.ranking.pooling import Pooling
 from ...core.ranking.utility import UtilityMap
 from ...core.selection.advice import Advice
-from ...core.study.choosing import advised
+from ...core.study.choosing import choose
 from ...core.study.clip_files import ClipWindows
 from ...core.study.config import StudyConfig
 from ...core.study.ranking import rank_clips, same_motions
@@ -99,7 +99,7 @@ def advised_steps(
 
         found = replace(found, utility=(yield from in_thread(rank, text, 0.2, 0.3)))
     text = "choosing what to wear"
-    return (yield from in_thread(lambda _: advised(found, config, pooling), text, 0.3, 1.0))
+    return (yield from in_thread(lambda _: choose(found, config, pooling), text, 0.3, 1.0))
 
 
 def _pooling(finished: SceneResults) -> Pooling:

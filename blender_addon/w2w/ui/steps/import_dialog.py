@@ -26,7 +26,7 @@ from ...core.motion.source import HIGHEST_RATE
 from ...core.motion.up import BY_ITSELF, Ups
 from ...core.reading.look import look_up
 from ...core.reading.reader import Reader
-from ...core.wording import count, listed
+from ...core.wording import count, join_words
 from ...scene.motion.scene_takes import SceneTake, SkippedTake, scene_takes, stands_beside
 from ..jobs import jobs
 from ..jobs.text import styled
@@ -317,7 +317,7 @@ def _row(layout: bpy.types.UILayout, activity: str, names: Sequence[str], icon: 
     split = layout.split(factor=0.35)
     split.label(text=_cut(f"{activity}  ({len(names)})"), icon=icon, translate=False)
     about = styled(split.row(), active=False)
-    about.label(text=_cut(listed(names)), translate=False)
+    about.label(text=_cut(join_words(names)), translate=False)
 
 
 def _cut(text: str, longest: int = LONGEST) -> str:

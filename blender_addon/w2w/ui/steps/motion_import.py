@@ -23,7 +23,7 @@ from ...core.reading.clips import How, RetargetedMotion, fit_clip, open_clip
 from ...core.reading.reader import Reader
 from ...core.reading.rests import look_rests
 from ...core.retargeting.bone_maps import BoneMap
-from ...core.wording import count, free_name, listed, shown
+from ...core.wording import clean, count, free_name, join_words
 from ...scene.base.actions import write_action
 from ...scene.base.body import armature_of, body_of
 from ...scene.motion.load import read_by_blender
@@ -43,7 +43,7 @@ class ImportItem(Clip):
     @property
     def shown(self) -> str:
         """Its name for people."""
-        return self.name if self.take is not None or self.animation else shown(self.path.name)
+        return self.name if self.take is not None or self.animation else clean(self.path.name)
 
     @property
     def taken_from(self) -> str:
@@ -174,7 +174,7 @@ def _outcome(used: int, failed: int, left_out: int, unlabelled: int, twice: list
     if unlabelled:
         parts.append(f"{unlabelled} without an activity, which no ranking counts: type it in the list")
     if twice:
-        names = listed([f"'{name}'" for name in twice], most=1)
+        names = join_words([f"'{name}'" for name in twice], most=1)
         parts.append(f"{names} was in the list already: one motion twice flatters a ranking")
     return "; ".join(parts)
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import bpy
 
-from ...core.wording import listed
+from ...core.wording import join_words
 from ..jobs.jobs import Step, Steps, is_there, on_body, part, start
 from ..results.own_placements import is_pending
 from ..study import lists, operators, state
@@ -62,7 +62,7 @@ def run_all_steps(mesh: bpy.types.Object) -> Steps:
     frame_answer(mesh)
     turn_to(ANSWER)
     baked = {clip.name for clip in state.baked(study)}
-    failed = listed([clip.name for clip in state.usable(study) if clip.name not in baked])
+    failed = join_words([clip.name for clip in state.usable(study) if clip.name not in baked])
     problem = f" Not baked: {failed}; the list of motions says why." if failed else ""
     return f"{as_outcome(answer['sentence'])}{problem}"
 

@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 
 from w2w.core.files import write_text
-from w2w.core.wording import shown
+from w2w.core.wording import clean
 from w2w.headless.console import USAGE, ending
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
@@ -68,7 +68,7 @@ def challenge(
         methods: dict[str, Method] = {path.stem: read_method(path) for path in rankings or ()}
         with published(out, (*given.values(), utd, *(rankings or ()))) as folder:
             _judge(given, utd, methods, library or [], folder, console)
-    console.print(f"Page: {shown(out / PAGE)}")
+    console.print(f"Page: {clean(out / PAGE)}")
 
 
 def _judge(

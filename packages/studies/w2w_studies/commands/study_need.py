@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from w2w.core.wording import shown
+from w2w.core.wording import clean
 from w2w.headless.console import USAGE, ending
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
@@ -50,4 +50,4 @@ def need(
         if not found:
             raise ValueError("Point it to a data set at least: --dsads, --mhad, --upfall, --utd")
         console.print(write_needs(folder, found))
-    console.print(f"Page: {shown(out / PAGE)}")
+    console.print(f"Page: {clean(out / PAGE)}")

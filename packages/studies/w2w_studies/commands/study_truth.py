@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from w2w.core.motion.source import UnusableMotion
-from w2w.core.wording import shown
+from w2w.core.wording import clean
 from w2w.headless.console import USAGE, ending, sentence_of
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import published
@@ -57,7 +57,7 @@ def truth(
             raise ValueError("--mighar needs --sensors: `w2w validate mighar` writes an empty one to fill in")
         with published(out, (*given.values(), sensors)) as folder:
             _compare(given, libraries, sensors, seed, folder, console)
-    console.print(f"Page: {shown(out / PAGE)}")
+    console.print(f"Page: {clean(out / PAGE)}")
 
 
 def _compare(

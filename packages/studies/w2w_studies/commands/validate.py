@@ -15,7 +15,7 @@ from w2w.core.imu.presets import DEFAULT_SENSOR
 from w2w.core.imu.recordings import Recordings
 from w2w.core.ranking.utility import CLASSIFIERS, unavailable
 from w2w.core.study.results import StudyResults
-from w2w.core.wording import shown
+from w2w.core.wording import clean
 from w2w.headless.commands.execute import refused
 from w2w.headless.console import USAGE, ending
 from w2w.headless.options import chosen_sensor
@@ -303,7 +303,7 @@ def _published(console: Console, out: Path, *inputs: Path) -> Iterator[Path]:
     with ending(USAGE, console):
         with published(out, inputs) as folder:
             yield folder
-        console.print(f"Written to {shown(out)}")
+        console.print(f"Written to {clean(out)}")
 
 
 def _write(folder: Path, found: Sequence[Found], title: str, console: Console) -> None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from w2w.core.csv_tables import csv_text, read_table
-from w2w.core.wording import shown
+from w2w.core.wording import clean
 
 from ..datasets.utd_mhad import read_utd_mhad
 from ..validation.protocol import Protocol
@@ -91,7 +91,7 @@ def read_method(path: Path) -> dict[str, dict[tuple[str, str], float]]:
         except ValueError:
             score = np.nan
         if not np.isfinite(score):
-            raise ValueError(f"{shown(path)}, line {line}: '{row['score']}' is no score")
+            raise ValueError(f"{clean(path)}, line {line}: '{row['score']}' is no score")
         found.setdefault(row["data_set"], {})[row["activity"], row["site"]] = score
     return found
 

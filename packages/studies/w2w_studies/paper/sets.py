@@ -8,7 +8,7 @@ from w2w.core.files import DIGITS
 from w2w.core.findings.advice_content import expected_content, patch_content
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.constraints import fewest
-from w2w.core.study.choosing import prepared_tests
+from w2w.core.study.choosing import set_tests_in
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.results import StudyResults
 from w2w.core.wording import count
@@ -63,14 +63,14 @@ def paper_sets(study: StudyResults, config: StudyConfig) -> PaperSets:
         terms.max_size,
         terms.allowed,
         terms.required,
-        terms.cost,
+        terms.price,
     )
     greedy = greedy_subset(*asked)
     try:
         exact = exact_subset(*asked)
     except TimeoutError:
         exact = None
-    tests = prepared_tests(study, config)
+    tests = set_tests_in(study, config)
     if tests is not None:
         promises = LargePromises(tests, terms)
         greedy = promised(greedy, promises, utility.expected, greedy_by_half)

@@ -138,7 +138,7 @@ def greedy_order(f1: np.ndarray, terms: Terms, target: float = np.inf) -> list[i
     covered = np.zeros(f1.shape[1])
 
     def choose(candidates: np.ndarray) -> None:
-        gain_per_cost = _gain(f1[candidates], covered) / terms.cost[candidates]
+        gain_per_cost = _gain(f1[candidates], covered) / terms.price[candidates]
         order.append(int(candidates[int((gain_per_cost >= gain_per_cost.max() - TIE).argmax())]))
         np.maximum(covered, f1[order[-1]], out=covered)
 
@@ -177,7 +177,7 @@ def exact_subset(
     terms = checked_terms(len(f1), max_size, allowed, required, cost)
     programme = _programme(f1, terms, time_limit_s)
     cheapest = programme.cheapest(min(target, _best_reachable(f1, terms)) - ROUNDING / 2)
-    budget = None if cheapest is None else float(terms.cost[cheapest.patches].sum())
+    budget = None if cheapest is None else float(terms.price[cheapest.patches].sum())
     best = programme.best(budget)
     proven = best.proven and (cheapest is None or cheapest.proven)
     return _subset(f1, terms, _by_gain(f1, best.patches), target, proven)
@@ -194,7 +194,7 @@ def _subset(
         target=target,
         reached=bool(values[-1] >= target - ROUNDING),
         best_reachable=_best_reachable(f1, terms),
-        cost=float(terms.cost[order].sum()),
+        cost=float(terms.price[order].sum()),
         proven=proven,
     )
 
@@ -205,7 +205,7 @@ def exact_order(f1: np.ndarray, terms: Terms, size: int) -> list[int]:
     Of patches that differ in cost, and where the solver finds none in time, what greedy choice takes.
     """
     terms = replace(terms, max_size=size)
-    if np.ptp(terms.cost) == 0:
+    if np.ptp(terms.price) == 0:
         try:
             return _by_gain(f1, _programme(f1, terms, SOLVER_S).best().patches)
         except TimeoutError:
@@ -214,7 +214,7 @@ def exact_order(f1: np.ndarray, terms: Terms, size: int) -> list[int]:
 
 
 def _programme(f1: np.ndarray, terms: Terms, time_limit_s: float) -> FacilityLocation:
-    return FacilityLocation(f1, terms.cost, terms.allowed, terms.required, terms.max_size, time_limit_s)
+    return FacilityLocation(f1, terms.price, terms.allowed, terms.required, terms.max_size, time_limit_s)
 
 
 def _best_reachable(f1: np.ndarray, terms: Terms) -> float:

@@ -15,7 +15,7 @@ from w2w.core.patches.body_parts import find_patches
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.ranking.weights import mean_over
-from w2w.core.wording import shown
+from w2w.core.wording import clean
 
 from .score_table import resampled_f1
 
@@ -170,8 +170,8 @@ def read_claims(path: str | Path) -> list[Claim]:
             for name in ("regions", "against")
         )
         if not (row["claim"] and regions):
-            raise ValueError(f"{shown(path)}, line {line}: a claim needs its sentence and its regions")
+            raise ValueError(f"{clean(path)}, line {line}: a claim needs its sentence and its regions")
         claims.append(Claim(row["claim"], row["group"], regions, against))
     if not claims:
-        raise ValueError(f"{shown(path)} holds no claim")
+        raise ValueError(f"{clean(path)} holds no claim")
     return claims

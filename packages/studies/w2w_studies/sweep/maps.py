@@ -30,7 +30,7 @@ from w2w.core.study.clip_files import (
 from w2w.core.study.config import plain
 from w2w.core.study.ranking import LabelledClip, rank_clips
 from w2w.core.study.results import StudyResults
-from w2w.core.study.signals import describe, place_patches, record
+from w2w.core.study.signals import describe, place_patches, simulate
 from w2w.core.threads import unthreaded_products
 from w2w.core.windows.windows import TooShortError
 from w2w.headless.blender import inside_blender
@@ -143,7 +143,7 @@ def _bake_clip(
     motion = replace(motion, pelvis=motion.pelvis * (body.height / usual_height))
     with unthreaded_products():
         try:
-            features, is_test = describe(record(body, placed, motion, case.config), case.config)
+            features, is_test = describe(simulate(body, placed, motion, case.config), case.config)
         except TooShortError:
             return False
     write_features(features_file(folder, clip.name), features, is_test, np.zeros(0))
