@@ -50,7 +50,7 @@ def test_a_hairs_breadth_does_not_decide_between_patches_that_do_alike(seed):
     values = np.array([0.961, 0.9635, 0.955, 0.964, 0.9, 0.9635]) + breadth
     under = Terms(np.ones(6, bool), [], np.ones(6), 3, rarity=np.array([4, 1, 0, 2, 3, 5]))
     assert GrownSet(Judged(values), under, values).up_to(3) == (1, 3, 0)
-    dear = replace(under, cost=np.array([1.0, 1.001, 1, 1, 1, 1]))
+    dear = replace(under, price=np.array([1.0, 1.001, 1, 1, 1, 1]))
     assert GrownSet(Judged(values), dear, values).up_to(3) == (3, 0, 5)  # of what does alike, the cheaper
     plain = GrownSet(Judged(values), replace(under, rarity=None), values).up_to(1)
     assert plain == (int(values.argmax()),)
