@@ -45,7 +45,7 @@ def pytest_collection_finish() -> None:
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
     """Spare `-m bits` the import of modules that compare none."""
-    if config.option.markexpr.startswith("bits") and collection_path.is_file():
+    if config.option.markexpr.startswith("bits") and collection_path.suffix == ".py":
         return not comparing(collection_path) or None
     return None
 
