@@ -85,7 +85,7 @@ def test_another_package_reads_its_files_and_one_that_cannot_costs_a_sentence(tm
     )
     assert faults[2] == "the reader 'taken' cannot be used: .bvh and .walk is read already"
     assert installed("1")[-1] == key
-    assert installed("2")[-1] != key
+    assert installed("2.0")[-1] != key  # of another size: Python compares no more than that within a second
 
 
 def test_the_page_lists_the_suffixes_that_are_read():
