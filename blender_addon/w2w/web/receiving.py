@@ -148,6 +148,7 @@ class Receiver:
             await self._gather(items, study, arrived)
             if arrived.files and study.waits:
                 raise RefusedError(409, BUSY)
+            study.note_answered()
             files = arrived.move() if arrived.files else {}
             return {"files": files, "refused": arrived.refused, "replaced": arrived.replaced, **found}
         finally:

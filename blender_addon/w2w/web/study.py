@@ -127,7 +127,13 @@ class Study(Labelled):
         if not self.answer():
             return {}
         ended = request["asked"] is not None and self.end() is not None
-        return request["ran"] if ended else request["answered"]
+        return (request["ran"] if ended else request["answered"]) or self.sums()
+
+    def note_answered(self) -> None:
+        """Write down what the answer is of, before the first change by a version that knows it."""
+        request = self.request()
+        if not (request["ran"] or request["answered"]) and self.answer():
+            self.change(ran=self.sums(), answered=self.sums())
 
     def stale(self) -> str:
         """Why the answer at hand is not that of what is asked now, in a sentence; "" if it is."""
@@ -140,7 +146,7 @@ class Study(Labelled):
         except (OSError, ValueError):
             return ""
         now, then = self.sums(), self.answered()
-        changed = [text for name, text in CHANGED.items() if then.get(name) != now[name]]
+        changed = [text for name, text in CHANGED.items() if then.get(name, now[name]) != now[name]]
         if not changed:
             return ""
         return f"Since this answer {' and '.join(changed)} changed: run again for a new one."
