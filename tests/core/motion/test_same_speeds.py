@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from w2w.api.loading import load
-from w2w.core.motion.examples import demo_motions
 from w2w.core.motion.same_speeds import same_speeds
 from w2w.core.motion.signature import WIDTH, motion_signature
 from w2w_studies.commands.study_copies import KINDS, backwards, cut, larger, on_another_rig
 from w2w_studies.sweep.augmentation import mirrored
 
+from ...exercises import exercises
 from ...rings import by_day
 
 HIDDEN = (
@@ -34,7 +34,7 @@ def pairs_among(motions):
 
 @pytest.fixture(scope="module")
 def demo():
-    return list(demo_motions().values())
+    return list(exercises(4).values())
 
 
 @pytest.mark.later
