@@ -3,8 +3,10 @@
 
 import asyncio
 import io
+import shutil
 import stat
 import struct
+import threading
 import time
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
@@ -12,6 +14,7 @@ import pytest
 
 from w2w.core.library.library import unique_names
 from w2w.web.guard import Doors
+from w2w.web.receiving import folder_size
 from w2w.web.request import INPUT
 from w2w.web.uploads import RefusedError, own_name
 
@@ -181,3 +184,23 @@ def test_files_lie_in_the_study_alone(client, tmp_path):
     assert everything(folder) == {INPUT, f"{INPUT}/a", f"{INPUT}/a/b.bvh", "request.json"}
     assert (folder / INPUT / "a/b.bvh").read_bytes() == b"1"
     assert Doors("127.0.0.1", (), (), MOST).owner("") == "local"
+
+
+def test_room_is_measured_while_other_uploads_come_and_go(tmp_path):
+    """Each upload has a folder of its own, which another thread removes meanwhile."""
+    (tmp_path / "kept.bvh").write_bytes(bytes(7))
+    ended = threading.Event()
+
+    def come_and_go():
+        while not ended.is_set():
+            folder = tmp_path / "arriving"
+            folder.joinpath("deeper").mkdir(parents=True)
+            shutil.rmtree(folder)
+
+    other = threading.Thread(target=come_and_go)
+    other.start()
+    try:
+        assert {folder_size(tmp_path) for _ in range(2000)} == {7}
+    finally:
+        ended.set()
+        other.join()

@@ -3,11 +3,12 @@
 
 import asyncio
 import json
+import os
 import secrets
 import shutil
 from collections import Counter
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -210,13 +211,12 @@ class Receiver:
 
 
 def folder_size(folder: Path) -> int:
-    """Bytes of a folder's files."""
+    """Bytes of a folder's files; files and folders that go meanwhile do not count."""
     total = 0
-    for path in folder.rglob("*"):
-        try:
-            total += path.lstat().st_size if path.is_file() else 0
-        except OSError:  # it was removed meanwhile
-            continue
+    for path, _, names in os.walk(folder):  # which passes over a folder that has gone, as `rglob` does not
+        for name in names:
+            with suppress(OSError):
+                total += Path(path, name).lstat().st_size
     return total
 
 
