@@ -15,6 +15,7 @@ from w2w.core.files import load_arrays, write_npz
 from w2w.core.imu.virtual import at_patches
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.halves import HALVINGS
+from w2w.core.ranking.pilot import macro_f1
 from w2w.core.ranking.pooling import Pooling
 
 from ..validation.protocol import Protocol
@@ -94,7 +95,7 @@ def worn_f1(protocol: Protocol, path: Path, part: str, activities: Sequence[str]
         drawn = [rng.choice(everyone, size, replace=False) for size in (2, 3) for _ in range(DRAWS)]
         pilots = [everyone, *(some.tolist() for some in drawn if len(some) <= len(everyone))]
         by_person = [
-            _f1_at(found.predictions[rows], found.truth[rows], len(names))
+            [macro_f1(found.truth[rows], column, len(names)) for column in found.predictions[rows].T]
             for who in everyone
             for rows in [np.isin(found.clip, windows.clip[windows.subject == who])]
         ]
@@ -109,15 +110,6 @@ def worn_f1(protocol: Protocol, path: Path, part: str, activities: Sequence[str]
             )._asdict(),
         )
     return Worn(**load_arrays(kept, Worn._fields, "is no cache of the study"))
-
-
-def _f1_at(predictions: np.ndarray, truth: np.ndarray, n: int) -> np.ndarray:
-    """Macro F1 (S,) over the activities that were shown."""
-    shown = [a for a in range(n) if (truth == a).any()]
-    hits = np.array([((predictions == a) & (truth == a)[:, None]).sum(axis=0) for a in shown])
-    said = np.array([(predictions == a).sum(axis=0) for a in shown])
-    there = np.array([(truth == a).sum() for a in shown])[:, None]
-    return (2 * hits / np.maximum(said + there, 1)).mean(axis=0)
 
 
 def _pilot(windows: SiteWindows, people: Sequence[str], names: Sequence[str]) -> np.ndarray:
