@@ -1,24 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w need`: how cheap the sensor at a place may be."""
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from ...core.files import write_json
 from ...core.findings.advice_content import need_content, with_needs
 from ...core.findings.summary import PLACEMENTS, write_placements
 from ...core.study.choosing import find_needs
-from ...core.study.clip_files import WORK, mark_changing, mark_whole
 from ...core.study.results import StudyResults
 from ...report.page import REPORT
 from .. import options
 from ..console import USAGE, Terminal, ending
 from ..options import argument, option
 from ..reports.console_tables import show_need
-from ..runs.folder import only_run, remove_unfinished
-from ..runs.own_files import check, list_written
-from .report import write_report
+from ..runs.own_files import check
+from .report import amended
 
 NAME = "need"
 """Name of the command for the note in a folder that is being changed."""
@@ -53,19 +50,8 @@ def need(
     for one in found:
         show_need(one, console)
     if not place:
-        with ending(USAGE, console), only_run(results / WORK):
-            _write(results, found)
+        with ending(USAGE, console), amended(results, ["summary.json", PLACEMENTS], NAME) as study:
+            cards = with_needs(study.cards, found)
+            write_placements(results, cards, study.patches)
+            write_json(results / "summary.json", study.summary | {"cards": cards})
         console.print(f"\nWritten to the cards of {results}")
-
-
-def _write(out: Path, found: Sequence[dict[str, Any]]) -> None:
-    """Write what each recommended sensor needs to its card in summary, table and report."""
-    study = StudyResults.load(out, by=NAME)
-    cards = with_needs(study.cards, found)
-    remove_unfinished(out)
-    mark_changing(out, by=NAME)
-    with list_written(out, ["summary.json", PLACEMENTS]):
-        write_placements(out, cards, study.patches)
-        write_json(out / "summary.json", study.summary | {"cards": cards})
-    write_report(out, by=None)
-    mark_whole(out)

@@ -6,15 +6,13 @@ from typing import Annotated
 
 from ...core.files import write_json
 from ...core.findings.pilot import Pilot, of_folder
-from ...core.study.clip_files import WORK, mark_changing, mark_whole
 from ...core.study.results import StudyResults
 from ...report.page import REPORT
 from ..console import USAGE, console_beside, ending, print_json
 from ..options import AsJson, argument, option
 from ..reports.console_tables import show_cautions
-from ..runs.folder import only_run, remove_unfinished
-from ..runs.own_files import check, list_written
-from .report import write_report
+from ..runs.own_files import check
+from .report import amended
 
 NAME = "pilot"
 """Name of the command for the note in a folder that is being changed."""
@@ -61,11 +59,5 @@ def pilot(
 
 def write_pilot(out: Path, found: Pilot) -> None:
     """Write a pilot beside the answer, into summary and report of a results folder."""
-    with only_run(out / WORK):
-        study = StudyResults.load(out, by=NAME)
-        remove_unfinished(out)
-        mark_changing(out, by=NAME)
-        with list_written(out, ["summary.json"]):
-            write_json(out / "summary.json", study.summary | {"pilot": found.content()})
-        write_report(out, by=None)
-        mark_whole(out)
+    with amended(out, ["summary.json"], NAME) as study:
+        write_json(out / "summary.json", study.summary | {"pilot": found.content()})

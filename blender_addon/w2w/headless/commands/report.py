@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w report`: write the page of a finished study."""
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
 from ...core.files import write_text
+from ...core.study.clip_files import WORK, mark_changing, mark_whole
 from ...core.study.results import StudyResults
 from ...report.page import REPORT, report_page
 from ..console import USAGE, Terminal, ending
 from ..options import argument, option
-from ..runs.own_files import claimed
+from ..runs.folder import only_run, remove_unfinished
+from ..runs.own_files import claimed, list_written
 
 
 def report(
@@ -40,3 +44,19 @@ def write_report(out: Path, project: str | None = None, *, by: str | None = "") 
     with claimed(out, [REPORT]):
         write_text(out / REPORT, page)
     return out / REPORT
+
+
+@contextmanager
+def amended(out: Path, tables: Sequence[str], by: str) -> Iterator[StudyResults]:
+    """A finished study, of which the block writes some tables anew; the report follows.
+
+    `by` is the command for the note in a folder that is being changed; no other run works there meanwhile.
+    """
+    with only_run(out / WORK):
+        study = StudyResults.load(out, by=by)
+        remove_unfinished(out)
+        mark_changing(out, by=by)
+        with list_written(out, tables):
+            yield study
+        write_report(out, by=None)
+        mark_whole(out)
