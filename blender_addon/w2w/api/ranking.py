@@ -15,7 +15,7 @@ import numpy as np
 from ..core.files import new_folder, write_text
 from ..core.findings.cautions import below, head
 from ..core.findings.new_folder import check_new, write_findings
-from ..core.findings.pilot import Pilot, Ranked, pilot
+from ..core.findings.pilot import Pilot, RankedMap, pilot
 from ..core.given import given_path
 from ..core.imu.recordings import Recordings
 from ..core.library.library import Clip, Library
@@ -34,11 +34,11 @@ from ..core.study.needs import Need
 from ..core.study.ranking import set_tests_of
 from ..core.study.results import ClipResult, Study, StudyResults
 from ..core.windows.of_recordings import cut_recordings
-from .ranked import Ranked as Scores
+from .ranked import Ranked
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Ranking(Scores):
+class Ranking(Ranked):
     """How well each patch, or each place of worn sensors, alone recognises each activity, and what follows.
 
     Made by `w2w.rank` or, from what `w2w run` left in a folder, by `w2w.open_results`.
@@ -172,7 +172,7 @@ class Ranking(Scores):
             raise ValueError(
                 "with_recordings takes Recordings: w2w.Recordings.read('FOLDER', place='left wrist')"
             )
-        return pilot(Ranked(self._scored, self.config, self.inputs, self.labels), recordings)
+        return pilot(RankedMap(self._scored, self.config, self.inputs, self.labels), recordings)
 
     def wear_together(
         self,

@@ -33,8 +33,8 @@ from ..windows.of_recordings import cut_recordings
 from ..wording import InShort, join_words
 from .cautions import KNOW, WEAKENS, Caution
 
-TWO = 2
-"""People whom a pilot takes at least, and whom the advice on what to record next adds."""
+FEWEST_PEOPLE = 2
+"""People whom a pilot takes; the advice on what to record next adds as many."""
 
 
 class WornPlace(NamedTuple):
@@ -105,8 +105,8 @@ class Pilot(InShort):
         """What to record next, with what it would leave open."""
         people, own = len(self.people), self._was_worn(self.place.under)
         now, there = (half_width(self.by_person, len(self.worn), at) for at in (own, True))
-        more = half_width(np.resize(self.by_person, people + TWO), len(self.worn), own)
-        minutes = max(round(TWO / people * sum(one.seconds for one in self.worn) / 60), 1)
+        more = half_width(np.resize(self.by_person, people + FEWEST_PEOPLE), len(self.worn), own)
+        minutes = max(round(FEWEST_PEOPLE / people * sum(one.seconds for one in self.worn) / 60), 1)
         said = f"Two more people (about {minutes} min) leave ± {short(min(more, now))} of ± {short(now)}."
         if own or there >= now:
             return said
@@ -137,7 +137,7 @@ class Pilot(InShort):
         }
 
 
-class Ranked(NamedTuple):
+class RankedMap(NamedTuple):
     """What a pilot is held against."""
 
     scored: ScoredMap
@@ -155,10 +155,10 @@ class Ranked(NamedTuple):
 def of_folder(study: StudyResults, recordings: Path, at: str) -> Pilot:
     """A pilot by a folder of recordings, worn `at` a place if they do not say it; as for `pilot`."""
     rate, activities = study.config().synthesis.rate_hz, study.utility.activities
-    return pilot(Ranked.of(study), Recordings.read(recordings, None, at, activities, rate))
+    return pilot(RankedMap.of(study), Recordings.read(recordings, None, at, activities, rate))
 
 
-def pilot(ranked: Ranked, recordings: Recordings) -> Pilot:
+def pilot(ranked: RankedMap, recordings: Recordings) -> Pilot:
     """Move a map's level to what people's recordings at a place or two show.
 
     Raises ValueError if W2W has no such place, or fewer than two people or activities can be tested.
@@ -183,7 +183,7 @@ def pilot(ranked: Ranked, recordings: Recordings) -> Pilot:
     )  # fmt: skip
 
 
-def _difference(ranked: Ranked, one: WornPlace, chance: bool) -> np.ndarray:
+def _difference(ranked: RankedMap, one: WornPlace, chance: bool) -> np.ndarray:
     """Worn less expected F1 of each activity at a place, (A,); of those not shown the mean."""
     utility = ranked.scored.utility
     lost = np.zeros(len(utility.activities)) if utility.lost is None else utility.lost
@@ -196,13 +196,13 @@ def _difference(ranked: Ranked, one: WornPlace, chance: bool) -> np.ndarray:
     return found
 
 
-def _worn(recordings: Recordings, name: str, under: tuple[int, ...], ranked: Ranked) -> WornPlace:
+def _worn(recordings: Recordings, name: str, under: tuple[int, ...], ranked: RankedMap) -> WornPlace:
     """F1 at a place, one person left out at a time."""
     config, known = ranked.config, {same_label(one): one for one in ranked.scored.utility.activities}
     some = [one for one in recordings if same_label(one.activity) in known]
     if people := {one.subject for one in some} - {""}:
         some = [one for one in some if one.subject]
-    if len(people) < TWO:
+    if len(people) < FEWEST_PEOPLE:
         named = join_words(sorted(people)) or "nobody"
         raise ValueError(
             f"a pilot takes two people at least; the recordings at {name} name {named} in activities of the "
@@ -234,7 +234,7 @@ def _worn(recordings: Recordings, name: str, under: tuple[int, ...], ranked: Ran
     )  # fmt: skip
 
 
-def _easier(ranked: Ranked, worn: WornPlace) -> np.ndarray:
+def _easier(ranked: RankedMap, worn: WornPlace) -> np.ndarray:
     """How much higher the map's F1 at a patch is among the pilot's activities alone, (A,)."""
     utility, names = ranked.scored.utility, [*worn.f1]
     gained = np.zeros(len(utility.activities))
