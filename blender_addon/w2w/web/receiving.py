@@ -111,20 +111,15 @@ class Receiver:
 
         What a zip holds is in a folder called like it: apps export one for each recording.
         """
-        async with self._items(request, study) as items:
-            arrived, names = Arrived(study), Names({})
-            worn = arrived.folder / "worn"
-            try:
-                await self._gather(items, study, arrived, apart=True)
-                if not arrived.files:
-                    raise RefusedError(400, next(iter(arrived.refused.values()), "there is no file"))
-                for path, name, _ in arrived.files:
-                    place = worn / names.own(name)
-                    place.parent.mkdir(parents=True, exist_ok=True)
-                    path.replace(place)
-                yield worn, {name: value for name, value in items if isinstance(value, str)}
-            finally:
-                await asyncio.to_thread(shutil.rmtree, arrived.folder, ignore_errors=True)
+        async with self._items(request, study) as items, self._arrived(items, study, apart=True) as arrived:
+            if not arrived.files:
+                raise RefusedError(400, next(iter(arrived.refused.values()), "there is no file"))
+            worn, names = arrived.folder / "worn", Names({})
+            for path, name, _ in arrived.files:
+                place = worn / names.own(name)
+                place.parent.mkdir(parents=True, exist_ok=True)
+                path.replace(place)
+            yield worn, {name: value for name, value in items if isinstance(value, str)}
 
     @asynccontextmanager
     async def _items(self, request: Request, study: Study) -> AsyncIterator[Items]:
@@ -144,18 +139,24 @@ class Receiver:
         for field, value in items:
             if not isinstance(value, UploadFile) and field == "parameters":
                 found[field] = checked_parameters(parsed(value))
-        arrived = Arrived(study)
-        try:
-            await self._gather(items, study, arrived)
+        async with self._arrived(items, study) as arrived:
             if arrived.files and study.waits:
                 raise RefusedError(409, BUSY)
             study.note_answered()
             files = arrived.move() if arrived.files else {}
             return {"files": files, "refused": arrived.refused, "replaced": arrived.replaced, **found}
+
+    @asynccontextmanager
+    async def _arrived(self, items: Items, study: Study, apart: bool = False) -> AsyncIterator[Arrived]:
+        """A request's files, in a folder that lasts as long as the block."""
+        arrived = Arrived(study)
+        try:
+            await self._gather(items, study, arrived, apart)
+            yield arrived
         finally:
             await asyncio.to_thread(shutil.rmtree, arrived.folder, ignore_errors=True)
 
-    async def _gather(self, items: Items, study: Study, arrived: Arrived, apart: bool = False) -> None:
+    async def _gather(self, items: Items, study: Study, arrived: Arrived, apart: bool) -> None:
         """Store files as far as there is room; `apart`: what a zip holds in a folder called like it."""
         size = sum(value.size or 0 for _, value in items if isinstance(value, UploadFile))
         room = await self._room(study)
