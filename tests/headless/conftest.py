@@ -190,6 +190,18 @@ def quick_run(made_once) -> Path:
     return made_once("quick run", make)
 
 
+PACES = {"slow": 0.5, "steady": 1.0, "fast": 2.0}
+"""Activities of a small run, each at its pace, in hertz."""
+
+
+def run_paces(patches: int, folder: Path) -> None:
+    """A run of four clips an activity, in `folder` / "out"."""
+    write_motions(folder / "library", PACES, 4)
+    options = ("--patches", patches, "--no-pictures", "--workers", 1, "--max", 1)
+    code, output = cli("run", folder / "library", "--out", folder / "out", *options)
+    assert code == 0, output
+
+
 def write_motions(library: Path, paces: dict[str, float], clips: int) -> None:
     """Motions of 5 s that swing all joints, at each activity's pace (in hertz) and each clip's own way."""
     time = np.arange(150) / 30

@@ -4,6 +4,7 @@
 import csv
 import json
 import shutil
+from functools import partial
 
 import pytest
 
@@ -12,24 +13,15 @@ from w2w.core.study.choosing import find_needs
 from w2w.core.study.results import StudyResults
 
 from ...command_line import cli
-from ..conftest import write_motions
+from ..conftest import run_paces
 
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("one_worker", "few_orders")]
-
-PACES = {"slow": 0.5, "steady": 1.0, "fast": 2.0}
 
 
 @pytest.fixture(scope="module")
 def folder(made_once):
     """A run of four clips an activity."""
-    return made_once("need", _make) / "out"
-
-
-def _make(folder):
-    write_motions(folder / "library", PACES, 4)
-    options = ("--patches", 48, "--no-pictures", "--workers", 1, "--max", 1)
-    code, output = cli("run", folder / "library", "--out", folder / "out", *options)
-    assert code == 0, output
+    return made_once("need", partial(run_paces, 48)) / "out"
 
 
 def test_the_cards_say_it_and_twice_is_the_same(folder, tmp_path):
