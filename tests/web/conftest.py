@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The web app over a data folder of its own, asked as by a browser on this machine."""
 
+import time
 from importlib.util import find_spec
 
 import pytest
+
+from ..headless.conftest import write_motions
+from ..patience import HANG_S
 
 collect_ignore_glob = [] if find_spec("starlette") else ["test_*.py"]
 """Without the extra `web` there is nothing to test."""
@@ -66,3 +70,36 @@ def sent(client, files, study=""):
     study = study or made(client)
     parts = [("files", (name, content)) for name, content in files.items()]
     return study, client.post(f"{study}/files", files=parts)
+
+
+PACES = {"slow": 0.5, "fast": 2.0}
+FEW = {"patches": 24, "seed": 3}
+
+
+@pytest.fixture(scope="module")
+def motions(made_once):
+    """Eight npz motions of two activities, by their paths in the library."""
+    folder = made_once("web motions", lambda folder: write_motions(folder, PACES, 4))
+    return folder, {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*.npz")}
+
+
+def ended(client, study):
+    until = time.monotonic() + HANG_S
+    while (now := client.get(study).json())["state"] in ("queued", "running"):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    return now
+
+
+def folder_of(study, tmp_path):
+    return tmp_path / "data" / "local" / study.rpartition("/")[2]
+
+
+def judged(client, study):
+    """What is shown of a study once all of its files are judged."""
+    until = time.monotonic() + HANG_S
+    now = client.get(study).json()
+    while any(row["judged"] is None for row in now["table"]):
+        assert time.monotonic() < until
+        now = client.get(study).json()
+    return now
