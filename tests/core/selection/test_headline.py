@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is said of a ranking: a patch where one stands out, parts of the body where many are as good."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,8 @@ from w2w.core.patches.body_parts import ALL, great_part, segment
 from w2w.core.selection.headline import WORN, doubt, doubted, more_clips, repeat_sentence
 
 from .made_map import ranked
+
+DOCS = Path(__file__).parents[3] / "docs"
 
 
 @pytest.mark.parametrize(
@@ -28,7 +32,23 @@ def test_how_many_more_clips_would_do(reliability, clips, sentence, more):
 
 def test_how_worn_sensors_compared_is_said_with_which_was_higher():
     said = repeat_sentence(ranked([0.5, 0.7], 0.9))
-    assert said.endswith(f"measured F1 was {WORN[False]} than expected (docs/truth.md)")
+    assert said.endswith(f"F1 was {WORN} than expected of other people (docs/truth.md)")
+
+
+def test_how_worn_sensors_compared_is_what_the_comparison_of_today_measured():
+    rows = [
+        [cell.strip() for cell in line.split("|")[1:-1]]
+        for line in (DOCS / "evidence" / "people.md").read_text(encoding="utf-8").splitlines()
+        if line.startswith("|")
+    ]
+    column = next(row for row in rows if row[-1] == "level").index("level")
+    tests = [row for row in rows if row[1].startswith("all ") and len(row) > column]
+    above = [float(row[column].split(" (")[0]) for row in tests]
+    assert len(above) == 4
+    lower, higher = (f"{end:.2f}".lstrip("0") for end in (max(above), -min(above)))
+    assert f"{lower} lower to {higher} higher" == WORN
+    level = f"Simulated F1 lay from {higher} below to {lower} above people's"
+    assert level in (DOCS / "truth.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
