@@ -157,6 +157,7 @@ def test_the_demo_is_a_study_like_others(client, tmp_path):
     made_here = client.post("/api/studies", json={"demo": True}).json()
     rows = client.get(f"/api/studies/{made_here['id']}").json()["table"]
     assert len(rows) == made_here["clips"] == 40
+    assert made_here["title"] == "Five gestures at a desk"
     assert len({row["activity"] for row in rows}) == 5
     client.delete(f"/api/studies/{made_here['id']}")
     assert client.get("/api/studies").json() == []

@@ -66,7 +66,8 @@ def _page(study: StudyResults, project: str | None) -> str:
         worn = {**worn, "places": named}
     together = [sensor["patch"] for sensor in worn["places"]] if worn else []
     shown = [product["patch"] for product in answer["products"][:NUMBERED]] or [patch]
-    less = [each for each in answer["products"][NUMBERED:] if each["name"] in answer["compared_with"]]
+    compared = (*answer["compared_with"], answer.get("habit"))
+    less = [each for each in answer["products"][NUMBERED:] if each["name"] in compared]
     allowed = study.config().constraints.terms(study.patches).allowed
     skipped = (entry for entry in read_clip_list(study.out) if not is_used(entry))
     rows = _activity_rows(utility, study.patches.names, patch)

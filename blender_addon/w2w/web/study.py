@@ -53,6 +53,9 @@ WISHES = {name: PARAMETERS[name] for name in CHOICE if name in PARAMETERS}
 
 REGIONS = [f"{side} {region}".strip() for region in ALL for side in ("", *SIDES)]
 
+DEMO = {"title": "Five gestures at a desk", "by_subject": False}
+"""What a study of the demo asks for: by clip, as `w2w demo`."""
+
 CHANGED = {"clips": "the clips", "labels": "their labels", "wishes": "the wishes"}
 
 
@@ -69,7 +72,7 @@ class Study(Labelled):
         if demo:
             write_library(study.folder / INPUT)
             files = {clip.file: clip.file for clip in study.library().clips} | {LABELS: LABELS}
-        request = {"made": time.time(), "parameters": {}, "files": files, "sums": {}}
+        request = {"made": time.time(), "parameters": DEMO if demo else {}, "files": files, "sums": {}}
         write_json(study.folder / REQUEST, request)
         return study
 

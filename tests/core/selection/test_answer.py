@@ -91,9 +91,9 @@ def test_without_a_habit_that_may_be_worn_the_best_is_recommended(patches, bundl
     assert spoken.sentence() == "Wear an earbud. It will tell about 9 of 10 moments right, between 9 and 10."
 
 
-def test_glasses_are_spoken_of_in_the_plural(patches, bundled_body):
+def test_glasses_are_one_thing_to_wear(patches, bundled_body):
     found = scored(ranked(np.where(where(patches, "head"), 0.5, 0.9)), patches, bundled_body)
-    assert comparison([found.named("glasses")]) == "Glasses cost .40."
+    assert comparison([found.named("glasses")]) == "A pair of glasses costs .40."
     assert comparison([found.named("watch"), found.named("shoe")]) == "A watch and a shoe are as good."
     assert comparison([]) == ""
 

@@ -136,8 +136,8 @@ def posture_caution(utility: UtilityMap, patch: int) -> Caution:
         return Caution(WEAKENS, "")
     return Caution(
         WEAKENS,
-        f"{POSTURES}: the direction of gravity alone gives F1 {short(alone)} of {short(f1)}. Whoever holds "
-        "still in these postures is taken for moving",
+        f"{POSTURES}: the direction of gravity alone gives F1 {short(alone)}, the whole signal {short(f1)}. "
+        "Whoever holds still in these postures is taken for moving",
     )
 
 

@@ -21,9 +21,6 @@ OTHERS = 3
 ALIKE = 0.05
 """Most that any product may cost, by its interval, where places are said to be alike."""
 
-PLURALS = {each.phrase for each in PRODUCTS.values() if not each.phrase.startswith(("a ", "an ", "the "))}
-"""Products that are spoken of in the plural."""
-
 NUMBERS = "One", "Two", "Three", "Four"
 
 HALF_OF_IT = "count on half of that lead"
@@ -38,7 +35,7 @@ def comparison(scores: Sequence[PlaceScore]) -> str:
     for may in (True, False):
         rest = [score for score in scores if not score.cost.as_good and score.cost.may == may]
         if rest:
-            verb = "may cost" if may else "cost" if _many([rest[0].phrase]) else "costs"
+            verb = "may cost" if may else "costs"
             named = [f"{score.phrase} {short(score.cost.expected)}" for score in rest[1:]]
             first = f"{rest[0].phrase} {verb} {short(rest[0].cost.expected)}"
             clauses.append(", ".join([first, *named]))
@@ -48,12 +45,7 @@ def comparison(scores: Sequence[PlaceScore]) -> str:
 def as_good_as_it(scores: Sequence[PlaceScore]) -> str:
     """Which places are as good as the recommended one; "" if none is."""
     as_good = [score.phrase for score in scores if score.cost.as_good]
-    return f"{join_words(as_good)} {'are' if _many(as_good) else 'is'} as good" if as_good else ""
-
-
-def _many(phrases: Sequence[str]) -> bool:
-    """Whether a verb after these phrases is in the plural, as after "glasses"."""
-    return len(phrases) > 1 or phrases[0] in PLURALS
+    return f"{join_words(as_good)} {'are' if len(as_good) > 1 else 'is'} as good" if as_good else ""
 
 
 @dataclass(frozen=True, repr=False)

@@ -100,7 +100,7 @@ def mean_caution(utility: UtilityMap) -> str:
         return ""
     if max(counts) < FEWEST_CLIPS:
         return f"from at most {max(counts)} clips per activity: too few for an interval"
-    name = utility.activities[counts.index(fewest)]
+    name = utility.activities[counts.index(fewest)].replace("_", " ")
     return f"from only {count('clip', fewest)} of {name}: too few for an interval"
 
 

@@ -146,7 +146,10 @@ def show_answer(
     _say(advice.answer.detail().removesuffix("."), console, "")
     _say(advice.answer.measured(), console, "")
     recommended = advice.answer.differs and sentence == advice.answer.sentence()
-    show_places(advice.answer.products[:LISTED], console, "recommended" if recommended else "")
+    listed, habit = advice.answer.products[:LISTED], advice.answer.habit
+    if habit and habit not in listed:
+        listed = (*listed, habit)
+    show_places(listed, console, "recommended" if recommended else "")
     _say(headline.mean_sentence(utility), console, "")
     _say(headline.repeat_sentence(utility, simulated), console, "")
     show_cautions(below(cautions), console)

@@ -276,7 +276,7 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
     }));
   }
 
-  // The answer as a picture for a slide: the sentence, the body as it is turned, three products as bars.
+  // The answer as a picture for a slide: the sentence, the body as it is turned, products as bars.
   async function savePicture() {
     const sheet = make("canvas", "", { width: 1920, height: 1080 }), brush = sheet.getContext("2d");
     const still = document.querySelector("#body-still image"), body = new Image(), family = getComputedStyle(document.body).fontFamily;
@@ -293,33 +293,33 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
       write(line, 90, y, "bold 60px");
       [line, y] = [word, y + 76];
     }
-    for (const product of [...document.querySelectorAll(".choices li")].slice(0, 3)) {
+    const disc = (label, x, down) => {
+      brush.beginPath();
+      brush.arc(x, down, 18, 0, 2 * Math.PI);
+      brush.fillStyle = "#ffffff";
+      brush.fill();
+      brush.stroke();
+      write(label, x - 8, down + 8, "bold 22px");
+    };
+    for (const product of document.querySelectorAll(".choices li")) {
+      if ((y += 64) > 1010) break;
       const words = (part) => product.querySelector(part).textContent.trim().replace(/\s+/g, " ");
-      const f1 = parseFloat(product.querySelector(".fill").style.width) / 100;
-      y += 130;
-      write(words(".go").replace(/^\d+ /, ""), 90, y - 44, "bold 34px");
-      write(words(".against"), 440, y - 44, "28px", "#4a5563");
+      const f1 = parseFloat(product.querySelector(".fill").style.width) / 100, number = words(".disc");
+      if (number) disc(number, 108, y - 11);
+      write(words(".go").replace(/^\d+ /, ""), 142, y, "bold 30px");
       brush.fillStyle = "#d9dee5";
-      brush.fillRect(90, y - 24, 620, 30);
+      brush.fillRect(410, y - 26, 330, 30);
       brush.fillStyle = "#1a5598";
-      brush.fillRect(90, y - 24, 620 * f1, 30);
-      write(words(".n b"), 725, y + 3, "bold 34px");
-      write(words(".n .interval"), 825, y + 3, "24px", "#4a5563");
+      brush.fillRect(410, y - 26, 330 * f1, 30);
+      write(words(".n b"), 758, y, "bold 30px");
+      write(words(".n .interval"), 840, y, "22px", "#4a5563");
     }
     const [width, height] = live ? [stage.clientWidth, stage.clientHeight] : [body.naturalWidth, body.naturalHeight];
     const scale = Math.min(880 / width, 860 / height), left = 980 + (880 - scale * width) / 2;
     brush.drawImage(stage, left, 60, scale * width, scale * height);
     const discs = live ? marks() : [...document.querySelectorAll(".stage .still circle")].map((disc, n) => (
       { x: disc.getAttribute("cx"), y: disc.getAttribute("cy"), label: String(n + 1) }));
-    for (const { x, y: down, label, hidden } of discs.reverse()) {
-      if (hidden || !label) continue;
-      brush.beginPath();
-      brush.arc(left + scale * x, 60 + scale * down, 18, 0, 2 * Math.PI);
-      brush.fillStyle = "#ffffff";
-      brush.fill();
-      brush.stroke();
-      write(label, left + scale * x - 8, 60 + scale * down + 8, "bold 22px");
-    }
+    for (const { x, y: down, label, hidden } of discs.reverse()) if (!hidden && label) disc(label, left + scale * Number(x), 60 + scale * Number(down));
     brush.imageSmoothingEnabled = false;
     brush.drawImage(find("bar"), 1170, 960, 440, 20);
     write(live ? find("bar-low").textContent : still.dataset.low, 1095, 980, "26px");
@@ -341,7 +341,8 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
     live(true); // a canvas that is not shown has no size
     viewer = new Viewer(find("view"), data);
     viewer.onDraw = badges;
-    viewer.open(centres[data.best]);
+    viewer.open(centres[data.best], false);
+    if (marks()[0].hidden) viewer.open(centres[data.best], true);
     handling();
   } catch (error) {
     live(false);

@@ -109,11 +109,11 @@ class Viewer {
 
   home() { this.yaw = 0; this.pitch = 0.06; this.zoom = 1; this.focus = this.middle; this.redraw(); }
 
-  // The whole body, from the side of a vertex.
-  open(vertex) {
-    const [x, y] = this.normals.subarray(3 * vertex, 3 * vertex + 2);
-    this.yaw = Math.hypot(x, y) > 0.2 ? Math.atan2(x, -y) : 0;
-    this.redraw();
+  // The whole body from the front or the back, half turned to a vertex.
+  open(vertex, behind) {
+    const x = this.normals[3 * vertex];
+    this.yaw = behind ? Math.PI - 0.7 * x : 0.7 * x;
+    this.draw();
   }
 
   turn(yaw, pitch) {

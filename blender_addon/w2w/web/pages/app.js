@@ -126,7 +126,7 @@ page.refresh = async () => {
   const busy = BUSY.includes(study.state), any = study.table.length > 0;
   find("label").hidden = find("go").hidden = !any;
   find("steps-title").hidden = !study.answer;
-  if (first) find("steps").open = !study.answer;
+  if (first || answered !== study.answer) find("steps").open = !study.answer;
   if (first || !typing) fillAsked();
   drawAnswer(answered !== study.answer);
   answered = study.answer;
@@ -182,7 +182,7 @@ function start() {
   const form = find("ask");
   form.addEventListener("submit", safely(run));
   form.addEventListener("change", () => { complain(""); if (page.study) { page.study.parameters.by_subject ??= form.elements.by_subject.checked; parameters(); asked.soon(); find("headline").textContent = form.elements.title.value.trim() || "Untitled study"; } });
-  find("demo").addEventListener("click", safely(async () => { await begin({ demo: true }); await page.refresh(); }));
+  find("demo").addEventListener("click", safely(async () => { await begin({ demo: true }); await page.refresh(); await run(); }));
   find("cancel").addEventListener("click", safely(async () => { await send(here("/cancel"), {}); await page.refresh(); }));
   find("longer").addEventListener("click", safely(async () => { page.study.days_left = (await send(here("/keep"), {})).days_left; until(); }));
   find("remove").addEventListener("click", safely(async () => { if (confirm("Delete this study with all its files?")) { await ask(here(), { method: "DELETE" }); location.href = "/"; } }));
