@@ -15,6 +15,7 @@ import numpy as np
 from ..core.files import new_folder, write_text
 from ..core.findings.cautions import below, head
 from ..core.findings.new_folder import check_new, write_findings
+from ..core.findings.notes import TOO_FEW
 from ..core.findings.pilot import Pilot, RankedMap, pilot
 from ..core.given import given_path
 from ..core.imu.recordings import Recordings
@@ -83,12 +84,13 @@ class Ranking(Ranked):
 
     def _repr_html_(self) -> str:
         """The display in a notebook: the answer and its cautions, the products, the body."""
+        few = TOO_FEW if self.answer.caution else ""
         rows = [
-            f"<tr><td>{escape(f'{score.side} {score.name}'.strip())}<td>{short(f1.mean)}"
-            f"<td>{short(f1.low)} to {short(f1.high)}<td>{short(max(score.cost.expected, 0.0))}"
-            f"<td>{short(score.cost.low)} to {short(score.cost.high)}<td>{score.cost.verdict()}"
+            f"<tr><td>{escape(f'{score.side} {score.name}'.strip())}<td>{short(score.expected)}"
+            f"<td>{few or f'{short(score.low)} to {short(score.high)}'}<td>{short(max(cost.expected, 0.0))}"
+            f"<td>{few or f'{short(cost.low)} to {short(cost.high)}'}<td>{cost.verdict()}"
             for score in self.answer.products
-            for f1 in [score.f1]
+            for cost in [score.cost]
         ]
         about = self.answer.detail().removesuffix("."), self.answer.measured()
         said = [*(f"{text}." for text in about if text), *(each.sentence() for each in below(self.cautions))]

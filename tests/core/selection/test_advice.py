@@ -60,6 +60,7 @@ def test_a_left_and_a_right_place_do_it_together(utility, patches, bundled_body,
     advice = advise(ScoredMap(utility, patches, bundled_body), tests, 0.97)
     order = advice.worn.order
     assert {side(patches, place) for place in order[:2]} == {"left", "right"}
+    assert "95 % interval" in advice.worn.sentence()
     for place, others in zip(order, advice.alternatives, strict=True):
         assert place not in others
         assert {side(patches, other) for other in others} <= {side(patches, place)}
@@ -87,3 +88,14 @@ def test_without_tests_there_is_the_best_spot_alone(utility, patches, bundled_bo
     advice = advise(ScoredMap(utility, patches, bundled_body), None)
     assert (advice.worn, advice.alternatives) == (None, ())
     assert advice.best == utility.expected_mean.argmax()
+
+
+@pytest.mark.slow
+def test_a_set_from_few_clips_has_no_interval_beside_the_words_that_there_are_too_few(
+    utility, patches, bundled_body, tests, monkeypatch
+):
+    few = "from at most 3 clips per activity: too few for an interval"
+    monkeypatch.setattr("w2w.core.selection.advice.mean_caution", lambda _: few)
+    worn = advise(ScoredMap(utility, patches, bundled_body), tests, 0.97).worn
+    assert f"({few})" in worn.sentence()
+    assert "95 %" not in worn.sentence()

@@ -175,11 +175,12 @@ def next_worn(worn: WornSet, advice: Advice, patches: PatchSet) -> dict[str, Any
     if promise is None:
         return None
     name = called(worn.further[0], advice, patches)
+    reaches = f"the set reaches {promise.text(worn.caution)}"
     return {
         "patch": worn.further[0],
         "name": name,
         **expected_content(promise, len(promise.mean)),
-        "sentence": f"the best sensor to add is {name}; with it, the set reaches {promise.text()}",
+        "sentence": f"the best sensor to add is {name}; with it, {reaches}",
     }
 
 

@@ -13,6 +13,7 @@ from ..ranking.utility import UtilityMap
 from ..ranking.weights import mean_over
 from .answer import Answer, find_answer
 from .constraints import Constraints, Terms
+from .headline import mean_caution
 from .joint import WORTH, WornSet, choose_together
 from .scored import ScoredMap, product_patches
 from .set_tests import SetTests
@@ -113,7 +114,8 @@ def advise(
         among = _at_products(terms, products, constraints)
         first = scored.utility.expected_mean.copy()
         first[to_one.patch] += 1  # sets begin with the answer
-        worn = choose_together(tests, scored.utility.expected, among, target, every_activity, stream, first)
+        few = mean_caution(utility)
+        worn = choose_together(tests, utility.expected, among, target, every_activity, stream, first, few)
         swaps = interchangeable(tests, worn, among, utility)
     recommended = dict.fromkeys([to_one.patch, *(worn.order if worn else ())])
     clusters = redundancy_clusters(utility.predictions, len(utility.activities))

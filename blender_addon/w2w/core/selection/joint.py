@@ -112,6 +112,7 @@ class WornSet(InShort):
     further: tuple[int, ...]  # patches that were tried after these, in order of choice
     with_next: Promise | None  # for these patches and the first of `further`, if that is shown to add any F1
     most: float  # expected F1 of the largest set tried
+    caution: str  # in place of an interval; "" if there are clips enough for one
 
     @property
     def raw_mean(self) -> np.ndarray:
@@ -126,7 +127,7 @@ class WornSet(InShort):
         """Say in words what the set would reach on other clips."""
         promise, count = self.promise, len(self.order)
         sensors = "1 sensor reaches" if count == 1 else f"{count} sensors worn together reach"
-        text = f"{sensors} {promise.text()}; the target is {short(self.target)}"
+        text = f"{sensors} {promise.text(self.caution)}; the target is {short(self.target)}"
         if self.every_activity:
             worst = int(np.where(self.weights > 0, promise.f1[-1], np.inf).argmin())
             text += (
@@ -206,11 +207,13 @@ def choose_together(
     every_activity: float = 0.0,
     stream: Stream | None = None,
     first: np.ndarray | None = None,
+    caution: str = "",
 ) -> WornSet:
     """Choose the smallest set that reaches the target, or the one beyond which no sensor is worth it.
 
     `expected` is the macro F1 (N,) of each patch alone and the bounds of its interval; the first patch is
-    that of the highest, or of the highest of `first` (N,). In a `stream` all of it is F1 there.
+    that of the highest, or of the highest of `first` (N,). In a `stream` all of it is F1 there. A `caution`
+    is said in place of an interval.
     """
     best_alone = expected[0] if first is None else first
     search = _search(tests, terms, _Given(expected, every_activity > 0, stream, best_alone))
@@ -230,6 +233,7 @@ def choose_together(
         activities=tests.activities, target=target, every_activity=every_activity, reached=reached,
         price=float(terms.price[list(chosen)].sum()), weights=tests.weights, further=further,
         with_next=promise.first(enough + 1) if rises else None, most=float(promise.mean[-1]),
+        caution=caution,
     )  # fmt: skip
 
 

@@ -50,12 +50,12 @@ class Promise:
         f1, low = np.maximum(self.f1 - above[:, None], 0), np.maximum(self.low - above, 0)
         return replace(self, f1=f1, mean=self.mean - above, low=low, high=self.high - above)
 
-    def text(self) -> str:
-        """The whole set's expected F1 in words."""
+    def text(self, caution: str = "") -> str:
+        """The whole set's expected F1 in words, with its interval or a `caution` in place of that."""
         text = f"an expected F1 of {short(self.mean[-1])} on other clips"
         if not self.known:
             return f"{text}, a guess: parts of these clips cannot be compared"
-        return f"{text} (95 % interval {short(self.low[-1])} to {short(self.high[-1])})"
+        return f"{text} ({caution or f'95 % interval {short(self.low[-1])} to {short(self.high[-1])}'})"
 
 
 @dataclass(frozen=True, eq=False)

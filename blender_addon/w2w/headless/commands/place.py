@@ -20,6 +20,7 @@ from ...core.garments.cover import garment_sentence
 from ...core.parameters import parameters_at, with_values
 from ...core.ranking.weights import check_counting
 from ...core.selection.advice import Advice
+from ...core.selection.headline import mean_caution
 from ...core.study.choosing import choose, compare_places, ranked_again
 from ...core.study.clip_files import WORK, mark_changing, mark_whole
 from ...core.study.clip_list import is_used
@@ -121,7 +122,7 @@ def place(
                 raise ValueError("--compare chooses nothing: give --out a json file, and no --redraw")
             new_file(out)
             scores = compare_places(study, options.words(compare))
-            show_places(scores, console)
+            show_places(scores, console, mean_caution(study.utility))
             content = [place_content(score, study.patches) for score in scores]
             if as_json:
                 print_json(content)

@@ -149,27 +149,34 @@ def show_answer(
     listed, habit = advice.answer.products[:LISTED], advice.answer.habit
     if habit and habit not in listed:
         listed = (*listed, habit)
-    show_places(listed, console, "recommended" if recommended else "")
+    show_places(listed, console, advice.answer.caution, "recommended" if recommended else "")
     _say(headline.mean_sentence(utility), console, "")
     _say(headline.repeat_sentence(utility, simulated), console, "")
     show_cautions(below(cautions), console)
 
 
-def _with_interval(value: float, low: float, high: float) -> str:
-    return f"{headline.short(value)} ({headline.short(low)} to {headline.short(high)})"
+def show_places(
+    scores: Sequence[PlaceScore], console: Console, caution: str = "", first: str = "recommended"
+) -> None:
+    """Print one sensor on each of some products, or at places by name; `first` is said of the best.
 
-
-def show_places(scores: Sequence[PlaceScore], console: Console, first: str = "recommended") -> None:
-    """Print one sensor on each of some products, or at places by name; `first` is said of the best."""
+    A `caution` stands in place of all intervals.
+    """
     if not scores:
         return
-    table = _table("One sensor on (in brackets: 95 % intervals)", ("", "F1", "costs", ""), ("F1", "costs"))
+
+    def with_interval(value: float, low: float, high: float) -> str:
+        about = "" if caution else f" ({headline.short(low)} to {headline.short(high)})"
+        return headline.short(value) + about
+
+    title = f"One sensor on ({caution or 'in brackets: 95 % intervals'})"
+    table = _table(title, ("", "F1", "costs", ""), ("F1", "costs"))
     for score in scores:
         apart = score.cost.low < score.cost.high  # from the recommended place
         table.add_row(
             f"{score.side} {score.name}".strip(),
-            _with_interval(*score.f1),
-            _with_interval(max(score.cost.expected, 0.0), *score.cost[1:3]) if apart else "",
+            with_interval(*score.f1),
+            with_interval(max(score.cost.expected, 0.0), *score.cost[1:3]) if apart else "",
             score.cost.verdict() if apart else first,
         )
         first = first if apart else IS_AS_GOOD
