@@ -3,6 +3,7 @@
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ from ..library.labels import same_label
 from ..wording import clean, join_words, restated
 from .phone_files import is_phone_folder
 from .recording import ImuRecording
+from .taps import triple_taps
 
 LABEL_FILE = "labels.csv"
 
@@ -21,6 +23,9 @@ X_IO = "Inertial.csv"
 
 IN_HAND_S = 3.0
 """Seconds at either end of a phone's recording in which it is still put in place, or taken off."""
+
+TAPPING_S = 0.5
+"""Seconds beside three taps in which the tapping hand comes or goes."""
 
 
 class Known(NamedTuple):
@@ -73,8 +78,13 @@ def _labelled(recording: ImuRecording, file: Path, told: Mapping[str, str], know
     sites = (place,) if place and recording.n_sensors == 1 else recording.sites or (file.stem,)
     if known.place:
         if not told and not recording.activity:
-            activity, named = _by_words(file, known.activities)
-            subject = subject or named
+            named, who = _by_words(file, known.activities)
+            if len({*named}) > 1:
+                raise ValueError(
+                    f"its path names {join_words(named)}, and no triple taps say which is when: list its "
+                    f"stretches in {LABEL_FILE}"
+                )
+            activity, subject = named[0], subject or who
         sites = (place or known.place,) * recording.n_sensors
         by_path = told.get("clip") or recording.clip or file.with_suffix("").as_posix()
     if not activity:
@@ -102,23 +112,56 @@ def without_hands(recording: ImuRecording) -> ImuRecording:
     return recording.between(ends, recording.n_samples - ends)
 
 
-def _by_words(file: Path, activities: Sequence[str]) -> tuple[str, str]:
-    """The activity that a path names, folder or file, and who the innermost other folder, or file, names."""
-    folders, known = file.parent.parts, {same_label(one): one for one in activities}
-    found = {
-        (number, name)
-        for number, part in enumerate((*folders, file.stem))
-        for name in known
-        if re.search(rf"(^|_){re.escape(name)}(_|$)", re.sub(r"[\W\d_]+", "_", same_label(part)))
-        or name == same_label(part)
-    }
-    named = {name for _, name in found if not any(name != other and name in other for _, other in found)}
-    if len(named) != 1:
-        what = f"names {join_words(sorted(named))}" if named else "names no activity of the study"
+def tapped(recording: ImuRecording, file: Path, known: Known) -> list[dict[str, str]]:
+    """Rows of a recording's stretches between triple taps, of the activities that its path names, in order.
+
+    None without taps; three mark the start or end of an activity, or the step from one to the next.
+    """
+    taps = triple_taps(recording)
+    names, who = [""], ""
+    if taps and known.place and not recording.activity:
+        names, who = _by_words(file, known.activities)
+    if len(taps) == 2 * len(names):
+        ends = [*zip(taps[::2], taps[1::2], strict=True)]
+    elif taps and len(taps) != len(names) + 1:
         raise ValueError(
-            f"its path {what}: name a folder {join_words(list(activities), 9)}, or use labels.csv"
+            f"it has {len(taps)} triple taps, where {len(names)} of its path take {len(names) + 1} or "
+            f"{2 * len(names)}: name the activities in order, or list its stretches in {LABEL_FILE}"
         )
-    (activity,) = named
-    others = [part for number, part in enumerate(folders) if (number, activity) not in found]
-    rest = re.sub(rf"{re.escape(activity)}|[\W\d_]+", " ", same_label(file.stem))
-    return known[activity], others[-1] if others else rest.strip()
+    else:
+        ends = [*pairwise(taps)]
+    return [
+        {
+            "activity": name,
+            "subject": who,
+            "start": f"{start + TAPPING_S:.2f}",
+            "end": f"{end - TAPPING_S:.2f}",
+        }
+        for name, ((_, start), (end, _)) in zip(names, ends, strict=bool(taps))
+    ]
+
+
+def all_but(rows: Sequence[Mapping[str, str]]) -> str:
+    """What taps leave out, in words."""
+    spans = [f"{row['start']} to {row['end']} s {row['activity']}".strip() for row in rows]
+    return f"all but {join_words(spans, len(spans))}, by its triple taps"
+
+
+def _by_words(file: Path, activities: Sequence[str]) -> tuple[list[str], str]:
+    """The activities that a path names, in order, and who the innermost other folder, or file, names."""
+    known = {same_label(one): one for one in activities}
+    longest = sorted(map(re.escape, known), key=len, reverse=True)
+    naming = re.compile(rf"(?<![^_])({'|'.join(longest) or '(?!)'})(?![^_])")
+    labels = [same_label(part) for part in (*file.parent.parts, file.stem)]
+    parts = [part if part in known else re.sub(r"[\W\d_]+", "_", part) for part in labels]
+    found = [naming.findall(part) for part in parts]
+    order: list[str] = next(filter(None, reversed(found)), [])
+    if not order or any(name not in " ".join(order) for names in found for name in names):
+        named = join_words(sorted({name for names in found for name in names}))
+        what = f"names {named}" if named else "names no activity of the study"
+        raise ValueError(
+            f"its path {what}: name a folder {join_words(list(activities), 9)}, or use {LABEL_FILE}"
+        )
+    others = [folder for folder, names in zip(file.parent.parts, found, strict=False) if not names]
+    rest = re.sub(r"[\W\d_]+", " ", naming.sub("_", parts[-1])).strip()
+    return [known[name] for name in order], others[-1] if others else rest

@@ -21,9 +21,11 @@ from .recording_folder import (
     LABEL_FILE,
     SUFFIXES,
     Known,
+    all_but,
     label_rows,
     labelled_by,
     recording_files,
+    tapped,
     without_hands,
 )  # fmt: skip
 from .recording_table import resampled, seconds, triples
@@ -173,8 +175,8 @@ class Recordings(Sequence[ImuRecording]):
         """Read the recordings in a folder and its subfolders, in every format of `read_recording`.
 
         A label comes from the csv, else from the file itself, else from the folders:
-        ``ACTIVITY/CLIP/PLACE.csv``. From phones' files three seconds are cut at either end, where the phone
-        was still, or again, in a hand.
+        ``ACTIVITY/CLIP/PLACE.csv``. Of phones' files what lies between three taps on the sensor at rest
+        counts, else all but three seconds at either end, where the phone was still, or again, in a hand.
 
         Parameters
         ----------
@@ -187,7 +189,7 @@ class Recordings(Sequence[ImuRecording]):
             Where all were worn whose labels do not say it. Folders and file names then say activity and
             person: ``anna/walking.csv``.
         activities : sequence of str
-            Activities that they may name.
+            Activities that they may name; several in order, ``anna/walking sitting.csv``, if taps part them.
         rate : float, optional
             Samples per second to bring all to.
 
@@ -201,15 +203,18 @@ class Recordings(Sequence[ImuRecording]):
             raise ValueError(f"{clean(folder)} is no folder of recordings")
         table = given_path(labels, "a csv of labels") if labels is not None else folder / LABEL_FILE
         rows = label_rows(table) if labels is not None or table.is_file() else {}
-        recordings, skipped = [], []
+        recordings, skipped, known = [], [], Known(place, activities)
         for path in recording_files(folder, table):
             file = path.relative_to(folder).as_posix()
             try:
-                read = read_recording(path)
+                read, name, told = read_recording(path), path.relative_to(folder), rows
                 if not rows and format_of(path, to_read=True) == PHONE:
-                    read = without_hands(read)
-                some = labelled_by(read, path.relative_to(folder), rows, Known(place, activities))
+                    taps = tapped(read, name, known)
+                    told, read = ({file: taps}, read) if taps else (rows, without_hands(read))
+                some = labelled_by(read, name, told, known)
                 recordings += [one if rate is None else at_rate(one, rate) for one in some]
+                if told is not rows:
+                    skipped.append((file, all_but(told[file])))
             except (ValueError, OSError, KeyError) as error:
                 skipped.append((file, str(error)))
         if not recordings:
