@@ -51,6 +51,14 @@ def table(
     return path
 
 
+def rounded(path: Path, head: str, times: np.ndarray, values: np.ndarray, mark: str = ",", form: str = ".5f", end: str = "", foot: str = "") -> Path:
+    """Write a csv file whose numbers have so many digits, rows of which some app ends in its own way."""
+    rows = [mark.join(format(v, form) for v in row) + end for row in np.column_stack([times, values]).tolist()]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("\n".join([head, *rows, foot]))
+    return path
+
+
 T, GRAVITY, MOVED, GYR = motion()
 ACC = GRAVITY + MOVED
 START = 1_700_000_000
@@ -104,6 +112,8 @@ def right() -> dict[str, tuple[Write, float, bool]]:
     apple = sensor_log()
     w = ["wx", "wy", "wz"]
     gf = ["gFx", "gFy", "gFz"]
+    andro = [f"{kind} {a} (m/s²)" for kind in ("ACCELEROMETER", "GRAVITY", "LINEAR ACCELERATION") for a in "XYZ"]
+    andro += [f"GYROSCOPE {a} (rad/s)" for a in "XYZ"]
     return {
         "toolbox g-force": (lambda p: table(p / "a.csv", ["time", *gf, "TgF"], T, ACC / G, np.linalg.norm(ACC / G, axis=1)), 1, False),
         "toolbox g-force, gyroscope": (lambda p: table(p / "a.csv", ["time", *gf, *w], T, ACC / G, GYR), 1, True),
@@ -143,6 +153,33 @@ def right() -> dict[str, tuple[Write, float, bool]]:
         "other, lines above": (lambda p: table(p / "a.csv", ["time (s)", *XYZ_ACC], T, ACC, head="Device: Pixel\nStarted, 2024-05-01\n\n"), 1, False),
         "other, Windows' line ends": (lambda p: table(p / "a.csv", ["elapsed (s)", *XYZ_ACC], T, ACC, end="\r\n"), 1, False),
         "other, ISO with T": (lambda p: table(p / "a.csv", ["timestamp", "accelerometer_x", "accelerometer_y", "accelerometer_z"], [text.replace(" ", "T") + "Z" for text in iso()], ACC), 1, False),
+        "toolbox, as it rounds": (lambda p: rounded(p / "a.csv", "time,gFx,gFy,gFz,TgF,", T, ACC / G, end=",1.0,"), 1, False),
+        "toolbox, beside position and angles": (lambda p: table(p / "a.csv", ["time", *gf, *w, "p", "Azimuth", "Pitch", "Roll", " Latitude", "Longitude", "Speed (m/s)"], T, ACC / G, GYR, 1013 + T, QUATERNION[:, :3], QUATERNION[:, :2], T), 1, True),
+        "toolbox, stopped in a row": (lambda p: rounded(p / "a.csv", "time,gFx,gFy,gFz", T, ACC / G, foot="12.0,0.1"), 1, False),
+        "toolbox, milliseconds": (lambda p: table(p / "a.csv", ["time", *gf], [round(1000 * t) for t in T], ACC / G), 1, False),
+        "phyphox, German": (lambda p: table(p / "Raw Data.csv", ["Zeit (s)", *(f"Beschleunigung {a} (m/s^2)" for a in "xyz")], T, ACC, mark=";", comma=True), 1, False),
+        "phyphox, French": (lambda p: table(p / "Raw Data.csv", ["Temps (s)", *(f"Accélération {a} (m/s^2)" for a in "xyz")], T, ACC), 1, False),
+        "phyphox, powers of ten": (lambda p: rounded(p / "Raw Data.csv", '"Time (s)","Acceleration x (m/s^2)","Acceleration y (m/s^2)","Acceleration z (m/s^2)"', T, ACC, form=".9E"), 1, False),
+        "phyphox, none at first": (lambda p: table(p / "Raw Data.csv", ["Time (s)", *XYZ_ACC], T, [["NaN"] * 5 + [f"{v:.6f}" for v in axis[5:]] for axis in ACC.T.tolist()]), 1, False),
+        "phyphox, all in one": (lambda p: table(p / "a.csv", ["Time (s)", *XYZ_ACC, *(f"Linear Acceleration {a} (m/s^2)" for a in "xyz"), *XYZ_GYR, *(f"Magnetic field {a} (µT)" for a in "xyz")], T, ACC, MOVED, GYR, QUATERNION[:, :3]), 1, True),
+        "phyphox, degrees": (lambda p: table(table(p / "Accelerometer.csv", ["Time (s)", *XYZ_ACC], T, ACC).parent / "Gyroscope.csv", ["Time (s)", *(f"Gyroscope {a} (°/s)" for a in "xyz")], T, np.degrees(GYR)).parent, 1, True),
+        "phyphox, other order of axes": (lambda p: table(p / "a.csv", ["Time (s)", *(f"Acceleration {a} (m/s^2)" for a in "zxy")], T, ACC[:, [2, 0, 1]]), 1, False),
+        "logger, from before it began": (lambda p: table(p / "TotalAcceleration.csv", LOGGER, EPOCH_NS, T - 0.3, ACC[:, ::-1]), 1, False),
+        "logger, times for people": (lambda p: table(p / "TotalAcceleration.csv", [*LOGGER[:2], "human_readable_time", *LOGGER[2:]], EPOCH_NS, T, iso("Z"), ACC[:, ::-1]), 1, False),
+        "logger, iPhone's total": (lambda p: logger(p, {"TotalAcceleration": -ACC, "Accelerometer": -MOVED, "Gravity": -GRAVITY, "Gyroscope": GYR}, "ios"), 1, True),
+        "logger, Wear OS with its turn": (lambda p: table(p / "WristMotion.csv", [*WRIST, *(f"quaternion{a}" for a in "WXYZ")], EPOCH_NS, T, GYR, GRAVITY, MOVED, QUATERNION), 1, True),
+        "logger, Android uncalibrated": (lambda p: logger(p, {"AccelerometerUncalibrated": ACC, "GyroscopeUncalibrated": GYR}), 1, True),
+        "logger, nanoseconds alone": (lambda p: table(p / "TotalAcceleration.csv", ["time", "z", "y", "x"], EPOCH_NS, ACC[:, ::-1]), 1, False),
+        "logger, headphones": (lambda p: table(p / "Headphone.csv", WRIST, EPOCH_NS, T, GYR, -GRAVITY, -MOVED), 1, True),
+        "log, all its columns": (lambda p: table(p / "a.csv", [*apple[:1], "locationTimestamp_since1970(s)", "locationHeadingX(µT)", "locationHeadingY(µT)", "locationHeadingZ(µT)", *apple[1:], "motionYaw(rad)", "activity(txt)"], iso(" +0200"), T + START, 40 * QUATERNION[:, :3], T + 62608, -MOVED / G, -GRAVITY / G, GYR, QUATERNION, T, ["walking"] * len(T)), 1, True),
+        "log, semicolons": (lambda p: table(p / "a.csv", apple, iso(" +0900"), T + 5000, -MOVED / G, -GRAVITY / G, GYR, QUATERNION, mark=";", comma=True), 1, True),
+        "log, counted": (lambda p: table(p / "a.csv", ["loggingTime(txt)", "loggingSample(N)", "accelerometerTimestamp_sinceReboot(s)", *(f"accelerometerAcceleration{a}(G)" for a in "XYZ")], iso("+02:00"), [*range(len(T))], T + 9, -ACC / G), 1, False),
+        "AndroSensor": (lambda p: table(p / "a.csv", [*andro, "Time since start in ms ", "YYYY-MO-DD HH-MI-SS_SSS"], ACC, GRAVITY, MOVED, GYR, [round(1000 * t) for t in T], ["2024-05-01 10-11-12_345"] * len(T), mark=";"), 1, True),
+        "AndroSensor, commas": (lambda p: table(p / "a.csv", [*andro, "TIME SINCE START (ms)", "DATE (YYYY-MO-DD HH-MI-SS_SSS)"], ACC, GRAVITY, MOVED, GYR, [round(1000 * t) for t in T], ["2024-05-01 10-11-12_345"] * len(T), mark=", "), 1, True),
+        "Beiwe": (lambda p: table(p / "accelerometer.csv", ["timestamp", "UTC time", "accuracy", "x", "y", "z"], [START * 1000 + round(1000 * t) for t in T], iso(), ["unknown"] * len(T), ACC), 1, False),
+        "Core Motion's names": (lambda p: table(p / "a.csv", ["time_s", "epoch_s", *(f"userAcceleration{a}" for a in "XYZ"), *(f"gravity{a}" for a in "XYZ"), *(f"rotationRate{a} (rad/s)" for a in "XYZ")], T, T + START, -MOVED / G, -GRAVITY / G, GYR), 1, True),
+        "Wear OS, nanoseconds": (lambda p: table(p / "a.csv", ["timestamp_ns", *(f"accelerometer_{a} [m/s²]" for a in "xyz"), *(f"gyroscope_{a} [rad/s]" for a in "xyz")], EPOCH_NS, ACC, GYR), 1, True),
+        "other, a label above bare axes": (lambda p: rounded(p / "a.csv", "#walk\ntime[ms]; x-axis[m/s^2]; y-axis[m/s^2]; z-axis[m/s^2]", 1000 * T, ACC, mark=";"), 1, False),
     }  # fmt: skip
 
 
@@ -168,6 +205,23 @@ def doubtful() -> dict[str, tuple[Write, str]]:
         "no times": (lambda p: table(p / "a.csv", ["n", *XYZ_ACC], T, ACC), "names a time"),
         "points in thousands": (lambda p: table(p / "a.csv", ["time (s)", *XYZ_ACC], T, [["1.234,5"] * len(T)] * 3, mark=";"), "no number"),
         "two axes": (lambda p: table(p / "a.csv", ["time (s)", *XYZ_ACC[:2], "steps"], T, ACC), "no acceleration"),
+        "toolbox, started twice": (lambda p: table(p / "a.csv", ["time", "gFx", "gFy", "gFz"], np.concatenate([T[:300], T[:300] + 0.01]), ACC / G), "times go back"),
+        "toolbox, two headers": (lambda p: rounded(p / "a.csv", "time,gFx,gFy,gFz", T, ACC / G, foot="time,gFx,gFy,gFz\n0,0,0,1"), "no number"),
+        "toolbox, dates in words": (lambda p: table(p / "a.csv", ["time", "gFx", "gFy", "gFz"], [f"Wednesday 01-May-2024 10-11-{12 + int(t)} AM" for t in T], ACC / G), "no number"),
+        "toolbox, gyroscope alone": (lambda p: table(p / "a.csv", ["time", "wx", "wy", "wz"], T, GYR), "no acceleration"),
+        "half a day's clock": (lambda p: table(p / "a.csv", ["time", "gFx", "gFy", "gFz"], [f"11:59:{40 + t:06.3f} AM" for t in T.tolist()], ACC / G), "a time is none"),
+        "phyphox, French without g": (lambda p: table(p / "Raw Data.csv", ["Temps (s)", *(f"Accélération linéaire {a} (m/s^2)" for a in "xyz")], T, MOVED), "with gravity"),
+        "phyphox, linear beside a gyroscope": (lambda p: table(table(p / "Linear Accelerometer.csv", ["Time (s)", *(f"Linear Acceleration {a} (m/s^2)" for a in "xyz")], T, MOVED).parent / "Gyroscope.csv", ["Time (s)", *XYZ_GYR], T, GYR).parent, "with gravity"),
+        "logger, one file of acceleration": (lambda p: table(p / "Accelerometer.csv", LOGGER, EPOCH_NS, T, MOVED[:, ::-1]), "with gravity"),
+        "logger, gravity alone": (lambda p: logger(p, {"Gravity": GRAVITY}), "with gravity"),
+        "logger, turn alone": (lambda p: table(p / "Orientation.csv", [*LOGGER[:2], "qz", "qy", "qx", "qw", "roll", "pitch", "yaw"], EPOCH_NS, T, QUATERNION, GYR), "no acceleration"),
+        "log, gravity alone": (lambda p: table(p / "a.csv", ["loggingTime(txt)", *(f"motionGravity{a}(G)" for a in "XYZ")], iso(), -GRAVITY / G), "with gravity"),
+        "Core Motion without units": (lambda p: table(p / "a.csv", ["timestamp", *(f"userAcceleration{a}" for a in "XYZ"), *(f"gravity{a}" for a in "XYZ"), *(f"rotationRate{a}" for a in "XYZ")], T, -MOVED / G, -GRAVITY / G, GYR), "unit"),
+        "Core Motion, user's alone": (lambda p: table(p / "a.csv", ["timestamp", *(f"userAcceleration{a}" for a in "XYZ")], T, -MOVED / G), "with gravity"),
+        "watch, rate without a unit": (lambda p: table(p / "a.csv", ["Timestamp", *(f"Acceleration{a}" for a in "XYZ"), *(f"RotationRate{a}" for a in "XYZ"), "HeartRate"], iso("Z"), ACC / G, GYR, 60 + T), "unit"),
+        "turns a minute": (lambda p: table(p / "a.csv", ["time (s)", *XYZ_ACC, *(f"gyro_{a} (rpm)" for a in "xyz")], T, ACC, 9.55 * GYR), "unit"),
+        "gravity's direction alone": (lambda p: table(p / "a.csv", ["time (s)", *(f"gravity_{a} (m/s^2)" for a in "xyz")], T, GRAVITY), "with gravity"),
+        "ten times too large": (lambda p: table(p / "a.csv", ["time (s)", "acc_x", "acc_y", "acc_z"], T, 10 * ACC), "with gravity"),
         "too short": (lambda p: table(p / "a.csv", ["time (s)", *XYZ_ACC], T[:50], ACC[:50]), "less than 2 s"),
     }  # fmt: skip
 

@@ -12,7 +12,7 @@ RIGHT, DOUBTFUL = right(), doubtful()
 
 
 def test_there_are_enough_variants():
-    assert len(RIGHT) + len(DOUBTFUL) >= 40
+    assert len(RIGHT) + len(DOUBTFUL) >= 100
 
 
 @pytest.mark.parametrize("name", RIGHT)

@@ -46,6 +46,7 @@ SENSOR_LOG = re.compile(r"loggingtime|(motion|accelerometer|gyro)timestamp_")
 
 TIMES = re.compile(
     r"(seconds_?elapsed|elapsed( ?time)?|time(stamp)?([ _]?(s|ms|us|ns))?|t|loggingtime|date ?time|epoch)"
+    r"|time since start( in ms)?|zeit|temps|tiempo|tempo"
     r"|(accelerometer|motion|gyro)timestamp_sincereboot",
     re.IGNORECASE,
 )
@@ -132,6 +133,8 @@ def _groups(path: Path, apple: bool) -> Iterator[_Group]:
         values = np.array([[number_in(row[axes[axis]]) for axis in "xyz"] for row in cells])
         times = seconds_of([row[stamp] for row in cells], *plain[stamp])
         there = np.flatnonzero(np.isfinite(values).all(axis=1) & np.isfinite(times))
+        if (np.diff(times[there]) < -1).any():
+            raise ValueError("its times go back: it holds several recordings, so part them into files")
         order = there[np.argsort(times[there], kind="stable")]
         later = order[np.diff(times[order], prepend=-np.inf) > 0]
         if len(later) > 2:
@@ -183,7 +186,8 @@ def _quantity(
     elif words in ("gF", "w") and not others & {"gx", "acc_x"}:  # Physics Toolbox
         known = G if words == "gF" else 1.0
     factor = {**PULLS, **TURNS}.get(unit, np.nan if unit else known)
-    return words, kind, app, factor, bool(app), split[2].lower()
+    apples = bool(app) or stem.lower() == "headphone" or (kind == "linear" and "user acc" in text)
+    return words, kind, app, factor, apples, split[2].lower()
 
 
 def _with_gravity(groups: Sequence[_Group]) -> _Group:
