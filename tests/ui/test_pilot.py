@@ -36,3 +36,15 @@ def test_the_panel_says_what_the_command_says(library: Path, tmp_path: Path) -> 
     drawn = draw(W2W_PT_placement, view_of_panels())
     assert "w2w.add_pilot" in buttons(drawn)
     assert found["sentence"] in words(drawn)
+
+    assert bpy.ops.w2w.save_results(directory=str(tmp_path / "both")) == {"FINISHED"}
+    saved = StudyResults.load(tmp_path / "both")
+    assert saved.summary["pilot"] == found
+    again = of_folder(saved, tmp_path / "worn", place).content()
+    assert {name: again[name] for name in ("without", "worn")} == {
+        name: found[name] for name in ("without", "worn")
+    }
+    bpy.ops.wm.read_homefile(use_empty=True)
+    assert bpy.ops.w2w.open_results(filepath=str(tmp_path / "both")) == {"FINISHED"}
+    assert (advice_of(bpy.context.scene.w2w.body.w2w) or {})["pilot"] == found
+    assert found["sentence"] in words(draw(W2W_PT_placement, view_of_panels()))

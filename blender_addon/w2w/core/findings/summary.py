@@ -52,7 +52,7 @@ def write_results(study: Study) -> None:
     content["cards"] = with_needs(content["cards"], study.needs)
     write_placements(out, content["cards"], study.results.patches)
     write_map(out, study.results.utility, study.results.patches, study.advice.clusters)
-    write_json(out / "summary.json", content)
+    write_json(out / "summary.json", content | ({"pilot": study.pilot} if study.pilot else {}))
 
 
 def write_placements(out: Path, cards: Sequence[dict[str, Any]], patches: PatchSet) -> None:

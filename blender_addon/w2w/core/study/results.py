@@ -260,6 +260,7 @@ class Study:
     results: StudyResults  # the ranking, as it is read again from its folder
     advice: Advice  # the choice under the config's constraints
     needs: Sequence[dict[str, Any]] = ()  # how cheap its sensors may be, if that was found (`need_content`)
+    pilot: dict[str, Any] | None = None  # what people's recordings said, likewise (`Pilot.content`)
 
     @property
     def used(self) -> list[ClipResult]:

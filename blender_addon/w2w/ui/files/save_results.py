@@ -59,8 +59,9 @@ def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Step
     dropped = [(clip.name, clip.activity) for clip in study.clips if clip.activity in left_out]
     skipped += [(name, f"{activity} is left out") for name, activity in dropped]
     library = Library(Path(), tuple(clip.clip for clip in saved), "the panel in Blender", tuple(skipped))
-    cards = [] if left_out or reweighed else (lists.advice_of(study) or {}).get("cards") or []
-    finished = Study(library, config, found.body(), saved, found.renamed(names), advice, needs_on(cards))
+    kept = {} if left_out or reweighed else lists.advice_of(study) or {}
+    more = needs_on(kept.get("cards") or []), kept.get("pilot")
+    finished = Study(library, config, found.body(), saved, found.renamed(names), advice, *more)
 
     def write(progress: Callable[[float], None]) -> list[str]:
         write_folder(folder, finished, motions, covers, progress)
