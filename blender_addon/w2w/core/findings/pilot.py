@@ -15,6 +15,7 @@ import numpy as np
 from ..imu.clock import at_rate
 from ..imu.recordings import Recordings
 from ..library.labels import same_label
+from ..patches.body_parts import PRODUCTS
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.halves import CrossValidation
 from ..ranking.pilot import SHARE, by_chance, half_width, learned, levelled, macro_f1
@@ -30,7 +31,7 @@ from ..study.ranking import WindowLabels
 from ..study.results import StudyResults
 from ..windows.inputs import PatchBlocks, as_blocks
 from ..windows.of_recordings import cut_recordings
-from ..wording import InShort, join_words
+from ..wording import InShort, join_words, restated
 from .cautions import KNOW, WEAKENS, Caution
 
 FEWEST_PEOPLE = 2
@@ -155,7 +156,14 @@ class RankedMap(NamedTuple):
 def of_folder(study: StudyResults, recordings: Path, at: str) -> Pilot:
     """A pilot by a folder of recordings, worn `at` a place if they do not say it; as for `pilot`."""
     rate, activities = study.config().synthesis.rate_hz, study.utility.activities
-    return pilot(RankedMap.of(study), Recordings.read(recordings, None, at, activities, rate))
+    ranked, read = RankedMap.of(study), Recordings.read(recordings, None, at, activities, rate)
+    if not at:
+        how = (
+            f"say where the sensor was worn, as by --at watch ({', '.join(PRODUCTS)} or a part of the body):"
+        )
+        with restated(how, ValueError):
+            _ = [ranked.scored.named(name) for name in read.places]
+    return pilot(ranked, read)
 
 
 def pilot(ranked: RankedMap, recordings: Recordings) -> Pilot:
