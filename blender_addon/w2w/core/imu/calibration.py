@@ -178,15 +178,11 @@ def shifted(real: ImuRecording, made: ImuRecording, shift: int) -> Pair:
     """Both recordings, cut to the time that both show."""
     first, second = max(0, shift), max(0, -shift)
     n = min(real.n_samples - first, made.n_samples - second)
-    return _cut(real, slice(first, first + n)), _cut(made, slice(second, second + n))
+    return real.between(first, first + n), made.between(second, second + n)
 
 
 def _together(pairs: Sequence[Pair], shifts: np.ndarray) -> list[Pair]:
     return [shifted(*pair, shift) for pair, shift in zip(pairs, shifts, strict=True)]
-
-
-def _cut(recording: ImuRecording, part: slice) -> ImuRecording:
-    return replace(recording, acc=recording.acc[part], gyr=recording.gyr[part])
 
 
 def smooth(values: np.ndarray, rate: float, below_hz: float = FIT_BELOW_HZ) -> np.ndarray:
@@ -323,8 +319,8 @@ def held_out(pairs: Sequence[Pair], longest_shift_s: float = 0.5) -> tuple[str, 
 def halves(real: ImuRecording, made: ImuRecording, longest_shift_s: float) -> list[Pair]:
     """Both halves of a pair, aligned in time."""
     real, made = shifted(real, made, shift_between(real, made, longest_shift_s))
-    middle = real.n_samples // 2
-    return [(_cut(real, part), _cut(made, part)) for part in (slice(0, middle), slice(middle, None))]
+    whole, middle = real.n_samples, real.n_samples // 2
+    return [(real.between(*part), made.between(*part)) for part in ((0, middle), (middle, whole))]
 
 
 def correlations(
