@@ -4,13 +4,14 @@
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import chain
 from threading import local
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from ...blas import add_square, multiply
-from ...threads import unthreaded_products
+from ...threads import chunks, unthreaded_products
 from ...windows.inputs import BLOCK_BYTES, PatchBlocks, as_blocks, for_each_patch
 from ..halves import Predictions, Split, plan
 from .discriminant import Discriminant, few, summing
@@ -157,34 +158,36 @@ class _Sums(NamedTuple):
     of_class: np.ndarray  # (A, D)
 
 
-class _Splits:
-    """Sums over blocks of windows, from which every split's training set is made.
+class _Shared(NamedTuple):
+    """Splits whose training sets are made of the same few parts, such as the folds of one trial."""
 
-    So that single precision does for them, features are taken about the class means of all windows, which
-    those of a split lie close to.
+    splits: slice  # their numbers
+    of_parts: np.ndarray  # (splits, parts), float32: 1 for each part that a split trains on
+    part: np.ndarray  # (W,), int: of each window
+
+
+class _Splits:
+    """Sums over windows, from which every split's training set is made.
+
+    Those of splits that follow each other and share parts are made from sums over these: of a trial's folds
+    each window is added once. So that single precision does for them, features are taken about the class
+    means of all windows, which those of a split lie close to.
     """
 
     def __init__(self, labels: np.ndarray, block: np.ndarray, splits: Sequence[Split]) -> None:
         self.n_classes = int(labels.max()) + 1
         self.labels = labels
         self.tested = [split.tested for split in splits]
-        self._n_blocks = int(block.max()) + 1
         self._blocks = block
-        self.trained = np.zeros((len(splits), self._n_blocks), dtype=np.float32)
+        self.trained = np.zeros((len(splits), int(block.max()) + 1), dtype=bool)
         for member, split in zip(self.trained, splits, strict=True):
-            member[split.train] = 1.0
-        counts = np.zeros((self._n_blocks, self.n_classes), dtype=np.float32)
+            member[split.train] = True
+        counts = np.zeros((self.trained.shape[1], self.n_classes), dtype=np.float32)
         np.add.at(counts, (block, labels), 1)
         self._windows = self.trained @ counts
         self.n_trained = self._windows.sum(axis=1)
         self._share = (1 / np.maximum(np.bincount(labels), 1)).astype(np.float32)[:, None]
-        order = np.argsort(block, kind="stable")
-        parts = np.split(order, range(WINDOWS_AT_ONCE, len(order), WINDOWS_AT_ONCE))
-        self._pieces: list[tuple[np.ndarray, list[tuple[int, slice]]]] = []  # ordered by block
-        for windows in parts:
-            blocks, starts = np.unique(block[windows], return_index=True)
-            places = map(slice, starts, [*starts[1:], len(windows)])
-            self._pieces.append((windows, list(zip(blocks.tolist(), places, strict=True))))
+        self._shared = [*_shared(self.trained, block)]
         self._few: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._rooms = local()
 
@@ -216,7 +219,8 @@ class _Splits:
     ) -> None:
         """Add one patch's predictions in splits that train on many windows."""
         class_means = self._share * sum(
-            summing(self.labels[windows], self.n_classes) @ inputs[0, windows] for windows, _ in self._pieces
+            summing(self.labels[windows], self.n_classes) @ inputs[0, windows]
+            for windows in chunks(len(self.labels), WINDOWS_AT_ONCE)
         )
         about_centre, sums = _single(class_means - centre[0]), self._of_splits(chosen, inputs[0], class_means)
         for number, of_split in zip(np.flatnonzero(chosen).tolist(), sums, strict=True):
@@ -240,31 +244,58 @@ class _Splits:
                 of_patch.append(Predictions(number, some, activities))
 
     def _of_splits(self, chosen: np.ndarray, inputs: np.ndarray, class_means: np.ndarray) -> Iterator[_Sums]:
-        """Sums over the blocks that each of some splits trains on."""
-        n_splits, width = int(chosen.sum()), inputs.shape[1]
-        of_blocks = self._room("blocks", self._n_blocks, width)
-        of_splits = self._room("splits", n_splits, width)
-        for sums in of_blocks:
+        """Sums over the windows that each of some splits trains on."""
+        shares, width = [each for each in self._shared if chosen[each.splits].any()], inputs.shape[1]
+        rooms = [self._room(str(each.splits), each.of_parts.shape[1], width) for each in shares]
+        for sums in chain.from_iterable(rooms):
             sums[...] = 0
-        grams, of_cell = of_blocks.gram, of_blocks.of_class.reshape(-1, width)
-        for windows, blocks in self._pieces:
-            about = _single(inputs[windows] - class_means[self.labels[windows]])
-            for block, rows in blocks:
-                add_square(grams[block], about[rows])
-            cell = self._blocks[windows] * self.n_classes + self.labels[windows]
-            cells, place = np.unique(cell, return_inverse=True)
-            of_cell[cells] += summing(place, len(cells)) @ about  # made anew: all would take memory
-        for sums, out in zip(of_blocks, of_splits, strict=True):
-            multiply(self.trained[chosen], sums.reshape(len(sums), -1), out=out.reshape(len(out), -1))
-        return map(_Sums, *of_splits)
+        for windows in chunks(len(inputs), WINDOWS_AT_ONCE):
+            labels = self.labels[windows]
+            about = _single(inputs[windows] - class_means[labels])
+            for each, (grams, of_class) in zip(shares, rooms, strict=True):
+                part = each.part[windows]
+                order = np.argsort(part, kind="stable")
+                part, ordered = part[order].astype(int), about[order]
+                of_part = np.split(ordered, np.searchsorted(part, range(1, len(grams))))
+                for rows, gram in zip(of_part, grams, strict=True):
+                    if len(rows):
+                        add_square(gram, rows)
+                cell = part * self.n_classes + labels[order]
+                of_class += (summing(cell, of_class[..., 0].size) @ ordered).reshape(of_class.shape)
+        for each, of_parts in zip(shares, rooms, strict=True):
+            member = each.of_parts[chosen[each.splits]]
+            of_splits = self._room("of splits", len(member), width)
+            for sums, out in zip(of_parts, of_splits, strict=True):
+                multiply(member, sums.reshape(len(sums), -1), out=out.reshape(len(out), -1))
+            yield from map(_Sums, *of_splits)
 
     def _room(self, name: str, count: int, width: int) -> _Sums:
         """Memory of this thread for `count` sums; allocated per patch it would take a tenth more time."""
         rooms = self._rooms.__dict__
-        if name not in rooms:
+        if name not in rooms or len(rooms[name].gram) < count:
             shapes = ((count, width, width), (count, self.n_classes, width))
             rooms[name] = _Sums(*(np.empty(shape, dtype=np.float32) for shape in shapes))
-        return rooms[name]
+        return _Sums(*(sums[:count] for sums in rooms[name]))
+
+
+def _shared(trained: np.ndarray, block: np.ndarray) -> Iterator[_Shared]:
+    """Neighbouring splits, by the blocks (S, B) that each trains on, with hardly more parts than splits."""
+    first, part = 0, np.zeros(trained.shape[1], dtype=int)
+    for number, row in enumerate(trained):
+        finer = np.unique(2 * part + row, return_inverse=True)[1]
+        if finer.max() > number - first + 2:
+            yield _of_parts(trained, slice(first, number), part, block)
+            first, finer = number, np.unique(row, return_inverse=True)[1]
+        part = finer
+    yield _of_parts(trained, slice(first, len(trained)), part, block)
+
+
+def _of_parts(trained: np.ndarray, splits: slice, part: np.ndarray, block: np.ndarray) -> _Shared:
+    """Splits by the part of each block (B,)."""
+    one = np.unique(part, return_index=True)[1]  # a block of each part
+    return _Shared(
+        splits, trained[splits, one].astype(np.float32), part[block].astype(np.min_scalar_type(len(one)))
+    )
 
 
 def _by_features(
