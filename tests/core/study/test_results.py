@@ -4,32 +4,29 @@
 from pathlib import Path
 from types import SimpleNamespace
 
-from w2w.core.study import results
+import numpy as np
+import pytest
+
+from w2w.core.imu.recording import ImuRecording
+from w2w.core.study.clip_files import signals_file
+from w2w.core.study.config import StudyConfig
+from w2w.core.study.ranking import LabelledClip
 from w2w.core.study.results import StudyResults
 
 
-class Recording:
-    """A recording during whose measuring another thread reads another clip."""
-
-    def __init__(self, held: dict) -> None:
-        self.acc = self.gyr = self
-        self._held = held
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes, as another clip arrives."""
-        self._held[object()] = self
-        return 1
-
-    def at(self, _patches: object) -> "Recording":
-        """The recording itself."""
-        return self
-
-
-def test_a_clip_is_read_while_another_thread_keeps_its_own(tmp_path: Path, monkeypatch) -> None:
-    (tmp_path / "one").touch()
-    monkeypatch.setattr(results, "signals_file", lambda folder, clip: folder / clip)
-    study = SimpleNamespace(places=[(tmp_path, "one")], _held={})
-    study._held[1] = Recording(study._held)
-    monkeypatch.setattr(results, "ImuRecording", SimpleNamespace(load=lambda _: Recording(study._held)))
-    assert StudyResults.recording(study, 0, [0]) is study._held[0]
+def test_some_patches_are_read_as_from_the_whole_recording(tmp_path: Path) -> None:
+    rng, names = np.random.default_rng(0), tuple("abcde")
+    whole = ImuRecording(*rng.normal(size=(2, 40, 5, 3)), 50.0, names, "walk", "ann", "one")
+    (kept := signals_file(tmp_path, "one")).parent.mkdir()
+    whole.save(kept)
+    clip = LabelledClip("one", "walk", "ann")
+    study = StudyResults(tmp_path, None, SimpleNamespace(names=names), (clip,), StudyConfig().as_dict())
+    study.__dict__["_made_by"] = None, StudyConfig()
+    part, wanted = study.recording(0, [3, 1]), whole.at([3, 1])
+    assert (part.sites, part.rate, part.activity, part.subject, part.clip) == (
+        wanted.sites, wanted.rate, wanted.activity, wanted.subject, wanted.clip,
+    )  # fmt: skip
+    np.testing.assert_array_equal(part.values, wanted.values)
+    kept.write_bytes(kept.read_bytes()[:-1000])
+    with pytest.raises(ValueError, match="does not hold the array 'acc'"):
+        study.recording(0, [3, 1])

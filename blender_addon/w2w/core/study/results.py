@@ -20,22 +20,20 @@ from ..patches.patches import PatchSet
 from ..ranking.utility import UtilityMap
 from ..selection.advice import Advice
 from ..threads import unthreaded_products
-from ..windows.inputs import PatchBlocks
+from ..windows.inputs import PatchBlocks, StoredArray
 from ..wording import clean, restated
 from .clip_files import CHANGING, WORK, ClipWindows, FilesToRank, motion_file, ranking_inputs, signals_file
 from .clip_list import Entry, is_used, read_clip_list
 from .config import StudyConfig
 from .ranking import LabelledClip, WindowLabels, copies_among
 from .signals import simulate
+from .variants import own_rate
 
 UTILITY = "utility.npz"
 """The whole ranking, with its intervals, confusions and predictions."""
 
 DAMAGED = (KeyError, ValueError, TypeError, AttributeError, RecursionError)
 """Errors of reading what is not as a run writes it."""
-
-HELD_BYTES = 2**28
-"""Bytes of recordings from which no more stay in memory."""
 
 MOST_ACTIONS, SHOWN = 100, 3
 """Clips up to which the Blender file holds the motions of all, and how many an activity it holds of more."""
@@ -125,21 +123,17 @@ class StudyResults:
         """
         kept = signals_file(*self.places[clip])
         if kept.exists():
-            if patches is None:
-                return ImuRecording.load(kept)
-            whole = self._held.get(clip) or ImuRecording.load(kept)
-            held = tuple(self._held.values())  # other threads add to it meanwhile
-            if sum(one.acc.nbytes + one.gyr.nbytes for one in held) < HELD_BYTES:
-                self._held[clip] = whole
-            return whole.at(patches)
+            if patches is None or self._made_by[1].further.record:
+                whole = ImuRecording.load(kept)
+                return whole if patches is None else whole.at(patches)
+            acc, gyr = (StoredArray.find(kept, name).some(patches) for name in ("acc", "gyr"))
+            sites, its = tuple(self.patches.names[patch] for patch in patches), self.clips[clip]
+            return ImuRecording(
+                acc, gyr, own_rate(self._made_by[1]), sites, its.activity, its.subject, its.name
+            )
         body, config = self._made_by
         with unthreaded_products():
             return simulate(body, self.patches, self.motion(self.clips[clip].name), config, chosen=patches)
-
-    @cached_property
-    def _held(self) -> dict[int, ImuRecording]:
-        """Recordings that stay in memory: a choice reads all clips at patches that it finds step by step."""
-        return {}
 
     @cached_property
     def _made_by(self) -> tuple[Body, StudyConfig]:
