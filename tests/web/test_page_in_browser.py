@@ -14,10 +14,11 @@ import uvicorn
 from starlette.responses import JSONResponse, StreamingResponse
 
 from w2w.core.files import write_json, write_text
+from w2w.core.imu.recordings import Recordings
 from w2w.headless.commands.report import write_report
 from w2w.web.answers import Answers
 from w2w.web.app import web_app
-from w2w.web.choosing import report_again, report_needing
+from w2w.web.choosing import pilot_by, report_again, report_needing
 from w2w.web.guard import Doors
 from w2w.web.study import EVENTS, INPUT, Study
 from w2w.web.uploads import RefusedError
@@ -25,6 +26,7 @@ from w2w.web.work import Work
 
 from ..headless.conftest import made_once_here, one_worker, write_motions
 from ..patience import HANG_S
+from ..phone_exports import G, motion, table
 from ..report.browser import find, settle, text
 from ..report.conftest import browser, drawn, drawn_results
 
@@ -354,36 +356,106 @@ def test_an_answer_of_before_is_marked_and_shared_by_a_link(quiet, server, drawn
     assert text(quiet, "h1") == study.answer()
 
 
-def test_a_pilot_is_sent_and_what_it_says_is_shown(quiet, server, drawn_results, monkeypatch, tmp_path):
-    address, owner = server
-    study, files = finished(owner, drawn_results), [tmp_path / f"{who} walking.csv" for who in ("Ada", "Ben")]
-    for file in files:
-        file.write_text("time,gFx,gFy,gFz\n0,0,0,1\n")
+SAID = {"next": "Two more people.", "cautions": [], "skipped": [["Cy.csv", "no activity"]]}
 
-    async def work(_, __, ___, how, asked):
-        """What the worker would find; the results drawn here have no signals."""
+
+@pytest.fixture
+def pilot(quiet, server, drawn_results, monkeypatch):
+    """The page of an answer with its pilot open, and what was sent to be held against the map."""
+    address, owner = server
+    study, held = finished(owner, drawn_results), []
+
+    async def work(_, study, __, how, asked):
+        """What the worker does, but for a pilot: the results drawn here have no signals."""
+        if how is not pilot_by:
+            return how(study.results, asked)
         folder, at = asked
-        sent = sorted(file.name for file in folder.rglob("*.csv"))
-        said = {
-            "sentence": f"{how.__name__} at {at}: {', '.join(sent)}.",
-            "next": "Two more people.",
-            "cautions": [],
-        }
-        return said | {"skipped": [["Cy.csv", "no activity"]]}
+        sent = sorted(file.relative_to(folder).as_posix() for file in folder.rglob("*.csv"))
+        held.append(Recordings.read(folder, place=at, activities=["walking"]))
+        return {"sentence": f"{at}: {', '.join(sent)}."} | SAID
 
     monkeypatch.setattr(Answers, "_worked", work)
     quiet.get(f"{address}/studies/{study.id}")
     wait(lambda: find(quiet, "#report").get_attribute("src"))
     quiet.execute_script("document.getElementById('pilot').closest('details').open = true")
+    yield held
+    assert not text(quiet, "#problem")
+
+
+def test_a_pilot_is_sent_and_what_it_says_is_shown(quiet, pilot, tmp_path):
     find(quiet, "#pilot button").click()
     wait(lambda: "Choose a folder or files" in text(quiet, "#problem"))
-    find(quiet, "#worn-files").send_keys("\n".join(map(str, files)))
+    files = [toolbox(tmp_path / f"{who} walking.csv", 30) for who in ("Ada", "Ben")]
+    find(quiet, "#worn-files").send_keys("\n".join(map(str, [*files, drawing_of(tmp_path)])))
+    wait(lambda: len(quiet.find_elements("css selector", "#worn canvas")) == 2)
+    assert "Left out: drawing.csv: drawing.csv: no line names a time" in text(quiet, "#pilot-said")
     typed(quiet, "#worn-at", "belt clip")
-    find(quiet, "#pilot button").click()
-    said = "pilot_by at belt clip: Ada walking.csv, Ben walking.csv. Two more people."
-    said += " Left out: Cy.csv: no activity."
+    find(quiet, "#pilot .main").click()
+    said = "belt clip: Ada walking.csv, Ben walking.csv, drawing.csv. Two more people. "
+    said += "Left out: Cy.csv: no activity."
     wait(lambda: text(quiet, "#pilot-said") == said)
-    assert not text(quiet, "#problem")
+    assert [(one.subject, round(one.time[-1])) for one in pilot[0]] == [("ada", 24), ("ben", 24)]
+
+
+def test_stretches_are_marked_by_mouse_and_by_keys(quiet, pilot, tmp_path):
+    from selenium.webdriver import ActionChains, Keys
+
+    worn = tmp_path / "worn"
+    for who in ("Ada", "Ben"):
+        toolbox(worn / who / "session.csv", 60, mark=";", comma=True)
+    find(quiet, "#worn-folder").send_keys(str(worn))
+    wait(lambda: len(quiet.find_elements("css selector", "#worn canvas")) == 2)
+    canvases = quiet.find_elements("css selector", "#worn canvas")
+    quiet.execute_script("arguments[0].scrollIntoView({ block: 'center' })", canvases[0])
+    wide = canvases[0].size["width"]
+    for start, end in ((-0.4, -0.1), (0.4, 0.1)):  # forwards, and backwards
+        drag = ActionChains(quiet).move_to_element_with_offset(canvases[0], round(start * wide), 10)
+        drag.click_and_hold().move_by_offset(round((end - start) * wide), 5).release().perform()
+        ActionChains(quiet).send_keys("walking" if start < 0 else 'sitting, "still"').perform()
+    inked = (
+        "const top = arguments[0].getContext('2d').getImageData(0, 0, arguments[0].width, 1).data;"
+        "return [...top].filter((value, at) => at % 4 === 3 && value).length"
+    )
+    assert quiet.execute_script(inked, canvases[0]) > 0.5 * wide
+    assert not violations(quiet)
+
+    quiet.execute_script(
+        "document.querySelectorAll('#worn > li')[1].querySelector(':scope > button').focus()"
+    )
+    for keys in (Keys.ENTER, "sitting"):  # a stretch, whose activity has the focus
+        ActionChains(quiet).send_keys(keys).perform()
+    ActionChains(quiet).key_down(Keys.SHIFT).send_keys(Keys.TAB, Keys.TAB).key_up(Keys.SHIFT).perform()
+    for keys in ("12.5", Keys.TAB, "40"):
+        ActionChains(quiet).send_keys(keys).perform()
+    quiet.execute_script(
+        "document.querySelectorAll('#worn > li')[1].querySelector(':scope > button').click()"
+    )
+    find(quiet, "#pilot .main").click()  # its activity is missing: nothing is sent
+    settle(quiet)
+    assert not pilot
+    quiet.find_elements("css selector", "#worn li li .button")[-1].click()
+    find(quiet, "#pilot .main").click()
+    wait(lambda: pilot)
+    rows = [(one.subject, one.activity, one.clip, one.time[-1]) for one in pilot[0]]
+    assert [row[:2] for row in rows] == [("Ada", "walking"), ("Ada", 'sitting, "still"'), ("Ben", "sitting")]
+    assert rows[2][2:] == ("Ben/session from 12.5 s", pytest.approx(27.5, abs=0.1))
+    starts = [float(row[2].split()[-2]) for row in rows]
+    assert starts[:2] == [pytest.approx(6, abs=0.5), pytest.approx(36, abs=0.5)]
+    assert [row[3] for row in rows[:2]] == [pytest.approx(18, abs=0.5)] * 2
+
+
+def toolbox(path, seconds, **how):
+    """An export of Physics Toolbox of so many seconds."""
+    t, gravity, moved, gyr = motion(seconds)
+    names = ["time", "gFx", "gFy", "gFz", "wx", "wy", "wz"]
+    return table(path, names, t, (gravity + moved) / G, gyr, **how)
+
+
+def drawing_of(folder):
+    """A csv that is no recording."""
+    path = folder / "drawing.csv"
+    path.write_text("shape,colour\ncircle,red\n")
+    return path
 
 
 def test_one_answer_changes_as_a_whole_with_the_wishes(quiet, server, drawn_results, monkeypatch):
@@ -431,13 +503,21 @@ def test_one_answer_changes_as_a_whole_with_the_wishes(quiet, server, drawn_resu
     quiet.get_log("browser")  # the refusal
 
 
+def violations(browser):
+    """What axe finds on the page, outside the report."""
+    browser.execute_script(Path(axe_core_python.__file__).with_name("axe.min.js").read_text(encoding="utf-8"))
+    return browser.execute_async_script(
+        "axe.run({ exclude: ['iframe'] })"
+        ".then((r) => arguments[0](r.violations.map((v) => [v.id, v.nodes[0].html])))"
+    )
+
+
 @pytest.mark.parametrize(
     ("scheme", "width"), [("light", 1280), ("dark", 1280), ("light", 400), ("dark", 400)]
 )
 def test_axe_finds_nothing(quiet, server, drawn_results, scheme, width):
     address, owner = server
     study = finished(owner, drawn_results)
-    script = Path(axe_core_python.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
     media = [{"name": "prefers-color-scheme", "value": scheme}]
     quiet.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": media})
     quiet.set_window_size(width, 1000)
@@ -448,10 +528,5 @@ def test_axe_finds_nothing(quiet, server, drawn_results, scheme, width):
         quiet.execute_script("fetch = () => new Promise(() => 0)")
         quiet.execute_script("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
         settle(quiet)
-        quiet.execute_script(script)
-        found = quiet.execute_async_script(
-            "axe.run({ exclude: ['iframe'] })"
-            ".then((r) => arguments[0](r.violations.map((v) => [v.id, v.nodes[0].html])))"
-        )
-        assert not found
+        assert not violations(quiet)
         assert quiet.execute_script("return document.documentElement.scrollWidth <= innerWidth")

@@ -134,8 +134,16 @@ def test_a_run_is_that_of_the_command_line_and_can_be_chosen_from_again(opened, 
     with zipfile.ZipFile(zipped, "w") as archive:
         for name, content in (one for _, one in parts):
             archive.writestr(f"worn/{name}", content)
+        archive.writestr("worn/notes.txt", b"")
     again = [("files", ("worn.zip", zipped.getvalue()))]
-    assert client.post(f"{study}/pilot", data={"at": place}, files=again).json()["worn"] == said["worn"]
+    unzipped = client.post(f"{study}/pilot", data={"at": place}, files=again).json()
+    assert unzipped["worn"] == said["worn"]
+    assert unzipped["skipped"][-1] == ["notes.txt", "'notes.txt' is no motion file, table or labels.csv"]
+    looks = client.post(f"{study}/pilot/signals", files=again).json()
+    seen = {look["file"] for look in looks["recordings"]} | {file for file, _ in looks["skipped"][:-1]}
+    assert seen == {f"worn/{name}" for _, (name, _) in parts}
+    assert all(len(look["signal"]) == 400 and look["seconds"] > 2 for look in looks["recordings"])
+    assert len(looks["recordings"]) > 4
     told = "How cheap the sensor may be:", "tell nothing about the sensor"
     assert not any(text in page.text for text in told)
     page = client.get(f"{study}/files/report.html", params={"wishes": wishes, "need": "1"})

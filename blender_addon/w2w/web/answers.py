@@ -14,7 +14,7 @@ from ..core.inside import inside
 from ..headless.console import sentence_of
 from ..report.page import REPORT
 from .archive import zipped
-from .choosing import cheapest, choose_again, get_ready, pilot_by, report_again, report_needing
+from .choosing import cheapest, choose_again, get_ready, pilot_by, report_again, report_needing, signals_of
 from .guard import Doors, report_policy
 from .receiving import Receiver, object_of, parsed, study_of
 from .study import WISHES, Study, checked_parameters
@@ -39,6 +39,7 @@ class Answers:
             Route(f"{one}/place", self.place, methods=["POST"]),
             Route(f"{one}/need", self.need, methods=["POST"]),
             Route(f"{one}/pilot", self.pilot, methods=["POST"]),
+            Route(f"{one}/pilot/signals", self.signals, methods=["POST"]),
             Route(f"{one}/results.zip", self.archive),
             Route(f"{one}/files/{{name:path}}", self.file),
         ]
@@ -67,10 +68,17 @@ class Answers:
 
     async def pilot(self, request: Request) -> Response:
         """What uploaded recordings of people say of the map's level, which report and summary then say."""
+        return await self._recorded(request, pilot_by)
+
+    async def signals(self, request: Request) -> Response:
+        """How uploaded recordings look, for whoever marks stretches of them."""
+        return await self._recorded(request, signals_of)
+
+    async def _recorded(self, request: Request, how: Callable[..., Any]) -> Response:
         study = study_of(self.work, request)
-        async with self.receiver.laid(request, study) as (folder, fields):
-            asked = folder, fields.get("at", "")
-            return JSONResponse(await self._worked(study, self.work.tryer, pilot_by, asked))
+        async with self.receiver.laid(request, study) as (folder, at, arrived):
+            found = await self._worked(study, self.work.tryer, how, (folder, at))
+            return JSONResponse(found | {"skipped": [*found["skipped"], *arrived.refused.items()]})
 
     async def _choose(
         self, study: Study, wishes: dict[str, Any], how: Callable[..., Any], worker: Reader | None = None

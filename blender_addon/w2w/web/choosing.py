@@ -10,6 +10,7 @@ from typing import Any
 from ..core.findings.advice_content import advice_content, need_content, place_content, with_needs
 from ..core.findings.cautions import Caution
 from ..core.findings.pilot import of_folder
+from ..core.imu.outlines import outlines
 from ..core.parameters import with_values
 from ..core.ranking.stream import Stream
 from ..core.selection.advice import Advice
@@ -96,6 +97,11 @@ def pilot_by(out: Path, asked: tuple[Path, str]) -> dict[str, Any]:
     found = of_folder(StudyResults.load(out), *asked)
     write_pilot(out, found)
     return found.content()
+
+
+def signals_of(_out: Path, asked: tuple[Path, str]) -> dict[str, Any]:
+    """How the recordings in a folder look."""
+    return outlines(asked[0])
 
 
 def _written(out: Path) -> int:

@@ -106,8 +106,8 @@ class Receiver:
             return await self._take(items, study)
 
     @asynccontextmanager
-    async def laid(self, request: Request, study: Study) -> AsyncIterator[tuple[Path, dict[str, str]]]:
-        """A request's recordings in a folder that lasts as long as the block, and its other fields.
+    async def laid(self, request: Request, study: Study) -> AsyncIterator[tuple[Path, str, Arrived]]:
+        """A request's recordings in a folder that lasts as long as the block, where worn, and what came.
 
         What a zip holds is in a folder called like it: apps export one for each recording.
         """
@@ -119,7 +119,7 @@ class Receiver:
                 place = worn / names.own(name)
                 place.parent.mkdir(parents=True, exist_ok=True)
                 path.replace(place)
-            yield worn, {name: value for name, value in items if isinstance(value, str)}
+            yield worn, str(dict(items).get("at", "")), arrived
 
     @asynccontextmanager
     async def _items(self, request: Request, study: Study) -> AsyncIterator[Items]:

@@ -21,7 +21,7 @@ from .work import Work
 WRONG_S = 1.0
 """Seconds that whoever guesses a token waits."""
 
-SCRIPTS = ("app", "answer", "clips", "enter", "figures", "page", "uploads")
+SCRIPTS = ("app", "answer", "clips", "enter", "figures", "page", "pilot", "uploads")
 
 STATIC = ("app.css", "style.css", "demo.json", *(f"{name}.js" for name in SCRIPTS))
 

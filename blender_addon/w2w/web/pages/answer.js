@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The answer: the report, and what it would be under other wishes.
 import { ask, complain, find, here, make, page, safely, send } from "./page.js";
+import { readyPilot } from "./pilot.js";
 
 const TEXTS = ["only", "forbid", "must", "background"], NUMBERS = ["target", "every_activity", "max_places"];
 const MODES = { only: "only at", forbid: "never at", must: "always at" };
@@ -57,22 +58,6 @@ export function chips(place, form) {
   form.addEventListener("change", draw);
   form.addEventListener("filled", draw);
   draw();
-}
-
-// Recordings of people, held against the map; the report then says both.
-async function pilot() {
-  const form = new FormData(), files = [...find("worn-folder").files, ...find("worn-files").files].filter((file) => /\.(csv|txt|zip|npz)$/i.test(file.name));
-  if (!files.length) throw new Error("Choose a folder or files of recordings first.");
-  form.append("at", find("worn-at").value.trim());
-  for (const file of files) form.append("files", file, (file.webkitRelativePath || file.name).replace(/^[^/]+\/(?=.)/, ""));
-  find("pilot-said").textContent = "Reading …";
-  try {
-    const found = await ask(here("/pilot"), { method: "POST", body: form });
-    const more = [...found.cautions.map((one) => `${one.text}.`), found.next, ...found.skipped.map(([file, why]) => `Left out: ${file}: ${why}.`)];
-    find("pilot-said").textContent = `${found.sentence} ${more.join(" ")}`;
-    shown = "";
-    show(last);
-  } catch (error) { find("pilot-said").textContent = ""; throw error; }
 }
 
 const address = (given) => `/api${here("/files/report.html")}${given ? `?wishes=${encodeURIComponent(JSON.stringify(given))}` : ""}`;
@@ -168,7 +153,7 @@ export function readyAnswer() {
   form.addEventListener("submit", safely(() => { clearTimeout(soon); return again(); }));
   form.addEventListener("change", () => { clearTimeout(soon); soon = setTimeout(safely(again), 400); });
   find("keep-choice").addEventListener("click", keep);
-  find("pilot").addEventListener("submit", safely(pilot));
+  readyPilot(() => { shown = ""; show(last); });
   find("as-run").addEventListener("click", () => { fill(form, page.study.parameters); find("chosen").textContent = ""; complain(""); show(null); });
   find("again-part").addEventListener("toggle", (event) => event.target.open && send(here("/place"), {}).catch(() => {})); // what takes seconds once is begun
   find("share").addEventListener("click", safely(async () => { share((await send(here("/share"), {})).link); find("link").select(); }));
