@@ -6,7 +6,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from w2w.core.findings.cautions import POSTURES, posture_caution
+from w2w.core.findings.cautions import POSTURES, alone_caution
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.ranking import stream
@@ -174,5 +174,5 @@ def test_posture_alone_tells_postures_and_no_movements(sensor, told):
     assert (by_posture(found, 0) > 0.95 * f1) == told
     assert told or by_posture(found, 0) < 0.6 * f1  # chance is a third
     assert np.isnan(by_posture(found, 1))  # no spot
-    caution = posture_caution(found, 0)
+    caution = alone_caution(found, "posture", by_posture(found, 0), 0)
     assert caution.text.startswith(POSTURES) == told == bool(caution.text)

@@ -17,20 +17,35 @@ from ..ranking.expected import HALF
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.utility import UtilityMap
 from ..selection.headline import by_posture, short
+from ..selection.scored import best_single
 from ..study.config import StudyConfig
 from ..study.ranking import LabelledClip, copies_among
 from ..wording import capital, count, join_words
 from .notes import left_out_sentences
-from .sources import origin_of, source_caution
+from .sources import f1_alone, origin_of, source_caution
 
 STOPS, WEAKENS, KNOW = "stops the answer", "weakens the answer", "good to know"
 """Weights of a caution, the heaviest first."""
 
 NEARLY_ALL = 0.9
-"""Share of F1 from which posture alone tells nearly all; of five libraries the highest was .72."""
+"""Share of F1 from which one thing alone tells nearly all; of five libraries posture's highest was .72."""
+
+BY_CHANCE = 0.3
+"""Least F1 above that of guesses: labels dealt by chance reach it in one of twenty libraries of 12 clips."""
 
 POSTURES = "the place tells postures, not movements"
-"""Beginning of the caution on that."""
+"""Beginning of the caution on them."""
+
+DIFFER = "the activities may differ by it more than by movement"
+
+ALONE = {
+    "posture": POSTURES
+    + ": the direction of gravity alone gives F1 {}. Whoever holds still in these postures "
+    "is taken for moving",
+    "duration": "a clip's duration alone gives F1 {}: " + DIFFER + ". Take clips of about one length",
+    "source": "a clip's source alone gives F1 {}: " + DIFFER + ". Take all activities from the same sources",
+}
+"""Cautions on what tells nearly all by itself, with a gap for the two F1."""
 
 OPEN = 2
 """Cautions beside an answer, the heaviest; the rest is folded."""
@@ -72,22 +87,26 @@ def cautions(
     durations, origins, odd = [], [], []
     for clip, about in zip(clips, facts, strict=True):
         durations.append(about["duration_s"])
-        if clip.activity in utility.activities:
-            origins.append(origin_of(clip, about))
+        origins.append(origin_of(clip, about))
         if ODD & about.keys():
             odd.append((clip.name, about))
+    ranked = [origin for origin in origins if origin.activity in utility.activities]
+    place = best_single(utility) if patch is None else patch
+    told = f1_alone(utility, clips, origins, durations, config)
+    alone = join_words([f"a clip's {what} alone gives F1 {short(f1)}" for what, f1 in told.items()])
+    told |= {} if patch is None else {"posture": by_posture(utility, patch)}
     shared = subjects_sentence(clips) if config.by_subject else ""
     found = [
         window_caution(config.windows.length_s, durations),
-        Caution(STOPS, source_caution(origins)),
-        *([] if patch is None else [posture_caution(utility, patch)]),
+        Caution(STOPS, source_caution(ranked)),
+        *(alone_caution(utility, what, f1, place) for what, f1 in told.items()),
         Caution(WEAKENS, _reliability(utility)),
         Caution(WEAKENS, _few_clips(utility)),
         Caution(WEAKENS, _left_out(utility)),
         *(Caution(WEAKENS, text) for text in (shared, full_scale_sentence(odd), config.synthesis.caution)),
         *(Caution(WEAKENS, text) for text in caught_sentences(odd)),
         Caution(WEAKENS if utility.left_out else KNOW, copies_sentence(copies_among(clips, clips))),
-        *(Caution(KNOW, text) for text in (_up(odd), _rests(odd), cut_sentence(odd), garments)),
+        *(Caution(KNOW, text) for text in (alone, _up(odd), _rests(odd), cut_sentence(odd), garments)),
     ]
     return heaviest_first(found)
 
@@ -129,15 +148,12 @@ def window_caution(length_s: float, durations: Sequence[float]) -> Caution:
     )
 
 
-def posture_caution(utility: UtilityMap, patch: int) -> Caution:
-    """A caution on a place at which posture alone tells nearly all; without text if it does not."""
-    alone, f1 = by_posture(utility, patch), utility.expected_mean[patch]
-    if not alone >= NEARLY_ALL * f1:
-        return Caution(WEAKENS, "")
+def alone_caution(utility: UtilityMap, what: str, alone: float, patch: int) -> Caution:
+    """A caution on one of `ALONE`; without text unless its F1 is nearly all of a patch's, and no guess."""
+    f1, guessed = utility.expected_mean[patch], 1 / np.count_nonzero(utility.counts)
+    told = alone >= max(NEARLY_ALL * f1, guessed + BY_CHANCE)
     return Caution(
-        WEAKENS,
-        f"{POSTURES}: the direction of gravity alone gives F1 {short(alone)}, the whole signal {short(f1)}. "
-        "Whoever holds still in these postures is taken for moving",
+        WEAKENS, ALONE[what].format(f"{short(alone)}, the whole signal {short(f1)}") if told else ""
     )
 
 

@@ -11,7 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..study.ranking import LabelledClip
+from ..ranking.classifiers.ridge import Ridge
+from ..ranking.f1 import window_f1
+from ..ranking.utility import UtilityMap
+from ..ranking.weights import mean_over
+from ..study.config import StudyConfig
+from ..study.ranking import LabelledClip, WindowLabels
 from ..wording import NAMED, join_words
 
 ALONE = 0.8
@@ -19,6 +24,9 @@ ALONE = 0.8
 
 STRANGERS = 0.2
 """Two activities whose shares by source overlap by less than this have no source in common."""
+
+MOST_SOURCES = 50
+"""Sources that are told apart, those with most clips: others have too few to learn from."""
 
 
 class Origin(NamedTuple):
@@ -102,3 +110,37 @@ def _sources(source_of: dict[str, str]) -> str:
         parts.append(f"{join_words(activities)}{verb if number == 0 else ''} from {source} alone")
     more = len(counts) - NAMED
     return ", ".join(parts) + (f", and others from {more} more" if more > 0 else "")
+
+
+def f1_alone(
+    utility: UtilityMap,
+    clips: Sequence[LabelledClip],
+    origins: Sequence[Origin],
+    durations: Sequence[float],
+    config: StudyConfig,
+) -> dict[str, float]:
+    """Macro F1 by the duration of a clip alone, s, and by its source alone, in folds like a ranking's.
+
+    What is the same in all clips is left out.
+    """
+    sources = [origin.source or origin.system for origin in origins]
+    known = [source for source, _ in Counter(sources).most_common(MOST_SOURCES)]
+    features = {
+        "duration": np.log(np.maximum(durations, 1e-3))[:, None],
+        "source": np.array(sources)[:, None] == known,
+    }
+    some = [number for number, clip in enumerate(clips) if clip.activity in utility.activities]
+    of_clips = [(clips[n].activity, clips[n].motion_key, clips[n].subject) for n in some]
+    activity, motion, subject = map(np.array, zip(*of_clips, strict=True))
+    labels = WindowLabels(activity, motion, subject, np.ones(len(some), dtype=bool))
+    planned = labels.protocol(config).plan(halvings=0)
+    how = planned.labels, planned.fold, planned.is_test
+    found = {}
+    for what, values in features.items():
+        seen = values[some][planned.used, None].astype(np.float32)
+        if np.ptp(seen, axis=0).any():
+            alpha = Ridge().choose_alpha(seen, *how)
+            predicted = Ridge(alphas=(alpha,)).predict_folds(seen, *how)[:, 0]
+            f1 = window_f1(predicted, planned.labels[planned.is_test], len(planned.activities))
+            found[what] = float(mean_over(f1, planned.weights))
+    return found

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...core.colours import score_range
 from ...core.findings.advice_content import answer_content, place_content
-from ...core.findings.cautions import POSTURES, cautions, heaviest_first, posture_caution
+from ...core.findings.cautions import POSTURES, alone_caution, cautions, heaviest_first
 from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
 from ...core.selection.answer import find_answer
@@ -175,7 +175,7 @@ def choose(body: bpy.types.Object) -> None:
     if counting.is_as_ranked(study, utility):
         found = find_answer(scored_map(utility, patches, state.body_as_run(body), config))
         others = [each for each in lists.cautions_of(study) if not each.text.startswith(POSTURES)]
-        about = heaviest_first([*others, posture_caution(utility, found.patch)])
+        about = heaviest_first([*others, alone_caution(utility, "posture", found.posture, found.patch)])
         study.cautions_text = json.dumps(about)
         lists.keep_answer(study, answer_content(found, patches, about))
         patch = found.patch
