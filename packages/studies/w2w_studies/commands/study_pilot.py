@@ -80,6 +80,9 @@ def _table(found: dict[str, list[Case]], console: Console) -> None:
         row(name, {s: [mean_abs([errors(c, rule)]) for c in both] for s, both in found.items()})
         lost = np.mean([regrets(c, rule).mean() for both in found.values() for c in both])
         console.print(f"  regret {lost:.3f}")
+    own = {s: [(c.w - c.e).mean(axis=1) for c in both] for s, both in found.items()}
+    row("worn less expected F1, mean of the sites", {s: [float(d.mean()) for d in v] for s, v in own.items()})
+    row("  its spread between sites", {s: [float(d.std(ddof=1)) for d in v] for s, v in own.items()})
     for length in (0.2, 0.4, 0.8):
         for sites in (2, 3):
             row(
