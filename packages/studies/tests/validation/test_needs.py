@@ -57,10 +57,10 @@ def test_range_and_resolution_come_last_to_the_last_bit():
 
 def test_a_simulation_that_is_what_was_worn_is_never_off(found):
     same = found._replace(loss=np.stack([found.loss[0]] * 2))
-    simulation, nothing, all_of_it = verdicts([same])
+    simulation, spoken, nothing, all_of_it = verdicts([same])
     assert (simulation.within, simulation.same, simulation.apart) == (1.0, 1.0, 0.0)
     assert simulation.met
-    assert simulation.cases == 2 * 3
+    assert (simulation.cases, spoken.cases) == (2 * 3, 3)  # of the box guesses alone would tell as much
     assert nothing.apart == all_of_it.apart == pytest.approx(np.abs(found.loss[0]).mean())
 
 
@@ -69,6 +69,17 @@ def test_a_simulation_two_steps_off_fails(found):
     loss[0, found.rows(RATE)] = 0.5
     off = verdicts([found._replace(loss=loss)])[0]
     assert (off.within, off.met) == (pytest.approx(2 / 3), False)
+
+
+def test_sites_of_which_need_is_silent_are_judged_apart(found):
+    """There nothing is said, so nothing said is wrong."""
+    loss = np.zeros_like(found.loss)
+    loss[0, found.rows(RATE), 1] = 0.5
+    low = found._replace(loss=loss, f1=np.array([[0.9, 0.9], [0.9, 0.74]]))
+    whole, spoken, *_ = verdicts([low])
+    assert whole.within < 1 == spoken.within
+    assert (whole.cases, spoken.cases) == (6, 3)
+    assert len(verdicts([low._replace(f1=np.full((2, 2), 0.5))])) == 3
 
 
 def test_the_page_has_a_line_a_site_and_a_picture(found, tmp_path):
