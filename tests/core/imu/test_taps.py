@@ -44,7 +44,7 @@ def test_three_taps_are_found_and_two_or_four_are_not(rate, strength):
         acc = worn([5, 9], rate, n_taps, strength=strength)[:, None]
         marks = triple_taps(ImuRecording(acc, np.zeros_like(acc), rate))
         assert len(marks) == found
-        assert np.allclose(marks, [(3 + 18 * n, 3.7 + 18 * n) for n in range(found)], atol=0.15)
+        assert np.allclose(marks, [(2.5 + 18 * n, 4.2 + 18 * n) for n in range(found)], atol=0.15)
 
 
 def test_what_lies_between_taps_is_each_activity_in_the_order_of_the_path(tmp_path):
@@ -75,7 +75,7 @@ def test_taps_that_do_not_fit_the_path_are_said(tmp_path):
     (tmp_path / "Cy" / "taps.csv").write_text("a,b\n1,2\n")
     found = Recordings.read(tmp_path, place="left wrist", activities=ACTIVITIES)
     said = dict(found.skipped)
-    assert "it has 3 triple taps, where 1 of its path take 2" in said["Ada/walking.csv"]
+    assert "it has 3 triple taps: tap at start and end of all 1" in said["Ada/walking.csv"]
     assert "its path names walking and sitting, and no triple taps" in said["Ben/walking sitting.csv"]
     assert [one.subject for one in found] == ["Cy"]
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from ..csv_tables import read_table
 from ..library.labels import same_label
-from ..wording import clean, join_words, restated
+from ..wording import clean, count, join_words, restated
 from .phone_files import is_phone_folder
 from .recording import ImuRecording
 from .taps import triple_taps
@@ -23,9 +23,6 @@ X_IO = "Inertial.csv"
 
 IN_HAND_S = 3.0
 """Seconds at either end of a phone's recording in which it is still put in place, or taken off."""
-
-TAPPING_S = 0.5
-"""Seconds beside three taps in which the tapping hand comes or goes."""
 
 
 class Known(NamedTuple):
@@ -117,26 +114,17 @@ def tapped(recording: ImuRecording, file: Path, known: Known) -> list[dict[str, 
 
     None without taps; three mark the start or end of an activity, or the step from one to the next.
     """
-    taps = triple_taps(recording)
-    names, who = [""], ""
+    taps, names, who = triple_taps(recording), [""], ""
     if taps and known.place and not recording.activity:
         names, who = _by_words(file, known.activities)
-    if len(taps) == 2 * len(names):
-        ends = [*zip(taps[::2], taps[1::2], strict=True)]
-    elif taps and len(taps) != len(names) + 1:
+    if len(taps) not in (0, len(names) + 1, 2 * len(names)):
         raise ValueError(
-            f"it has {len(taps)} triple taps, where {len(names)} of its path take {len(names) + 1} or "
-            f"{2 * len(names)}: name the activities in order, or list its stretches in {LABEL_FILE}"
+            f"it has {count('triple tap', len(taps))}: tap at start and end of all {len(names)} that its "
+            f"path names, in order, or from one to the next; or list its stretches in {LABEL_FILE}"
         )
-    else:
-        ends = [*pairwise(taps)]
+    ends = [*pairwise(taps)][:: 2 if len(taps) == 2 * len(names) else 1]
     return [
-        {
-            "activity": name,
-            "subject": who,
-            "start": f"{start + TAPPING_S:.2f}",
-            "end": f"{end - TAPPING_S:.2f}",
-        }
+        {"activity": name, "subject": who, "start": f"{start:.2f}", "end": f"{end:.2f}"}
         for name, ((_, start), (end, _)) in zip(names, ends, strict=bool(taps))
     ]
 
