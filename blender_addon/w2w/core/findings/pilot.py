@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -146,24 +146,19 @@ class RankedMap(NamedTuple):
     inputs: PatchBlocks | np.ndarray
     labels: WindowLabels
 
-    @classmethod
-    def of(cls, study: StudyResults) -> Self:
-        """A results folder's."""
-        scored = scored_map(study.utility, study.patches, study.body(), config := study.config())
-        return cls(scored, config, study.inputs(config.classifier), study.labels())
-
 
 def of_folder(study: StudyResults, recordings: Path, at: str) -> Pilot:
     """A pilot by a folder of recordings, worn `at` a place if they do not say it; as for `pilot`."""
-    rate, activities = study.config().synthesis.rate_hz, study.utility.activities
-    ranked, read = RankedMap.of(study), Recordings.read(recordings, None, at, activities, rate)
+    config, utility = study.config(), study.utility
+    read = Recordings.read(recordings, None, at, utility.activities, config.synthesis.rate_hz)
+    scored = scored_map(utility, study.patches, study.body(), config)
     if not at:
         how = (
             f"say where the sensor was worn, as by --at watch ({', '.join(PRODUCTS)} or a part of the body):"
         )
         with restated(how, ValueError):
-            _ = [ranked.scored.named(name) for name in read.places]
-    return pilot(ranked, read)
+            _ = [scored.named(name) for name in read.places]
+    return pilot(RankedMap(scored, config, study.inputs(config.classifier), study.labels()), read)
 
 
 def pilot(ranked: RankedMap, recordings: Recordings) -> Pilot:
@@ -229,12 +224,11 @@ def _worn(recordings: Recordings, name: str, under: tuple[int, ...], ranked: Ran
     names = ranked.scored.utility.activities
     protocol = CrossValidation(activity, clip, subject, is_test, names, seed=config.seed)
     found, n = utility_map(inputs, protocol, halvings=0), len(names)
-    who = dict(zip(clip.tolist(), subject.tolist(), strict=True))
-    rows: dict[str, list[int]] = {}
-    for row, one in enumerate(found.clip.tolist()):
-        rows.setdefault(who[one], []).append(row)
-    predicted = found.predictions[:, 0]
-    by_person = {name: macro_f1(found.truth[of], predicted[of], n) for name, of in rows.items()}
+    predicted, tested = found.predictions[:, 0], np.isin(clip, found.clip)
+    by_person = {
+        who: macro_f1(found.truth[rows := np.isin(found.clip, clip[subject == who])], predicted[rows], n)
+        for who in dict.fromkeys(subject[tested].tolist())
+    }
     return WornPlace(
         name, under, dict(zip(found.activities, found.f1[0].tolist(), strict=True)), by_person,
         by_chance(found.truth, predicted, found.clip.tolist(), n),

@@ -14,6 +14,12 @@ SAME_RATE = 0.01
 """Share by which the rates of sensors may differ and count as one."""
 
 
+def in_order(times: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Some rows of a table, by their times and one for each."""
+    order = rows[np.argsort(times[rows], kind="stable")]
+    return order[np.diff(times[order], prepend=-np.inf) > 0]
+
+
 def shared_times(times: Sequence[np.ndarray], rate: float, shortest_s: float) -> np.ndarray:
     """Evenly spaced instants over the time that all sensors share.
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..csv_tables import SEPARATORS, decoded
 from ..wording import clean, restated
-from .clock import at_times, shared_times
+from .clock import at_times, in_order, shared_times
 from .phone_clocks import LOST_S, number_in, rate_of, seconds_of
 from .recording import ImuRecording
 from .text_tables import ACC_UNITS, GYR_UNITS
@@ -135,8 +135,7 @@ def _groups(path: Path, apple: bool) -> Iterator[_Group]:
         there = np.flatnonzero(np.isfinite(values).all(axis=1) & np.isfinite(times))
         if (np.diff(times[there]) < -1).any():
             raise ValueError("its times go back: it holds several recordings, so part them into files")
-        order = there[np.argsort(times[there], kind="stable")]
-        later = order[np.diff(times[order], prepend=-np.inf) > 0]
+        later = in_order(times, there)
         if len(later) > 2:
             yield _Group(kind, factor, times[later], values[later], flipped or apple, name)
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ..given import given_numbers
-from .clock import at_times, shared_times
+from ..wording import restated
+from .clock import at_times, in_order, shared_times
 from .recording import READINGS, ImuRecording
 
 LONGEST_STEP_S = 0.1
@@ -47,15 +48,9 @@ def resampled(
     label: tuple[str, ...],
 ) -> ImuRecording:
     """One clip's sensors on one even clock."""
-    known = {}
-    for place, some in of_place.items():
-        order = np.array(some)[np.argsort(seconds[some], kind="stable")]
-        later = np.concatenate([[True], np.diff(seconds[order]) > 0])
-        known[place] = order[later]
-    try:
+    known = {place: in_order(seconds, np.array(some)) for place, some in of_place.items()}
+    with restated(f"{label[2]} is of no use:", ValueError):
         times = shared_times([seconds[rows] for rows in known.values()], rate, 2 / rate)
-    except ValueError as error:
-        raise ValueError(f"{label[2]} is of no use: {error}") from error
     longest = max(LONGEST_STEP_S, 2 / rate)
     found = [at_times(seconds[rows], values[rows], times, longest) for rows in known.values()]
     both = np.stack(found, axis=1)
