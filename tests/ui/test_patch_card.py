@@ -3,14 +3,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from w2w.core.colours import Scale
 from w2w.core.imu.recording import ImuRecording
+from w2w.ui.viewport import card as card_module, colour_bar, drawing
 from w2w.ui.viewport.card import HoverCard, on_one_scale
 from w2w.ui.viewport.framing import FreeArea
-from w2w.ui.viewport.places import Box, place
+from w2w.ui.viewport.legend import Legend
+from w2w.ui.viewport.places import Box, Place, place
 
 LEGEND = 130.0
 """Width of a legend at a scale of 1, pixels."""
@@ -60,9 +64,10 @@ def test_cards_and_legend_stand_at_the_edges_over_no_body_nor_each_other(
     def at_the_edges(width: float) -> list[float]:
         return [free.left + 10, free.right - 10 - width]
 
-    for thing in (card(None, 0).size, lambda scale: (LEGEND * scale, 230 * scale)):
-        stand = place(thing, free, body, taken, scale, at_the_edges)
-        width, height = thing(stand.scale)
+    for forms in (card(None, 0).sizes(), [lambda scale: (LEGEND * scale, 230 * scale)]):
+        stand = place(forms, free, body, taken, scale, at_the_edges)
+        width, height = forms[stand.form](stand.scale)
+        assert not stand.covers
         box = Box(stand.x, stand.y, stand.x + width, stand.y + height)
         assert stand.scale <= scale
         assert free.left <= box.left < box.right <= free.right
@@ -72,10 +77,63 @@ def test_cards_and_legend_stand_at_the_edges_over_no_body_nor_each_other(
         taken.append(box)
 
 
+def test_in_a_view_as_narrow_as_at_scale_two_the_legend_lies_and_the_card_is_folded() -> None:
+    free = FreeArea(118.0, 485.0, 0.0, 525.0)  # what a window of 1280 x 800 leaves beside the sidebar
+    axes, buttons = Box(285.0, 325.0, 485.0, 525.0), Box(389.0, 89.0, 485.0, 525.0)
+    body = BODY * (230.0, 260.0) + (253.0, 92.0)
+    shown = Legend(0.17, 0.87, name="Mean of activities")
+    signals = ImuRecording(np.zeros((50, 1, 3)), np.zeros((50, 1, 3)), 60.0, ("wrist",))
+
+    def at_the_edges(width: float) -> list[float]:
+        return [free.left + 24, free.right - 24 - width]
+
+    for forms in (colour_bar.sizes(shown), card(signals, 0).sizes()):
+        stand = place(forms, free, body, [axes, buttons], 2.0, at_the_edges)
+        assert (stand.form, stand.covers) == (1, 0)
+
+
+@pytest.mark.parametrize("form", [0, 1])
+@pytest.mark.parametrize("is_baked", [True, False])
+def test_all_of_a_card_and_of_a_legend_is_drawn_inside_it(
+    monkeypatch: pytest.MonkeyPatch, form: int, is_baked: bool
+) -> None:
+    drawn: list[tuple[float, float, float, float]] = []
+
+    def write(x: float, y: float, words: str, size: float, _colour: object, align: str = "LEFT") -> float:
+        width = drawing.width_of(words, size)
+        x -= {"LEFT": 0, "RIGHT": width}[align]
+        drawn.append((x, y, x + width, y + 0.8 * size))
+        return width
+
+    def fill(x: float, y: float, width: float, height: float, *_: object) -> None:
+        drawn.append((x, y, x + width, y + height))
+
+    for module in (card_module, colour_bar):
+        for name, how in (("text", write), ("rectangle", fill), ("bar_of_colours", fill)):
+            monkeypatch.setattr(module, name, how, raising=False)
+    monkeypatch.setattr(card_module, "polyline", lambda points, *_: drawn.append((*points[0], *points[-1])))
+    recording = ImuRecording(np.ones((50, 1, 3)), np.ones((50, 1, 3)), 60.0, ("wrist",)) if is_baked else None
+    about = replace(
+        card(recording, 0), lines=("expected F1 .62", "rank 3 of 512"), activities=("bow", "run"),
+        f1=np.array([0.4, 0.9]), clip="bow: a clip", title="right wrist " * 9,
+    )  # fmt: skip
+    stand = Place(100.0, 50.0, 0.8, form)
+    on_one_scale([about])[0].draw(stand)
+    shown = Legend(0.17, 0.87, note="out of date", name="Mean of activities", beside="run" * is_baked)
+    for box in (
+        about.boxes(stand)[0],
+        Box(100.0, 50.0, *np.add((100, 50), colour_bar.sizes(shown)[form](0.8))),
+    ):
+        assert drawn
+        assert all(box.holds(*each[:2]) and box.holds(*each[2:]) for each in drawn)
+        drawn.clear()
+        colour_bar.draw_colour_bar(shown, stand)
+
+
 def test_a_card_is_closed_by_its_corner() -> None:
     shown = card(None, 0)
-    width, height = shown.size(1.5)
-    whole, corner = shown.boxes(100.0, 200.0, 1.5)
+    width, height = shown.sizes()[0](1.5)
+    whole, corner = shown.boxes(Place(100.0, 200.0, 1.5))
     assert whole == (100, 200, 100 + width, 200 + height)
     assert corner.holds(100 + width - 5, 200 + height - 5)
     assert not corner.holds(100 + width / 2, 200 + height - 5)

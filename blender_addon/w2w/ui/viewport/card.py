@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The card of a picked patch: its name and rank, F1 by activity, and its signals at the playhead."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from ...core.colours import Scale, score_colours
 from ...core.imu.recording import ImuRecording
 from .drawing import Colour, clipped, polyline, rectangle, text, width_of
-from .places import Box
+from .places import Box, Place
 
 WIDTH, MARGIN, LINE = 350, 12, 15
 """Sizes at a scale of 1, pixels."""
@@ -17,7 +17,7 @@ WIDTH, MARGIN, LINE = 350, 12, 15
 CLOSER = 32
 """Width of the corner that closes a card, pixels at a scale of 1."""
 
-PLOT_HEIGHT, PLOT_GAP = 52, 21
+PLOT_HEIGHT, FOLDED_PLOT, PLOT_GAP = 52, 32, 21
 PLOTS = ("Acceleration, m/s²", "Angular velocity, rad/s")
 """Titles of the plots."""
 
@@ -54,25 +54,30 @@ class HoverCard:
         shown = self.recording
         return () if shown is None else (shown.acc[:, self.patch], shown.gyr[:, self.patch])
 
-    def height(self, scale: float) -> float:
-        """Height in pixels."""
+    def sizes(self) -> list[Callable[[float], tuple[float, float]]]:
+        """Width and height, pixels, of the whole card and of one folded to the essential, at a scale."""
+        return [self._whole, self._folded]
+
+    def _whole(self, scale: float) -> tuple[float, float]:
         n_plots = 2 if self.recording is not None else 0
         rows = self._rows() + 1 if self._rows() else 0
-        head = (2 + len(self.lines)) * LINE
-        return scale * (head + rows * LINE + LINE + n_plots * (PLOT_HEIGHT + PLOT_GAP) + 1.5 * MARGIN)
+        lines = 3 + len(self.lines) + rows
+        return WIDTH * scale, scale * (lines * LINE + n_plots * (PLOT_HEIGHT + PLOT_GAP) + 1.5 * MARGIN)
 
-    def size(self, scale: float) -> tuple[float, float]:
-        """Width and height in pixels."""
-        return WIDTH * scale, self.height(scale)
+    def _folded(self, scale: float) -> tuple[float, float]:
+        below = LINE if self.recording is None else FOLDED_PLOT + PLOT_GAP
+        return WIDTH * scale, scale * (2 * LINE + below + MARGIN)
 
-    def boxes(self, x: float, y: float, scale: float) -> tuple[Box, Box]:
-        """Where the card stands that is drawn at x, y, and where a click closes it."""
-        right, top = x + WIDTH * scale, y + self.height(scale)
-        return Box(x, y, right, top), Box(right - CLOSER * scale, top - CLOSER * scale, right, top)
+    def boxes(self, stand: Place) -> tuple[Box, Box]:
+        """Where the card stands, and where a click closes it."""
+        width, height = self.sizes()[stand.form](stand.scale)
+        right, top, corner = stand.x + width, stand.y + height, CLOSER * stand.scale
+        return Box(stand.x, stand.y, right, top), Box(right - corner, top - corner, right, top)
 
-    def draw(self, x: float, y: float, scale: float) -> None:
-        """Draw the card with its lower left corner at x, y."""
-        height, width = self.height(scale), WIDTH * scale
+    def draw(self, stand: Place) -> None:
+        """Draw the card."""
+        x, y, scale, is_folded, _ = stand
+        width, height = self.sizes()[stand.form](scale)
         rectangle(x, y, width, height, BACKGROUND)
         rectangle(x, y, 4 * scale, height, self.colour)
         left, right = x + MARGIN * scale, x + width - MARGIN * scale
@@ -81,18 +86,22 @@ class HoverCard:
         text(left, top, f"{self.mark}  {title}", 14 * scale, PALE)
         text(right, top, "✕", 13 * scale, PALE, "RIGHT")
         top -= 0.2 * LINE * scale
-        for line in self.lines:
+        for line in self.lines[: 1 if is_folded else None]:
             top -= LINE * scale
             text(left, top, clipped(line, right - left, 11 * scale), 11 * scale, GREY)
-        top -= 1.5 * LINE * scale
-        top = self._bars(left, right, top, scale)
-        text(left, top, clipped(self.clip, right - left, 11 * scale), 11 * scale, GREY)
-        if self.recording is None:
-            return
-        top -= 6 * scale
-        for title, signal, limits in zip(PLOTS, self.signals(), self.limits, strict=True):
-            top -= (PLOT_HEIGHT + PLOT_GAP) * scale
-            self._plot((left, right, top), scale, title, signal, self.recording.rate, limits)
+        if not is_folded:
+            top = self._bars(left, right, top - 1.5 * LINE * scale, scale)
+        elif self.recording is None:
+            top -= LINE * scale
+        if not is_folded or self.recording is None:
+            text(left, top, clipped(self.clip, right - left, 11 * scale), 11 * scale, GREY)
+            top -= 6 * scale
+        middle, half = (left + right) / 2, MARGIN * scale / 2
+        across = ((left, middle - half), (middle + half, right)) if is_folded else ((left, right),) * 2
+        for number, (signal, limits) in enumerate(zip(self.signals(), self.limits, strict=True)):
+            if number == 0 or not is_folded:
+                top -= ((FOLDED_PLOT if is_folded else PLOT_HEIGHT) + PLOT_GAP) * scale
+            self._plot(number, (*across[number], top), scale, signal, limits, is_folded=bool(is_folded))
 
     def _rows(self) -> int:
         count = len(self.f1)
@@ -118,15 +127,16 @@ class HoverCard:
         return top - (rows + 0.5) * LINE * scale
 
     def _plot(
-        self, place: tuple[float, float, float], scale: float, title: str, signal: np.ndarray,
-        rate: float, limits: tuple[float, float],
+        self, number: int, place: tuple[float, float, float], scale: float, signal: np.ndarray,
+        limits: tuple[float, float], is_folded: bool,
     ) -> None:  # fmt: skip
         """Draw three axes of a signal over the clip, and a cursor at the playhead."""
-        (left, right, y), (low, high) = place, limits
-        height, width = PLOT_HEIGHT * scale, right - left
+        (left, right, y), (low, high), rate = place, limits, self.recording.rate if self.recording else 1.0
+        height, width = (FOLDED_PLOT if is_folded else PLOT_HEIGHT) * scale, right - left
         now = min(max(self.time, 0.0), (len(signal) - 1) / rate)
-        text(left, y + height + 5 * scale, title, 11 * scale, PALE)
-        self._values(right, y + height + 5 * scale, scale, signal[round(now * rate)])
+        text(left, y + height + 5 * scale, PLOTS[number], 11 * scale, PALE)
+        if not is_folded:
+            self._values(right, y + height + 5 * scale, scale, signal[round(now * rate)])
         rectangle(left, y, width, height, FAINT)
         text(left + 3 * scale, y + height - 11 * scale, f"{high:g}", 9 * scale, GREY)
         text(left + 3 * scale, y + 3 * scale, f"{low:g}", 9 * scale, GREY)

@@ -30,13 +30,14 @@ def rectangle(x: float, y: float, width: float, height: float, colour: Colour) -
 
 
 def bar_of_colours(x: float, y: float, width: float, height: float, colours: np.ndarray) -> None:
-    """Fill a rectangle with colours (K, 3) in sRGB from its bottom to its top."""
-    levels = np.linspace(y, y + height, len(colours))
-    left = np.column_stack([np.full(len(levels), x), levels])
-    corners = np.concatenate([left, left + (width, 0)]).astype(np.float32)
-    shades = np.column_stack([np.tile(colours, (2, 1)), np.ones(2 * len(levels))]).astype(np.float32)
-    low = np.arange(len(levels) - 1, dtype=np.int32)
-    right = low + len(levels)
+    """Fill a rectangle with colours (K, 3) in sRGB, along its longer side."""
+    shares = np.linspace(0, 1, len(colours))[:, None]
+    along, across = ((0, height), (width, 0)) if height > width else ((width, 0), (0, height))
+    edge = (x, y) + shares * along
+    corners = np.concatenate([edge, edge + across]).astype(np.float32)
+    shades = np.column_stack([np.tile(colours, (2, 1)), np.ones(2 * len(colours))]).astype(np.float32)
+    low = np.arange(len(colours) - 1, dtype=np.int32)
+    right = low + len(colours)
     triangles = np.column_stack([low, right, right + 1, low, right + 1, low + 1]).reshape(-1, 3)
     shader = gpu.shader.from_builtin("SMOOTH_COLOR")
     batch_for_shader(shader, "TRIS", {"pos": corners, "color": shades}, indices=triangles).draw(shader)

@@ -26,6 +26,9 @@ SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
 LEGEND_ROOM = 150
 """Pixels that a view leaves the legend at its right, at a scale of 1."""
 
+FOOT_ROOM, AXES_ROOM, BUTTON_ROOM = 46, 80, 48
+"""Pixels at a scale of 1 that a narrow view leaves the legend at its foot, and Blender's axes and buttons."""
+
 SENSOR = 72
 """Width of what a view sees at the distance of its lens, millimetres."""
 
@@ -106,12 +109,11 @@ def _look_at(area: bpy.types.Area, points: np.ndarray, towards: Vector) -> None:
     view, turn = space.region_3d, towards.to_track_quat("Z", "Y")
     if view.view_perspective == "CAMERA":
         view.view_perspective = "PERSP"
-    free, scale = free_area(area, region), bpy.context.preferences.system.ui_scale
-    right = max(free.right - LEGEND_ROOM * scale, (free.left + free.right) / 2)
-    room = np.array([max(right - free.left, 1), max(free.top - free.bottom, 1)])
-    aside = np.array([free.left + right - region.width, free.bottom + free.top - region.height]) / 2
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     seen = (points - middle) @ np.array(turn.to_matrix())  # to the right, up, towards the viewer
+    rooms = _rooms(free_area(area, region), bpy.context.preferences.system.ui_scale)
+    low, high = max(rooms, key=lambda room: (np.subtract(*room[::-1]) / np.ptp(seen[:, :2], axis=0)).min())
+    room, aside = np.maximum(high - low, 1), (low + high - (region.width, region.height)) / 2
     depth = seen[:, 2:] if view.view_perspective == "PERSP" else 0.0 * seen[:, 2:]
     pixels, nearest = max(region.width, region.height) * space.lens / SENSOR, float(depth.max())
     distance, centre = nearest + float(np.ptp(seen)), np.zeros(2)
@@ -122,6 +124,14 @@ def _look_at(area: bpy.types.Area, points: np.ndarray, towards: Vector) -> None:
         distance = nearest + (distance - nearest) * MARGIN * float(((high - low) / room).max())
     view.view_location = Vector(middle) + turn @ Vector((*centre, 0.0))
     view.view_rotation, view.view_distance = turn, distance
+
+
+def _rooms(free: FreeArea, scale: float) -> list[np.ndarray]:
+    """Lowest and highest corner of what a body may fill: beside an upright legend, or over a flat one."""
+    left, right, bottom, top = free
+    beside = max(right - LEGEND_ROOM * scale, (left + right) / 2)
+    over = (right - BUTTON_ROOM * scale, top - AXES_ROOM * scale)
+    return [np.array([(left, bottom), (beside, top)]), np.array([(left, bottom + FOOT_ROOM * scale), over])]
 
 
 def bring_into_view(item: bpy.types.Object) -> None:

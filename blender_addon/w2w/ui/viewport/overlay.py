@@ -2,20 +2,20 @@
 """The overlay of the 3D viewport: the colour bar, marks on picked patches and their cards."""
 
 from collections.abc import Sequence
-from functools import partial
 
 import bpy
 import numpy as np
 from bpy_extras.view3d_utils import location_3d_to_region_2d
 from mathutils import Vector
 
-from ...core.colours import Scale, colour_table, score_colours
+from ...core.colours import Scale, score_colours
 from ...core.patches.patches import PatchSet
 from ...scene.base.actions import FIRST_FRAME, key_rate
 from ...scene.base.patches import PATCH
 from ..study import lists, scores, signal_cache, state
-from .card import BACKGROUND, GREY, MARGIN, PALE, HoverCard, on_one_scale
-from .drawing import Colour, Surface, bar_of_colours, clipped, disc, dots, rectangle, ring, text, width_of
+from .card import BACKGROUND, GREY, PALE, HoverCard, on_one_scale
+from .colour_bar import draw_colour_bar, sizes
+from .drawing import Colour, Surface, disc, dots, rectangle, ring, text, width_of
 from .framing import free_area
 from .legend import Legend, legend, show_colours
 from .places import GAP, Box, Place, blenders_own, place, seen
@@ -23,11 +23,6 @@ from .places import GAP, Box, Place, blenders_own, place, seen
 MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))
 BADGE: Colour = (0.1, 0.1, 0.1, 1.0)
 PIN: Colour = (0.35, 0.85, 1.0, 1.0)
-BAR_WIDTH, BAR_HEIGHT = 16, 190
-BAR_TICKS = 5
-BAR_TITLE, BAR_BOX = 96, 200
-"""Least and most room for the colour bar's title, pixels."""
-
 NO_PICK = "Click a spot on the body first, with the tool Pick Spot (Ctrl Alt W)"
 
 DOT = 6
@@ -82,16 +77,17 @@ def draw() -> None:
     heads = _heads(context, bodies) if len(bodies) > 1 else []
     stands = _places(context, bodies, shown, cards, heads)
     if shown is not None:
-        _draw_colour_bar(shown, stands.pop())
+        if not (cards and stands[-1].covers):
+            draw_colour_bar(shown, stands[-1])
         _draw_names(shown, heads, scale)
     surface = Surface(context, body, patches)
     _draw_chosen(surface, body.w2w, scale, GREY if outdated else PALE)
     _draw_own(surface, body.w2w, scale)
     for number, patch in enumerate(chosen):
         _draw_mark(surface, patch, number, scale)
-    for card, stand in zip(cards, stands, strict=True):
-        card.draw(*stand)
-    shown_at = [(card.patch, *card.boxes(*stand)) for card, stand in zip(cards, stands, strict=True)]
+    for card, stand in zip(cards, stands, strict=False):
+        card.draw(stand)
+    shown_at = [(card.patch, *card.boxes(stand)) for card, stand in zip(cards, stands, strict=False)]
     cards_at[context.region.as_pointer()] = shown_at
 
 
@@ -100,25 +96,23 @@ def _places(
     cards: Sequence[HoverCard], heads: Sequence[Vector],
 ) -> list[Place]:  # fmt: skip
     """Where each card, then the legend if there is one, stands; while a clip plays they stay there."""
-    sizes = [card.size for card in cards]
-    if shown is not None:
-        sizes.append(partial(_size, shown))
+    things = [card.sizes() for card in cards] + ([] if shown is None else [sizes(shown)])
     scale, region = context.preferences.system.ui_scale, context.region
-    key = (region.as_pointer(), region.width, region.height, *(size(scale) for size in sizes))
+    key = (region.as_pointer(), region.width, region.height, *(forms[0](scale) for forms in things))
     if context.screen.is_animation_playing and key in _stood:
         return list(_stood[key])
     free = free_area(context.area, region)
     clear, taken, stands = seen(context, bodies), blenders_own(context, free, scale), []
     middle = [sum(head.x for head in heads) / 2] if len(heads) == 2 else []
-    for number, size in enumerate(sizes):
+    for number, forms in enumerate(things):
         is_legend = number == len(cards)
 
         def lefts(width: float, is_legend: bool = is_legend) -> list[float]:
             edges = [free.left + GAP * scale, free.right - width - GAP * scale]
             return [*(x - width / 2 for x in middle), *edges[::-1]] if is_legend else edges
 
-        stand = place(size, free, clear, taken, scale, lefts)
-        width, height = size(stand.scale)
+        stand = place(forms, free, clear, taken, scale, lefts)
+        width, height = forms[stand.form](stand.scale)
         taken.append(Box(stand.x, stand.y, stand.x + width, stand.y + height))
         stands.append(stand)
     _stood.clear()
@@ -177,40 +171,6 @@ def _heads(context: bpy.types.Context, bodies: Sequence[bpy.types.Object]) -> li
         middle.z = max(corner.z for corner in corners) + OVER_HEAD
         points.append(location_3d_to_region_2d(context.region, context.region_data, middle))
     return [] if None in points else points
-
-
-def _names(shown: Legend, scale: float) -> list[str]:
-    """The names of the maps in a legend, the second one's first."""
-    return [clipped(name, BAR_BOX * scale, 12 * scale) for name in (shown.beside, shown.name) if name]
-
-
-def _size(shown: Legend, scale: float) -> tuple[float, float]:
-    """Width and height of a legend, pixels."""
-    names = _names(shown, scale)
-    widths = [width_of(name, 12 * scale) for name in names]
-    wide = max(*widths, width_of(shown.note, 10 * scale), BAR_TITLE * scale) + 2 * MARGIN * scale
-    bar = 0 if shown.is_alike else BAR_HEIGHT
-    return wide, (bar + 46 + 16 * len(names) + (16 if shown.note else 0)) * scale
-
-
-def _draw_colour_bar(shown: Legend, stand: Place) -> None:
-    """Draw a legend: title, colours and numbers, or in words that places are alike."""
-    (left_edge, low_edge, scale), low, high = stand, shown.low, shown.high
-    wide, tall = _size(shown, scale)
-    foot, height = (16 * scale if shown.note else 0.0), 0.0 if shown.is_alike else BAR_HEIGHT * scale
-    left, bottom, width = left_edge + MARGIN * scale, low_edge + 16 * scale + foot, BAR_WIDTH * scale
-    rectangle(left_edge, low_edge, wide, tall, BACKGROUND)
-    if not shown.is_alike:
-        bar_of_colours(left, bottom, width, height, colour_table(shown.colour_map, 64))
-    for tick in () if shown.is_alike else np.linspace(0, 1, BAR_TICKS):
-        y = bottom + tick * height
-        rectangle(left + width, round(y), 4 * scale, max(1, scale), GREY)
-        number = format(low + tick * (high - low), shown.number)
-        text(left + width + 8 * scale, y - 4 * scale, number, 11 * scale, PALE)
-    for line, name in enumerate(_names(shown, scale)):
-        text(left, bottom + height + (28 + 16 * line) * scale, name, 12 * scale, PALE)
-    text(left, bottom + height + 14 * scale, shown.title, 10 * scale, GREY)
-    text(left, bottom - 20 * scale, shown.note, 10 * scale, GREY)
 
 
 def _draw_names(shown: Legend, heads: list[Vector], scale: float) -> None:

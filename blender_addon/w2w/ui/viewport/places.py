@@ -2,18 +2,19 @@
 """Where cards and the legend stand in a 3D view: at its edges, over no body and no button of Blender's."""
 
 from collections.abc import Callable, Iterable, Sequence
+from itertools import product
 from typing import NamedTuple
 
 import bpy
 import numpy as np
 
-from .framing import FreeArea, surface
+from .framing import BUTTON_ROOM, FreeArea, surface
 
 SPARSE = 6
 """One in so many vertices of a body is kept clear."""
 
-SCALES, LEGIBLE = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4), 0.6
-"""Shares of its size at which a thing is tried, and the smallest scale at which it can be read."""
+SCALES, SMALL, LEGIBLE = (1.0, 0.9, 0.8, 0.7, 0.6), (0.5, 0.4), 0.6
+"""Shares of its size at which a thing is tried, those at last, and the smallest legible scale."""
 
 HEIGHTS = 7
 """Heights at which it is tried at each edge."""
@@ -21,8 +22,8 @@ HEIGHTS = 7
 GAP = 12
 """Pixels from the edge, at a scale of 1."""
 
-INFO_TEXT, GIZMO = (220, 72), (100, 190)
-"""Width and height of Blender's own lines at the top left and buttons at the top right, at a scale of 1."""
+INFO_TEXT, GIZMO, BUTTONS = (220, 72), (100, 100), (BUTTON_ROOM, 218)
+"""Width and height of Blender's own lines at the top left, axes and buttons at the right, at a scale of 1."""
 
 
 class Box(NamedTuple):
@@ -39,17 +40,22 @@ class Box(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Lower left corner of a thing in a region, pixels, and its scale."""
+    """Lower left corner of a thing in a region, pixels, its scale, and the number of its form."""
 
     x: float
     y: float
     scale: float
+    form: int = 0
+    covers: float = 0.0
 
 
 def blenders_own(context: bpy.types.Context, free: FreeArea, scale: float) -> list[Box]:
     """What Blender itself writes and draws in the corners of a view."""
-    (wide, tall), (across, down) = INFO_TEXT, GIZMO
-    boxes = [Box(free.right - across * scale, free.top - down * scale, free.right, free.top)]
+    wide, tall = INFO_TEXT
+    boxes = [
+        Box(free.right - across * scale, free.top - down * scale, free.right, free.top)
+        for across, down in (GIZMO, BUTTONS)
+    ]
     if context.space_data.overlay.show_text:
         boxes.append(Box(free.left, free.top - tall * scale, free.left + wide * scale, free.top))
     return boxes
@@ -67,15 +73,15 @@ def seen(context: bpy.types.Context, bodies: Iterable[bpy.types.Object]) -> np.n
 
 
 def place(
-    size: Callable[[float], tuple[float, float]], free: FreeArea, clear: np.ndarray, taken: Sequence[Box],
-    scale: float, lefts: Callable[[float], Sequence[float]],
+    forms: Sequence[Callable[[float], tuple[float, float]]], free: FreeArea, clear: np.ndarray,
+    taken: Sequence[Box], scale: float, lefts: Callable[[float], Sequence[float]],
 ) -> Place:  # fmt: skip
     """The first place that covers nothing, the largest there is; else the one that covers least.
 
     Parameters
     ----------
-    size : callable
-        Width and height of the thing, pixels, at a scale.
+    forms : sequence of callable
+        Width and height of the thing in each of its forms, the best first, pixels, at a scale.
     free : FreeArea
     clear : ndarray, shape (K, 2)
         Points of the region to keep clear.
@@ -86,19 +92,20 @@ def place(
     lefts : callable
         Left edges to try for a width, the best first.
     """
-    tried: list[tuple[float, Place]] = []
-    for tried_at in [share * scale for share in SCALES if share * max(scale, 1.0) >= LEGIBLE]:
-        width, height = size(tried_at)
+    tried: list[Place] = []
+    ways = [*product(range(len(forms)), SCALES), *product(range(len(forms)), SMALL)]
+    for form, share in [way for way in ways if way[1] * max(scale, 1.0) >= LEGIBLE]:
+        tried_at = share * scale
+        width, height = forms[form](tried_at)
         gap = GAP * tried_at
         top = max(free.top - gap - height, free.bottom + gap)
         for x in lefts(width):
             for y in np.linspace(free.bottom + gap, top, HEIGHTS).tolist():
-                found = Place(x, y, tried_at)
                 covers = _covers(Box(x, y, x + width, y + height), free, clear, taken)
+                tried.append(Place(x, y, tried_at, form, covers))
                 if not covers:
-                    return found
-                tried.append((covers, found))
-    return min(tried, key=lambda each: each[0])[1]
+                    return tried[-1]
+    return min(tried, key=lambda each: each.covers)
 
 
 def _covers(box: Box, free: FreeArea, clear: np.ndarray, taken: Sequence[Box]) -> float:

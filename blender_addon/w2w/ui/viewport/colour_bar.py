@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The legend of a map's colours on a 3D view: upright at its side, or flat where that is narrow."""
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from ...core.colours import colour_table
+from .card import BACKGROUND, GREY, MARGIN, PALE
+from .drawing import bar_of_colours, clipped, rectangle, text, width_of
+from .legend import Legend
+from .places import Place
+
+BAR_WIDTH, BAR_HEIGHT, BAR_TICKS = 16, 190, 5
+"""Size of the upright bar, pixels at a scale of 1, and its numbers."""
+
+TITLE_ROOM, NAME_ROOM = 96, 200
+"""Least room for the title and most for a name, pixels at a scale of 1."""
+
+FLAT_LINE, FLAT_NUMBER = 15, 32
+"""Height of a line of the flat legend, and width of the number at each end of its bar, at a scale of 1."""
+
+
+def sizes(shown: Legend) -> list[Callable[[float], tuple[float, float]]]:
+    """Width and height, pixels, of a legend that stands and of one that lies, at a scale."""
+    return [partial(_upright, shown), partial(_flat, shown)]
+
+
+def draw_colour_bar(shown: Legend, stand: Place) -> None:
+    """Draw a legend: title, colours and numbers, or in words that places are alike."""
+    size = sizes(shown)[stand.form](stand.scale)
+    rectangle(stand.x, stand.y, *size, BACKGROUND)
+    (_draw_flat if stand.form else _draw_upright)(shown, stand, *size)
+
+
+def _names(shown: Legend, scale: float) -> list[str]:
+    """The names of the maps in a legend, the second one's first."""
+    return [clipped(name, NAME_ROOM * scale, 12 * scale) for name in (shown.beside, shown.name) if name]
+
+
+def _wide(shown: Legend, scale: float, title: float) -> float:
+    """Width of a legend whose title takes so much room, or has so much beside the names."""
+    names = [width_of(name, 12 * scale) for name in _names(shown, scale)]
+    return max(*names, width_of(shown.note, 10 * scale), title) + 2 * MARGIN * scale
+
+
+def _upright(shown: Legend, scale: float) -> tuple[float, float]:
+    bar, lines = 0 if shown.is_alike else BAR_HEIGHT, len(_names(shown, scale)) + bool(shown.note)
+    return _wide(shown, scale, TITLE_ROOM * scale), (bar + 46 + 16 * lines) * scale
+
+
+def _flat(shown: Legend, scale: float) -> tuple[float, float]:
+    name, title = width_of(_names(shown, scale)[-1], 12 * scale), width_of(shown.title, 10 * scale)
+    lines = len(_names(shown, scale)) + (not shown.is_alike) + bool(shown.note)
+    return _wide(shown, scale, name + 6 * scale + title), (FLAT_LINE * lines + 8) * scale
+
+
+def _draw_upright(shown: Legend, stand: Place, _wide: float, _tall: float) -> None:
+    scale, low, high = stand.scale, shown.low, shown.high
+    foot, height = (16 * scale if shown.note else 0.0), 0.0 if shown.is_alike else BAR_HEIGHT * scale
+    left, bottom, width = stand.x + MARGIN * scale, stand.y + 16 * scale + foot, BAR_WIDTH * scale
+    if not shown.is_alike:
+        bar_of_colours(left, bottom, width, height, colour_table(shown.colour_map, 64))
+    for tick in () if shown.is_alike else np.linspace(0, 1, BAR_TICKS):
+        y = bottom + tick * height
+        rectangle(left + width, round(y), 4 * scale, max(1, scale), GREY)
+        number = format(low + tick * (high - low), shown.number)
+        text(left + width + 8 * scale, y - 4 * scale, number, 11 * scale, PALE)
+    for line, name in enumerate(_names(shown, scale)):
+        text(left, bottom + height + (28 + 16 * line) * scale, name, 12 * scale, PALE)
+    text(left, bottom + height + 14 * scale, shown.title, 10 * scale, GREY)
+    text(left, bottom - 20 * scale, shown.note, 10 * scale, GREY)
+
+
+def _draw_flat(shown: Legend, stand: Place, wide: float, tall: float) -> None:
+    scale, y, end = stand.scale, stand.y + tall - 2 * stand.scale, 0.0
+    left, right, room = stand.x + MARGIN * scale, stand.x + wide - MARGIN * scale, FLAT_NUMBER * scale
+    for name in _names(shown, scale):
+        y -= FLAT_LINE * scale
+        end = left + text(left, y, name, 12 * scale, PALE) + 6 * scale
+    text(end, y, shown.title, 10 * scale, GREY)
+    y -= FLAT_LINE * scale
+    if not shown.is_alike:
+        colours = colour_table(shown.colour_map, 64)
+        text(left, y, format(shown.low, shown.number), 11 * scale, PALE)
+        bar_of_colours(left + room, y - scale, right - left - 2 * room, 9 * scale, colours)
+        text(right, y, format(shown.high, shown.number), 11 * scale, PALE, "RIGHT")
+        y -= FLAT_LINE * scale
+    text(left, y, shown.note, 10 * scale, GREY)
