@@ -8,6 +8,7 @@ import numpy as np
 from bpy.props import BoolProperty, IntProperty
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 
+from ...core.patches.patches import PatchSet
 from ...core.study.signals import place_patches as sample
 from ...scene.base.body import select
 from ...scene.base.patches import PATCH, empties_by_patch, place_patches, remove_patches
@@ -34,13 +35,18 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     own, count = list(own_placements.listed(study).items()), study.patch_count
     config = replace(state.config_of(study), seed=study.patch_seed, placements=tuple(own))
     text = f"spreading {count} spots"
-    patches = yield from jobs.in_thread(lambda _: sample(body, config), text, 0.0, 0.8)
+
+    def spread(_: object) -> tuple[PatchSet, tuple[str, str]]:
+        patches = sample(body, config)
+        return patches, pack(patches)
+
+    patches, packed = yield from jobs.in_thread(spread, text, 0.0, 0.8)
     yield jobs.Step(0.8, "placing empties")
     remove_all(mesh)
     study = mesh.w2w
     home = mesh.users_collection[0] if mesh.users_collection else None
     study.patch_collection = place_patches(mesh, patches, f"Patches: {mesh.name}", study.patch_size, home)
-    study.patches_text, study.patches_key = pack(patches)
+    study.patches_text, study.patches_key = packed
     study.patches_before, study.placed_as = "", state.placing_of(study)
     if before is not None and np.array_equal(before.triangles, patches.triangles[: len(before)]):
         study.patches_before = f"{key} {len(before)}"
