@@ -164,24 +164,6 @@ def test_relabelling_ticked_clips_relabels_their_actions(library: Path) -> None:
         bpy.ops.w2w.relabel_clips(activity="  ")
 
 
-def test_an_armature_of_the_scene_gives_its_motion_and_stays_as_it_is(library: Path) -> None:
-    first = make_study(library, "motions")
-    source = armature_of(first)
-    bpy.ops.w2w.preview_clip(index=0)
-    keys = [tuple(bone.matrix_basis.row[0]) for bone in source.pose.bones]
-    source.hide_set(False)
-    make_study(library, "")
-    bpy.context.view_layer.objects.active = source
-    source.select_set(True)
-    assert bpy.ops.w2w.add_armature_motion() == {"FINISHED"}
-    clip = bpy.context.scene.w2w.body.w2w.clips[0]
-    given = read_action(source, first.w2w.clips[0].action)
-    taken = read_action(armature_of(bpy.context.scene.w2w.body), clip.action)
-    n_frames = min(given.n_frames, taken.n_frames)
-    assert n_frames > 60
-    assert keys == [tuple(bone.matrix_basis.row[0]) for bone in source.pose.bones]
-
-
 @pytest.mark.slow
 def test_actions_of_the_same_rig_in_the_scene_are_not_taken_for_the_file_s(
     library: Path, tmp_path: Path

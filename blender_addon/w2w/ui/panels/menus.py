@@ -34,10 +34,7 @@ KEYS: tuple[tuple[str, dict[str, Any], dict[str, str]], ...] = (
 STEPS = (
     ("add_body", "load_body", "use_mesh", "open_results", "locate_results", "select_body", "reset_shape"),
     ("use_character", "forget_character"),
-    (
-        "try_examples", "import_motions", "import_folder", "use_scene_animation", "add_armature_motion",
-        "map_bones", "load_bone_map",
-    ),
+    ("try_examples", "import_motions", "import_folder", "use_scene_animation", "map_bones", "load_bone_map"),
     ("relabel_clips", "remove_clips"),
     ("preview_clip", "show_source"),
     ("place_patches", "remove_patches", "bake_patches", "export_patches"),

@@ -10,18 +10,15 @@ from ...core.keypoints.facts import PoseFacts
 from ...core.library.import_plan import ImportPlan, plan_files, plan_folder
 from ...core.library.labels import LibraryError
 from ...core.motion.source import UnusableMotion
-from ...core.reading.clips import to_body
 from ...core.reading.formats import MOTION_SUFFIXES
 from ...scene.base.actions import FIRST_FRAME, keep_pace, key_rate, show_action
-from ...scene.base.body import armature_of, body_of
-from ...scene.base.playback import active_action
+from ...scene.base.body import armature_of
 from ...scene.motion import source_beside
-from ...scene.motion.takes import best_take
 from ..jobs import jobs
 from ..study import lists, operators, state
 from ..viewport.framing import go_with
 from .body import body_to_fill
-from .motion_import import ImportItem, add_clip, import_items, import_steps, remove_clips, saved_maps
+from .motion_import import import_items, import_steps, remove_clips
 
 
 class _Import(operators.AsksForFile, operators.OnBody):
@@ -84,31 +81,6 @@ class W2W_OT_import_folder(_Import, operators.AsksForFolder, bpy.types.Operator)
         if len(clicked) == 1:  # once: the file browser shows what it lies in
             self.directory = str(Path(self.directory, clicked[0]))
         return super().execute(context)
-
-
-class W2W_OT_add_armature_motion(operators.OnBody, bpy.types.Operator):
-    """Take the motion of the active armature of the scene; the armature itself is left as it is"""
-
-    bl_label = "Add Motion of Active Armature"
-
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        item = context.object
-        if item is not None and item.type == "ARMATURE" and item != armature_of(body):
-            return ""
-        return "Select an animated armature that is not the body's own"
-
-    def work(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
-        source = context.object
-        playing = active_action(source)
-        try:
-            take = best_take([source], None if playing is None else [playing])
-            retargeted = to_body(take, body_of(mesh), saved_maps())
-        except jobs.EXPECTED as error:
-            raise ValueError(f"{source.name}: {error}") from error
-        add_clip(mesh, retargeted, ImportItem(Path(), "", source.name, ""))
-        mesh.w2w.clip_index = len(mesh.w2w.clips) - 1
-        jobs.dismiss()
 
 
 class W2W_OT_preview_clip(operators.WorkOperator, bpy.types.Operator):
