@@ -53,20 +53,17 @@ def patch_lines(study: Group, utility: UtilityMap, patch: int) -> tuple[str, ...
     """A patch's scores in words: what other clips would show, then what these showed."""
     expected, raw = expected_mean(study, utility), mean_scores(study, utility, ON_THESE)
     rank = f"rank {1 + int((expected > expected[patch]).sum())} of {len(expected)}"
+    score, these = f"expected F1 {expected[patch]:.2f}", f"on these clips {raw[patch]:.2f}"
     if not is_as_ranked(study, utility):
-        score = f"expected F1 {expected[patch]:.2f} over the activities that count"
-        return score, f"{rank}; on these clips {raw[patch]:.2f}"
-    low, high = utility.expected_low[patch], utility.expected_high[patch]
-    raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
+        return f"{score} over the activities that count", f"{rank}; {these}"
     base = answer_of(study).get("costs_are_against")
     equal = ", as good" if base and is_as_good(costs_at(utility, base)[patch]) else ""
     if mean_caution(utility):
-        score = f"expected F1 {expected[patch]:.2f} (too few clips for an interval)"
-        return score, f"{rank}{equal}; on these clips {raw[patch]:.2f}"
-    return (
-        f"expected F1 {expected[patch]:.2f} ({low:.2f} to {high:.2f}){equal}",
-        f"{rank}; on these clips {raw[patch]:.2f} ({raw_low:.2f} to {raw_high:.2f})",
-    )
+        return f"{score} (too few clips for an interval)", f"{rank}{equal}; {these}"
+    low, high = utility.expected_low[patch], utility.expected_high[patch]
+    raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
+    first = f"{score} ({low:.2f} to {high:.2f}){equal}"
+    return first, f"{rank}; {these} ({raw_low:.2f} to {raw_high:.2f})"
 
 
 def shown_scores(study: Group, utility: UtilityMap) -> np.ndarray:

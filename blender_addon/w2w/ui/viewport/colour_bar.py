@@ -24,7 +24,7 @@ FLAT_LINE, FLAT_NUMBER = 15, 32
 
 def sizes(shown: Legend) -> list[Callable[[float], tuple[float, float]]]:
     """Width and height, pixels, of a legend that stands and of one that lies, at a scale."""
-    return [partial(_upright, shown), partial(_flat, shown)]
+    return [partial(_size, shown, lies) for lies in (False, True)]
 
 
 def draw_colour_bar(shown: Legend, stand: Place) -> None:
@@ -39,21 +39,13 @@ def _names(shown: Legend, scale: float) -> list[str]:
     return [clipped(name, NAME_ROOM * scale, 12 * scale) for name in (shown.beside, shown.name) if name]
 
 
-def _wide(shown: Legend, scale: float, title: float) -> float:
-    """Width of a legend whose title takes so much room, or has so much beside the names."""
+def _size(shown: Legend, lies: bool, scale: float) -> tuple[float, float]:
     names = [width_of(name, 12 * scale) for name in _names(shown, scale)]
-    return max(*names, width_of(shown.note, 10 * scale), title) + 2 * MARGIN * scale
-
-
-def _upright(shown: Legend, scale: float) -> tuple[float, float]:
-    bar, lines = 0 if shown.is_alike else BAR_HEIGHT, len(_names(shown, scale)) + bool(shown.note)
-    return _wide(shown, scale, TITLE_ROOM * scale), (bar + 46 + 16 * lines) * scale
-
-
-def _flat(shown: Legend, scale: float) -> tuple[float, float]:
-    name, title = width_of(_names(shown, scale)[-1], 12 * scale), width_of(shown.title, 10 * scale)
-    lines = len(_names(shown, scale)) + (not shown.is_alike) + bool(shown.note)
-    return _wide(shown, scale, name + 6 * scale + title), (FLAT_LINE * lines + 8) * scale
+    beside = names[-1] + 6 * scale + width_of(shown.title, 10 * scale)
+    wide = max(*names, width_of(shown.note, 10 * scale), beside if lies else TITLE_ROOM * scale)
+    lines, has_bar = len(names) + bool(shown.note), not shown.is_alike
+    tall = FLAT_LINE * (lines + has_bar) + 8 if lies else 46 + 16 * lines + has_bar * BAR_HEIGHT
+    return wide + 2 * MARGIN * scale, tall * scale
 
 
 def _draw_upright(shown: Legend, stand: Place, _wide: float, _tall: float) -> None:
