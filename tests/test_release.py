@@ -6,6 +6,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+import yaml
+
 ROOT = Path(__file__).resolve().parents[1]
 NAME = "The W2W authors"
 
@@ -31,6 +33,22 @@ def test_we_ask_to_cite_this_software_of_this_version():
     assert "type: software" in preferred
     assert cited.count(f"version: {version}\n") == 2
     assert re.search(r"^date-released: \d{4}-\d\d-\d\d$", cited, re.M)
+
+
+def test_conda_s_recipe_asks_for_what_pip_does():
+    project = tomllib.loads(text("pyproject.toml"))
+    recipe, asked = yaml.safe_load(text("release/conda/recipe.yaml")), project["project"]
+    run = {each.replace("matplotlib-base", "matplotlib") for each in recipe["requirements"]["run"]}
+    pythons = {each for each in run if each.startswith("python >")}
+    assert run - pythons == {*asked["dependencies"], *asked["optional-dependencies"]["web"]}
+    assert pythons == {"python " + asked["requires-python"].replace("3.11", "${{ python_min }}")}
+    assert recipe["context"]["version"] == tomllib.loads(text("blender_manifest.toml"))["version"]
+    assert dict(line.split(" = ") for line in recipe["build"]["python"]["entry_points"]) == asked["scripts"]
+    builds = {each.replace(" >=", ">=") for each in recipe["requirements"]["host"]}
+    assert builds >= set(project["build-system"]["requires"])
+    assert recipe["about"]["license"] == asked["license"]
+    assert recipe["about"]["license_file"] == asked["license-files"]
+    assert text("release/conda/recipe.yaml").count("HASH_OF_THE_SDIST") == 1
 
 
 def test_what_waits_for_an_address_is_said(monkeypatch):

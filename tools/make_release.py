@@ -2,7 +2,7 @@
 """Build all that a release has into dist/release: `make release`.
 
 Extension zips for every platform and Python with the index that makes the folder a repository of Blender's,
-wheels and sdists for pip, the site, notes and checksums. The same tree gives the same bytes.
+wheels and sdists for pip, conda-forge's recipe, the site, notes and checksums. The same tree gives the same bytes.
 """
 
 from __future__ import annotations
@@ -39,6 +39,10 @@ def main(platforms: list[str]) -> None:
     make_packages()
     make_site()
     shutil.copyfile(PROJECT / "CHANGELOG.md", RELEASE / "NOTES.md")
+    (sdist,) = RELEASE.glob("where_to_wear-*.tar.gz")
+    recipe = (PROJECT / "release/conda/recipe.yaml").read_text(encoding="utf-8")
+    filled = recipe.replace("HASH_OF_THE_SDIST", hashlib.sha256(sdist.read_bytes()).hexdigest())
+    (RELEASE / "recipe.yaml").write_text(filled, encoding="utf-8")
     files = sorted(RELEASE.iterdir())
     lines = [f"{hashlib.sha256(path.read_bytes()).hexdigest()}  {path.name}\n" for path in files]
     (RELEASE / "SHA256SUMS").write_text("".join(lines), encoding="utf-8")
@@ -52,7 +56,11 @@ def still_open() -> list[str]:
         return [
             "[project.urls] of pyproject.toml has no Repository: no address for issues, clone and citation"
         ]
-    named = {"CITATION.cff": f'repository-code: "{address}"', "README.md": f"git clone {address}"}
+    named = {
+        "CITATION.cff": f'repository-code: "{address}"',
+        "README.md": f"git clone {address}",
+        "release/conda/recipe.yaml": f"homepage: {address}",
+    }
     return [
         f"{file} lacks {line}"
         for file, line in named.items()
