@@ -145,6 +145,18 @@ def test_the_documents_are_short(tool):
     assert sum(words.values()) <= MOST_WORDS, {path.name: count for path, count in words.items()}
 
 
+@pytest.mark.parametrize(
+    "typed",
+    ["motion files", "how many clips", "which axis is up", "--forbid head", "how sure", "own character",
+     "resume", "f1", "license", "licence", "windows"],
+)  # fmt: skip
+def test_a_newcomer_finds_it_by_these_words_in_a_heading_or_a_question(tool, typed):
+    """The site's search shows headings first; bold questions and rows of tables are read at a glance."""
+    shown = re.compile(r"^(#.*|\*\*.*|\|.*|[^|]*w2w [^|]*)$", re.M)
+    pages = [path.read_text(encoding="utf-8").lower() for path in tool.documents()[1:]]
+    assert any(typed in line for page in pages for line in shown.findall(page))
+
+
 def test_the_documents_carry_commands(tool):
     carried = {check.document.name for path in tool.documents() for check in tool.checks_in(path)}
     assert {"sensors.md", "studies.md", "utility.md"} <= carried
