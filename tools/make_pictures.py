@@ -29,6 +29,9 @@ WIDTH, COLOURS = 1400, 256
 VIEW = (0, 28, 1056, 720)
 """The 3D viewport with its sidebar, in pixels of the screenshot."""
 
+BESIDE = (290, 80, 906, 800)
+"""A clip and its source armature, in pixels of the larger window of `tests/gui/test_window.py`."""
+
 WINDOWS = {"animator_heatmap": "2_answer", "animator_pick": "3_card"}
 PREVIEWS = ("2_answer", "3_card", "4_details")
 
@@ -84,6 +87,11 @@ def _windows() -> None:
     windows = {path.stem: Image.open(path).convert("RGB") for path in SCREENSHOTS.glob("*.png")}
     for name, window in WINDOWS.items():
         windows[window].crop(VIEW).save(PICTURES / f"{name}.png", optimize=True)
+    larger = SCREENSHOTS.parents[1] / "window" / SCREENSHOTS.name / "2_source_beside.png"
+    if larger.is_file():
+        Image.open(larger).convert("RGB").crop(BESIDE).save(
+            PICTURES / "animator_source_beside.png", optimize=True
+        )
     for number, window in enumerate(PREVIEWS, 1):
         _fitted(windows[window], DARK, LISTED).save(RELEASE / f"preview_{number}.png", optimize=True)
     mean = Image.open(RESULTS / "heatmaps" / "mean.png").convert("RGB")

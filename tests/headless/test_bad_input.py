@@ -156,7 +156,7 @@ def test_a_library_without_or_with_one_usable_clip_is_said(library, tmp_path):
     (library / "walking" / "Walking.fbx").write_bytes(b"")
     code, output = run(library, tmp_path / "one", "--no-report")
     assert code == 1
-    assert "No result: a utility map needs two activities that can be tested" in output
+    assert "No result: a ranking needs two activities that can be tested" in output
     assert "Clips used by activity: walking (1)" in output
     (library / "walking" / "StrutWalking.fbx").write_bytes(b"")
     code, output = run(library, tmp_path / "none", "--no-report")

@@ -231,11 +231,16 @@ def test_what_stands_for_a_folder_of_a_run_is_seen_before_it(place, name, kind):
 
 def test_labels_of_one_activity_are_refused_before_any_work(place):
     Path("one.csv").write_text("file,activity\nslow/slow_0.npz,walk\nslow/slow_1.npz,walk\n")
-    because = "a utility map needs two activities that can be tested, and there is only walk"
+    because = "a ranking needs two activities that can be tested, and there is only walk"
     refused(place, ["run", "motions", "--labels", "one.csv", "--out", "out"], because)
     Path("one.csv").write_text("file,activity\nslow/slow_0.npz,walk\nslow/slow_1.npz,jump\n")
-    because = "there is none: jump has only one clip"
+    because = "there is none: jump, walk: each has only one clip"
     refused(place, ["run", "motions", "--labels", "one.csv", "--out", "out"], because)
+    refused(
+        place,
+        ["run", "motions", "--labels", "one.csv", "--out", "out"],
+        "Put all clips of an activity into one folder",
+    )
 
 
 def test_what_needs_blender_is_refused_before_any_work_where_it_is_not_installed(place, monkeypatch):

@@ -337,6 +337,31 @@ def test_loose_files_are_grouped_by_their_names_if_asked(quiet, server, tmp_path
     wait(lambda: {row["activity"] for row in study.table()[0]} == {"walk", "jump"})
 
 
+def test_folders_of_people_are_grouped_by_the_names_of_their_files_if_asked(quiet, server, tmp_path):
+    address, owner = server
+    write_motions(tmp_path / "made", {"slow": 0.5}, 1)
+    content = (tmp_path / "made/slow/slow_0.npz").read_bytes()
+    for person in ("Anna B", "ben"):
+        (tmp_path / "CLIPS" / person).mkdir(parents=True)
+        for name in ("squat well 1", "squat badly 1"):
+            (tmp_path / "CLIPS" / person / f"{name}.npz").write_bytes(content)
+    quiet.get(address)
+    wait(lambda: find(quiet, "#places").get_attribute("childElementCount") != "0")
+    find(quiet, "#folder").send_keys(str(tmp_path / "CLIPS"))
+    wait(lambda: find(quiet, "#guess").is_displayed())
+    assert "squat_badly, squat_well" in text(quiet, "#guess-text")
+    find(quiet, "#guess").click()
+    study = Study(next(owner.iterdir()))
+    whole = {
+        ("squat_well", "Anna B"),
+        ("squat_badly", "Anna B"),
+        ("squat_well", "ben"),
+        ("squat_badly", "ben"),
+    }
+    wait(lambda: {(row["activity"], row["subject"]) for row in study.table()[0]} == whole)
+    assert find(quiet, "#ask [name=by_subject]").is_selected()
+
+
 def test_an_answer_of_before_is_marked_and_shared_by_a_link(quiet, server, drawn_results):
     address, owner = server
     study = finished(owner, drawn_results)

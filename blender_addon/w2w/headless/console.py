@@ -10,8 +10,8 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from ..core.findings.notes import left_out_sentences
 from ..core.motion.source import UnusableMotion
+from ..core.ranking.folds import left_out_sentences
 from ..core.study.results import UnfinishedError
 from ..core.wording import harmless
 

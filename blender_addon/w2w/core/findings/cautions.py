@@ -15,13 +15,13 @@ from ..library.labels import same_label
 from ..motion.up import SAY_UP
 from ..ranking.expected import HALF
 from ..ranking.f1 import FEWEST_CLIPS
+from ..ranking.folds import left_out_sentences
 from ..ranking.utility import UtilityMap
 from ..selection.headline import by_posture, short
 from ..selection.scored import best_single
 from ..study.config import StudyConfig
 from ..study.ranking import LabelledClip, copies_among
 from ..wording import capital, count, join_words
-from .notes import left_out_sentences
 from .sources import f1_alone, origin_of, source_caution
 
 STOPS, WEAKENS, KNOW = "stops the answer", "weakens the answer", "good to know"

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Notes on the clips and labels behind a result."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from ..library.labels import LabelCheck
@@ -25,24 +25,6 @@ def counts_sentence(clips: dict[str, int], utility: UtilityMap) -> str:
             "could not be ranked"
         )
     return f"{text}; {clips['skipped']} skipped"
-
-
-def left_out_sentences(left_out: Mapping[str, str]) -> list[str]:
-    """The activities left out and why, one sentence for each reason.
-
-    Examples
-    --------
-    >>> left_out_sentences({"bow": "bow has no clip", "jump": "jump has no clip"})
-    ['bow, jump: each has no clip']
-    """
-    names: dict[str, list[str]] = {}
-    for name, reason in left_out.items():
-        shared = reason.removeprefix(f"{name} ")
-        names.setdefault(shared, []).append(name if shared != reason else "")
-    return [
-        f"{', '.join(group)}{': each' if len(group) > 1 else ''} {reason}" if group[0] else reason
-        for reason, group in names.items()
-    ]
 
 
 def few_clips(clips: int) -> str:

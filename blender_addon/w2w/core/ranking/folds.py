@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Split windows into folds that never share a clip."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -88,6 +88,24 @@ def untestable(
     return reasons
 
 
+def left_out_sentences(left_out: Mapping[str, str]) -> list[str]:
+    """The activities left out and why, one sentence for each reason.
+
+    Examples
+    --------
+    >>> left_out_sentences({"bow": "bow has no clip", "jump": "jump has no clip"})
+    ['bow, jump: each has no clip']
+    """
+    names: dict[str, list[str]] = {}
+    for name, reason in left_out.items():
+        shared = reason.removeprefix(f"{name} ")
+        names.setdefault(shared, []).append(name if shared != reason else "")
+    return [
+        f"{', '.join(group)}{': each' if len(group) > 1 else ''} {reason}" if group[0] else reason
+        for reason, group in names.items()
+    ]
+
+
 def check_testable(
     activity: Sequence[str], group: Sequence[str], subject: Sequence[str] | None = None
 ) -> None:
@@ -108,8 +126,9 @@ def _check_two(activities: Sequence[str], left_out: dict[str, str]) -> tuple[str
     tested = tuple(name for name in activities if name not in left_out)
     if len(tested) < 2:
         there = f"only {tested[0]}" if tested else "none"
-        why = f": {'; '.join(left_out.values())}" if left_out else ""
-        raise ValueError(f"a utility map needs two activities that can be tested, and there is {there}{why}")
+        why = f": {'; '.join(left_out_sentences(left_out))}" if left_out else ""
+        how = "" if tested else ". Put all clips of an activity into one folder, or label them in a csv"
+        raise ValueError(f"a ranking needs two activities that can be tested, and there is {there}{why}{how}")
     return tested
 
 

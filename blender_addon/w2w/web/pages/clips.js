@@ -136,16 +136,25 @@ export const people = () => new Set(page.study.table.filter((row) => row.use && 
 function stem(name) {
   let text = name.split("/").pop().replace(/\.[^.]*$/, "").split("@").pop(), was;
   do { was = text; text = text.replace(/([\s_.-]*\(\d+\)|[\s_.-]*(?:take|trial|rep|clip|copy|no|nr)?[\s_.-]*\d+)$/i, "").trim(); } while (text && text !== was);
-  return (text || was).toLowerCase().replace(/[\s_-]+/g, "_").replace(/^_|_$/g, "");
+  return plain(text || was);
 }
 
+const plain = (text) => text.toLowerCase().replace(/[\s_-]+/g, "_").replace(/^_|_$/g, "");
+const folder = (row) => row.name.split("/").at(-2) || "";
+
+// Many loose files are grouped by their names if asked; so are files of the same names in folders that look like people.
 function guess(counts) {
-  const loose = page.study.table.filter((row) => row.use && row.activity && !bad(row) && counts.get(row.activity) === 1);
-  const stems = new Map(loose.map((row) => [row.file, stem(row.name)])), groups = new Set(stems.values());
-  const worth = !touched && loose.length > 3 && loose.length > counts.size / 2 && groups.size * 1.5 < loose.length;
+  const used = page.study.table.filter((row) => row.use && row.activity && !bad(row)), folders = new Map();
+  for (const row of used) folders.set(stem(row.name), (folders.get(stem(row.name)) || new Set()).add(folder(row)));
+  const shared = [...folders.values()].filter((names) => names.size > 1).length;
+  const persons = shared > 1 && 2 * shared > folders.size && used.every((row) => plain(folder(row)) === row.activity);
+  const loose = persons ? used : used.filter((row) => counts.get(row.activity) === 1), groups = new Set(loose.map((row) => stem(row.name)));
+  const worth = !touched && loose.length > 3 && (persons || (loose.length > counts.size / 2 && groups.size * 1.5 < loose.length));
+  const listed = (names) => `${names.slice(0, 4).join(", ")}${names.length > 4 ? " …" : ""}`;
+  const said = persons ? `${listed([...counts.keys()])} hold clips of the same names. If they are people, the activities are ${groups.size}` : `${loose.length} activities have one clip. By their names without numbers they are ${groups.size}`;
   find("guess-part").hidden = !worth;
-  find("guess-text").textContent = worth ? `${loose.length} activities have one clip. By their names without numbers they are ${groups.size}: ${[...groups].slice(0, 4).join(", ")}${groups.size > 4 ? " …" : ""}.` : "";
-  find("guess").onclick = () => { touched = true; change(() => { for (const row of loose) row.activity = stems.get(row.file); }); drawClips(); };
+  find("guess-text").textContent = worth ? `${said}: ${listed([...groups])}.` : "";
+  find("guess").onclick = () => { touched = true; change(() => { for (const row of loose) Object.assign(row, { activity: stem(row.name), subject: row.subject || (persons ? folder(row) : "") }); }); drawClips(); };
 }
 
 export function readyClips() {

@@ -37,7 +37,7 @@ def test_a_source_in_which_nothing_can_be_compared_is_left_out_with_the_reason()
     found = rank_within_sources(made)
     assert found.activities == ("a", "b")
     assert "two activities" in found.left_out["lab"]
-    with pytest.raises(ValueError, match="lab: a utility map needs two activities"):
+    with pytest.raises(ValueError, match="lab: a ranking needs two activities"):
         rank_within_sources(made.some(made.source == "lab"))
 
 
