@@ -8,6 +8,10 @@ from pathlib import Path
 
 import yaml
 
+from w2w.core.ranking.utility import PLUG_INS
+from w2w.core.reading.formats import GROUP as READERS
+from w2w.headless.lazy_group import GROUP as COMMANDS
+
 ROOT = Path(__file__).resolve().parents[1]
 NAME = "The W2W authors"
 
@@ -33,6 +37,13 @@ def test_we_ask_to_cite_this_software_of_this_version():
     assert "type: software" in preferred
     assert cited.count(f"version: {version}\n") == 2
     assert re.search(r"^date-released: \d{4}-\d\d-\d\d$", cited, re.M)
+
+
+def test_entry_points_are_named_as_the_code_names_them():
+    named = re.findall(
+        r"`(w2w\.(?:command|classifier|reader)\w*)`", text("CHANGELOG.md") + text("ARCHITECTURE.md")
+    )
+    assert set(named) == {COMMANDS, READERS, PLUG_INS}
 
 
 def test_conda_s_recipe_asks_for_what_pip_does():

@@ -2,7 +2,8 @@
 """Build all that a release has into dist/release: `make release`.
 
 Extension zips for every platform and Python with the index that makes the folder a repository of Blender's,
-wheels and sdists for pip, conda-forge's recipe, the site, notes and checksums. The same tree gives the same bytes.
+wheels and sdists for pip, conda-forge's recipe, the site, notes and checksums. The same tree gives the same
+bytes.
 """
 
 from __future__ import annotations
