@@ -145,6 +145,13 @@ def test_the_documents_are_short(tool):
     assert sum(words.values()) <= MOST_WORDS, {path.name: count for path, count in words.items()}
 
 
+def test_every_block_of_code_begins_and_ends_a_line(tool):
+    for path in tool.documents():
+        fences = [line for line in path.read_text(encoding="utf-8").splitlines() if "```" in line]
+        assert all(re.fullmatch(r" *```[\w-]*( .*)?", line) for line in fences), path.name
+        assert len(fences) % 2 == 0, path.name
+
+
 @pytest.mark.parametrize(
     "typed",
     ["motion files", "how many clips", "which axis is up", "--forbid head", "how sure", "own character",
