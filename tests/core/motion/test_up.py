@@ -14,7 +14,6 @@ from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.keypoints.pose_files import JointPositions
 from w2w.core.motion.axes import TO_Z, UPS
-from w2w.core.motion.examples import demo_motions
 from w2w.core.motion.motion import AMASS, SMPLX, Motion, read_amass
 from w2w.core.motion.sight import LIMBS, Kind, Sight
 from w2w.core.motion.source import SourceMotion, UnusableMotion
@@ -24,6 +23,7 @@ from w2w.core.reading.formats import read_beside, read_motion
 from w2w.core.reading.look import look_up
 from w2w.core.reading.reader import Reader
 
+from ...exercises import exercises
 from ...kinds_of_pose import MORE, RATE, TEN, UPRIGHT, joints_of, posed, trunk_of
 from ...made_bvh import NAMES, write_bvh
 from ...seen_joints import seen_as
@@ -350,9 +350,9 @@ def test_a_side_car_says_what_is_up_in_poses(tmp_path, bundled_body):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("up", "yz")
-def test_the_demo_s_people_are_read_whatever_is_up(tmp_path, up):
+def test_people_who_exercise_are_read_whatever_is_up(tmp_path, up):
     """In one library; those of every kind of file alone are right or asked for."""
-    motions = [*demo_motions(3).values()]
+    motions = [*exercises(3).values()]
     for number, motion in enumerate(motions):
         write_smpl(tmp_path / f"{number}.npz", motion, up=up)
     seen = look_up(Reader(), [(path.name, path) for path in sorted(tmp_path.iterdir())])

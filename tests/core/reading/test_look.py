@@ -25,13 +25,12 @@ class Hanging(Reader):
 
 @pytest.fixture
 def library(tmp_path):
-    """Forty files that hang, and three people who walk; each with its name in the library."""
+    """Forty files that hang, and motions of three people; each with its name in the library."""
     files = [tmp_path / f"{number:02d}.c3d" for number in range(40)]
     for file in files:
         file.write_bytes(b"C3D")
-    walks = [motion for motion in demo_motions(3).values() if motion.activity != "lying"]
-    for number, motion in enumerate(walks):
-        motion.save(files[0].with_name(f"walk_{number}.npz"))
+    for number, motion in enumerate(demo_motions(3).values()):
+        motion.save(files[0].with_name(f"seen_{number}.npz"))
     return [(path.name, path) for path in sorted(tmp_path.iterdir())]
 
 
