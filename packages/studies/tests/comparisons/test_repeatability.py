@@ -11,7 +11,7 @@ from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import WindowLabels
 from w2w.core.study.results import StudyResults
 from w2w.core.windows.inputs import ArrayBlocks
-from w2w_studies.comparisons.repeatability import FIGURES, choices
+from w2w_studies.comparisons.repeatability import FIGURES, _drawn, choices
 
 ACTIVITIES, CLIPS, WINDOWS, PATCHES = 3, 8, 3, 12
 
@@ -70,7 +70,7 @@ def test_a_finished_run_is_halved(drawn_results, monkeypatch):
     study = StudyResults.load(drawn_results)
     windows = [SimpleNamespace(is_test=np.ones(WINDOWS, bool)) for _ in study.clips]
     labels = WindowLabels.of(study.clips, windows)
-    features = np.random.default_rng(0).normal(size=(len(labels.activity), len(study.patches), 5))
+    features = np.random.default_rng(0).normal(size=(len(labels.activity), len(study.patches), 16))
     monkeypatch.setattr(StudyResults, "labels", lambda _: labels)
     monkeypatch.setattr(StudyResults, "inputs", lambda *_: ArrayBlocks(features.astype(np.float32)))
     code, said = cli(*words)
@@ -81,4 +81,27 @@ def test_a_finished_run_is_halved(drawn_results, monkeypatch):
     )  # no product is near 8 patches
     cells = [cell.strip() for cell in cli(*words[:-2])[1].split("|") if cell.strip()]
     found = dict(zip(cells[1 : 1 + len(FIGURES)], map(float, cells[-len(FIGURES) :]), strict=True))
-    assert 0 < found["most"] >= max(found["recommended"], found["belt clip"], found["watch"])
+    known = ("recommended", "belt clip", "watch", "energy", "random")
+    assert 0 < found["most"] >= max(found[name] for name in known)
+    assert 0 <= found["worse"] <= 1
+    said = cli(*words[:-2], "--drawn")[1]
+    assert "2 choices among" in said
+    assert "worse" in said
+    assert "knowing" not in said
+
+
+def test_libraries_are_drawn_of_some_activities_and_motions(labels):
+    sizes = set()
+    for seed in range(20):
+        part = _drawn(labels, np.random.default_rng(seed))
+        assert set(labels.activity[part]) == {"0", "1", "2"}  # three at least
+        sizes.add(int(part.sum()))
+        for motion in set(labels.motion[part]):
+            assert part[labels.motion == motion].all()  # whole motions
+    assert sizes == {ACTIVITIES * CLIPS * WINDOWS}  # eight of each at least, as there are
+
+
+def test_choices_on_drawn_libraries_deliver(windows, labels):
+    found = choices(windows, labels, StudyConfig(), None, 3, False, drawn=True)
+    assert len(found) == 6
+    assert found[:, FIGURES.index("gain")].mean() > 0.15

@@ -22,6 +22,9 @@ def repeatability(
     results: Annotated[Path, typer.Argument(metavar="RESULTS", help="Results folder of a finished run.")],
     halvings: Annotated[int, typer.Option(min=1, help="Ways to halve the clips; both halves choose.")] = 10,
     by_subject: Annotated[bool, typer.Option("--by-subject", help="Halve people instead of clips.")] = False,
+    drawn: Annotated[
+        bool, typer.Option("--drawn", help="Halve a library of three to eight of the activities each time.")
+    ] = False,
     patches: Annotated[int | None, typer.Option(min=2, help="The first patches only.")] = None,
     classifier: Annotated[str | None, declared("classifier")] = None,
 ) -> None:
@@ -39,7 +42,9 @@ def repeatability(
         first = at_patches(study.patches, list(range(len(study.patches)))[:patches])
         inputs = SomePatches(study.inputs(config.classifier), 0, len(first))
         with console.status("Ranking halves of the clips"):
-            found = choices(inputs, study.labels(), config, (first, study.body()), halvings, by_subject)
+            found = choices(
+                inputs, study.labels(), config, (first, study.body()), halvings, by_subject, drawn
+            )
     console.print(f"{len(found)} choices among {len(first)} patches by {config.classifier}\n")
     known = np.flatnonzero(np.isfinite(found).any(axis=0))
     means = [f"{mean:.3f}" for mean in np.nanmean(found[:, known], axis=0)]

@@ -8,13 +8,15 @@ import scipy
 
 from w2w.core.body.body import Body
 from w2w.core.patches.patches import PatchSet
+from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.halves import deal_halves
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
 from w2w.core.selection.scored import ScoredMap
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import WindowLabels
-from w2w.core.windows.inputs import PatchBlocks, SomeWindows
+from w2w.core.windows.features import CHANNELS, STATISTICS
+from w2w.core.windows.inputs import BLOCK_BYTES, PatchBlocks, SomeWindows, spans
 
 FEWEST_MOTIONS = 4
 """Motions of an activity of which each half has two, to train on one and test on the other."""
@@ -25,7 +27,7 @@ GOOD, HEAVY = 0.02, 0.05
 FIGURES = (
     "expected", "delivered", "gain", "by raw F1", "rho", "ceiling", "stated", "did", "holds",
     "as well", "lose", "within", "heavy", "cost holds", "knowing: lose", "knowing: within", "knowing: heavy",
-    "recommended", "belt clip", "watch", "most",
+    "recommended", "belt clip", "watch", "energy", "random", "most", "worse",
 )  # fmt: skip
 """For a choice: F1 expected of the chosen patch and its raw F1 on the other half; how much that is above an
 average patch's, and the same of the patch of the highest raw F1; Spearman's rho of the expected map with
@@ -34,13 +36,21 @@ whether it did, and the share of patches whose interval holds the other half's F
 the best: the share said to do as well, what those lose on the other half, how many of them lose at most .02
 there, how many of those that lose more than .05 are told from them, and the share whose cost's interval holds
 what they lose; then what would be if those were said to do as well whose raw F1 on all clips, the other half
-included, is at most .02 lower. Last what the recommended place, a belt clip, a watch and the other half's own
-best patch deliver above an average patch. NaN on some patches only, which no product may be near."""
+included, is at most .02 lower; NaN on drawn libraries. Last what the recommended place, a belt clip, a watch,
+the product that moves most, any product and the other half's own best patch deliver above an average patch,
+and whether the recommended place is worse than a belt clip by more than .05. NaN on some patches only, which
+no product may be near."""
 
 ALWAYS = ("belt clip", "watch")
 """What people might wear whatever they do."""
 
-OF_PRODUCTS = 12
+FEWEST_DRAWN, MOST_DRAWN, MOTIONS_DRAWN = 3, 8, (8, 12, 20, 60)
+"""Activities of a drawn library, and the most motions of each, of which one is drawn."""
+
+SPREAD = STATISTICS.index("std") * len(CHANNELS) + CHANNELS.index("|acc|")
+"""Number of the feature that tells how much a sensor is moved."""
+
+OF_PRODUCTS = 15
 """The last of these, which are of products."""
 
 
@@ -51,10 +61,13 @@ def choices(
     places: tuple[PatchSet, Body] | None,
     halvings: int,
     by_subject: bool,
+    drawn: bool = False,
 ) -> np.ndarray:
     """Figures of every choice, both ways of each halving, shape (2 * halvings, figures).
 
-    Halves share no motion, or no subject. Raises ValueError if there is too little to halve.
+    Halves share no motion, or no subject. If libraries are `drawn`, each halving is of some of the activities
+    and motions; one whose halves do not test the same activities is left out. Raises ValueError if there is
+    too little to halve.
     """
     names, code = np.unique(labels.activity, return_inverse=True)
     motions = [len(np.unique(labels.motion[code == number])) for number in range(len(names))]
@@ -66,22 +79,51 @@ def choices(
             f"halves need two activities of {FEWEST_MOTIONS} motions or more each"
             + f", and {FEWEST_MOTIONS} subjects" * by_subject
         )
-    unit = (np.zeros_like(code), some.subject) if by_subject else (code, some.motion)
     found, pooling = [], Pooling.on(*places[::-1]) if places else None
+    moved = _moved(inputs, rows) if places and config.classifier == Ridge.name else None
 
     def ranked(part: np.ndarray) -> UtilityMap:
         protocol = some.some(part).protocol(config)
         return utility_map(SomeWindows(inputs, rows[part]), protocol, config.classifier, pooling=pooling)
 
-    whole = ranked(np.ones(len(rows), dtype=bool))
-    for side in deal_halves(*unit, config.seed, halvings):
-        maps = [ranked(half) for half in (side, ~side)]
-        for here, there in (maps, maps[::-1]):
+    everything = np.ones(len(rows), dtype=bool)
+    whole = None if drawn else ranked(everything)
+    rng = np.random.default_rng([config.seed, 5])
+    for number in range(halvings):
+        part = _drawn(some, rng) if drawn else everything
+        within = code[part], (some.subject if by_subject else some.motion)[part]
+        unit = (np.zeros_like(within[0]), within[1]) if by_subject else within
+        *_, of_part = deal_halves(*unit, config.seed + drawn * number, 1 if drawn else number + 1)
+        sides = [part.copy() for _ in range(2)]
+        sides[0][part], sides[1][part] = of_part, ~of_part
+        maps = [ranked(side) for side in sides]
+        if maps[0].activities != maps[1].activities:
+            continue
+        for (here, there), side in zip((maps, maps[::-1]), sides, strict=True):
             of_products = (np.nan,) * OF_PRODUCTS
             if places:
-                of_products = _products_judged(ScoredMap(here, *places), there, whole)
+                energy = None if moved is None else moved[side].mean(axis=0)
+                of_products = _products_judged(ScoredMap(here, *places), there, whole, energy)
             found.append((*_judged(here, there), *of_products))
     return np.array(found)
+
+
+def _drawn(labels: WindowLabels, rng: np.random.Generator) -> np.ndarray:
+    """Windows of some activities and some motions of each, shape (W,), bool."""
+    names = np.unique(labels.activity)
+    most = min(MOST_DRAWN, len(names))
+    some = rng.choice(names, rng.integers(min(FEWEST_DRAWN, most), most + 1), replace=False)
+    count, part = rng.choice(MOTIONS_DRAWN), np.zeros(len(labels.activity), dtype=bool)
+    for name in some:
+        here = labels.activity == name
+        part |= here & np.isin(labels.motion, rng.permutation(np.unique(labels.motion[here]))[:count])
+    return part
+
+
+def _moved(inputs: PatchBlocks, rows: np.ndarray) -> np.ndarray:
+    """How much each sensor is moved in some windows, shape (W, N)."""
+    parts = [inputs.patches(first, last)[rows, :, SPREAD] for first, last in spans(inputs, BLOCK_BYTES)]
+    return np.exp(np.concatenate(parts, axis=1))
 
 
 def _judged(here: UtilityMap, there: UtilityMap) -> tuple[float, ...]:
@@ -101,22 +143,31 @@ def _judged(here: UtilityMap, there: UtilityMap) -> tuple[float, ...]:
     )
 
 
-def _products_judged(here: ScoredMap, there: UtilityMap, whole: UtilityMap) -> tuple[float, ...]:
-    """The rest of `FIGURES`: of what one half says of products, and of what all clips would say."""
+def _products_judged(
+    here: ScoredMap, there: UtilityMap, whole: UtilityMap | None, energy: np.ndarray | None
+) -> tuple[float, ...]:
+    """The rest of `FIGURES`: of what one half says of products, and of what all clips would say.
+
+    `energy` (N,) is how much each patch is moved, if that is known.
+    """
     if here.patches.labels.max() >= len(here.patches):
         return (np.nan,) * OF_PRODUCTS
     others = [score for score in here.products if score.patch != here.base.patch]
-    loses, known = (
-        np.array([judge.mean[here.base.patch] - judge.mean[score.patch] for score in others])
-        for judge in (there, whole)
-    )
+    loses = np.array([there.mean[here.base.patch] - there.mean[score.patch] for score in others])
     as_good = np.array([score.cost.as_good for score in others])
     held = [score.cost.low <= lose <= score.cost.high for score, lose in zip(others, loses, strict=True)]
-    parts = [*_worded(loses, as_good), held, *_worded(loses, known <= GOOD)]
-    worn = {score.name: score.patch for score in here.products} | {"recommended": here.base.patch}
-    gains = [there.mean[worn[name]] if name in worn else np.nan for name in ("recommended", *ALWAYS)]
-    above = np.array([*gains, there.mean.max()]) - there.mean.mean()
-    return (as_good.mean(), *(np.mean(part) if len(part) else np.nan for part in parts), *above)
+    knowing: tuple[np.ndarray, ...] = (np.array([]),) * 3
+    if whole is not None:
+        known = [whole.mean[here.base.patch] - whole.mean[score.patch] for score in others]
+        knowing = _worded(loses, np.array(known) <= GOOD)
+    parts = [*_worded(loses, as_good), held, *knowing]
+    worn = {score.name: score.patch for score in here.products}
+    at = [here.base.patch, *(worn.get(name) for name in ALWAYS)]
+    at.append(None if energy is None else max(worn.values(), key=lambda patch: energy[patch]))
+    gains = [np.nan if patch is None else there.mean[patch] for patch in at]
+    above = np.array([*gains, there.mean[[*worn.values()]].mean(), there.mean.max()]) - there.mean.mean()
+    worse = np.nan if at[1] is None else float(gains[0] < gains[1] - HEAVY)
+    return (as_good.mean(), *(np.mean(part) if len(part) else np.nan for part in parts), *above, worse)
 
 
 def _worded(loses: np.ndarray, as_good: np.ndarray) -> tuple[np.ndarray, ...]:
