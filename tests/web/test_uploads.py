@@ -16,7 +16,7 @@ from w2w.core.library.library import unique_names
 from w2w.web.guard import Doors
 from w2w.web.receiving import folder_size
 from w2w.web.request import INPUT
-from w2w.web.uploads import RefusedError, own_name
+from w2w.web.uploads import Names, RefusedError, given_name
 
 from ..patience import HANG_S
 from .conftest import MOST, made, sent
@@ -74,6 +74,10 @@ def test_a_hostile_zip_is_refused_with_a_sentence(client, tmp_path, case):
     assert everything(tmp_path) - {"data/local"} == before
 
 
+def own_name(name, files):
+    return Names(files).own(given_name(name))
+
+
 def everything(folder):
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*")}
 
@@ -109,7 +113,7 @@ def test_files_whose_names_are_one_on_disk_stay_two_and_one_that_comes_again_sta
     assert own_name("?.bvh", {"_.bvh": "*.bvh"}) == "__2.bvh"
     assert own_name("A.bvh", {"a.bvh": "a.bvh"}) == "A_2.bvh"
     assert own_name("a.bvh", {"a.bvh": "a.bvh"}) == "a.bvh"
-    assert own_name("ü.bvh", {"_.bvh": "ü.bvh"}) == "_.bvh"  # as an earlier version called it
+    assert own_name("ü.bvh", {"_.bvh": "ü.bvh"}) == "_.bvh"
 
 
 def test_a_page_named_as_a_motion_is_taken_for_what_it_is(client):

@@ -11,6 +11,7 @@ from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Respon
 from starlette.routing import Route
 
 from ..core.inside import inside
+from ..core.wording import restated
 from ..headless.console import sentence_of
 from ..report.page import REPORT
 from .archive import zipped
@@ -18,7 +19,7 @@ from .choosing import cheapest, choose_again, get_ready, pilot_by, report_again,
 from .guard import Doors, report_policy
 from .receiving import Receiver, object_of, parsed, study_of
 from .study import WISHES, Study, checked_parameters
-from .uploads import RefusedError
+from .uploads import RefusedError, refused
 from .work import Reader, Work
 
 NO_RESULTS = "The study has no results yet: run it first"
@@ -93,20 +94,16 @@ class Answers:
     async def _worked(self, study: Study, worker: Reader, how: Callable[..., Any], asked: Any) -> Any:
         if not study.answer() or self.work.waits(study):
             raise RefusedError(409, NO_RESULTS)
-        try:
+        with restated(lambda error: study.shown(sentence_of(error)), (ValueError, OSError), refused(400)):
             found = await worker.ask(how, study.results, asked)
-        except (ValueError, OSError) as error:
-            raise RefusedError(400, study.shown(sentence_of(error))) from error
         if found is None:
             raise RefusedError(503, "There is too little memory to choose again")
         return found
 
     async def file(self, request: Request) -> Response:
         study, name = study_of(self.work, request), request.path_params["name"]
-        try:
+        with restated("There is no such file", ValueError, refused(404)):
             path = inside(study.results, name)
-        except ValueError as error:
-            raise RefusedError(404, "There is no such file") from error
         if name.startswith(".") or not path.is_file():
             raise RefusedError(404, "There is no such file")
         if name == REPORT:

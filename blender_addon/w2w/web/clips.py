@@ -16,9 +16,9 @@ from ..core.library.labels import LibraryError, read_labels, spelled_once
 from ..core.library.library import LABELS, Library, activity_of, as_label, read_library
 from ..core.readers.animations import contents, telling_part
 from ..core.reading.formats import is_motion
-from ..core.wording import clean, count
+from ..core.wording import clean, count, restated
 from .request import INPUT, Requested
-from .uploads import MOST_NAME, RefusedError
+from .uploads import MOST_NAME, RefusedError, refused
 
 COLUMNS = ("file", "activity", "subject", "source", "motion_key", "rate")
 
@@ -47,10 +47,8 @@ class Labelled(Requested):
 
     def library(self) -> Library:
         """The study's clips as its run finds them; a RefusedError if there are none."""
-        try:
+        with restated(lambda error: self.shown(str(error)), LibraryError, refused(400)):
             return read_library(self.folder / INPUT, self.edited if self.edited.exists() else None)
-        except LibraryError as error:
-            raise RefusedError(400, self.shown(str(error))) from error
 
     def clips(self) -> dict[str, Given]:
         """All clips by their names on disk, an animation's below its file's, in the order of given names."""

@@ -10,6 +10,7 @@ import re
 import socket
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -20,8 +21,9 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from ..core.wording import restated
 from .people import NOBODY, People, folder_of
-from .uploads import RefusedError
+from .uploads import RefusedError, refused
 
 PAGES = Path(__file__).resolve().parent / "pages"
 
@@ -79,11 +81,10 @@ def is_local(host: str) -> bool:
 
 
 def _is_address(host: str) -> bool:
-    try:
+    with suppress(ValueError):
         ipaddress.ip_address(host)
-    except ValueError:
-        return False
-    return True
+        return True
+    return False
 
 
 @dataclass(frozen=True)
@@ -148,10 +149,9 @@ class Guard:
     def _refused(self, request: Request) -> Response | None:
         """The answer to a request that does not come in; its owner is noted on one that does."""
         host, origin = request.headers.get("host", ""), request.headers.get("origin")
-        try:
+        ours = False
+        with suppress(ValueError):
             ours = self.doors.called(host)
-        except ValueError:
-            ours = False
         if not ours:
             return _no(421, "This server does not go by that name: see --name")
         site = request.headers.get("sec-fetch-site", "same-origin")
@@ -185,10 +185,9 @@ class Guard:
             if ended:  # what comes now says that the connection broke
                 return await receive()
             left = begun + SILENT_S + so_far / PACE - time.monotonic()
-            try:
+            silent = "The upload stood still for too long: send it again"
+            with restated(silent, TimeoutError, refused(408)):
                 message = await asyncio.wait_for(receive(), max(0.0, min(SILENT_S, left)))
-            except TimeoutError as error:
-                raise RefusedError(408, "The upload stood still for too long: send it again") from error
             ended = not message.get("more_body", False)
             so_far += len(message.get("body", b""))
             if so_far > most or int(headers.get("content-length", "0")) > most:

@@ -18,10 +18,11 @@ from starlette.requests import Request
 from ..core.csv_tables import CsvError, read_table
 from ..core.library.labels import COLUMNS
 from ..core.library.library import LABELS
+from ..core.wording import restated
 from .clips import ARRIVING
 from .request import INPUT
 from .study import Study, checked_parameters
-from .uploads import MOST_FILES, PIECE, Names, RefusedError, checked_name, given_name, store, unpack
+from .uploads import MOST_FILES, PIECE, Names, RefusedError, checked_name, given_name, refused, store, unpack
 from .work import Work
 
 MOST_AT_ONCE, MOST_UPLOADS, MOST_OF_ONE = 200, 64, 16
@@ -87,10 +88,8 @@ class Arrived:
 
 
 def _check_labels(path: Path) -> None:
-    try:
+    with restated(lambda error: str(error).replace(str(path), LABELS), CsvError, refused(400)):
         read_table(path, *COLUMNS)
-    except CsvError as error:
-        raise RefusedError(400, str(error).replace(str(path), LABELS)) from error
 
 
 class Receiver:
@@ -142,7 +141,6 @@ class Receiver:
         async with self._arrived(items, study) as arrived:
             if arrived.files and study.waits:
                 raise RefusedError(409, BUSY)
-            study.note_answered()
             files = arrived.move() if arrived.files else {}
             return {"files": files, "refused": arrived.refused, "replaced": arrived.replaced, **found}
 
@@ -223,10 +221,8 @@ def folder_size(folder: Path) -> int:
 
 def parsed(text: str | bytes) -> Any:
     """The content of a JSON text; a RefusedError if it is none."""
-    try:
+    with restated("That is no JSON", (ValueError, RecursionError), refused(400)):
         return json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise RefusedError(400, "That is no JSON") from error
 
 
 async def content_of(request: Request) -> Any:

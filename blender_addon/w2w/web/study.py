@@ -22,6 +22,7 @@ from ..core.patches.body_parts import ALL, SIDES, find_patches
 from ..core.ranking.weights import check_counting
 from ..core.study.config import StudyConfig
 from ..core.study.results import UnfinishedError, check_finished
+from ..core.wording import restated
 from ..headless.commands.demo import write_library
 from ..headless.commands.place import CHOICE
 from ..headless.commands.status import describe
@@ -31,7 +32,7 @@ from ..headless.study_options import NAMES, StudyOptions
 from ..report.page import REPORT
 from .clips import Labelled, is_text
 from .request import DAMAGED, EVENTS, IDLE, INPUT, NO_STUDY, REQUEST, RESULTS
-from .uploads import RefusedError
+from .uploads import RefusedError, refused
 
 ID = re.compile(r"[0-9a-f]{32}")
 
@@ -108,10 +109,8 @@ class Study(Labelled):
         given = checked_parameters(parameters)
         self.sweep()
         self.settle_labels()
-        try:
+        with restated("", ValueError, refused(400)):
             check_counting(self.library().activities, words(given.get("background", "")), ())
-        except ValueError as error:
-            raise RefusedError(400, str(error)) from error
         return {
             "parameters": given,
             "answered": self.answered(),
@@ -130,13 +129,7 @@ class Study(Labelled):
         if not self.answer():
             return {}
         ended = request["asked"] is not None and self.end() is not None
-        return (request["ran"] if ended else request["answered"]) or self.sums()
-
-    def note_answered(self) -> None:
-        """Write down what the answer is of, before the first change by a version that knows it."""
-        request = self.request()
-        if not (request["ran"] or request["answered"]) and self.answer():
-            self.change(ran=self.sums(), answered=self.sums())
+        return request["ran"] if ended else request["answered"]
 
     def stale(self) -> str:
         """Why the answer at hand is not that of what is asked now, in a sentence; "" if it is."""
@@ -169,14 +162,12 @@ class Study(Labelled):
 
     def end(self) -> dict[str, Any] | None:
         """The last event of a run that has ended by itself: its `exit_code`, and the `problem` if any."""
-        try:
+        with suppress(OSError, ValueError, LookupError, TypeError, AttributeError):
             with (self.folder / EVENTS).open("rb") as stream:
                 stream.seek(max(0, stream.seek(0, 2) - LAST_BYTES))
                 last = json.loads(stream.read().splitlines()[-1])
-            ended = last.get("event") == "finished" and last["exit_code"] < STOPPED
-        except (OSError, ValueError, LookupError, TypeError, AttributeError):
-            return None
-        return last if ended else None
+            return last if last.get("event") == "finished" and last["exit_code"] < STOPPED else None
+        return None
 
     @property
     def waits(self) -> bool:
@@ -208,13 +199,11 @@ class Study(Labelled):
 
     def answer(self) -> str:
         """The sentence of the results, "" if there are none."""
-        try:
-            if not (self.results / REPORT).is_file():
-                return ""
-            summary = json.loads((self.results / "summary.json").read_text(encoding="utf-8"))
-            return summary["answer"]["sentence"]
-        except (OSError, ValueError, KeyError, TypeError):
-            return ""
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            if (self.results / REPORT).is_file():
+                summary = json.loads((self.results / "summary.json").read_text(encoding="utf-8"))
+                return summary["answer"]["sentence"]
+        return ""
 
     def idle_s(self) -> float:
         """Seconds that the server ran since somebody last looked at the study; below 0 to keep it longer."""
@@ -240,15 +229,13 @@ def checked_parameters(given: Any) -> dict[str, Any]:
             raise RefusedError(400, f"{name} cannot be {str(value)[:80]!r}")
     if given.get("sensor", "ideal") not in PRESETS:
         raise RefusedError(400, f"sensor is one of {', '.join(PRESETS)}")
-    try:
+    with restated("", (ValueError, OSError), refused(400)):
         options = StudyOptions(**given)
         options.config()
         options.pose()
         for name in ("only", "forbid", "must"):
             for place in words(given.get(name, "")):
                 find_patches(REGIONS, REGIONS, re.sub(r" \d\d+$", "", place))
-    except (ValueError, OSError) as error:
-        raise RefusedError(400, str(error)) from error
     return given
 
 

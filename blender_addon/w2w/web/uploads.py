@@ -8,7 +8,7 @@ import hashlib
 import re
 import stat
 import unicodedata
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from errno import EDQUOT, ENOSPC
 from functools import partial
 from pathlib import Path, PurePosixPath
@@ -66,6 +66,11 @@ class RefusedError(Exception):
         self.status = status
 
 
+def refused(status: int) -> Callable[[str], RefusedError]:
+    """What makes a sentence a request's refusal with an HTTP status."""
+    return partial(RefusedError, status)
+
+
 class Names:
     """The names on disk of a study's files, each given once.
 
@@ -102,11 +107,6 @@ class Names:
         form = _form(own)
         self._given[form], self._own[name] = name, own
         self._folders |= {form[:at] for at, letter in enumerate(form) if letter == "/"}
-
-
-def own_name(name: str, files: Mapping[str, str]) -> str:
-    """The name on disk for a file among `files`, names on disk with the original of each."""
-    return Names(files).own(given_name(name))
 
 
 def given_name(name: str) -> str:
