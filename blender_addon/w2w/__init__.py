@@ -14,8 +14,6 @@ One package for two uses. Blender calls `register` and `unregister`; everyone el
 Names are imported when first used, so that Blender starts no slower for them.
 """
 
-from __future__ import annotations
-
 import ast
 import atexit
 import importlib

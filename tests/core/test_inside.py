@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from w2w.core.inside import ForeignFileError, file_name, inside
+from w2w.core.inside import ForeignFileError, checked, file_name, inside
 
 LEADING_OUT = [
     *("", ".", "..", "../a", "a/..", "a/../../b", "./a", "a//b", "a/", "/a", "/", "...", ".. /a", ". ./a"),
@@ -16,7 +16,9 @@ LEADING_OUT = [
 @pytest.mark.parametrize("name", LEADING_OUT, ids=ascii)
 def test_a_name_that_leads_out_is_refused_with_its_source(tmp_path, name):
     with pytest.raises(ForeignFileError, match=r"^the list, line 3, names .*, which leads out of the folder"):
-        inside(tmp_path, name, "the list, line 3,")
+        checked(name, "the list, line 3,")
+    with pytest.raises(ForeignFileError, match=r" names .*, which leads out of the folder"):
+        inside(tmp_path, name)
 
 
 @pytest.mark.parametrize("name", ["a", "a/b.npz", ".w2w/clips/a.json", "..a", "a..", "Sit (1).fbx", "\xe9"])

@@ -7,13 +7,13 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, Self, overload
+from typing import Any, Literal
 
 import numpy as np
 
 from ..core.body.body import Body
 from ..core.findings.notes import merged_sentence
-from ..core.given import clip_number, given_numbers, given_path
+from ..core.given import Clips, given_numbers, given_path
 from ..core.keypoints.facts import PoseFacts
 from ..core.keypoints.naming import RawPose
 from ..core.keypoints.pose_files import NO_FACTS, JointPositions, joints_of
@@ -41,7 +41,7 @@ NO_BLENDER = (
 
 
 @dataclass(frozen=True, eq=False)
-class Motions(Sequence[Motion]):
+class Motions(Clips[Motion]):
     """Motions on one body."""
 
     motions: tuple[Motion, ...]
@@ -52,23 +52,11 @@ class Motions(Sequence[Motion]):
     """Keys as in a labels file: equal ones mark one recorded motion; "" if unknown."""
     facts: tuple[dict[str, Any], ...] = ()
     """What was found in each file: skeleton, scale, frames cut at the ends."""
+    of_clips = ("motions", "motion_keys", "facts")
 
     def __repr__(self) -> str:
         activities = {motion.activity for motion in self.motions}
         return f"<Motions: {len(self)} of {len(activities)} activities, {len(self.skipped)} files skipped>"
-
-    @overload
-    def __getitem__(self, index: int) -> Motion: ...
-    @overload
-    def __getitem__(self, index: slice) -> Self: ...
-    def __getitem__(self, index: int | slice) -> Motion | Self:
-        if isinstance(index, slice):
-            some = {name: getattr(self, name)[index] for name in ("motions", "motion_keys", "facts")}
-            return replace(self, **some)
-        return self.motions[clip_number(index)]
-
-    def __len__(self) -> int:
-        return len(self.motions)
 
 
 def load_body(path: str | Path, betas: Sequence[float] | None = None) -> Body:
@@ -297,10 +285,8 @@ def from_smpl(
 
 def _on_body(make: Callable[[], JointPositions | Motion], body: Body) -> Motion:
     """A motion in memory, on a body."""
-    try:
+    with restated(lambda error: in_python(str(error)), (UnusableMotion, ValueError)):
         return to_body(make(), body).motion
-    except (UnusableMotion, ValueError) as error:
-        raise ValueError(in_python(str(error))) from error
 
 
 def _checked(body: Body | None) -> Body:

@@ -195,26 +195,24 @@ def _worn(recordings: Recordings, labels: Labels, spec: WindowSpec, inputs: str)
     lacking = recordings.lacking()
     whole = [number for number, one in enumerate(recordings) if one.clip not in lacking]
     cut = cut_recordings([recordings[number] for number in whole], spec, inputs)
-    stretches: dict[str, list[int]] = {}
-    for position, number in enumerate(cut.used):
-        stretches.setdefault(recordings[whole[number]].clip, []).append(position)
-    order = [position for some in stretches.values() for position in some]
+    stretches: dict[str, list[tuple[int, np.ndarray, np.ndarray]]] = {}  # of each clip
+    for position, is_test, block in zip(cut.used, cut.is_test, cut.inputs, strict=True):
+        number = whole[position]
+        stretches.setdefault(recordings[number].clip, []).append((number, is_test, block))
     used, windows, details = [], [], []
     for clip, some in stretches.items():
-        numbers = [whole[cut.used[position]] for position in some]
-        is_test = np.concatenate([cut.is_test[position] for position in some])
+        numbers, tests, _ = zip(*some, strict=True)
         used.append(LabelledClip(clip, **labels[numbers[0]], motion_key=clip))
-        windows.append(ClipWindows(is_test, NO_SIGNATURE))
-        seconds = [recordings[number].n_samples / recordings.rate for number in numbers]
-        details.append(
-            {"duration_s": round(float(np.median(seconds)), 4), "frame_rate": recordings.rate}
-            | {"windows": len(is_test)}
-        )
+        windows.append(ClipWindows(np.concatenate(tests), NO_SIGNATURE))
+        seconds = round(float(np.median([recordings[n].n_samples / recordings.rate for n in numbers])), 4)
+        about = {"duration_s": seconds, "frame_rate": recordings.rate}
+        details.append(about | {"windows": len(windows[-1].is_test)})
+    every = [stretch for some in stretches.values() for stretch in some]
     skipped = [(recordings[whole[number]].clip, why) for number, why in cut.skipped.items()]
     skipped += [(clip, f"{LACKS} {join_words(places)}") for clip, places in lacking.items()]
     return _Clips(
-        tuple(used), windows, [cut.inputs[position] for position in order], details,
-        [recordings[whole[cut.used[position]]] for position in order], [*recordings.skipped, *skipped],
+        tuple(used), windows, [block for *_, block in every], details,
+        [recordings[number] for number, *_ in every], [*recordings.skipped, *skipped],
     )  # fmt: skip
 
 

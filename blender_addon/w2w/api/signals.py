@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """W2W from Python: motions become signals; a run's signals and ranking are read."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from numbers import Integral
 from pathlib import Path
-from typing import Any, overload
+from typing import Any
 
 from ..core.body.body import Body
 from ..core.findings.cautions import full_scale_sentence
-from ..core.given import clip_number, given_path
+from ..core.given import Clips, given_path
 from ..core.imu.presets import DEFAULT_SENSOR
 from ..core.imu.recording import ImuRecording
 from ..core.imu.sensor import SensorModel
@@ -39,28 +37,17 @@ SETTABLE = {
 
 
 @dataclass(frozen=True, eq=False)
-class Signals(Sequence[ImuRecording]):
+class Signals(Clips[ImuRecording]):
     """Recordings of a sensor on every patch, one for each motion, with its labels."""
 
     recordings: tuple[ImuRecording, ...]
     patches: PatchSet
     motions: Motions
     config: StudyConfig
+    of_clips = ("recordings", "motions")
 
     def __repr__(self) -> str:
         return f"<Signals: {len(self)} clips on {len(self.patches)} patches>"
-
-    @overload
-    def __getitem__(self, index: int) -> ImuRecording: ...
-    @overload
-    def __getitem__(self, index: slice) -> Signals: ...
-    def __getitem__(self, index: int | slice) -> ImuRecording | Signals:
-        if isinstance(index, slice):
-            return replace(self, recordings=self.recordings[index], motions=self.motions[index])
-        return self.recordings[clip_number(index)]
-
-    def __len__(self) -> int:
-        return len(self.recordings)
 
 
 def synthesize(

@@ -128,10 +128,8 @@ def _harmless(cell: object) -> object:
 
 def decoded(path: Path) -> tuple[str, str]:
     """The text of a file, and the assumptions needed to read it; CsvError if it is no text."""
-    try:
+    with restated(lambda error: f"{clean(path)} cannot be read: {error.strerror}", OSError, CsvError):
         data = path.read_bytes()
-    except OSError as error:
-        raise CsvError(f"{clean(path)} cannot be read: {error.strerror}") from error
     if data.startswith(WORKBOOKS):
         raise CsvError(f"{clean(path)} is a spreadsheet's workbook, not a csv file: save it as CSV (UTF-8)")
     with restated(f"{clean(path)} is no text: save it as CSV (UTF-8)", UnicodeDecodeError, CsvError):

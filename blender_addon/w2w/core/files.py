@@ -22,6 +22,7 @@ import numpy as np
 from numpy.lib import format as npy
 
 from .given import given_path
+from .wording import restated
 
 MOST_BYTES = 16 * 2**30
 """No file of W2W unpacks to more."""
@@ -225,10 +226,8 @@ def read_arrays(
 @contextmanager
 def _described(name: str) -> Iterator[None]:
     """Name the damaged array if the block raises a ValueError: NumPy's own message quotes bytes."""
-    try:
+    with restated(f"its '{name}' is damaged or holds neither numbers nor text", ValueError):
         yield
-    except ValueError as error:
-        raise ValueError(f"its '{name}' is damaged or holds neither numbers nor text") from error
 
 
 def load_arrays(
@@ -239,10 +238,8 @@ def load_arrays(
     Raises ValueError, with the file and what is `wrong`, such as "is not a W2W body", if it is damaged or
     lacks a needed array.
     """
-    try:
+    with restated(f"{path} {wrong}:", ValueError):
         arrays = read_arrays(path, (*needed, *optional), MOST_BYTES)
-    except ValueError as error:
-        raise ValueError(f"{path} {wrong}: {error}") from error
     if missing := sorted(set(needed) - arrays.keys()):
         raise ValueError(f"{path} {wrong}: it lacks {', '.join(missing)}")
     return arrays
@@ -253,14 +250,12 @@ def read_npy(path: Path, check: Check | None = None) -> np.ndarray:
 
     `check` is given the shape before the values are read.
     """
-    try:
-        with path.open("rb") as stream:
-            if check is not None:
-                check(read_header(stream)[0])
-                stream.seek(0)
-            return _read_values(stream, path.stat().st_size)
-    except (ValueError, *DAMAGED) as error:  # numpy's own words quote bytes
-        raise ValueError(f"{path} is damaged or no npy file of numbers or text") from error
+    damaged = f"{path} is damaged or no npy file of numbers or text"  # numpy's own words quote bytes
+    with restated(damaged, (ValueError, *DAMAGED)), path.open("rb") as stream:
+        if check is not None:
+            check(read_header(stream)[0])
+            stream.seek(0)
+        return _read_values(stream, path.stat().st_size)
 
 
 def npy_shape(path: Path) -> tuple[int, ...]:

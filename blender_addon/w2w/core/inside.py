@@ -18,14 +18,14 @@ class ForeignFileError(ValueError):
     """A file that W2W did not write, or a name that leads out of its folder; the message names it."""
 
 
-def inside(folder: Path, name: object, source: str = "") -> Path:
-    """The path of a file that `source`, in words, names in a folder.
+def inside(folder: Path, name: object) -> Path:
+    """The path of a file in a folder, by a name that the folder's own files give.
 
     Raises ForeignFileError if the name, or a link on the way, leads out of the folder, or to a pipe or
     device. The folder may be a link itself, and nothing need exist.
     """
     place = os.fspath(folder)
-    name = checked(name, source or place)
+    name = checked(name, place)
     for part in name.split("/"):
         place = os.path.join(place, part)  # noqa: PTH118 - a path costs more than the call
         try:

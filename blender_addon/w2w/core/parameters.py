@@ -5,8 +5,6 @@ The command line's options and the panel's properties are made of these declarat
 back from JSON by them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache

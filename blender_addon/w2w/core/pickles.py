@@ -4,6 +4,7 @@
 import os
 import zlib
 from collections.abc import Collection
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 from zipfile import ZipFile, is_zipfile
@@ -20,6 +21,7 @@ from .files import (
 )
 from .stand_ins import Storage, plain, stand_in
 from .unpickler import DAMAGED_PICKLE, RefusedPickleError, Unpickler
+from .wording import restated
 
 PACKED = (b"\x78", b"\x1f\x8b")
 MOST_RESULT_BYTES = 2 * 2**30
@@ -30,7 +32,7 @@ def read_result(path: str | Path) -> Any:
 
     Raises RefusedPickleError if it is neither, is damaged, or names anything but these.
     """
-    try:
+    with restated(DAMAGED_PICKLE, (StopIteration, *DAMAGED), RefusedPickleError):
         if is_zipfile(path):
             return _read_torch(path)
         data = Path(path).read_bytes()
@@ -40,8 +42,6 @@ def read_result(path: str | Path) -> Any:
             if unpacker.unconsumed_tail:
                 raise RefusedPickleError("it unpacks to more than any motion needs")
         return Unpickler(data, stand_in).load()
-    except (StopIteration, *DAMAGED) as error:
-        raise RefusedPickleError(DAMAGED_PICKLE) from error
 
 
 def _read_torch(path: str | Path) -> Any:
@@ -82,18 +82,15 @@ def read_npz_member(path: str | Path, name: str) -> np.ndarray:
 
     Raises RefusedPickleError if the array is a pickle that names anything but arrays.
     """
-    try:
-        with ZipFile(path) as archive, archive.open(f"{name}.npy") as stream:
-            _, _, dtype = read_header(stream)
-            size, held = archive.getinfo(f"{name}.npy").file_size, archive.fp
-            if dtype.hasobject and size > most_unpacked(held.seek(0, os.SEEK_END) if held else 0):
-                raise RefusedPickleError(f"it would unpack to {size / 2**30:.1f} GiB, which no model does")
-            content = _load(stream, size) if dtype.hasobject else None
-    except DAMAGED:
-        content = None  # the plain reader says what is wrong
-    if content is None:
-        return read_plain_arrays(path, (name,), MOST_BYTES)[name]
-    return plain(_only(content))
+    # of a damaged file the plain reader says what is wrong
+    with suppress(*DAMAGED), ZipFile(path) as archive, archive.open(f"{name}.npy") as stream:
+        _, _, dtype = read_header(stream)
+        size, held = archive.getinfo(f"{name}.npy").file_size, archive.fp
+        if dtype.hasobject and size > most_unpacked(held.seek(0, os.SEEK_END) if held else 0):
+            raise RefusedPickleError(f"it would unpack to {size / 2**30:.1f} GiB, which no model does")
+        if dtype.hasobject:
+            return plain(_only(_load(stream, size)))
+    return read_plain_arrays(path, (name,), MOST_BYTES)[name]
 
 
 def read_npy_object(path: str | Path) -> Any:

@@ -4,11 +4,12 @@
 import os
 import re
 import unicodedata
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from html import escape
 from itertools import chain, count as numbers_from
 from pathlib import PurePath
+from typing import Any
 
 
 def capital(text: object) -> str:
@@ -29,12 +30,16 @@ def count(noun: str, number: int) -> str:
     return f"{number:,} {noun if number == 1 else plural}"
 
 
-Faults = type[Exception] | tuple[type[Exception], ...]
+Faults = type[BaseException] | tuple[type[BaseException], ...]
 
 
 @contextmanager
-def restated(sentence: str, faults: Faults, kind: type[Exception] = ValueError) -> Iterator[None]:
-    """Raise some errors as another, in a sentence; one that ends in a colon goes on with their own words.
+def restated(
+    sentence: str | Callable[[Any], str], faults: Faults, kind: Callable[[str], Exception] = ValueError
+) -> Iterator[None]:
+    """Raise some errors as another, in a sentence, or what a function makes of the error.
+
+    A sentence that ends in a colon goes on with their own words.
 
     Examples
     --------
@@ -46,6 +51,8 @@ def restated(sentence: str, faults: Faults, kind: type[Exception] = ValueError) 
     try:
         yield
     except faults as error:
+        if callable(sentence):
+            raise kind(sentence(error)) from error
         raise kind(f"{sentence} {error}" if sentence.endswith(":") else sentence or str(error)) from error
 
 

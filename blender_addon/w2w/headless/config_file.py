@@ -14,7 +14,7 @@ import typer
 
 from ..core.parameters import parameters_of
 from ..core.study.config import StudyConfig
-from ..core.wording import clean
+from ..core.wording import clean, restated
 
 PATHS = {each.path: name for name, each in parameters_of(StudyConfig).items()}
 PATHS[("windows", "stride_s")] = "stride"
@@ -34,11 +34,9 @@ def take_options(ctx: typer.Context, path: Path | None) -> Path | None:
     """Give a command the options of a file; those on the command line come first."""
     if path is not None:
         types = {each.name: each.type for each in ctx.command.params if each.name not in NO_OPTIONS}
-        try:
-            is_path = {str(name): kind.name == "path" for name, kind in types.items()}
+        is_path = {str(name): kind.name == "path" for name, kind in types.items()}
+        with restated("", (ValueError, OSError), typer.BadParameter):
             ctx.default_map = options_in(path, is_path)
-        except (ValueError, OSError) as error:
-            raise typer.BadParameter(str(error)) from error
     return path
 
 

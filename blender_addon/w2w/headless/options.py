@@ -163,15 +163,12 @@ def _shape_parameter(word: str) -> tuple[str, float]:
 
 def _betas(text: str) -> np.ndarray:
     """Shape coefficients, from numbers joined by colons or from the npz of a motion."""
-    try:
+    hint = "write numbers such as betas=1.2:0:-0.5, or an npz that holds 'betas'"
+    with restated(lambda error: f"betas={text}: {error}; {hint}", (OSError, KeyError, ValueError)):
         if text.lower().endswith(".npz"):
             betas = load_arrays(text, ("betas",), "gives no betas")["betas"]
             return np.atleast_1d(betas.squeeze()).astype(np.float64)
         return np.array([float(number) for number in text.split(":")])
-    except (OSError, KeyError, ValueError) as error:
-        raise ValueError(
-            f"betas={text}: {error}; write numbers such as betas=1.2:0:-0.5, or an npz that holds 'betas'"
-        ) from error
 
 
 def further_sensors(record: str, features: str, magnetic_dip: float) -> FurtherSensors:

@@ -86,9 +86,9 @@ def remove_heatmaps(mesh: bpy.types.Object) -> None:
         mesh.data.color_attributes.remove(mesh.data.color_attributes[name])
 
 
-def heatmap_material(name: str = "Heatmap") -> bpy.types.Material:
+def heatmap_material() -> bpy.types.Material:
     """A matt material that shows the heatmap chosen with `show_heatmap`, in every renderer."""
-    material = bpy.data.materials.new(name)
+    material = bpy.data.materials.new("Heatmap")
     if material.node_tree is None:  # from 5.0 on every material has nodes
         material.use_nodes = True
     nodes = material.node_tree.nodes

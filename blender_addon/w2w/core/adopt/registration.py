@@ -16,7 +16,7 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from ..body.body import Body, edges_of, neighbours, vertex_normals
+from ..body.body import Body, edges_of, face_normals, neighbours, vertex_normals
 from ..body.skeleton import MIRRORED_JOINTS, N_JOINTS, PARENTS
 from ..rotations import unit
 
@@ -60,9 +60,8 @@ class ClosestPoints:
 
     def __init__(self, vertices: np.ndarray, faces: np.ndarray) -> None:
         self.vertices, self.faces = vertices, faces
-        corners = vertices[faces]
-        self.face_normals = unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-        self.tree = cKDTree(corners.mean(axis=1))
+        self.face_normals = unit(face_normals(vertices[faces]))
+        self.tree = cKDTree(vertices[faces].mean(axis=1))
 
     def closest(self, points: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Closest points (N, 3) on the side that faces the same way, their faces and distances (N,).

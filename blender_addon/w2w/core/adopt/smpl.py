@@ -302,14 +302,12 @@ def _read_ply(path: Path) -> tuple[np.ndarray, list[list[int]]]:
     """Vertices and the corners of each polygon."""
     with restated("it is not a PLY file, damaged or cut short:", (PlyParseError, ValueError, MemoryError)):
         content = PlyData.read(str(path))
-    try:
+    lacking = "it holds no vertices with x, y, z or no faces with vertex_indices"
+    with restated(lacking, (KeyError, StopIteration, TypeError, ValueError)):
         vertex, face = content["vertex"].data, content["face"].data
         vertices = np.column_stack([vertex[axis].astype(float) for axis in "xyz"])
         named = next(face[name] for name in ("vertex_indices", "vertex_index") if name in face.dtype.names)
-        polygons = [[int(corner) for corner in polygon] for polygon in named]
-    except (KeyError, StopIteration, TypeError, ValueError) as error:
-        raise ValueError("it holds no vertices with x, y, z or no faces with vertex_indices") from error
-    return vertices, polygons
+        return vertices, [[int(corner) for corner in polygon] for polygon in named]
 
 
 def _read_obj(path: Path) -> tuple[np.ndarray, list[list[int]]]:
@@ -317,14 +315,12 @@ def _read_obj(path: Path) -> tuple[np.ndarray, list[list[int]]]:
     positions, polygons = [], []
     for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1):
         kind, *fields = line.split("#", 1)[0].split() or [""]
-        try:
+        with restated(f"line {number} cannot be read as OBJ: {line.strip()[:60]!r}", ValueError):
             if kind == "v":
                 positions.append([float(field) for field in fields[:3]])
             elif kind == "f":
                 named = [int(field.partition("/")[0]) for field in fields]
                 polygons.append([name - 1 if name > 0 else len(positions) + name for name in named])
-        except ValueError as error:
-            raise ValueError(f"line {number} cannot be read as OBJ: {line.strip()[:60]!r}") from error
     if any(len(position) != 3 for position in positions):
         raise ValueError("a vertex has fewer than three coordinates")
     return np.array(positions, dtype=float).reshape(-1, 3), polygons

@@ -140,12 +140,15 @@ class Body:
 
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Area-weighted unit normals (V, 3) of a triangle mesh."""
-    corners = vertices[faces]
-    face_normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals = np.zeros_like(vertices)
+    across, normals = face_normals(vertices[faces]), np.zeros_like(vertices)
     for corner in range(3):
-        np.add.at(normals, faces[:, corner], face_normals)
+        np.add.at(normals, faces[:, corner], across)
     return unit(normals)
+
+
+def face_normals(corners: np.ndarray) -> np.ndarray:
+    """Normals (F, 3) of triangles by their corners (F, 3, 3), each as long as twice its area."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def edges_of(faces: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..body.body import TEMPLATES
 from ..files import write_text
+from ..wording import restated
 from .arrays import ClipArrays, facts_of, joined, windows_of
 from .study_signals import StudySignals
 
@@ -28,11 +29,10 @@ def write_parquet(folder: Path, signals: StudySignals) -> int:
     Returns the number of windows. Raises ValueError if pyarrow is missing, with how to get it, or no clip
     gives a window.
     """
-    try:
+    # not there, or for another numpy
+    with restated("Parquet files are written by pyarrow (pip install pyarrow):", ImportError):
         import pyarrow as arrow
         import pyarrow.parquet as parquet
-    except ImportError as error:  # not there, or for another numpy
-        raise ValueError(f"Parquet files are written by pyarrow (pip install pyarrow): {error}") from error
     (folder / "data").mkdir(exist_ok=True)
     count, size, part, writer, facts = 0, 0, 0, None, None
     for group in _groups(signals):

@@ -22,6 +22,7 @@ from ..body.skeleton import JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP
 from ..files import atomic_write, write_json
 from ..motion.motion import SMPL_PELVIS
 from ..motion.skinning import joint_transforms
+from ..wording import restated
 from .study_signals import WornClip, WornSignals
 
 METHODS = {"transpose": "TransPose", "imuposer": "IMUPoser", "mobileposer": "MobilePoser"}
@@ -67,12 +68,9 @@ def write_pose_pack(folder: Path, signals: WornSignals, method: str) -> int:
 
     Raises ValueError if PyTorch is missing or every clip is too short.
     """
-    try:
+    lacking = "files for pose estimators are PyTorch's: pip install '.[torch]' in W2W's folder"
+    with restated(lacking, ModuleNotFoundError):
         import torch
-    except ModuleNotFoundError as error:
-        raise ValueError(
-            "files for pose estimators are PyTorch's: pip install '.[torch]' in W2W's folder"
-        ) from error
     parts: dict[str, list[Any]] = {}
     names = []
     gravity = np.array(signals.study.config().synthesis.gravity)

@@ -84,14 +84,14 @@ def cover(vertices: np.ndarray, faces: np.ndarray, body: Body, patches: PatchSet
     return Cover(covered, used[triangles], np.swapaxes(on_cloth, 1, 2) @ on_skin)
 
 
-def skinned_as(vertices: np.ndarray, faces: np.ndarray, body: Body, name: str = "garment") -> Body:
+def skinned_as(vertices: np.ndarray, faces: np.ndarray, body: Body) -> Body:
     """A mesh around a body, facing outward and skinned as the nearest skin."""
     distance, near = KDTree(body.vertices).query(vertices, k=SKIN_NEAR)
     share = 1 / np.maximum(distance, 1e-6)
     weights = np.einsum("vk,vkj->vj", share / share.sum(axis=1, keepdims=True), body.weights[near])
     along = np.einsum("va,va->v", vertex_normals(vertices, faces), body.vertex_normals[near[:, 0]])
     faces = faces if along.sum() >= 0 else faces[:, ::-1]
-    return Body(vertices, faces, body.joints, weights / weights.sum(axis=1, keepdims=True), name=name)
+    return Body(vertices, faces, body.joints, weights / weights.sum(axis=1, keepdims=True), name="garment")
 
 
 def _over(cloth: Body, places: np.ndarray, normals: np.ndarray) -> np.ndarray:

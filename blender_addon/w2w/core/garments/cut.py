@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from ..body.body import Body, edge_lengths, edges_of, neighbours
 from ..body.regions import regions_of
-from ..body.skeleton import JOINT_INDEX
+from ..body.skeleton import JOINT_INDEX, midpoint
 from ..patches.body_parts import PARTS, SIDES
 from ..rotations import unit
 
@@ -83,8 +83,7 @@ def split_name(garment: str) -> tuple[str, str]:
 
 def _shirt(body: Body) -> np.ndarray:
     """Vertices of the skin below a T-shirt."""
-    hip, _ = _heights(body)
-    trunk = _in_part(body, "torso") & (body.vertices[:, 2] > hip)
+    trunk = _in_part(body, "torso") & (body.vertices[:, 2] > midpoint(body.joints, "hip")[2])
     sleeves = np.zeros(len(trunk), dtype=bool)
     for side in SIDES:
         shoulder, elbow = (body.joints[JOINT_INDEX[f"{side}_{name}"]] for name in ("shoulder", "elbow"))
@@ -96,18 +95,11 @@ def _shirt(body: Body) -> np.ndarray:
 
 def _trousers(body: Body) -> np.ndarray:
     """Vertices of the skin below trousers."""
-    hip, shoulder = _heights(body)
+    hip, shoulder = midpoint(body.joints, "hip")[2], midpoint(body.joints, "shoulder")[2]
     waist = hip + WAIST * (shoulder - hip)
     ankle = max(body.joints[JOINT_INDEX[f"{side}_ankle"]][2] for side in SIDES) + ANKLE
     height = body.vertices[:, 2]
     return (_in_part(body, "torso") | _in_part(body, "leg")) & (height > ankle) & (height < waist)
-
-
-def _heights(body: Body) -> tuple[float, float]:
-    """Height of the hip joints and of the shoulder joints."""
-    pairs = ([JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in ("hip", "shoulder"))
-    hip, shoulder = (float(body.joints[pair, 2].mean()) for pair in pairs)
-    return hip, shoulder
 
 
 def _in_part(body: Body, part: str) -> np.ndarray:

@@ -20,6 +20,7 @@ before work that leans on them.
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
+from json import JSONDecodeError
 from pathlib import Path
 from typing import Any
 
@@ -152,14 +153,12 @@ def sensor_content(model: SensorModel) -> dict[str, Any]:
 def _content(path: Path) -> Any:
     if path.stat().st_size > MAX_BYTES:
         raise ValueError("it is too large to describe a sensor")
-    try:
+    with (
+        restated("it is not UTF-8 text", UnicodeDecodeError),
+        restated(lambda error: f"it is not valid JSON: {error.msg} in line {error.lineno}", JSONDecodeError),
+        restated("it is nested too deeply to describe a sensor", RecursionError),
+    ):
         return json.loads(path.read_text(encoding="utf-8-sig"), parse_constant=_refuse_constant)
-    except UnicodeDecodeError as error:
-        raise ValueError("it is not UTF-8 text") from error
-    except json.JSONDecodeError as error:
-        raise ValueError(f"it is not valid JSON: {error.msg} in line {error.lineno}") from error
-    except RecursionError as error:
-        raise ValueError("it is nested too deeply to describe a sensor") from error
 
 
 def _refuse_constant(name: str) -> None:

@@ -7,11 +7,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from numbers import Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, overload
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ..given import clip_number, given_numbers, given_path
+from ..given import Clips, given_numbers, given_path
 from ..motion.motion import LABELS
 from ..wording import clean, join_words, plain_words
 from .clock import SAME_RATE, at_rate
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Recordings(Sequence[ImuRecording]):
+class Recordings(Clips[ImuRecording]):
     """Recordings of worn sensors, to be ranked as they are: no body and no motion is needed.
 
     Recordings of one clip at different places become one recording of all of them, cut to the shortest:
@@ -65,6 +65,7 @@ class Recordings(Sequence[ImuRecording]):
 
     recordings: Sequence[ImuRecording]
     skipped: tuple[tuple[str, str], ...] = ()
+    of_clips = ("recordings",)
 
     def __post_init__(self) -> None:
         given = list(self.recordings) if isinstance(self.recordings, Iterable) else []
@@ -225,18 +226,6 @@ class Recordings(Sequence[ImuRecording]):
     def __repr__(self) -> str:
         activities = {one.activity for one in self}
         return f"<Recordings: {len(self)} of {len(activities)} activities at {', '.join(self.places)}>"
-
-    @overload
-    def __getitem__(self, index: int) -> ImuRecording: ...
-    @overload
-    def __getitem__(self, index: slice) -> Self: ...
-    def __getitem__(self, index: int | slice) -> ImuRecording | Self:
-        if isinstance(index, slice):
-            return replace(self, recordings=self.recordings[index])
-        return self.recordings[clip_number(index)]
-
-    def __len__(self) -> int:
-        return len(self.recordings)
 
     @property
     def places(self) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from math import isfinite
 from numbers import Integral, Real
@@ -127,37 +128,31 @@ def side_car(path: Path) -> Path | None:
 
 def up_beside(path: Path) -> Up | None:
     """The axis that NAME.json next to a file of poses says is up; None if nothing says it."""
-    file = side_car(path)
-    try:
-        content = json.loads(file.read_text(encoding="utf-8-sig")) if file and _is_small(file) else None
-    except (OSError, ValueError, RecursionError):  # another program's
-        content = None
-    said = (
-        [value for key, value in content.items() if named(key) == "up"] if isinstance(content, dict) else []
-    )
-    with restated(f"{clean(path.with_suffix('.json').name)} next to it:", ValueError, UnusableMotion):
-        return facts_of({"up": said[0]}).up if said else None
+    said: list[Any] = []
+    with suppress(UnusableMotion):  # another program's
+        said = [value for key, value in _beside(path).items() if named(key) == "up"]
+    return _facts_beside(path, {"up": said[0]} if said else {}).up
 
 
 def side_car_facts(path: Path) -> PoseFacts:
     """The facts in a side-car; UnusableMotion if there is one that cannot be understood."""
-    file = side_car(path)
-    if file is None:
-        return PoseFacts()
-    name = clean(file.name)
-    try:
-        if not _is_small(file):
-            raise UnusableMotion(f"{name} next to it is too large to say its rate and unit")
-        content = json.loads(file.read_text(encoding="utf-8-sig"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise UnusableMotion(f"{name} next to it cannot be read as JSON: {error}") from error
-    if not isinstance(content, dict):
-        raise UnusableMotion(
-            f"{name} next to it must be a JSON object with 'rate', 'unit', 'up', 'joint_set'"
-        )
-    with restated(f"{name} next to it:", ValueError, UnusableMotion):
+    return _facts_beside(path, _beside(path))
+
+
+def _facts_beside(path: Path, content: Mapping[str, Any]) -> PoseFacts:
+    with restated(f"{clean(path.with_suffix('.json').name)} next to it:", ValueError, UnusableMotion):
         return facts_of(content)
 
 
-def _is_small(file: Path) -> bool:
-    return file.stat().st_size <= MAX_BYTES
+def _beside(path: Path) -> dict[str, Any]:
+    """The content of a side-car, {} without one; UnusableMotion if it cannot be understood."""
+    if (file := side_car(path)) is None:
+        return {}
+    wrong = f"{clean(file.name)} next to it"
+    with restated(f"{wrong} cannot be read as JSON:", (OSError, ValueError, RecursionError), UnusableMotion):
+        if file.stat().st_size > MAX_BYTES:
+            raise UnusableMotion(f"{wrong} is too large to say its rate and unit")
+        content = json.loads(file.read_text(encoding="utf-8-sig"))
+    if not isinstance(content, dict):
+        raise UnusableMotion(f"{wrong} must be a JSON object with 'rate', 'unit', 'up', 'joint_set'")
+    return content

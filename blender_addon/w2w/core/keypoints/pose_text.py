@@ -39,6 +39,9 @@ MOTIVE_LINES = 12
 NUMBER = r"(?:landmark|joint|point|keypoint|kp)?[ _]?(\d{1,3})"
 """A joint's number instead of a name."""
 
+NOT_SO = (KeyError, TypeError, AttributeError, IndexError)
+"""Errors of content that is laid out otherwise."""
+
 JSON_ARRAYS = ("positions", "keypoints", "keypoints_3d", "joints")
 
 
@@ -204,14 +207,12 @@ def _mediapipe(content: Any) -> RawPose | None:
     frames = [frame.get("pose", frame) if isinstance(frame, dict) else {} for frame in content]
     if not any(isinstance(frame, dict) and frame.keys() & set(WORLD_KEYS) for frame in frames):
         return None
-    try:
+    with restated("its landmarks are not as MediaPipe writes them", NOT_SO, UnusableMotion):
         found: list[Any] = [
             next((frame[key] for key in WORLD_KEYS if frame.get(key)), []) for frame in frames
         ]
         people = [each if not each or _is_person(each[0]) else [each] for each in found]
         points = [[[_place(point) for point in person] for person in frame] for frame in people]
-    except (KeyError, TypeError, AttributeError, IndexError) as error:
-        raise UnusableMotion("its landmarks are not as MediaPipe writes them") from error
     return RawPose(_array(_filled(points)), (), PoseFacts(unit="m", joint_set="blazepose-33"), "-y")
 
 
@@ -226,21 +227,18 @@ def _place(point: Any) -> list[float]:
 
 def _freemocap(frames: Any) -> RawPose:
     """Positions of FreeMoCap's json by frame, in millimetres."""
-    try:
+    with restated("its 'data_by_frame' is not as FreeMoCap writes it", NOT_SO, UnusableMotion):
         points = [frame["tracked_points"] for frame in frames.values()]
         names = [name for name in points[0] if name.startswith(MODEL)]
         positions = _array([[_place(frame[name]) for name in names] for frame in points])
-    except (KeyError, TypeError, AttributeError, IndexError) as error:
-        raise UnusableMotion("its 'data_by_frame' is not as FreeMoCap writes it") from error
     return RawPose(positions, tuple(name.removeprefix(MODEL) for name in names), PoseFacts(unit="mm"))
 
 
 def _mmpose_frames(info: Any) -> list[Any]:
     """The people of each frame of MMPose's ``instance_info``, as many in each."""
-    try:
+    wrong = "its 'instance_info' is not as MMPose writes it, or shows nobody"
+    with restated(wrong, (KeyError, TypeError), UnusableMotion):
         return _filled([[person["keypoints"] for person in frame["instances"]] for frame in info])
-    except (KeyError, TypeError) as error:
-        raise UnusableMotion("its 'instance_info' is not as MMPose writes it, or shows nobody") from error
 
 
 def _filled(frames: list[list[Any]]) -> list[Any]:
@@ -254,12 +252,9 @@ def _filled(frames: list[list[Any]]) -> list[Any]:
 
 def _array(values: list[Any]) -> np.ndarray:
     """Nested lists as an array; null is NaN."""
-    try:
+    wrong = "its positions are no regular list of frames, joints and numbers: give every frame all joints"
+    with restated(wrong, (ValueError, TypeError, OverflowError, RecursionError), UnusableMotion):
         return np.array(_without_null(values), dtype=np.float64)
-    except (ValueError, TypeError, OverflowError, RecursionError) as error:
-        raise UnusableMotion(
-            "its positions are no regular list of frames, joints and numbers: give every frame all joints"
-        ) from error
 
 
 def _without_null(values: Any) -> Any:

@@ -3,6 +3,7 @@
 
 import re
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import Path
 
 from ..files import array_names
@@ -66,14 +67,11 @@ def may_hold_joints(path: Path) -> bool:
 
 def _head(path: Path) -> str:
     """The first characters of a text file, "" if there is no such file."""
-    try:
-        if not path.is_file():
-            return ""
-        with path.open("rb") as stream:
-            head = stream.read(HEAD_BYTES)
-    except OSError:
-        return ""
-    return head.decode("utf-8", "replace").lstrip("\ufeff")
+    with suppress(OSError):
+        if path.is_file():
+            with path.open("rb") as stream:
+                return stream.read(HEAD_BYTES).decode("utf-8", "replace").lstrip("\ufeff")
+    return ""
 
 
 def is_joint_file(path: Path) -> bool:

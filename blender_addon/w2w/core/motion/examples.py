@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Motions that come with W2W: those of the demo, at every door."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

@@ -8,6 +8,7 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -213,10 +214,8 @@ def readable_size(path: Path) -> int:
 
     Raises UnusableMotion if it is missing, a link that leads nowhere, no regular file, or too large.
     """
-    try:
+    with restated(partial(_why_missing, path), (OSError, ValueError), UnusableMotion):
         status = path.stat()
-    except (OSError, ValueError) as error:
-        raise UnusableMotion(_why_missing(path, error)) from error
     kind = stat.S_IFMT(status.st_mode)
     if kind != stat.S_IFREG:
         linked = "it is a link to" if path.is_symlink() else "it is"

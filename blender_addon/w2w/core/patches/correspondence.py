@@ -9,6 +9,7 @@ that is nearest, of the same part of the body and facing the same way.
 """
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -186,11 +187,9 @@ def likeness(character: Character, body: Body) -> dict[str, float]:
         own = limb_length(body.joints, parts) / np.linalg.norm(trunk_line(body.joints))
         shape[name] = float(np.clip(ratio / own, *RANGES[name]))
     height = float(np.ptp(character.vertices @ trunk) / np.linalg.norm(trunk))
-    try:
+    with suppress(ValueError):  # it is nobody's height, or none that goes with these limbs
         metres = height * metres_per_unit(height)
         if RANGES["height"][0] <= metres <= RANGES["height"][1]:
             shaped(body, height=metres, **shape)
             shape["height"] = metres
-    except ValueError:  # it is nobody's height, or none that goes with these limbs
-        pass
     return shape

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..body.body import Body
+from ..body.body import Body, face_normals
 from ..body.landmarks import PLACES, SENSOR_SITES
 from ..body.regions import regions_of
 from ..wording import plain_words
@@ -177,6 +177,5 @@ def _middle(body: Body, words: str) -> int:
 @lru_cache(maxsize=8)
 def _vertex_areas(body: Body) -> np.ndarray:
     """A third of the area of each vertex's faces, shape (V,)."""
-    corners = body.vertices[body.faces]
-    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    areas = np.linalg.norm(face_normals(body.vertices[body.faces]), axis=1)
     return np.bincount(body.faces.ravel(), np.repeat(areas / 6, 3), minlength=len(body.vertices))

@@ -19,7 +19,7 @@ from ..motion.source import (
     size_and_head,
     usable_rate,
 )
-from ..wording import clean
+from ..wording import clean, restated
 
 AMC_SUFFIX, ASF_SUFFIX = ".amc", ".asf"
 
@@ -74,10 +74,9 @@ def read_amc(path: Path, rate: float | None = None) -> SourceMotion:
         skeleton = skeleton_file(path)
         if size_and_head(skeleton)[0] > MAX_ASF_BYTES:
             raise UnusableMotion(f"its skeleton {clean(skeleton.name)} is too large to be one")
-        try:
+        damaged = f"its skeleton {clean(skeleton.name)} is damaged:"
+        with restated(damaged, (ValueError, IndexError, KeyError), UnusableMotion):
             bones = _skeleton(_lines(skeleton))
-        except (ValueError, IndexError, KeyError) as error:
-            raise UnusableMotion(f"its skeleton {clean(skeleton.name)} is damaged: {error}") from error
         values, position = _frames(_lines(path), bones)
     return _source(bones, values, position, rate)
 

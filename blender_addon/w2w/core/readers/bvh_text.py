@@ -22,7 +22,7 @@ from ..motion.source import (
     size_and_head,
     usable_rate,
 )
-from ..wording import count, free_name
+from ..wording import count, free_name, restated
 
 SHOWN = 24
 """Characters of a damaged value that are quoted."""
@@ -100,14 +100,16 @@ def _opened(path: Path) -> Iterator[tuple[Lines, int]]:
     size, head = size_and_head(path)
     if head.removeprefix(b"\xef\xbb\xbf").lstrip()[:9].upper() != b"HIERARCHY":
         raise UnusableMotion("it is not a BVH file: it does not begin with HIERARCHY")
-    try:
-        with reading(), path.open(encoding="utf-8-sig") as stream:
-            yield enumerate(stream, start=1), size
-    except UnicodeDecodeError as error:
-        raise UnusableMotion(
-            "it holds bytes that are not UTF-8 text: it is damaged, or was saved in another encoding; if it "
-            "opens elsewhere, save it as UTF-8"
-        ) from error
+    other = (
+        "it holds bytes that are not UTF-8 text: it is damaged, or was saved in another encoding; if it "
+        "opens elsewhere, save it as UTF-8"
+    )
+    with (
+        restated(other, UnicodeDecodeError, UnusableMotion),
+        reading(),
+        path.open(encoding="utf-8-sig") as stream,
+    ):
+        yield enumerate(stream, start=1), size
 
 
 def _joints(lines: Lines, size: int) -> list[BvhJoint]:
@@ -207,10 +209,9 @@ def _header(lines: Lines, rate: float | None) -> tuple[int, float]:
 
 def _rate(word: str) -> float:
     """Frames per second, from the seconds of one frame."""
-    try:
+    seconds = math.nan
+    with suppress(ValueError):
         seconds = float(word)
-    except ValueError:
-        seconds = math.nan
     if not 0 < seconds < math.inf:
         raise UnusableMotion(
             f"its frame time is {_quoted(word)}, which gives no frame rate: write the seconds from one "

@@ -19,6 +19,7 @@ from ..motion.source import (
     size_and_head,
     usable_rate,
 )
+from ..wording import restated
 
 MVNX_SUFFIX = ".mvnx"
 
@@ -94,11 +95,9 @@ def read_mvnx(path: Path, rate: float | None = None) -> SourceMotion:
     """
     size_and_head(path)
     content = _Content()
-    try:
-        with reading():
-            ElementTree.parse(path, ElementTree.XMLParser(target=content))
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise UnusableMotion(f"it cannot be read as MVNX: {error}") from error
+    faults = ElementTree.ParseError, ValueError, LookupError
+    with reading(), restated("it cannot be read as MVNX:", faults, UnusableMotion):
+        ElementTree.parse(path, ElementTree.XMLParser(target=content))
     return _source(content, rate)
 
 

@@ -18,7 +18,7 @@ from ..motion.source import (
     usable_rate,
 )
 from ..pickles import read_npy_object
-from ..wording import clean
+from ..wording import clean, restated
 
 
 def read_poselib(path: Path, rate: float | None = None) -> SourceMotion | None:
@@ -31,7 +31,8 @@ def read_poselib(path: Path, rate: float | None = None) -> SourceMotion | None:
         content = read_npy_object(path)
     if not (isinstance(content, dict) and "skeleton_tree" in content):
         return None
-    try:
+    damaged = "it is damaged: its skeleton or rotations cannot be used:"
+    with restated(damaged, (KeyError, TypeError, ValueError, IndexError, AttributeError), UnusableMotion):
         tree, is_local = content["skeleton_tree"], bool(content["is_local"])
         names = tuple(clean(str(name)) for name in tree["node_names"])
         parents = _array(tree["parent_indices"]).astype(int)
@@ -45,8 +46,6 @@ def read_poselib(path: Path, rate: float | None = None) -> SourceMotion | None:
         )
         if not fits or (parents >= np.arange(len(parents))).any():
             raise ValueError("its arrays do not fit each other")
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
-        raise UnusableMotion(f"it is damaged: its skeleton or rotations cannot be used: {error}") from error
     rate = usable_rate(claimed, rate)
     refuse_few_frames(len(root))
     refuse_too_long(len(root), len(names))

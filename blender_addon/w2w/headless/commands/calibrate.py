@@ -9,6 +9,8 @@ import numpy as np
 from ...core.imu.calibration import Calibration, Correlations, calibrate as fit, held_out
 from ...core.imu.presets import write_sensor
 from ...core.imu.synthesis import FOLDED_BACK
+from ...core.parameters import with_values
+from ...core.study.config import StudyConfig
 from ...core.wording import clean, count
 from ..console import NOTHING_TO_DO, USAGE, Terminal, ending
 from ..options import PoseOptions, argument, chosen_sensor, option, with_options
@@ -60,7 +62,8 @@ def calibrate(
             raise ValueError(f"--out must end in .json, as --sensor expects it, not {clean(out.name)}")
         new_file(out)
         files = files_together(real, motion)
-        simulate = Simulator(patch, band, root_band, asked.pose())
+        config = with_values(StudyConfig(sensor="ideal"), {"band": band or None, "root_band": root_band})
+        simulate = Simulator(patch, config, asked.pose())
     with ending(NOTHING_TO_DO, console, "Not calibrated: "):
         with RunMonitor(console).step("reading and simulating"):
             pairs, left_out = read_pairs(files, simulate)

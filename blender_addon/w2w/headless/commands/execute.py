@@ -22,6 +22,7 @@ from ...core.ranking.folds import check_testable
 from ...core.study.clip_files import WORK, mark_changing, mark_whole
 from ...core.study.clip_list import CLIP_LIST
 from ...core.study.results import Study
+from ...core.wording import restated
 from ...report.page import REPORT
 from ..blender import NoBlenderError, check_installed
 from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, sentence_of
@@ -191,11 +192,9 @@ def ready_for(plan: RunPlan, asked: StudyOptions, out: Path) -> list[tuple[str, 
     """
     clips = plan.library.clips
     subjects = [clip.subject for clip in clips] if plan.config.by_subject else None
-    try:
-        keys = [clip.motion_key or clip.name for clip in clips]
+    keys = [clip.motion_key or clip.name for clip in clips]
+    with restated(lambda error: f"--by-subject: {error} (--labels)" if subjects else str(error), ValueError):
         check_testable([clip.activity for clip in clips], keys, subjects)
-    except ValueError as error:
-        raise ValueError(f"--by-subject: {error} (--labels)" if subjects else str(error)) from error
     if any(clip.needs_blender for clip in clips):
         check_installed()
     bodies = parse_bodies(asked.bodies)

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...core.ranking.f1 import Spread
 from ...core.study.results import ClipResult
-from ...core.wording import join_words
+from ...core.wording import join_words, restated
 from .clip import try_alone, work_in_worker
 from .clip_task import ClipTask
 from .folder import code_sha256
@@ -48,26 +48,22 @@ def connected(scheduler: str) -> Iterator[Client]:
 
     An EngineError says that it cannot be reached, has no such workers, or went away within the block.
     """
-    try:
+    lacking = "--scheduler needs Dask: run pip install '.[cluster]' in W2W's folder"
+    with restated(lacking, ModuleNotFoundError, EngineError):
         from distributed import CancelledError as Lost, Client
         from distributed.comm.core import CommClosedError
-    except ModuleNotFoundError as error:
-        raise EngineError("--scheduler needs Dask: run pip install '.[cluster]' in W2W's folder") from error
     for name in ("distributed", "distributed.client", "asyncio"):  # tracebacks of what we say in a sentence
         logging.getLogger(name).handlers[:] = [logging.NullHandler()]
-    try:
+    silent = f"no Dask scheduler answers at {scheduler}:"
+    with restated(silent, (OSError, ValueError, TimeoutError), EngineError):
         client = Client(_address(scheduler), timeout=ANSWER_S)
-    except (OSError, ValueError, TimeoutError) as error:
-        raise EngineError(f"no Dask scheduler answers at {scheduler}: {error}") from error
-    with client:
-        try:
-            _check_workers(client, scheduler)
-            yield client
-        except (CancelledError, Lost, CommClosedError) as error:
-            raise EngineError(
-                f"the Dask scheduler at {scheduler} went away: start it and its workers, and run again; "
-                "what is finished is kept"
-            ) from error
+    gone = (
+        f"the Dask scheduler at {scheduler} went away: start it and its workers, and run again; what is "
+        "finished is kept"
+    )
+    with client, restated(gone, (CancelledError, Lost, CommClosedError), EngineError):
+        _check_workers(client, scheduler)
+        yield client
 
 
 def _address(scheduler: str) -> str:
@@ -86,12 +82,9 @@ def _address(scheduler: str) -> str:
 
 
 def _check_workers(client: Client, scheduler: str) -> None:
-    try:
+    idle = f"the Dask scheduler at {scheduler} has no workers: start some with dask worker"
+    with restated(idle, TimeoutError, EngineError):
         client.wait_for_workers(1, timeout=ANSWER_S)
-    except TimeoutError as error:
-        raise EngineError(
-            f"the Dask scheduler at {scheduler} has no workers: start some with dask worker"
-        ) from error
     found = client.run(code_sha256, on_error="return")
     killed = [worker for worker, code in found.items() if isinstance(code, OSError)]  # just now
     other = [worker for worker, code in found.items() if worker not in killed and code != code_sha256()]
@@ -195,13 +188,10 @@ def spread_over(scheduler: str) -> Spread | None:
             shared = client.submit(_hold, work, pure=False)  # made again where its worker dies
             futures = [client.submit(operator.call, shared, item, pure=False) for item in items]
             futures.reverse()
-            try:
+            dying = "the cluster's workers keep dying while they rank patches (out of memory?)"
+            with restated(dying, KilledWorker, EngineError):
                 while futures:  # in order; no result is kept in memory
                     yield wait_for(client, futures.pop()).result()
-            except KilledWorker as error:
-                raise EngineError(
-                    "the cluster's workers keep dying while they rank patches (out of memory?)"
-                ) from error
 
     return spread
 

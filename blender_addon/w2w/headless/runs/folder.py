@@ -65,18 +65,12 @@ def only_run(folder: Path) -> Iterator[None]:
 def only_shard(folder: Path, shard: str) -> Iterator[None]:
     """Hold a shard, such as "17-of-400", next to others of the folder, or raise a FolderBusyError."""
     path = folder / f"{LOCK}.{shard}"
-    lock = FileLock(path)
-    try:
-        lock.acquire(timeout=0)
-    except Timeout as error:
-        raise FolderBusyError(
-            f"another run makes the shard {shard} in {folder.parent}: wait for it, or give another --out"
-        ) from error
-    try:
-        yield
-    finally:
-        path.unlink(missing_ok=True)
-        lock.release()
+    busy = f"another run makes the shard {shard} in {folder.parent}: wait for it, or give another --out"
+    with restated(busy, Timeout, FolderBusyError), FileLock(path, timeout=0):
+        try:
+            yield
+        finally:
+            path.unlink(missing_ok=True)
 
 
 @contextmanager

@@ -11,14 +11,14 @@ from ...core.body.body import Body
 from ...core.imu.calibration import Pair
 from ...core.imu.formats import read_recording
 from ...core.imu.recording import ImuRecording
-from ...core.imu.sensor import SensorModel
-from ...core.imu.synthesis import Synthesis
-from ...core.imu.virtual import record_motion, sensor_at
+from ...core.imu.virtual import sensor_at
 from ...core.keypoints.facts import PoseFacts
 from ...core.library.library import Clip
-from ...core.motion.motion import smoothed_root
 from ...core.motion.source import UnusableMotion
+from ...core.parameters import with_values
 from ...core.patches.patches import sample_patches
+from ...core.study.config import StudyConfig
+from ...core.study.signals import simulate
 from ...core.wording import clean
 from .clip_task import Engine
 from .workers import load_alone
@@ -29,24 +29,18 @@ MOST_LOST = 0.05
 
 
 class Simulator:
-    """Makes what an ideal sensor at one place or patch would record; a ValueError if there is none."""
+    """Makes what a sensor at one place or patch would record; a ValueError if there is none."""
 
-    def __init__(
-        self, placement: str, band_hz: float | None, root_band_hz: float | None, pose: PoseFacts
-    ) -> None:
-        self._body = Body.bundled()
+    def __init__(self, placement: str, config: StudyConfig, pose: PoseFacts) -> None:
+        self._body, self._config, self._pose = Body.bundled(), config, pose
         self._patches = sensor_at(self._body, placement, sample_patches)
         self.patch = self._patches.names[0]
-        self._band, self._root_band, self._pose = band_hz or None, root_band_hz, pose
 
     def __call__(self, path: Path, rate: float) -> ImuRecording:
         """The recording of a motion file; an UnusableMotion or ValueError if it cannot be used."""
         clip = Clip(path, clean(path.name), clean(path.stem), "")
         _, motion, _ = load_alone(clip, self._body, Engine(pose=self._pose))
-        if self._root_band is not None:
-            motion = smoothed_root(motion, self._root_band)
-        settings = Synthesis(rate_hz=rate, cutoff_hz=self._band)
-        return record_motion(self._body, self._patches, motion, settings, SensorModel.ideal())
+        return simulate(self._body, self._patches, motion, with_values(self._config, {"rate": rate}))
 
 
 def read_pairs(

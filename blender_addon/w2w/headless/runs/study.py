@@ -136,32 +136,28 @@ def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor)
     """
     config, used = plan.config, [result.clip for result in baked.clips if result.used]
     pooling = Pooling.on(baked.body, baked.patches)
-    with closing(Signatures(out / WORK)) as signatures:
-        try:
-            files = _files_to_rank(used, config, out, signatures)
-            ranked = same_motions(used, files.windows, signatures)
-        except ValueError as error:
-            raise StudyError(str(error), baked.clips) from error
+    failed = partial(StudyError, clips=baked.clips)
+    with closing(Signatures(out / WORK)) as signatures, restated("", ValueError, failed):
+        files = _files_to_rank(used, config, out, signatures)
+        ranked = same_motions(used, files.windows, signatures)
     n_windows = sum(len(found.is_test) for found in files.windows)
     spread = spread_over(plan.engine.scheduler) or spread_here(plan.engine.workers, n_windows)
     rank = partial(rank_clips, ranked, files.windows, files.inputs, config, pooling)
     try:
-        utility = _with_bar(partial(rank, work=out.resolve() / WORK, spread=spread), monitor)
-    except np.linalg.LinAlgError as error:
-        raise StudyError(f"{TOO_ALIKE} to rank patches by", baked.clips) from error
+        with restated(f"{TOO_ALIKE} to rank patches by", np.linalg.LinAlgError, failed):
+            utility = _with_bar(partial(rank, work=out.resolve() / WORK, spread=spread), monitor)
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
         problem = f"{error}. Clips used by activity: {found}", copies_sentence(copies_among(used, ranked))
         raise StudyError(". ".join(filter(None, problem)), baked.clips) from error
     results = StudyResults(out, utility, baked.patches, ranked, config.as_dict(), read=files)
-    with monitor.step("choosing sensors to wear together", "Choosing sensors to wear together"):
-        try:
-            results, advice = choose(results, config, pooling)
-        except np.linalg.LinAlgError as error:
-            raise StudyError(f"{TOO_ALIKE} to choose sensors by") from error
-        except ValueError as error:
-            raise StudyError(f"the constraints cannot be met: {error}") from error
+    with (
+        monitor.step("choosing sensors to wear together"),
+        restated("the constraints cannot be met:", ValueError, StudyError),
+        restated(f"{TOO_ALIKE} to choose sensors by", np.linalg.LinAlgError, StudyError),
+    ):
+        results, advice = choose(results, config, pooling)
     return Study(plan.library, config, baked.body, baked.clips, results, advice)
 
 

@@ -30,6 +30,7 @@ from ...core.reading.formats import Source
 from ...core.reading.guard import end_with, timed_out
 from ...core.reading.reader import Reader
 from ...core.study.results import ClipResult
+from ...core.wording import restated
 from ..blender import NoBlenderError, inside_blender
 from ..stopping import deaf_children, when_stopped
 from .clip import PLAIN, get_ready, load_clip, record_death, try_alone, work_in_worker
@@ -232,12 +233,9 @@ def spread_here(workers: int, n_windows: int) -> Spread | None:
         with local_executor(min(workers, len(items))) as executor:
             with deaf_children():
                 futures = [executor.submit(work, item) for item in items]
-            try:
+            dying = "worker processes die while they rank patches (out of memory?): try fewer --workers"
+            with restated(dying, BrokenExecutor, EngineError):
                 for future in futures:
                     yield future.result()
-            except BrokenExecutor as error:
-                raise EngineError(
-                    "worker processes die while they rank patches (out of memory?): try fewer --workers"
-                ) from error
 
     return spread

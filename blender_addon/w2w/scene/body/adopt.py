@@ -10,6 +10,7 @@ from ...core.body.body import Body
 from ...core.body.skeleton import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS
 from ...core.motion.source import UnusableMotion
 from ...core.retargeting.bone_maps import BONE_MAPS, BoneMap
+from ...core.wording import restated
 from ..base.body import group_weights, matrix, moved, read_values, rest_vertices, triangles_of
 from ..base.module import bpy
 from ..motion.takes import imported
@@ -29,15 +30,12 @@ def adopt_file(path: str | Path, betas: np.ndarray | None = None) -> Body:
         return load_body(path, betas)
     if betas is not None:
         raise BodyError(f"{path}: a rigged mesh has a shape of its own: betas need an official SMPL model")
-    try:
-        with imported(path) as objects:
-            meshes = [item for item in objects if item.type == "MESH"]
-            if not meshes:
-                kinds = ", ".join(sorted({item.type.lower() for item in objects})) or "nothing"
-                raise BodyError(f"expected a mesh moved by bones with SMPL's names, found only: {kinds}")
-            return adopt_mesh(max(meshes, key=lambda mesh: (_is_smpl_rigged(mesh), len(mesh.data.vertices))))
-    except (BodyError, UnusableMotion) as error:
-        raise BodyError(f"{path}: {error}") from error
+    with restated(f"{path}:", (BodyError, UnusableMotion), BodyError), imported(path) as objects:
+        meshes = [item for item in objects if item.type == "MESH"]
+        if not meshes:
+            kinds = ", ".join(sorted({item.type.lower() for item in objects})) or "nothing"
+            raise BodyError(f"expected a mesh moved by bones with SMPL's names, found only: {kinds}")
+        return adopt_mesh(max(meshes, key=lambda mesh: (_is_smpl_rigged(mesh), len(mesh.data.vertices))))
 
 
 def adopt_mesh(mesh: bpy.types.Object) -> Body:
@@ -56,10 +54,9 @@ def adopt_mesh(mesh: bpy.types.Object) -> Body:
     polygons = _polygons(mesh.data)
     armature = moving_armature(mesh)
     if armature is None:
-        try:
+        without = f"the mesh '{mesh.name}' has no armature, and"
+        with restated(lambda error: f"{without} {error}", BodyError, BodyError):
             return body_from_mesh(vertices, polygons, mesh.name)
-        except BodyError as error:
-            raise BodyError(f"the mesh '{mesh.name}' has no armature, and {error}") from error
     bones = list(armature.data.bones)
     matched = _smpl_bones(armature)
     needed = [joint for joint in range(N_JOINTS) if joint not in BODY_HANDS]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.body.body import Body, vertex_normals
+from ...core.body.body import Body, face_normals, vertex_normals
 from ...core.motion.skinning import triangle_frames
 from ...core.motion.source import SourceMotion
 from ...core.patches.correspondence import Character, correspond
@@ -146,7 +146,7 @@ def _ball(mesh: bpy.types.Object, vertex: int, radius: float) -> bpy.types.Objec
     triangles = triangles[(triangles == vertex).any(axis=1)]
     corners = points[triangles]
     sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1)
+    area = np.linalg.norm(face_normals(corners), axis=-1)
     best = int((area / np.maximum(sides.max(axis=1), 1e-20)).argmax())
     (frame,) = triangle_frames(corners[best : best + 1])
     size = radius / np.cbrt(abs(np.linalg.det(matrix(mesh.matrix_world)[:3, :3])))

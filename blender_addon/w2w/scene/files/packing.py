@@ -15,6 +15,7 @@ from weakref import WeakKeyDictionary
 from ...core.files import most_unpacked
 from ...core.patches.patches import PatchSet
 from ...core.ranking.utility import UtilityMap
+from ...core.wording import restated
 
 KEPT = 8
 """Unpacked results kept in memory."""
@@ -52,13 +53,11 @@ def unpack(key: str, text: Callable[[], str], load: Callable[[Any], T]) -> T:
     """
     if key not in _unpacked:
         stream = zlib.decompressobj()
-        try:
+        with restated("packed results are damaged", (zlib.error, ValueError)):
             packed = base64.b64decode(text())
             content = stream.decompress(packed, min(MOST_PACKED, most_unpacked(len(packed))))
-        except (zlib.error, ValueError) as error:
-            raise ValueError("packed results are damaged") from error
-        if not stream.eof:
-            raise ValueError("packed results are damaged")
+            if not stream.eof:
+                raise ValueError("it ends too early")
         _keep(key, load(io.BytesIO(content)))
     _unpacked.move_to_end(key)
     return _unpacked[key]

@@ -19,6 +19,7 @@ from ...core.motion.motion import Motion
 from ...core.study.clip_files import WORK, signals_key
 from ...core.study.clip_list import CLIP_LIST
 from ...core.study.results import UTILITY, StudyResults
+from ...core.wording import restated
 from .. import heatmap
 from ..base.actions import set_scene_rate, show_action, write_action
 from ..base.body import add_body
@@ -164,7 +165,8 @@ def has_record(mesh: bpy.types.Object) -> bool:
 
 def read_record(mesh: bpy.types.Object) -> tuple[StudyResults, SceneNames]:
     """The study that a record holds, without large files, and names in the file; ValueError if damaged."""
-    try:
+    faults = ValueError, AttributeError, RecursionError, OSError, *DAMAGED
+    with restated(f"what the file says of '{mesh.name}' is damaged:", faults):
         packed = base64.b64decode(mesh[RECORD].as_string())
         with ZipFile(io.BytesIO(packed)) as archive, tempfile.TemporaryDirectory() as folder:
             size = sum(archive.getinfo(name).file_size for name in (*FILES, NAMES))
@@ -180,8 +182,6 @@ def read_record(mesh: bpy.types.Object) -> tuple[StudyResults, SceneNames]:
                 {clip: str(name) for clip, name in names[part].items()} for part in ("actions", "signals")
             )
             return study, SceneNames((placed, chosen), actions, signals)
-    except (ValueError, AttributeError, RecursionError, OSError, *DAMAGED) as error:
-        raise ValueError(f"what the file says of '{mesh.name}' is damaged: {error}") from error
 
 
 def remove_record(mesh: bpy.types.Object) -> None:

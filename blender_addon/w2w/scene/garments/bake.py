@@ -15,6 +15,7 @@ from ...core.garments.cut import split_name
 from ...core.garments.on_cloth import ClothSensors, caught_sentence
 from ...core.motion.motion import Motion
 from ...core.patches.patches import PatchSet
+from ...core.wording import restated
 from ..bake import Bake, PatchBaker, moved_besides_bones
 from ..base.body import BodyObjects, add_body, armature_of, body_of, in_body_space, triangles_of
 from ..base.module import bpy
@@ -171,12 +172,10 @@ def put_on(path: str | Path, name: str, objects: BodyObjects) -> bpy.types.Objec
 
 
 def _append(path: Path, name: str) -> bpy.types.Object:
-    try:
-        with bpy.data.libraries.load(str(path), link=False) as (held, wanted):
-            names = list(held.objects)
-            wanted.objects = [name] if name in names else []
-    except OSError as error:
-        raise ValueError(f"{path} cannot be read as a .blend file: {error}") from error
+    unreadable = restated(f"{path} cannot be read as a .blend file:", OSError)
+    with unreadable, bpy.data.libraries.load(str(path), link=False) as (held, wanted):
+        names = list(held.objects)
+        wanted.objects = [name] if name in names else []
     if name not in names:
         known = ", ".join(sorted(names)[:12]) or "none"
         raise ValueError(f"{path} holds no object '{name}'; its objects are: {known}")

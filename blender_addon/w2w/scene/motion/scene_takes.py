@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.motion.source import NOT_FINITE, SourceMotion, UnusableMotion, refuse_pose, refuse_too_long
+from ...core.wording import restated
 from ..base.actions import OBJECT_CHANNELS, RATE, bone_curves, scene_rate, slot_curves
 from ..base.body import matrix, with_parents
 from ..base.fcurves import BONE_PATH, NotFiniteError, slot_named_for
@@ -203,10 +204,8 @@ def read_scene_take(found: SceneTake) -> Generator[float, None, SourceMotion]:
         motion = yield from _as_played(found)
     else:
         bones = [armature.pose.bones[name] for name in skeleton_of(armature)[0][1:]]
-        try:
+        with restated(NOT_FINITE, NotFiniteError, UnusableMotion):
             motion = read_take(found.take, found.frames, [RestChannels(bone.rotation_mode) for bone in bones])
-        except NotFiniteError as error:
-            raise UnusableMotion(NOT_FINITE) from error
     refuse_pose(motion)
     return motion
 

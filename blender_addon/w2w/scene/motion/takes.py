@@ -31,6 +31,7 @@ from ...core.reading.formats import GLTF_SUFFIXES, unknown
 from ...core.retargeting.bone_maps import best_match, missing_joints
 from ...core.retargeting.repair import rests_straight
 from ...core.retargeting.retarget import is_crumpled
+from ...core.wording import restated
 from ..base.actions import key_rate
 from ..base.body import same_selection
 from ..base.fcurves import (
@@ -233,13 +234,12 @@ def _import_fbx(path: Path) -> None:
 def _import_bvh(path: Path) -> None:
     """Blender's importer, for the armature alone: it takes fewer files than W2W's reader of motions."""
     read_bvh_text(path, LOWEST_RATE)  # its own does not matter
-    try:
+    unshown = (
+        "its armature cannot be shown: Blender's own importer does not read this BVH file, though W2W reads "
+        "its motion"
+    )
+    with restated(unshown, Exception, UnusableMotion):  # it raises anything, and none of it is for people
         bpy.ops.import_anim.bvh(filepath=str(path), update_scene_fps=True, use_fps_scale=False)
-    except Exception as error:  # it raises anything, and none of it is for people
-        raise UnusableMotion(
-            "its armature cannot be shown: Blender's own importer does not read this BVH file, though W2W "
-            "reads its motion"
-        ) from error
 
 
 @cache  # Blender lists some hundred operators to answer
