@@ -11,14 +11,7 @@ from zipfile import ZipFile, is_zipfile
 
 import numpy as np
 
-from .files import (
-    DAMAGED,
-    MOST_BYTES,
-    as_array,
-    most_unpacked,
-    read_arrays as read_plain_arrays,
-    read_header,
-)
+from .files import DAMAGED, MOST_BYTES, as_array, most_unpacked, read_arrays as read_plain_arrays, read_header
 from .stand_ins import Storage, plain, stand_in
 from .unpickler import DAMAGED_PICKLE, RefusedPickleError, Unpickler
 from .wording import restated

@@ -64,7 +64,8 @@ def options_in(path: Path, is_path: Mapping[str, bool]) -> dict[str, Any]:
 
 
 def _content(path: Path) -> Mapping[str, Any]:
-    try:
+    wrong = f"{clean(path)} cannot be read as options:"
+    with restated(lambda error: f"{wrong} {getattr(error, 'strerror', error)}", (OSError, ValueError)):
         text = path.read_text(encoding="utf-8")
         if path.suffix.lower() != ".json":
             return tomllib.loads(text)
@@ -73,9 +74,6 @@ def _content(path: Path) -> Mapping[str, Any]:
         if not isinstance(content, dict):
             raise ValueError("it is no object of options")
         return content
-    except (OSError, ValueError) as error:
-        why = error.strerror if isinstance(error, OSError) else error
-        raise ValueError(f"{clean(path)} cannot be read as options: {why}") from error
 
 
 def _flat(content: Mapping[str, Any], where: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:

@@ -28,7 +28,7 @@ from ..core.selection.scored import product_places
 from ..core.study.clip_list import is_used, read_clip_list
 from ..core.study.config import StudyConfig
 from ..core.study.results import StudyResults
-from ..core.wording import capital
+from ..core.wording import capital, restated
 
 REPORT = "report.html"
 
@@ -46,11 +46,9 @@ def report_page(study: StudyResults, project: str | None = None) -> str:
 
     A ValueError says that its `summary.json` lacks what the page shows.
     """
-    try:
+    wrong, faults = study.out / "summary.json", (LookupError, TypeError, AttributeError, UndefinedError)
+    with restated(lambda error: f"{wrong} is not as a run writes it ({error}): run the study again", faults):
         return _page(study, project)
-    except (LookupError, TypeError, AttributeError, UndefinedError) as error:
-        wrong = f"{study.out / 'summary.json'} is not as a run writes it ({error}): run the study again"
-        raise ValueError(wrong) from error
 
 
 def _page(study: StudyResults, project: str | None) -> str:

@@ -3,6 +3,7 @@
 
 import hashlib
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,14 +11,7 @@ from ..readers.animations import contents, telling_part
 from ..reading.formats import MOTION_SUFFIXES, is_motion
 from ..wording import clean
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
-from .library import (
-    LABELS,
-    Clip,
-    activity_of,
-    as_label,
-    read_library,
-    unique_names,
-)
+from .library import LABELS, Clip, activity_of, as_label, read_library, unique_names
 
 AUTOMATIC, BY_FOLDER, BY_FILE, BY_CSV = "AUTOMATIC", "FOLDER", "FILE", "CSV"
 """Sources of labels; automatic is the folder's labels.csv, else folders in it, else file names."""
@@ -115,13 +109,11 @@ def same_files(paths: Sequence[Path]) -> dict[Path, Path]:
     for same_size in by_size.values():
         first: dict[bytes, Path] = {}
         for path in same_size if len(same_size) > 1 else ():
-            try:
+            with suppress(OSError):  # its import says why it cannot be read
                 with path.open("rb") as stream:
                     digest = hashlib.file_digest(stream, "sha256").digest()
-            except OSError:  # its import says why it cannot be read
-                continue
-            if first.setdefault(digest, path) != path:
-                copies[path] = first[digest]
+                if first.setdefault(digest, path) != path:
+                    copies[path] = first[digest]
     return copies
 
 

@@ -16,7 +16,7 @@ from ..files import reserved
 from ..readers.animations import contents, telling_part
 from ..reading.clips import Clip as Clip
 from ..reading.formats import FAULTS, MOTION_SUFFIXES, TABLES, WAYS, is_motion
-from ..wording import clean, composed, count as count_of, join_words, name_bytes
+from ..wording import clean, composed, count as count_of, join_words, name_bytes, restated
 from .labels import NO_LABELS, LabelCheck, LibraryError, label_rows, spelled_once
 
 LABELS = "labels.csv"
@@ -109,12 +109,10 @@ def read_library(
     else:
         labels = Path(labels)
         labelled_by = f"the file {clean(labels.name)}{where}"
-        try:
-            nameable = [*inside, *dict.fromkeys(packs.values())]
+        nameable = [*inside, *dict.fromkeys(packs.values())]
+        hint = ". As it lies in the library, it labels it: rename it, or give others" if where else ""
+        with restated(lambda error: f"{error}{hint}", LibraryError, LibraryError):
             rows, reasons, check = label_rows(labels, folder, nameable, exact_labels)
-        except LibraryError as error:
-            hint = ". As it lies in the library, it labels it: rename it, or give others" if where else ""
-            raise LibraryError(f"{error}{hint}") from error
         rows |= {file: rows[pack] for file, pack in packs.items() if file not in rows and pack in rows}
         missing = tuple(file for file in check.not_listed if file in inside and file not in rows)
         check = replace(check, not_listed=missing)

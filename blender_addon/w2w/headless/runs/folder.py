@@ -42,23 +42,21 @@ PREPARING_S = 300.0
 @contextmanager
 def only_run(folder: Path) -> Iterator[None]:
     """Hold the folder for this run, or raise a FolderBusyError; the lock goes with the process."""
-    lock, holder = FileLock(folder / LOCK), folder / HOLDER
-    try:
-        lock.acquire(timeout=0)
-    except Timeout as error:
+    holder = folder / HOLDER
+
+    def busy(_: Timeout) -> str:
         who = holder.read_text() if holder.exists() else "another process"
-        raise FolderBusyError(
-            f"another run works in {folder.parent} ({who.strip()}): wait for it, or give another --out"
-        ) from error
-    try:
-        for path in folder.glob(f"{LOCK}.*"):
-            with only_shard(folder, path.name.removeprefix(f"{LOCK}.")):
-                pass
-        holder.write_text(f"process {os.getpid()} on {socket.gethostname()}\n")
-        yield
-    finally:
-        holder.unlink(missing_ok=True)
-        lock.release()
+        return f"another run works in {folder.parent} ({who.strip()}): wait for it, or give another --out"
+
+    with restated(busy, Timeout, FolderBusyError), FileLock(folder / LOCK, timeout=0):
+        try:
+            for path in folder.glob(f"{LOCK}.*"):
+                with only_shard(folder, path.name.removeprefix(f"{LOCK}.")):
+                    pass
+            holder.write_text(f"process {os.getpid()} on {socket.gethostname()}\n")
+            yield
+        finally:
+            holder.unlink(missing_ok=True)
 
 
 @contextmanager
