@@ -243,3 +243,21 @@ def test_hidden_folders_hold_no_clips(tmp_path):
         (tmp_path / file).touch()
     assert [clip.file for clip in read_library(tmp_path).clips] == ["a.bvh", "walking/d.bvh"]
     assert [clip.file for clip in read_library(tmp_path / ".venv").clips] == ["lib/tests/b.bvh"]
+
+
+def test_folders_that_may_be_of_people_are_said(tmp_path):
+    for file in ("anna/Squat well 1", "anna/walking", "ben/squat_well_2", "ben/Walking (2)", "ben/odd"):
+        path = tmp_path / f"{file}.bvh"
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(b"")
+    note = read_library(tmp_path).check.note
+    assert note.startswith("folders anna and ben hold clips of the same names, squat_well and walking: if")
+    assert not read_library(tmp_path / "ben").check.note
+
+
+def test_folders_of_activities_need_no_word(tmp_path):
+    for file in ("walk/clip 1", "walk/clip 2", "run/clip 1", "run/Sprint", "run/Jog", "walk/Stroll"):
+        path = tmp_path / f"{file}.bvh"
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(b"")
+    assert not read_library(tmp_path).check.note

@@ -103,6 +103,7 @@ def read_library(
         rows, check = spelled_once(named, exact_labels, as_label)
         reasons = dict.fromkeys(inside, "neither its folder nor its name says what it shows")
         alone = [file for file in inside if file not in packs]
+        check = replace(check, note=_people(alone))
         sources = {"folder names" if "/" in file else "file names" for file in alone}
         sources |= {"names of animations"} if packs else set()
         labelled_by = join_words(sorted(sources, reverse=True))
@@ -148,6 +149,22 @@ def _telling(file: str) -> str:
         return _unnumbered(folder) or folder
     parts = reversed(PurePosixPath(name).stem.split("@"))
     return next(filter(None, map(_unnumbered, parts)), "")
+
+
+def _people(files: Sequence[str]) -> str:
+    """A note on folders that hold clips of the same names, as those of people do; "" if most names differ."""
+    folders: dict[str, dict[str, None]] = {}
+    for above, _, name in (file.rpartition("/") for file in files):
+        shown = re.sub(r"[\s_.-]*\d+$", "", activity_of(name)) or name
+        folders.setdefault(shown, {})[above.rpartition("/")[2]] = None
+    shared = [name for name, above in folders.items() if len(above) > 1]
+    if len(shared) < 2 or 2 * len(shared) <= len(folders):
+        return ""
+    above = join_words(list(dict.fromkeys(chain.from_iterable(folders[name] for name in shared))))
+    return (
+        f"folders {above} hold clips of the same names, {join_words(shared)}: if either are people, say so "
+        "by a labels.csv with the columns file, activity and subject"
+    )
 
 
 @lru_cache
