@@ -179,6 +179,7 @@ def right() -> dict[str, tuple[Write, float, bool]]:
         "Beiwe": (lambda p: table(p / "accelerometer.csv", ["timestamp", "UTC time", "accuracy", "x", "y", "z"], [START * 1000 + round(1000 * t) for t in T], iso(), ["unknown"] * len(T), ACC), 1, False),
         "Core Motion's names": (lambda p: table(p / "a.csv", ["time_s", "epoch_s", *(f"userAcceleration{a}" for a in "XYZ"), *(f"gravity{a}" for a in "XYZ"), *(f"rotationRate{a} (rad/s)" for a in "XYZ")], T, T + START, -MOVED / G, -GRAVITY / G, GYR), 1, True),
         "Wear OS, nanoseconds": (lambda p: table(p / "a.csv", ["timestamp_ns", *(f"accelerometer_{a} [m/s²]" for a in "xyz"), *(f"gyroscope_{a} [rad/s]" for a in "xyz")], EPOCH_NS, ACC, GYR), 1, True),
+        "other, swung round": (lambda p: table(p / "a.csv", ["time (s)", *XYZ_ACC], T, 1.77 * ACC), 1.77, False),
         "other, a label above bare axes": (lambda p: rounded(p / "a.csv", "#walk\ntime[ms]; x-axis[m/s^2]; y-axis[m/s^2]; z-axis[m/s^2]", 1000 * T, ACC, mark=";"), 1, False),
     }  # fmt: skip
 

@@ -50,8 +50,11 @@ TIMES = re.compile(
     r"|(accelerometer|motion|gyro)timestamp_sincereboot",
     re.IGNORECASE,
 )
-LEAST_G, MOST_G = 0.6, 1.4
-"""What acceleration with gravity is in the mean over a second, in g; without it next to nothing."""
+LEAST_G, MOST_G = 0.6, 3.0
+"""What acceleration with gravity is in the mean over a second, in g; without it next to nothing.
+
+Wrists reach 1.8 g in jumping jacks, as arms swing round; in m/s2 even .6 g is more than 3.
+"""
 
 FASTEST_TURN, LONGEST_TURN = 70.0, 12.0
 """Rad/s that no gyroscope of a phone or watch reads, and that nobody turns with for half a second on end."""
