@@ -88,6 +88,8 @@ def test_recordings_of_other_activities_or_none_are_refused(ranking, wrist):
     strange = [replace(one, activity="yodelling") for one in people(wrist)]
     with pytest.raises(ValueError, match="name nobody in activities of the study"):
         ranking.with_recordings(w2w.Recordings(strange))
+    with pytest.raises(ValueError, match=r"left out Ada/a\.csv: it is short; of the rest: a pilot takes two"):
+        ranking.with_recordings(w2w.Recordings(strange, (("Ada/a.csv", "it is short"),)))
     with pytest.raises(ValueError, match="takes Recordings"):
         ranking.with_recordings(["left wrist"])
 

@@ -171,7 +171,9 @@ def pilot(ranked: RankedMap, recordings: Recordings) -> Pilot:
         raise ValueError("a pilot needs simulated signals ranked by 'ridge', without further ones")
     same = Recordings([at_rate(one, config.synthesis.rate_hz) for one in recordings])
     at = {name: ranked.scored.named(name).under for name in recordings.places}
-    shown = [_worn(same.at(name), name, under, ranked) for name, under in at.items()]
+    left = next((f"left out {file}: {why}; of the rest:" for file, why in recordings.skipped), "")
+    with restated(left, ValueError):
+        shown = [_worn(same.at(name), name, under, ranked) for name, under in at.items()]
     chance = any(one.mean <= one.chance for one in shown)
     differences = [_difference(ranked, one, chance) for one in shown]
     moved = np.mean(differences, axis=0)
