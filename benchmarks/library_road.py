@@ -48,7 +48,7 @@ def road(folder: Path, files: int) -> None:
             start = time.perf_counter()
             result = do_clip(ClipTask(clip, out, config, "road"))
             seconds = time.perf_counter() - start
-            if not result.used:
+            if result["reason"]:
                 continue
             ours.append(seconds)
             features.append(stages["features for the ranking"] - before)

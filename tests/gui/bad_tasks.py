@@ -74,9 +74,10 @@ def main(library: str, out: str, report: str) -> None:
         for clip, (kind, limit) in zip(clips, limits.items(), strict=True)
     ]
     told = []
-    results = run_tasks(tasks, 2, "", told.append)
+    run_tasks(tasks, 2, "", told.append)
+    reasons = {record["clip"]: record["reason"] for record in told}
     found = {
-        "reasons": [result.reason for result in results],
+        "reasons": [reasons[task.clip.name] for task in tasks],
         "told": len(told),
         "alone": [run_alone(os._exit, 1), run_alone(os.getppid) == os.getpid()],
         "markers": [path.name for path in (folder / WORK / "running").iterdir()],

@@ -24,6 +24,7 @@ import pytest
 
 from w2w.core.imu.presets import DEFAULT_SENSOR, preset
 from w2w.core.imu.recording import ImuRecording
+from w2w.headless.runs.records import read_records
 
 from ..sensor_steps import assert_same_to_one_step
 from .sandbox import PROJECT, RESULTS, inside, newest_zip
@@ -152,7 +153,7 @@ def disturbed(command: list[str], out: Path, signal_number: int) -> int:
     """Send a signal to a run as it works on clips; its exit code, once its workers are gone too."""
 
     def records() -> set[str]:
-        return {path.name for path in (out / ".w2w" / "clips").glob("*.json")}
+        return set(read_records(out))
 
     before = records()
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

@@ -201,9 +201,11 @@ def test_signals_too_large_for_the_memory_are_refused_before_they_are_made(bundl
     from w2w.core.library.library import Clip
     from w2w.core.study.config import StudyConfig
     from w2w.core.study.signals import place_patches
-    from w2w.headless.runs.clip import WORK, do_clip
+    from w2w.headless.runs.clip import WORK
     from w2w.headless.runs.clip_task import ClipTask, Engine
     from w2w.headless.runs.folder import make_folders
+
+    from .kept_clips import done
 
     amass(tmp_path / "half an hour.npz", frames=9001, mocap_framerate=np.array(5.0))
     make_folders(tmp_path)
@@ -211,7 +213,7 @@ def test_signals_too_large_for_the_memory_are_refused_before_they_are_made(bundl
     bundled_body.save(tmp_path / WORK / "body.npz")
     place_patches(bundled_body, config).save(tmp_path / WORK / "patches.npz")
     clip = Clip(tmp_path / "half an hour.npz", "half an hour.npz", "long", "idle")
-    result = do_clip(ClipTask(clip, tmp_path, config, "inputs", Engine(memory=2**28)))
+    result = done(ClipTask(clip, tmp_path, config, "inputs", Engine(memory=2**28)))
     assert result.reason == (
         "it lasts 30 minutes, and its signals at 64 patches would take 0.1 GiB: cut it into parts of at most "
         "15 minutes, or raise --clip-memory"

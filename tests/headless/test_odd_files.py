@@ -148,9 +148,9 @@ def test_what_killed_a_worker_is_not_read_again_by_the_run(tmp_path):
     killed.marker.write_text(f"{source}\n")
     path.unlink()
     os.mkfifo(path)  # read now, it would be waited on for ever
-    result = record_death(killed)
-    assert (result.source_sha256, result.used) == (source, False)
-    assert json.loads(killed.record_file.read_text())["key"] == killed.key(source)
+    record = record_death(killed)
+    assert (record["source"]["sha256"], bool(record["reason"])) == (source, True)
+    assert record["key"] == killed.key(source)
     assert not killed.marker.exists()
 
 
@@ -177,6 +177,5 @@ def test_an_error_without_words_is_a_reason_all_the_same(tmp_path, monkeypatch):
         raise ValueError
 
     monkeypatch.setattr("w2w.headless.runs.clip._make", failing)
-    result = do_clip(task(tmp_path, path))
-    assert not result.used
-    assert result.reason == "W2W failed on it, please report this: ValueError"
+    record = do_clip(task(tmp_path, path))
+    assert record["reason"] == "W2W failed on it, please report this: ValueError"

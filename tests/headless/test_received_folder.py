@@ -227,7 +227,7 @@ LINKS = [
         "motions/calm_0.npz",
         ".w2w/features/calm_0.npz",
     ),
-    *(LIST, RECORDS, ".w2w/clips", ".w2w/running", ".w2w/state.json", ".w2w/lock", ".w2w/holder", "export"),
+    *(LIST, RECORDS, ".w2w/running", ".w2w/state.json", ".w2w/lock", ".w2w/holder", "export"),
     *(".w2w/current.json", "heatmaps", "report.html", "study.blend", ".x.w2w.part"),
 ]
 READ = {
@@ -245,7 +245,6 @@ READ = {
         ".w2w/features",
         LIST,
         RECORDS,
-        ".w2w/clips",
         ".w2w/holder",
     ],
     "bodies": ["female"],

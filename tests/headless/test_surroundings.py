@@ -32,9 +32,11 @@ from w2w.headless.runs.clip import WORK, do_clip, record_death
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.folder import HOLDER, make_folders
 from w2w.headless.runs.monitor import RunMonitor, read_state
+from w2w.headless.runs.records import read_records
 
 from ..command_line import cli
 from ..robustness.resume import hashes
+from .kept_clips import done
 
 pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
@@ -112,9 +114,9 @@ def test_what_no_command_foresaw_of_a_disk_is_a_sentence(monkeypatch, capsys):
 def test_a_death_is_told_from_a_timeout_whatever_the_clock_says(task, monkeypatch, hours):
     task.marker.write_text("")
     monkeypatch.setattr(time, "time", lambda: 1e9 + 3600 * hours)
-    assert "the program that reads it crashed" in record_death(task).reason
+    assert "the program that reads it crashed" in record_death(task)["reason"]
     task.marker.write_text(f"{64 * '0'}\nTimeout (0:05:00)!\nThread 0x7f (most recent call first):\n")
-    assert "longer than the limit of 300 s" in record_death(task).reason
+    assert "longer than the limit of 300 s" in record_death(task)["reason"]
 
 
 GUARDED = """
@@ -164,19 +166,18 @@ def test_writing_a_clips_results_is_not_its_own_time(task, monkeypatch):
         (clip_task, "file_sha256"),
         (clip_work, "write_features"),
         (records, "file_sha256"),
-        (records, "write_json"),
         (clip_work, "load_clip"),
         (clip_work, "describe"),
     ):
         monkeypatch.setattr(module, name, watched(name, getattr(module, name)))
     with guarded(600):
-        assert do_clip(task).used
+        assert not do_clip(task)["reason"]
     assert {name for name, timed in slow if timed} == {
         "load_clip",
         "describe",
         "file_sha256",
     }  # the clip's own
-    assert {name for name, timed in slow if not timed} == {"file_sha256", "write_features", "write_json"}
+    assert {name for name, timed in slow if not timed} == {"file_sha256", "write_features"}
 
 
 @pytest.mark.slow
@@ -184,7 +185,7 @@ def test_a_motion_of_200_000_frames_is_refused_before_its_signals_are_made(task,
     moving(tmp_path / "clip.npz", frames=200_000)
     config = StudyConfig(patches=512)
     result = do_clip(ClipTask(task.clip, task.out, config, "inputs"))
-    assert result.reason == (
+    assert result["reason"] == (
         "it lasts 111 minutes, and its signals at 512 patches would take 3.8 GiB: cut it into parts of at "
         "most 29 minutes, or raise --clip-memory"
     )
@@ -263,14 +264,14 @@ def test_a_clip_is_not_given_up_for_a_limit_that_is_not_w2ws(task, monkeypatch, 
 
     monkeypatch.setattr(clip_work, "_make", fails)
     monkeypatch.setattr(clip_work, "allowed_memory", lambda: 2.0**30)
-    result = do_clip(task)
+    result = done(task)
     assert result.reason == "it takes more than the 1.0 GiB of memory that W2W may use here (ulimit)"
     task.marker.write_text("")
-    assert record_death(task).reason == result.reason
-    assert not task.record_file.exists()
+    assert record_death(task)["reason"] == result.reason
+    assert not read_records(task.out)
     monkeypatch.setattr(clip_work, "allowed_memory", lambda: float("inf"))
-    assert "it needs more than 4 GiB" in do_clip(task).reason or isinstance(failure, ImportError)
-    assert task.record_file.exists()
+    assert "it needs more than 4 GiB" in done(task).reason or isinstance(failure, ImportError)
+    assert list(read_records(task.out)) == [task.clip.name]
 
 
 @pytest.mark.later

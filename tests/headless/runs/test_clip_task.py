@@ -17,11 +17,11 @@ from w2w.core.study.clip_files import WORK
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.signals import place_patches
 from w2w.headless.runs import clip, clip_task, records
-from w2w.headless.runs.clip import do_clip
 from w2w.headless.runs.clip_task import ClipTask, Engine
 from w2w.headless.runs.folder import make_folders
 
 from ...seen_joints import seen_as
+from ..kept_clips import done, found
 
 
 @pytest.mark.parametrize("changed", [{"activity": "run"}, {"subject": "bo"}, {"name": "b"}, {"rate": 30.0}])
@@ -47,44 +47,45 @@ def files(task):
 
 
 def test_what_is_as_it_was_is_not_read_again(task, monkeypatch):
-    first = do_clip(task)
+    first = done(task)
     assert first.used
     before = files(task)
     monkeypatch.setattr(clip, "file_sha256", None)
     monkeypatch.setattr(clip_task, "file_sha256", None)
     monkeypatch.setattr(records, "file_sha256", None)
-    assert do_clip(task) == first
+    assert done(task) == first
     assert files(task) == before
 
 
 def test_a_rate_in_the_labels_makes_the_clip_anew_and_goes_before_that_of_all(task):
-    own = do_clip(task).details["frame_rate"]
+    own = done(task).details["frame_rate"]
     for_all = replace(task, engine=Engine(pose=PoseFacts(rate=own / 2)), inputs="others")
     labelled = replace(for_all, clip=replace(task.clip, rate=own / 4))
-    assert do_clip(for_all).details["frame_rate"] == own / 2
-    assert do_clip(labelled).details["frame_rate"] == own / 4
+    assert done(for_all).details["frame_rate"] == own / 2
+    assert done(labelled).details["frame_rate"] == own / 4
 
 
 def test_damage_that_keeps_size_and_time_is_found_by_verify(task):
-    do_clip(task)
+    done(task)
     before = files(task)
     times = task.signals_file.stat()
     damaged = bytearray(before[task.signals_file])
     damaged[len(damaged) // 2] ^= 1
     task.signals_file.write_bytes(damaged)
     os.utime(task.signals_file, ns=(times.st_atime_ns, times.st_mtime_ns))
-    do_clip(task)
+    done(task)
     assert task.signals_file.read_bytes() == damaged
-    do_clip(replace(task, engine=Engine(verify=True)))
+    done(replace(task, engine=Engine(verify=True)))
     after = files(task)
-    assert {**after, task.record_file: before[task.record_file]} == before
+    listed = task.out / WORK / "records.jsonl"
+    assert {**after, listed: before[listed]} == before
 
 
 @pytest.mark.parametrize("age", ["older", "as old", "younger"])
 @pytest.mark.parametrize("way", ["rewritten", "replaced", "linked anew"])
 def test_another_file_of_the_same_size_is_another_clip_whatever_its_time(task, way, age):
     path = task.clip.path
-    do_clip(task)
+    done(task)
     before, times = task.signals_file.read_bytes(), path.stat()
     other = bytearray((path.parent / "fast_1.npz").read_bytes())
     assert len(other) == times.st_size
@@ -101,7 +102,7 @@ def test_another_file_of_the_same_size_is_another_clip_whatever_its_time(task, w
         else:
             path.unlink()
             path.symlink_to(old)
-    assert do_clip(task).used
+    assert done(task).used
     assert task.signals_file.read_bytes() != before
 
 
@@ -121,29 +122,31 @@ def test_a_file_that_changes_while_it_is_read_is_read_again(task, monkeypatch, t
         return made
 
     monkeypatch.setattr(clip, "_make", slowly)
-    result = do_clip(task)
+    result = done(task)
     assert len(read) == min(times + 1, clip.READS)
     assert result.used == (times < clip.READS)
     assert result.used or "changes while it is being read" in result.reason
     monkeypatch.undo()
-    assert do_clip(task).used
+    assert done(task).used
     signals = task.signals_file.read_bytes()
-    task.record_file.unlink()
-    assert do_clip(task).used
+    (task.out / WORK / "records.jsonl").unlink()
+    assert done(task).used
     assert task.signals_file.read_bytes() == signals  # of the file as it is
 
 
 def test_a_file_that_only_looks_otherwise_is_hashed_once_and_not_made_again(task, monkeypatch):
-    result, path = do_clip(task), task.clip.path
+    result, path = done(task), task.clip.path
     path.chmod(0o600)
     path.rename(path.with_suffix(".moved"))
     shutil.copy2(path.with_suffix(".moved"), path)
     monkeypatch.setattr(clip, "_make", None)
-    assert records.untouched(task, records.last_record(task)) is None
-    assert do_clip(task) == result == records.untouched(task, records.last_record(task))
+    assert records.untouched(found(task)) is None
+    assert done(task) == result
+    assert records.untouched(found(task))
     elsewhere = replace(task, library="/elsewhere")
-    assert records.untouched(elsewhere, records.last_record(task)) is None
-    assert do_clip(elsewhere) == result == records.untouched(elsewhere, records.last_record(task))
+    assert records.untouched(found(elsewhere)) is None
+    assert done(elsewhere) == result
+    assert records.untouched(found(elsewhere))
 
 
 def test_a_side_car_that_keeps_its_size_and_time_is_read_again(task, bundled_body, tmp_path):
@@ -153,7 +156,7 @@ def test_a_side_car_that_keeps_its_size_and_time_is_read_again(task, bundled_bod
     facts.write_text('{"rate": 30, "up": "z"}')
     seen = replace(task, clip=Clip(path, "seen.npy", "seen", "walk"))
     at = facts.stat().st_mtime_ns
-    assert do_clip(seen).details["frame_rate"] == 30
+    assert done(seen).details["frame_rate"] == 30
     facts.write_text('{"rate": 60, "up": "z"}')
     os.utime(facts, ns=(at, at))
-    assert do_clip(seen).details["frame_rate"] == 60
+    assert done(seen).details["frame_rate"] == 60

@@ -21,9 +21,11 @@ from w2w.headless.runs import cluster as module
 from w2w.headless.runs.clip import TRIES, try_alone
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.cluster import EngineError, connected
+from w2w.headless.runs.records import keeping, read_records
 from w2w.headless.runs.workers import run_tasks
 
 from ...patience import HANG_S
+from ..kept_clips import run_all
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -45,23 +47,10 @@ class CrashingTask(ClipTask):
 cloudpickle.register_pickle_by_value(sys.modules[CrashingTask.__module__])
 
 
-def told(_):
-    pass
-
-
 def many(tasks, count):
     """The tasks over and over, each clip under a name of its own."""
     copies = [replace(task.clip, name=f"{task.clip.name}_{n}") for n in range(count) for task in tasks]
     return [replace(tasks[0], clip=clip) for clip in copies]
-
-
-def watch(records, written, over):
-    """Note when each record was written, as often as it was."""
-    while not over.wait(0.02):
-        for path in records.glob("*.json"):
-            written.setdefault(path, set()).add(path.stat().st_mtime_ns)
-    for path in records.glob("*.json"):
-        written.setdefault(path, set()).add(path.stat().st_mtime_ns)
 
 
 def kill_at_random(cluster, over):
@@ -80,31 +69,28 @@ def kill_at_random(cluster, over):
 def test_workers_killed_over_and_over_cost_no_clip(tasks, cluster):
     wanted, over, kills = many(tasks, 40), threading.Event(), []
     killer = threading.Thread(target=lambda: kills.append(kill_at_random(cluster, over)))
-    written: dict[Path, set[int]] = {}
-    watcher = threading.Thread(target=watch, args=(wanted[0].record_file.parent, written, over))
     killer.start()
-    watcher.start()
+    told = []
     try:
-        results = run_tasks(wanted, 1, str(cluster.address), told)
+        run_tasks(wanted, 1, str(cluster.address), told.append)
     finally:
         over.set()
         killer.join()
-        watcher.join()
     assert kills[0] >= 3
-    assert [result.reason for result in results] == [""] * len(wanted)
-    assert len(written) == len(wanted)
-    assert {len(times) for times in written.values()} == {1}  # what is done is not done again
+    assert [record["reason"] for record in told] == [""] * len(wanted)
+    assert len({record["clip"] for record in told}) == len(wanted)  # each once
 
 
 @pytest.mark.slow
 def test_a_clip_that_crashes_its_worker_alone_and_twice_is_recorded_and_the_others_are_used(tasks, cluster):
     bad = CrashingTask(tasks[1].clip, tasks[1].out, tasks[1].config, "inputs", safe_process=os.getpid())
-    results = run_tasks([tasks[0], bad, *tasks[2:]], 1, str(cluster.address), told)
+    results = run_all([tasks[0], bad, *tasks[2:]], 1, str(cluster.address))
     assert [result.used for result in results] == [True, False, True, True]
     assert "the program that reads it crashed" in results[1].reason
-    assert json.loads(bad.record_file.read_text())["reason"] == results[1].reason  # kept for later runs
+    kept = read_records(tasks[0].out)
+    assert kept[bad.clip.name]["reason"] == results[1].reason  # for later runs
     assert len((tasks[0].out / "crashes").read_text()) >= 3  # beside others, and twice alone
-    assert all(json.loads(task.record_file.read_text())["reason"] == "" for task in (tasks[0], *tasks[2:]))
+    assert all(kept[task.clip.name]["reason"] == "" for task in (tasks[0], *tasks[2:]))
 
 
 class _Killed:
@@ -119,9 +105,11 @@ class _Killed:
 def test_a_clip_whose_worker_was_killed_from_outside_is_left_to_the_next_run(tasks, monkeypatch):
     monkeypatch.setattr(module, "_submit", lambda _client, _task: _Killed())
     monkeypatch.setattr(module, "wait_for", lambda _client, future: future)
-    result = try_alone(tasks[0], partial(module._once, None))
-    assert result.reason.startswith("not done yet")
-    assert not tasks[0].record_file.exists()
+    record = try_alone(tasks[0], partial(module._once, None))
+    assert record["reason"].startswith("not done yet")
+    with keeping(tasks[0].out, {}) as keep:
+        keep(record)
+    assert not read_records(tasks[0].out)
 
 
 def said_of(scheduler):

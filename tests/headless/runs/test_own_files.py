@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from w2w.core.files import file_sha256, write_json, write_npz, write_text
+from w2w.core.files import file_sha256, write_npz, write_text
 from w2w.headless.runs import own_files
 from w2w.headless.runs.folder import TABLES, make_folders, remove_leftovers
 from w2w.headless.runs.own_files import ForeignFileError, check, claimed, new_file
@@ -235,9 +235,12 @@ def test_a_record_that_points_elsewhere_removes_nothing(tmp_path):
     make_folders(out)
     mine = [put(tmp_path / "mine.npz"), put(out / "mine.npz"), put(out / "motions" / "mine.npz")]
     for name in ("../mine.npz", str(mine[0]), "motions/../../mine.npz", "mine.npz"):
-        write_json(out / ".w2w" / "clips" / "one.json", {"files": {name: file_sha256(mine[0])}})
+        record = {"clip": "one", "at": 1, "files": {name: file_sha256(mine[0])}}
+        (out / ".w2w" / "records.jsonl").write_text(json.dumps(record))
         with (
-            nullcontext() if name == "mine.npz" else pytest.raises(ForeignFileError, match=r"one\.json names")
+            nullcontext()
+            if name == "mine.npz"
+            else pytest.raises(ForeignFileError, match=r"records\.jsonl, line 1,")
         ):
             remove_leftovers(out, set(), set(), read_records(out))
     assert all(path.read_bytes() == PRECIOUS for path in mine)
@@ -272,11 +275,11 @@ from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.library.library import read_library
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.signals import place_patches
-from w2w.headless.runs.clip import do_clip
 from w2w.headless.runs.clip_task import ClipTask, Engine
 from w2w.headless.runs.folder import TABLES, make_folders, remove_leftovers
 from w2w.headless.runs.own_files import claimed
 from w2w.headless.runs.records import read_records
+from tests.headless.kept_clips import done
 library, place = read_library(sys.argv[1]), Path(sys.argv[2])
 config, body = StudyConfig(patches=4), Body.bundled()
 patches = place_patches(body, config)
@@ -291,7 +294,7 @@ def folder(name):
 
 def do(out, inputs):
     with claimed(out, TABLES):
-        return do_clip(ClipTask(library.clips[0], out, config, inputs, Engine(pose=PoseFacts(up="y"))))
+        return done(ClipTask(library.clips[0], out, config, inputs, Engine(pose=PoseFacts(up="y"))))
 
 
 def hashes(out):

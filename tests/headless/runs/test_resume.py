@@ -58,7 +58,7 @@ def test_a_full_disk_damage_and_a_vanished_file(library, tmp_path):
     records.write_text("".join([*lines[:2], lines[2][:-40] + "\n", *lines[3:]]))
     features = sorted((out / ".w2w" / "features").iterdir())
     features[3].write_bytes(b"")
-    for folder in (out, out / "signals", out / ".w2w" / "clips"):
+    for folder in (out, out / "signals", out / ".w2w"):
         (folder / ".name.npz.x1y2z3.w2w.part").write_bytes(
             b"half"
         )  # as a kill in the middle of a write leaves it

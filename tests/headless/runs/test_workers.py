@@ -2,7 +2,6 @@
 """Workers that die or hang cost at most the clip they were at; a cluster gives the same bytes."""
 
 import hashlib
-import json
 import os
 import shutil
 import signal
@@ -19,9 +18,11 @@ import pytest
 from w2w.headless.runs import workers
 from w2w.headless.runs.clip import WORK
 from w2w.headless.runs.clip_task import ClipTask
+from w2w.headless.runs.records import read_records
 from w2w.headless.runs.workers import run_tasks
 
 from ...patience import HANG_S
+from ..kept_clips import run_all
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -53,18 +54,13 @@ class HangingTask(ClipTask):
 cloudpickle.register_pickle_by_value(sys.modules[CrashingTask.__module__])
 
 
-def told(_):
-    pass
-
-
 @pytest.mark.slow
 def test_a_clip_that_crashes_its_worker_is_skipped_and_the_others_are_used(tasks):
     bad = CrashingTask(tasks[1].clip, tasks[1].out, tasks[1].config, "inputs", safe_process=os.getpid())
-    results = run_tasks([tasks[0], bad, *tasks[2:]], 2, "", told)
+    results = run_all([tasks[0], bad, *tasks[2:]], 2)
     assert [result.used for result in results] == [True, False, True, True]
     assert "crashed" in results[1].reason
-    kept = json.loads(bad.record_file.read_text())
-    assert kept["reason"] == results[1].reason  # a later run does not try it again
+    assert read_records(bad.out)[bad.clip.name]["reason"] == results[1].reason  # for later runs
 
 
 @dataclass(frozen=True)
@@ -88,10 +84,10 @@ class KilledTask(ClipTask):
 def test_a_clip_whose_worker_is_killed_from_outside_is_never_blamed(tasks, kills, reason):
     first = tasks[1]
     bad = KilledTask(first.clip, first.out, first.config, "inputs", safe_process=os.getpid(), kills=kills)
-    result = run_tasks([bad], 1, "", told)[0]
+    result = run_all([bad], 1)[0]
     assert result.reason.startswith(reason)
     assert result.used is not bool(reason)
-    assert bad.record_file.exists() is result.used
+    assert (bad.clip.name in read_records(bad.out)) is result.used
     assert not bad.marker.exists()
 
 
@@ -100,7 +96,7 @@ def test_workers_that_were_ready_and_died_are_replaced(tasks):
     bad = CrashingTask(tasks[1].clip, tasks[1].out, tasks[1].config, "inputs", safe_process=os.getpid())
     clips = [task.clip for task in tasks]
     with workers.clip_workers(workers.Engine(workers=2), clips) as ready:
-        results = run_tasks([tasks[0], bad, *tasks[2:]], 2, "", told, ready)
+        results = run_all([tasks[0], bad, *tasks[2:]], 2, ready=ready)
     assert [result.used for result in results] == [True, False, True, True]
 
 
@@ -110,7 +106,7 @@ def test_workers_get_ready_before_there_is_work_and_end_with_the_block(tasks):
     with workers.clip_workers(workers.Engine(workers=1), clips) as ready:
         process = ready.submit(os.getpid).result()
         assert "bpy" in ready.submit(loaded).result()
-        results = run_tasks(tasks[:2], 1, "", told, ready)
+        results = run_all(tasks[:2], 1, ready=ready)
         assert ready.submit(os.getpid).result() == process
     assert [result.used for result in results] == [True, True]
     assert not Path(f"/proc/{process}").exists()
@@ -143,14 +139,14 @@ def loaded():
 def test_a_clip_that_hangs_is_given_up_at_the_limit(tasks):
     first, engine = tasks[0], workers.Engine(limit_s=8.0)
     bad = HangingTask(first.clip, first.out, first.config, "inputs", engine, safe_process=os.getpid())
-    results = run_tasks([bad, tasks[1]], 2, "", told)
+    results = run_all([bad, tasks[1]], 2)
     assert [result.used for result in results] == [False, True]
     assert "longer than the limit of 8 s" in results[0].reason
 
 
 @pytest.mark.slow
 def test_no_marker_is_left_behind(tasks):
-    run_tasks(tasks[:2], 2, "", told)
+    run_tasks(tasks[:2], 2, "", [].append)
     assert not list((tasks[0].out / WORK / "running").iterdir())
 
 
@@ -279,7 +275,7 @@ def test_a_cluster_gives_the_same_bytes_even_when_a_worker_is_killed(library, un
     process = subprocess.Popen(
         command(library, out, "--scheduler", address), cwd=ROOT, stdout=subprocess.PIPE
     )
-    while process.poll() is None and not list((out / WORK / "clips").glob("*.json")):
+    while process.poll() is None and not read_records(out):
         time.sleep(0.05)
     os.killpg(processes[0].pid, signal.SIGKILL)
     output = process.communicate(timeout=HANG_S)[0]

@@ -234,13 +234,13 @@ class ClipResult:
         """Whether the clip takes part in the ranking."""
         return not self.reason
 
-    def small(self, clip: Clip) -> Self:
-        """The result with the library's own clip, and words that many clips share held once."""
+    def small(self) -> Self:
+        """The result with words that many clips share held once."""
         details = {
             sys.intern(name): sys.intern(value) if isinstance(value, str) else value
             for name, value in self.details.items()
         }
-        return replace(self, clip=clip, reason=sys.intern(self.reason), details=details)
+        return replace(self, reason=sys.intern(self.reason), details=details)
 
 
 @dataclass(frozen=True)

@@ -23,12 +23,11 @@ from ...core.reading.guard import allowed_memory, crashed, guarded, timed_out, u
 from ...core.reading.output import quiet_output
 from ...core.reading.reader import Death
 from ...core.study.clip_files import WORK, mark_changing, write_features
-from ...core.study.results import ClipResult
 from ...core.study.signals import describe, measured, simulate
 from ...core.threads import unthreaded_products
 from ..blender import NoBlenderError, needs_blender
-from .clip_task import ClipTask, Engine, Looks, mark_read, marked_read
-from .records import finished, last_record, refresh, unfinished, untouched, write_record
+from .clip_task import ClipTask, Engine, Looks, Record, mark_read, marked_read
+from .records import finished, not_kept, record_of, unfinished
 
 SAMPLE_BYTES = 24
 """Bytes of one sample of one sensor: six values in single precision."""
@@ -56,7 +55,7 @@ def get_ready(blender: bool) -> None:
             from ...scene.motion import takes  # noqa: F401
 
 
-def work_in_worker(task: ClipTask) -> ClipResult:
+def work_in_worker(task: ClipTask) -> Record:
     """Do a clip's work in a worker process that ends itself when it takes too much."""
     task.marker.parent.mkdir(parents=True, exist_ok=True)
     task.marker.write_text("")
@@ -67,12 +66,12 @@ def work_in_worker(task: ClipTask) -> ClipResult:
         task.marker.unlink(missing_ok=True)
 
 
-def record_death(task: ClipTask) -> ClipResult:
-    """The result of a clip that killed its worker, kept so that no later run tries it again."""
-    (source, looks), late = marked_read(task), timed_out(task.marker)
+def record_death(task: ClipTask) -> Record:
+    """The record of a clip that killed its worker, kept so that no later run tries it again."""
+    seen, late = marked_read(task), timed_out(task.marker)
     task.marker.unlink(missing_ok=True)
     if not late and allowed_memory() < task.engine.memory:
-        return _out_of_memory(task, source, looks)
+        return _out_of_memory(task, seen)
     if late:
         reason = f"it took longer than the limit of {task.engine.limit_s:g} s (see --clip-limit)"
     else:
@@ -80,24 +79,24 @@ def record_death(task: ClipTask) -> ClipResult:
             "the program that reads it crashed: it is damaged in a way that it does not survive, or it needs "
             f"more than {task.engine.memory / 2**30:g} GiB of memory (see --clip-memory)"
         )
-    if not source:  # it died while reading the file's bytes: nothing to know it by
-        return ClipResult(task.clip, reason, {}, "")
-    return _conclude(task, ClipResult(task.clip, reason, {}, source), looks, limits=task.engine.limits)
+    if not seen["sha256"]:  # it died while reading the file's bytes: nothing to know it by
+        return not_kept(task, reason)
+    return _recorded(task, seen, reason, limits=task.engine.limits)
 
 
-def give_up(task: ClipTask, death: Death) -> ClipResult:
-    """The result of a clip that killed or outlasted who looked at it first, kept for later runs."""
+def give_up(task: ClipTask, death: Death) -> Record:
+    """The record of a clip that killed or outlasted who looked at it first, kept for later runs."""
     looks = task.look()
     try:
-        source = file_sha256(task.clip.path)
+        seen = {"sha256": file_sha256(task.clip.path), "looks": looks}
     except OSError as error:
-        return ClipResult(task.clip, unreadable(error), {}, "")
+        return not_kept(task, unreadable(error))
     hint = " (see --clip-limit)"
-    result = ClipResult(task.clip, death.reason.removesuffix(hint) + hint, {}, source)
-    return _conclude(task, result, looks, limits=task.engine.limits, unseen=True)
+    reason = death.reason.removesuffix(hint) + hint
+    return record_of(task, seen, reason, limits=task.engine.limits, unseen=True)
 
 
-def try_alone(task: ClipTask, once: Callable[[ClipTask], ClipResult | None]) -> ClipResult:
+def try_alone(task: ClipTask, once: Callable[[ClipTask], Record | None]) -> Record:
     """Do a task at which workers died, again and again with a worker of its own.
 
     A clip is to blame only if it crashes such a worker twice, or takes too long: workers are also killed
@@ -107,77 +106,73 @@ def try_alone(task: ClipTask, once: Callable[[ClipTask], ClipResult | None]) -> 
     crashes = 0
     for _ in range(TRIES):
         task.marker.unlink(missing_ok=True)  # it says how another try ended
-        if (result := once(task)) is not None:
-            return result
+        if (record := once(task)) is not None:
+            return record
         crashes += crashed(task.marker)
         if timed_out(task.marker) or crashes == CRASHES:
             return record_death(task)
     task.marker.unlink(missing_ok=True)
     reason = "not done yet: workers were killed while at it; run again to take it up"
-    return ClipResult(task.clip, reason, {}, "")
+    return not_kept(task, reason)
 
 
-def do_clip(task: ClipTask) -> ClipResult:
-    """Do a clip's work, or return what an earlier run finished.
+def do_clip(task: ClipTask) -> Record:
+    """Do a clip's work, or find what an earlier run finished; its files get their names with its record.
 
-    The result says what is wrong with a clip; a NoBlenderError means that no clip could be read here.
+    The record says what is wrong with a clip; a NoBlenderError means that no clip could be read here.
     """
-    if not task.engine.verify and (done := untouched(task, last_record(task))) is not None:
-        return done
     for _ in range(READS):
-        looks = task.look()
+        looks, is_done = task.look(), False
         try:
-            result = _do_clip(task, looks)
+            record = _do_clip(task, looks)
+            is_done = task.look() == looks
         finally:
-            for path in (task.motion_file, task.signals_file):
+            for path in () if is_done else (task.motion_file, task.signals_file):
                 unfinished(path).unlink(missing_ok=True)
-        if task.look() == looks:
-            return result
-    reason = "it changes while it is being read: run again once nothing writes it"
-    return ClipResult(task.clip, reason, {}, "")
+        if is_done:
+            return record
+    return not_kept(task, "it changes while it is being read: run again once nothing writes it")
 
 
-def _do_clip(task: ClipTask, looks: Looks) -> ClipResult:
+def _do_clip(task: ClipTask, looks: Looks) -> Record:
     try:
         readable_size(task.clip.path)  # pipes and devices never end
-        source = file_sha256(task.clip.path)
+        seen: Record = {"sha256": file_sha256(task.clip.path), "looks": looks}
     except UnusableMotion as error:
-        return ClipResult(task.clip, reason_of(error), {}, "")
+        return not_kept(task, reason_of(error))
     except OSError as error:
-        return ClipResult(task.clip, unreadable(error), {}, "")
-    mark_read(task, source, looks)
-    key = task.key(source)
+        return not_kept(task, unreadable(error))
+    mark_read(task, seen)
+    key = task.key(seen["sha256"])
     with untimed():
-        done = finished(task, key)
-        if done is not None:
-            refresh(task, done, looks)
-            return ClipResult(task.clip, done["reason"], done["details"], source)
+        if (done := finished(task, key, seen)) is not None:
+            return done
     try:
         with unthreaded_products():  # the same bytes everywhere
-            details, files = _make(task)
+            made = _make(task)
     except MemoryError:
-        return _out_of_memory(task, source, looks)
+        return _out_of_memory(task, seen)
     except OSError:
         if task.clip.path.exists():
             raise  # the output folder's fault: the disk is full or gone
-        return ClipResult(task.clip, "it went away while it was being read", {}, "")
+        return not_kept(task, "it went away while it was being read")
     except NoBlenderError:
         raise  # no fault of the clip's, so no record of it
     except Exception as error:  # even a fault of ours costs this clip, not the night
         if isinstance(error, ImportError) and allowed_memory() < task.engine.memory:  # no room for a library
-            return _out_of_memory(task, source, looks)
-        return _conclude(task, ClipResult(task.clip, reason_of(error), {}, source), looks)
-    return _conclude(task, ClipResult(task.clip, "", details, source), looks, files)
+            return _out_of_memory(task, seen)
+        return _recorded(task, seen, reason_of(error))
+    return _recorded(task, seen, made=made)
 
 
-def _out_of_memory(task: ClipTask, source: str, looks: Looks) -> ClipResult:
-    """The result of a clip that needs too much memory, kept unless it was not W2W that allowed so little."""
+def _out_of_memory(task: ClipTask, seen: Record) -> Record:
+    """The record of a clip that needs too much memory, kept unless it was not W2W that allowed so little."""
     allowed = allowed_memory()
     if allowed < task.engine.memory:
         reason = f"it takes more than the {allowed / 2**30:.1f} GiB of memory that W2W may use here (ulimit)"
-        return ClipResult(task.clip, reason, {}, "")
+        return not_kept(task, reason)
     reason = f"it needs more than {task.engine.memory / 2**30:g} GiB of memory (see --clip-memory)"
-    return _conclude(task, ClipResult(task.clip, reason, {}, source), looks, limits=task.engine.limits)
+    return _recorded(task, seen, reason, limits=task.engine.limits)
 
 
 def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
@@ -244,13 +239,10 @@ def _refuse_too_long(motion: Motion, task: ClipTask) -> None:
         )
 
 
-def _conclude(
-    task: ClipTask, result: ClipResult, looks: Looks, files: tuple[Path, ...] = (), **more: object
-) -> ClipResult:
-    """Record the result of a clip, which counts as done only now, and `more` about it."""
+def _recorded(task: ClipTask, *what: Any, **more: Any) -> Record:
+    """`record_of` a clip, whose hashes are not its own time."""
     with untimed():
-        write_record(task, result, looks, files, more)
-    return result
+        return record_of(task, *what, **more)
 
 
 @cache  # read once a worker and study

@@ -8,6 +8,7 @@ import re
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ...core.files import file_sha256, stamp
 from ...core.library.library import Clip
@@ -21,6 +22,12 @@ from ...scene.motion.load import read_by_blender
 
 Looks = list[str | list[int]]
 """What `look` returns."""
+
+Record = dict[str, Any]
+"""What became of a clip: its name, the reason why it was skipped, facts, hash and look of its file.
+
+One that is kept has a key, too, and the hash, size and time of each file that was made of it.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,11 +82,6 @@ class ClipTask:
         return features_file(self.out, self.clip.name)
 
     @property
-    def record_file(self) -> Path:
-        """The record of the work: written before the files get their names."""
-        return self.out / WORK / "clips" / f"{self.clip.name}.json"
-
-    @property
     def marker(self) -> Path:
         """A file that exists while a worker is at work on the clip."""
         return self.out / WORK / "running" / self.clip.name
@@ -111,18 +113,18 @@ def look(library: str, path: Path) -> Looks:
     return [library, *map(stamp, (path, *read_beside(path)))]
 
 
-def mark_read(task: ClipTask, source: str, looks: Looks) -> None:
+def mark_read(task: ClipTask, seen: Record) -> None:
     """Note what is read for `record_death`, which must not read a file that killed a worker."""
     if task.marker.exists():
         with task.marker.open("a", encoding="ascii") as stream:
-            stream.write(f"{source}\n{json.dumps(looks)}\n")
+            stream.write(f"{seen['sha256']}\n{json.dumps(seen['looks'])}\n")
 
 
-def marked_read(task: ClipTask) -> tuple[str, Looks]:
+def marked_read(task: ClipTask) -> Record:
     """The hash of the clip's file, and its `look` before that; "" and [] if the worker died earlier."""
-    source, looks = "", []
+    seen: Record = {"sha256": "", "looks": []}
     with suppress(OSError, ValueError, RecursionError):
         first, second, *_ = [*task.marker.read_text(errors="replace").splitlines(), "", ""]
-        source = first if re.fullmatch("[0-9a-f]{64}", first) else ""
-        looks = json.loads(second)
-    return source, looks
+        seen["sha256"] = first if re.fullmatch("[0-9a-f]{64}", first) else ""
+        seen["looks"] = json.loads(second)
+    return seen

@@ -20,10 +20,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...core.ranking.f1 import Spread
-from ...core.study.results import ClipResult
 from ...core.wording import join_words, restated
 from .clip import try_alone, work_in_worker
-from .clip_task import ClipTask
+from .clip_task import ClipTask, Record
 from .folder import code_sha256
 
 if TYPE_CHECKING:
@@ -128,16 +127,8 @@ def _finished(client: Client, futures: Iterator[Future]) -> Iterator[Future]:
         time.sleep(0 if batch else LOOK_EVERY_S)
 
 
-def run_on_cluster(
-    tasks: Sequence[ClipTask], scheduler: str, progress: Callable[[ClipResult], None]
-) -> dict[str, ClipResult]:
-    """Do all tasks, those at which workers died one by one at the end; results by the clip's name."""
-    results: dict[str, ClipResult] = {}
-
-    def keep(result: ClipResult) -> None:
-        results[result.clip.name] = result
-        progress(result)
-
+def run_on_cluster(tasks: Sequence[ClipTask], scheduler: str, done: Callable[[Record], None]) -> None:
+    """Do all tasks, those at which workers died one by one at the end; the record of each goes to `done`."""
     with connected(scheduler) as client:
         from distributed import KilledWorker
 
@@ -151,19 +142,18 @@ def run_on_cluster(
         for future in _finished(client, submitted()):
             task = task_of.pop(future)
             try:
-                keep(future.result())
+                done(future.result())
             except KilledWorker:
                 suspects.append(task)
         for task in suspects:
-            keep(try_alone(task, partial(_once, client)))
-    return results
+            done(try_alone(task, partial(_once, client)))
 
 
 def _submit(client: Client, task: ClipTask) -> Future:
     return client.submit(work_in_worker, task, pure=False)
 
 
-def _once(client: Client, task: ClipTask) -> ClipResult | None:
+def _once(client: Client, task: ClipTask) -> Record | None:
     """Do a task on a worker that has no other task; None if the worker died."""
     from distributed import KilledWorker
 

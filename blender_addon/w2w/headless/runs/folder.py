@@ -80,7 +80,7 @@ def preparing(folder: Path) -> Iterator[None]:
 
 
 DIVIDED = ("motions", "signals", f"{WORK}/features")
-FOLDERS = (*DIVIDED, f"{WORK}/clips", f"{WORK}/running")
+FOLDERS = (*DIVIDED, f"{WORK}/running")
 """Folders for what a run makes of clips, and those of them that have sub-folders where clips are many."""
 
 HEATMAPS = "heatmaps"

@@ -27,7 +27,7 @@ LIST = f"{WORK}/written.sha256"
 Hashes = dict[str, set[str]]
 """Hashes that a file of W2W's may have, by its path in the folder."""
 
-UNLINKED = (WORK, f"{WORK}/clips", f"{WORK}/running")
+UNLINKED = (WORK, f"{WORK}/running")
 """Folders in which files are written in place, not renamed: no link may lie there."""
 
 

@@ -1,35 +1,38 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The result of each clip, kept in the work folder for later runs to resume from.
 
-A worker writes a clip's record as a file of its own, which no kill can cut in half. The run gathers them
-into a list, one line a clip: a hundred thousand are read in a second. A shard has a list of its own.
+The run itself writes what its workers say into a list, one line a clip: a hundred thousand are read in a
+second, and of a line that a kill cut in half no other suffers. A shard has a list of its own.
 """
 
 import json
 import os
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
-from contextlib import suppress
+import time
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from functools import lru_cache
+from itertools import count
 from pathlib import Path
 from typing import Any
 
-from ...core.files import UNFINISHED, file_sha256, stamp, write_json, write_text
+from ...core.files import UNFINISHED, file_sha256, stamp, write_text
 from ...core.inside import ForeignFileError, checked, inside, is_plain
-from ...core.library.library import Library
+from ...core.library.library import Clip, Library
 from ...core.reading.reader import Death
 from ...core.study.clip_files import WORK, mark_changing, motion_file, signals_file
 from ...core.study.results import ClipResult
-from .clip_task import ClipTask, Engine, Looks
+from .clip_task import ClipTask, Engine, Record
 from .own_files import Hashes, remove_own
-
-Record = dict[str, Any]
 
 LIST = "records"
 """Name of the list's file; a shard's name follows it."""
 
 CLIP = re.compile(r'\{"clip": "((?:[^"\\]|\\.)*)"')
 """The beginning of a line of the list, whose rest may be damaged."""
+
+SYNC = 256
+"""Records after which they are waited for until the disk has them."""
 
 UNSEEN = "unseen"
 """The key of a record whose file killed or outlasted its reader at the first look."""
@@ -67,74 +70,80 @@ def unfinished(path: Path) -> Path:
     return path.with_name(f".{path.name}{UNFINISHED}")
 
 
-def write_record(
-    task: ClipTask, result: ClipResult, looks: Looks, files: tuple[Path, ...], more: Record
-) -> None:
-    """Record what became of a clip, the hash of each of its files, and how it looked before it was read.
+def record_of(
+    task: ClipTask,
+    seen: Record,
+    reason: str = "",
+    made: tuple[Mapping[str, Any], tuple[Path, ...]] = ({}, ()),
+    **more: object,
+) -> Record:
+    """What became of a clip, with the hash of each of its files.
 
-    If it looks different now, nobody knows what was read: such a record fits no file. The record goes
-    first and the files get their names after it, so that a process killed at any point never leaves a file
-    without a record; `finished` renames those that were not reached.
+    `seen` are the hash of its file and how it looked before it was read, `made` the facts and the files.
     """
-    mark_changing(task.out)
-    names = {}
-    for path in files:
-        nameless = unfinished(path)
-        names[path.relative_to(task.out).as_posix()] = nameless if nameless.exists() else path
-    if before := last_record(task):
-        others = given_names(task.out, task.clip.name, before)
-        remove_own(task.out, {name: hashes for name, hashes in others.items() if name not in names})
-    key = task.key(result.source_sha256)
-    changed = bool(looks) and task.look() != looks
-    content = {
-        "key": "" if changed else key,
-        "reason": result.reason,
-        "details": result.details,
+    details, files = made
+    nameless = {path: new if (new := unfinished(path)).exists() else path for path in files}
+    names = {path.relative_to(task.out).as_posix(): new for path, new in nameless.items()}
+    return {
+        **not_kept(task, reason),
+        "details": details,
+        "source": seen,
+        "key": task.key(seen["sha256"]),
         "files": {name: file_sha256(path) for name, path in names.items()},
-        "source": {"sha256": result.source_sha256, "looks": [] if changed else looks},
         "made": {name: _size_and_time(path) for name, path in names.items()},
+        **more,
     }
-    write_json(task.record_file, content | more)
-    for name, path in names.items():
-        path.replace(task.out / name)
 
 
-def refresh(task: ClipTask, record: Record, looks: Looks) -> None:
-    """Record how a clip and its files look that are as they were by their hashes."""
-    new = {
-        "source": record["source"] | {"looks": looks},
-        "made": {name: _size_and_time(task.out / name) for name in record["files"]},
-    }
-    if task.look() == looks and not new.items() <= record.items():
-        whose = {"clip", "at"}
-        write_json(task.record_file, {name: record[name] for name in record if name not in whose} | new)
+def not_kept(task: ClipTask, reason: str) -> Record:
+    """What became of a clip that the next run tries again: no list has it."""
+    unseen = {"sha256": "", "looks": []}
+    return {"clip": task.clip.name, "reason": reason, "details": {}, "source": unseen}
+
+
+def result_of(clip: Clip, record: Record) -> ClipResult:
+    """The result of a clip, from its record."""
+    return ClipResult(clip, record["reason"], record["details"], record["source"]["sha256"])
+
+
+@contextmanager
+def keeping(out: Path, before: Mapping[str, Record], shard: str = "") -> Iterator[Callable[[Record], None]]:
+    """A function that lists a clip's record and names its files: a run is the one writer of its list.
+
+    `before` are the records that it found. The record goes first and the files get their names after it, so
+    that a process killed at any point never leaves a file without a record; `finished` renames those that
+    were not reached.
+    """
+    with _list_file(out, shard).open("a", encoding="utf-8") as stream:
+        numbers = count(1)
+
+        def keep(record: Record) -> None:
+            if "key" not in record:
+                return
+            clip, names = record["clip"], record["files"]
+            others = given_names(out, clip, before[clip]) if clip in before else {}
+            if others := {name: hashes for name, hashes in others.items() if name not in names}:
+                mark_changing(out)
+                remove_own(out, others)
+            stream.write(f"\n{json.dumps({'clip': clip, 'at': time.time_ns(), **record})}")
+            stream.flush()
+            for name in names:
+                with suppress(FileNotFoundError):  # it has its name
+                    unfinished(out / name).replace(out / name)
+            if next(numbers) % SYNC == 0:
+                os.fsync(stream.fileno())
+
+        try:
+            yield keep
+        finally:
+            forget_read()
+            os.fsync(stream.fileno())
 
 
 def _size_and_time(path: Path | str) -> list[int]:
     """Bytes of a file of ours and when it was written (ns), which renames and moves keep."""
     found = os.lstat(path)  # no file of ours is a link
     return [found.st_size, found.st_mtime_ns]
-
-
-def last_record(task: ClipTask) -> Record | None:
-    """The clip's newest record: a file of its own, or as the run found it in the list."""
-    own = _own_record(task.record_file)
-    return _decoded(task.before, task.clip.name) if own is None and task.before else own
-
-
-def _own_record(path: Path) -> Record | None:
-    """The record in a clip's own file and when it was written; no more than the name if it is damaged."""
-    try:
-        return {"clip": path.stem, "at": path.stat().st_mtime_ns, **json.loads(path.read_text("utf-8"))}
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError, TypeError, RecursionError):
-        return {"clip": path.stem, "at": 0}
-
-
-def has_records(out: Path) -> bool:
-    """Whether any run wrote a record here."""
-    return bool(lists_in(out)) or any((out / WORK / "clips").glob("*.json"))
 
 
 def lists_in(out: Path) -> list[Path]:
@@ -146,10 +155,6 @@ def read_records(out: Path) -> Records:
     """The newest record of each clip; of a damaged one only the clip's name."""
     lists = ((path, path.stat()) for path in lists_in(out))
     found = dict(_listed(tuple((path, stat.st_size, stat.st_mtime_ns) for path, stat in lists)))
-    for own in (out / WORK / "clips").glob("*.json"):
-        path = inside(out, f"{WORK}/clips/{own.name}")
-        if record := _own_record(path):
-            found[path.stem] = json.dumps(record)
     return Records(found, out)
 
 
@@ -185,27 +190,14 @@ def _decoded(line: str, clip: str) -> Record:
     return {"clip": clip, "at": 0}
 
 
-def gather(out: Path, clips: Iterable[str], shard: str = "") -> None:
-    """Move clips' records from their own files into the list."""
-    paths = [out / WORK / "clips" / f"{clip}.json" for clip in clips]
-    found = {path: record for path in paths if (record := _own_record(path))}
-    with _list_file(out, shard).open("a", encoding="utf-8") as stream:
-        stream.write("".join(f"\n{json.dumps(record)}" for record in found.values()))
-        stream.flush()
-        os.fsync(stream.fileno())
-    for path in found:
-        path.unlink()
-
-
 def tidy(out: Path, without: Collection[str] = ()) -> Records:
     """The records of a folder that no other run works in, less some clips', in one list from now on."""
     records = read_records(out)
     kept = {clip: records.text(clip) for clip in records if clip not in without}
     lists = set(lists_in(out))
-    own = list((out / WORK / "clips").glob("*.json"))
-    if own or len(kept) < len(records) or lists != {_list_file(out)}:
+    if len(kept) < len(records) or lists != {_list_file(out)}:
         write_text(_list_file(out), "".join(f"\n{text}" for text in kept.values()))
-        for path in (*own, *(lists - {_list_file(out)})):
+        for path in lists - {_list_file(out)}:
             path.unlink()
     return Records(kept, out)
 
@@ -223,24 +215,43 @@ def given_names(out: Path, clip: str, record: Record) -> Hashes:
     return {name: {str(files[name])} for name in names if name in files}
 
 
-def untouched(task: ClipTask, record: Record | None) -> ClipResult | None:
-    """The result in a record of an earlier run, if the clip and what was made of it look exactly as recorded.
+def untouched(task: ClipTask) -> Record | None:
+    """The record of an earlier run, if the clip and what was made of it look exactly as recorded.
 
     Neither is read.
     """
-    if record is None:
+
+    def as_made(record: Record, name: str) -> bool:
+        return record["made"][name] == _size_and_time(f"{task.out}/{name}")
+
+    return _known(task, lambda source: source["looks"] == task.look() and task.key(source["sha256"]), as_made)
+
+
+def finished(task: ClipTask, key: str, seen: Record) -> Record | None:
+    """The record of an earlier run, if its inputs are the same and its files whole, and how all looks now."""
+
+    def whole(record: Record, name: str) -> bool:
+        return _is_whole(inside(task.out, name), record["files"][name])
+
+    if record := _known(task, lambda _: key, whole):
+        made = {name: _size_and_time(task.out / name) for name in record["files"]}
+        return record | {"source": seen, "made": made}
+    return None
+
+
+def _known(
+    task: ClipTask, key_of: Callable[[Record], Any], whole: Callable[[Record, str], bool]
+) -> Record | None:
+    """The record of an earlier run, if it has the key of its source now, and its files are `whole`."""
+    if not task.before:
         return None
     try:
+        record = _decoded(task.before, task.clip.name)
         files = _check_names(task.out, task.clip.name, record)
-        source, made = record["source"], record["made"]
-        if _had_less(record, task.engine):
-            return None
-        if source["looks"] != task.look() or record["key"] != task.key(source["sha256"]):
-            return None
-        if any(made[name] != _size_and_time(f"{task.out}/{name}") for name in files):
+        if _had_less(record, task.engine) or record["key"] != key_of(record["source"]):
             return None
         if isinstance(record["reason"], str) and isinstance(record["details"], dict):
-            return ClipResult(task.clip, record["reason"], record["details"], source["sha256"])
+            return record if all(whole(record, name) for name in files) else None
     except ForeignFileError:
         raise
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
@@ -277,31 +288,13 @@ def _check_names(out: Path, clip: str, record: Record) -> Collection[str]:
 
 def _place_of(out: Path, clip: str) -> str:
     """The place of a clip's record, in words."""
-    found = str(out / WORK / "clips" / f"{clip}.json")
+    found = str(out / WORK)
     for path in lists_in(out):
         with path.open(encoding="utf-8", errors="replace") as stream:
             for number, line in enumerate(stream, start=1):
                 if (begun := CLIP.match(line)) and begun[1] == clip:
                     found = f"{path}, line {number},"
     return found
-
-
-def finished(task: ClipTask, key: str) -> Record | None:
-    """The record of an earlier run, if its inputs are the same and its files are whole."""
-    if (done := last_record(task)) is None:
-        return None
-    try:
-        if done["key"] != key or _had_less(done, task.engine):
-            return None
-        if not isinstance(done["reason"], str) or not isinstance(done["details"], dict):
-            return None
-        _check_names(task.out, task.clip.name, done)
-        whole = all(_is_whole(inside(task.out, name), value) for name, value in done["files"].items())
-    except ForeignFileError:
-        raise
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return None
-    return done if whole else None
 
 
 def _is_whole(path: Path, sha256: str) -> bool:

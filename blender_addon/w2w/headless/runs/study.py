@@ -39,7 +39,7 @@ from ...core.study.results import ClipResult, Study, StudyResults
 from ...core.study.signals import place_patches
 from ...core.wording import restated
 from .clip import give_up
-from .clip_task import ClipTask, Engine, digest_of_path
+from .clip_task import ClipTask, Engine, Record, digest_of_path
 from .cluster import spread_over
 from .folder import (
     SUMMARY,
@@ -52,13 +52,10 @@ from .folder import (
 )
 from .garments import fit_garments
 from .monitor import RunMonitor
-from .records import Records, forget_read, gather, has_records, read_records, tidy, untouched
+from .records import Records, keeping, lists_in, read_records, result_of, tidy, untouched
 from .workers import Workers, clip_workers, run_tasks, spread_here
 
 TOO_ALIKE = "the clips show too few different motions"
-
-GATHER = 256
-"""Clips whose records go into the list at once."""
 
 
 class StudyError(Exception):
@@ -107,7 +104,7 @@ def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shar
     if not (out / SUMMARY).is_file():  # a first run: until it ends there is nothing to read
         mark_changing(out)
     # a resume may have nothing left to do: it starts workers once it has
-    early = nullcontext() if has_records(out) else clip_workers(plan.engine, plan.library.clips)
+    early = nullcontext() if lists_in(out) else clip_workers(plan.engine, plan.library.clips)
     with early as workers:
         alone = preparing(out / WORK) if shard else nullcontext()
         with monitor.step("placing patches", "Placing patches on the body"), alone:
@@ -197,27 +194,25 @@ def _bake(
     library = digest_of_path(plan.library.folder)
     clips = {clip.name: clip for clip in plan.library.clips}
     results: dict[str, ClipResult] = {}
-    due, died, own_files = [], [], []
-    with monitor.bar("turning motions to signals", len(plan.library.clips), "Motions to signals") as advance:
+    due, died = [], []
+    turning = monitor.bar("turning motions to signals", len(plan.library.clips), "Motions to signals")
+    with turning as advance, keeping(out, records, shard) as keep:
 
-        def done(result: ClipResult) -> None:
-            results[result.clip.name] = result
+        def known(record: Record) -> None:
+            clip = clips[record["clip"]]
+            results[clip.name] = result = result_of(clip, record).small()
             monitor.clip_done(result)
 
-        def made(result: ClipResult) -> None:
-            done(result.small(clips[result.clip.name]))
+        def made(record: Record) -> None:
+            keep(record)
+            known(record)
             advance(1)
-            own_files.append(result.clip.name)
-            if len(own_files) == GATHER:
-                gather(out, own_files, shard)
-                own_files.clear()
 
         for clip in plan.library.clips:
             its = replace(engine, rests=engine.rests.of_file(clip.file))
             task = ClipTask(clip, out, config, inputs, its, records.text(clip.name), library)
-            as_it_was = None if engine.verify else untouched(task, records.get(clip.name))
-            if as_it_was is not None:
-                done(as_it_was.small(clip))
+            if not engine.verify and (record := untouched(task)):
+                known(record)
             elif (death := plan.deadly.get(clip.path)) and death.stamp == stamp(clip.path):
                 died.append((task, death))
             else:
@@ -226,8 +221,6 @@ def _bake(
         for task, death in died:
             made(give_up(task, death))
         run_tasks(due, engine.workers, engine.scheduler, made, workers)
-        gather(out, own_files, shard)
-    forget_read()
     return tuple(results[clip.name] for clip in plan.library.clips), records
 
 

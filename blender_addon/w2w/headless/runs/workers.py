@@ -29,12 +29,11 @@ from ...core.reading.executor import ProgramExecutor
 from ...core.reading.formats import Source
 from ...core.reading.guard import end_with, timed_out
 from ...core.reading.reader import Reader
-from ...core.study.results import ClipResult
 from ...core.wording import restated
 from ..blender import NoBlenderError, inside_blender
 from ..stopping import deaf_children, when_stopped
 from .clip import PLAIN, get_ready, load_clip, record_death, try_alone, work_in_worker
-from .clip_task import ClipTask, Engine
+from .clip_task import ClipTask, Engine, Record
 from .cluster import EngineError, run_on_cluster
 
 Result = TypeVar("Result")
@@ -74,46 +73,46 @@ def run_tasks(
     tasks: Sequence[ClipTask],
     workers: int,
     scheduler: str,
-    progress: Callable[[ClipResult], None],
+    done: Callable[[Record], None],
     ready: Workers | None = None,
-) -> list[ClipResult]:
-    """Do all tasks; results in their order, and each to `progress` as it comes.
+) -> None:
+    """Do all tasks; the record of each goes to `done` as it comes.
 
     A Dask scheduler's workers must see the library and the output folder at the same paths. Without one,
     `ready` workers of `clip_workers` do the tasks, and new ones where they die. An EngineError says that the
     scheduler cannot be reached, or that workers die again and again.
     """
     if scheduler:
-        results = run_on_cluster(tasks, scheduler, progress)
+        run_on_cluster(tasks, scheduler, done)
     else:
-        results = _on_this_machine(tasks, workers, progress, ready)
-    return [results[task.clip.name] for task in tasks]
+        _on_this_machine(tasks, workers, done, ready)
 
 
 def _on_this_machine(
-    tasks: Sequence[ClipTask], workers: int, progress: Callable[[ClipResult], None], ready: Workers | None
-) -> dict[str, ClipResult]:
-    results: dict[str, ClipResult] = {}
-    waiting = list(tasks)
+    tasks: Sequence[ClipTask], workers: int, done: Callable[[Record], None], ready: Workers | None
+) -> None:
+    waiting = {task.clip.name: task for task in tasks}
     breaks = 0
+
+    def came(record: Record) -> None:
+        del waiting[record["clip"]]
+        done(record)
+
     while waiting:
         fresh = local_executor(min(workers, len(waiting))) if ready is None else nullcontext(ready)
         with fresh as executor:
-            broken = _collect(executor, workers, waiting, results, progress)
+            broken = _collect(executor, workers, [*waiting.values()], came)
         ready = None
         if not broken:
             break
-        suspects = [task for task in waiting if task.clip.name not in results and task.marker.exists()]
+        suspects = [task for task in waiting.values() if task.marker.exists()]
         for task in suspects:
-            results[task.clip.name] = record_death(task) if timed_out(task.marker) else try_alone(task, _once)
-            progress(results[task.clip.name])
+            came(record_death(task) if timed_out(task.marker) else try_alone(task, _once))
         breaks = 0 if suspects else breaks + 1
         if breaks >= MAX_BREAKS:
             raise EngineError(
                 "worker processes keep dying before they begin (out of memory?): try fewer --workers"
             )
-        waiting = [task for task in waiting if task.clip.name not in results]
-    return results
 
 
 def run_alone(work: Callable[..., Result], *args: object) -> Result | None:
@@ -131,23 +130,16 @@ def run_side_by_side(works: Sequence[Callable[[], Result]]) -> list[Result | Non
         return [None if dead else future.result() for dead, future in zip(died, futures, strict=True)]
 
 
-def _once(task: ClipTask) -> ClipResult | None:
+def _once(task: ClipTask) -> Record | None:
     """Do a task in a worker of its own; None if the worker died."""
-    found: dict[str, ClipResult] = {}
-    with local_executor(1) as executor:
-        _collect(executor, 1, [task], found, lambda _: None)
-    return found.get(task.clip.name)
+    return run_alone(work_in_worker, task)
 
 
 def _collect(
-    executor: Workers,
-    workers: int,
-    tasks: Sequence[ClipTask],
-    results: dict[str, ClipResult],
-    progress: Callable[[ClipResult], None],
+    executor: Workers, workers: int, tasks: Sequence[ClipTask], done: Callable[[Record], None]
 ) -> bool:
-    """Hand out tasks and gather results; True if the workers died before all were done."""
-    queue, pending = iter(tasks), set[Future[ClipResult]]()
+    """Hand out tasks and gather records; True if the workers died before all were done."""
+    queue, pending = iter(tasks), set[Future[Record]]()
     try:
         while True:
             with deaf_children():
@@ -155,11 +147,9 @@ def _collect(
                 pending |= {executor.submit(work_in_worker, task) for task in new}
             if not pending:
                 return False
-            done, pending = wait_for(pending, return_when=FIRST_COMPLETED)
-            for future in done:
-                result = future.result()
-                results[result.clip.name] = result
-                progress(result)
+            ended, pending = wait_for(pending, return_when=FIRST_COMPLETED)
+            for future in ended:
+                done(future.result())
     except BrokenExecutor:
         executor.shutdown(kill_workers=True)  # those that live would go on with what is waiting
         return True
