@@ -22,7 +22,7 @@ N_PATCHES = 64
 
 def worn() -> list[str]:
     """Names of what is worn, the outer first."""
-    return [row.item.name for row in study().garments]
+    return [row.item.name for row in study().covers]
 
 
 def prepare(driver: Driver) -> Script:
@@ -40,7 +40,7 @@ def put_on_and_take_off(driver: Driver) -> Script:
     yield from driver.press("trousers", FIELD)
     yield from driver.turns(10)
     report["both"] = worn()
-    shirt = study().garments[0].item
+    shirt = study().covers[0].item
     report["modifiers"] = [modifier.type for modifier in shirt.modifiers]
     report["lies_on_body"] = bpy.context.scene.w2w.body.collision is not None
     yield from driver.look("2_both")

@@ -22,7 +22,7 @@ from ..core.study.config import FILES, RANKING, StudyConfig
 from . import options
 from .options import option
 from .runs.clip_task import Engine
-from .runs.garments import parse_garments
+from .runs.covers import parse_garments
 from .runs.monitor import EventLog, RunMonitor, event_line
 from .stopping import STOPPED, say_for_machines
 

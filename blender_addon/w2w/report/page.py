@@ -85,6 +85,7 @@ def _page(study: StudyResults, project: str | None) -> str:
             still=still_picture(study, body, shown, together),
             worn=worn,
             body=body,
+            on_skin=study.config().on_skin,
             wearing=wearing_sentences(study.config().sensor_model()),
             utility=utility,
             n_patches=len(study.patches),

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.body.body import Body
 from ..core.body.skeleton import JOINT_NAMES, PARENTS
-from ..core.garments.on_cloth import ClothSensors
+from ..core.imu.on_cloth import ClothSensors
 from ..core.motion.motion import Motion
 from ..core.motion.skinning import patch_matrices, triangle_frames
 from ..core.patches.patches import PatchSet
@@ -41,7 +41,7 @@ class Bake:
     root : ndarray, shape (T, 3), or None
         Path of the root in the world; None on the general path, where more than the bones may move it.
     on_cloth : ClothSensors or None
-        The sensors that sit on garments; in `matrices` they are on the skin.
+        The sensors that sit on cloth; in `matrices` they are on the skin.
     """
 
     matrices: np.ndarray

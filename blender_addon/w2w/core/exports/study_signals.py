@@ -126,7 +126,7 @@ class WornSignals:
     def clips(self) -> Iterator[WornClip]:
         """Each clip of the run, with the true pose and the orientations at its samples.
 
-        Raises ValueError if the run's signals are not physical or are on garments.
+        Raises ValueError if the run's signals are not physical or are on cloth.
         """
         config = self.study.config()
         if config.synthesis.convention != "physical":
@@ -134,10 +134,10 @@ class WornSignals:
                 "the run was made with --convention paper, whose signals are in no one frame: they cannot be "
                 "turned back; run it with the physical convention"
             )
-        if config.garments:
+        if not config.on_skin:
             raise ValueError(
-                f"the run wore {', '.join(config.garments)}, and signals on a garment are made by the run "
-                "alone: they stand in its folder signals, at the rate of the run"
+                "sensors of the run sit on cloth, whose signals are made by the run alone: they stand in its "
+                "folder signals, at the rate of the run"
             )
         synthesis = replace(config.synthesis, rate_hz=self.rate)
         config = replace(config, synthesis=synthesis, sensor=self.sensor.name, own_sensor=self.sensor)

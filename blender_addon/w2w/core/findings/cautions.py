@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..garments.on_cloth import caught_sentences
+from ..imu.on_cloth import caught_sentences
 from ..imu.sensor import FULL_SCALE
 from ..keypoints.likely_rest import ITS_OWN
 from ..library.labels import same_label
@@ -76,13 +76,12 @@ def cautions(
     clips: Sequence[LabelledClip],
     facts: Iterable[Facts],
     config: StudyConfig,
-    garments: str = "",
+    on_cloth: str = "",
     patch: int | None = None,
 ) -> list[Caution]:
     """The cautions on a ranking of clips, given with the facts of each, the heaviest first.
 
-    `patch` is the one recommended, if it is known; `garments` is the sentence on what is worn over the skin
-    (`garment_sentence`).
+    `patch` is the one recommended, if it is known; `on_cloth` is the `cover_sentence`.
     """
     durations, origins, odd = [], [], []
     for clip, about in zip(clips, facts, strict=True):
@@ -106,7 +105,7 @@ def cautions(
         *(Caution(WEAKENS, text) for text in (shared, full_scale_sentence(odd), config.synthesis.caution)),
         *(Caution(WEAKENS, text) for text in caught_sentences(odd)),
         Caution(WEAKENS if utility.left_out else KNOW, copies_sentence(copies_among(clips, clips))),
-        *(Caution(KNOW, text) for text in (alone, _up(odd), _rests(odd), cut_sentence(odd), garments)),
+        *(Caution(KNOW, text) for text in (alone, _up(odd), _rests(odd), cut_sentence(odd), on_cloth)),
     ]
     return heaviest_first(found)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..files import new_folder, write_json
-from ..garments.cover import FITTED, Cover, save_covers
+from ..imu.cover import FITTED, Cover, save_covers
 from ..motion.motion import Motion
 from ..study.clip_files import WORK, ClipWindows, features_file, motion_file, signals_file
 from ..study.results import Study, StudyResults, stored_recording
@@ -26,8 +26,8 @@ def write_folder(
     """Write a results folder, new or empty, whole or not at all.
 
     The study's clips have the names of the new files; its results know where their signals are now.
-    `motions` holds one entry per clip, None if the body was moved otherwise; `covers` are by garment of the
-    config. `progress` is given the fraction done; an exception from it ends the work.
+    `motions` holds one entry per clip, None if the body was moved otherwise; `covers` are the config's.
+    `progress` is given the fraction done; an exception from it ends the work.
     """
     check_new(folder)
     old, clips = study.results, []

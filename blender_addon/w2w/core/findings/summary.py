@@ -16,7 +16,7 @@ import numpy as np
 from ..body.body import PACKAGE
 from ..csv_tables import apart, csv_text
 from ..files import DIGITS, file_sha256, write_json, write_text
-from ..garments.cover import garment_content, garment_sentence
+from ..imu.cover import cover_content, cover_sentence
 from ..library.library import Library, not_read_sentence
 from ..patches.patches import PatchSet
 from ..ranking.costs import cost_of, costs_at, is_as_good
@@ -124,10 +124,10 @@ def patch_table(utility: UtilityMap, patches: PatchSet, clusters: np.ndarray) ->
 def summary(study: Study) -> dict[str, Any]:
     """All findings of the study, for people and programs."""
     utility, patches = study.results.utility, study.results.patches
-    garments = garment_content(study.results.out, study.config.garments, patches)
-    worn = garment_sentence(garments, len(patches))
+    covers = {} if study.config.on_skin else cover_content(study.results.out, patches)
+    on_cloth = cover_sentence(covers, len(patches))
     used, place = map(_entry, study.used), study.advice.answer.patch
-    found = cautions(utility, study.results.clips, used, study.config, worn, place)
+    found = cautions(utility, study.results.clips, used, study.config, on_cloth, place)
     return {
         "clips": study_counts(study),
         "labelled_by": study.library.labelled_by,
@@ -141,7 +141,7 @@ def summary(study: Study) -> dict[str, Any]:
         "protocol": utility.protocol,
         "classifier": utility.classifier,
         "sensor": study.config.sensor,
-        **({"garments": garments} if garments else {}),
+        **covers,
         **advice_content(study.advice, study.results.utility, patches, found),
         **map_content(study.results, study.config.placements, study.advice.answer.base.under),
     }

@@ -135,9 +135,14 @@ class StudyConfig:
         if self.further.features and inputs_of(self.classifier) == "windows":
             names = ", ".join(self.further.features)
             raise ValueError(f"{self.classifier} learns from acc and gyr alone, not from {names}")
-        if self.garments and self.further != NOTHING:
+        if not self.on_skin and self.further != NOTHING:
             raise ValueError("a garment's sensors are accelerometer and gyroscope alone: leave others out")
         self.sensor_model()
+
+    @property
+    def on_skin(self) -> bool:
+        """Whether nothing covers the skin that sensors sit on."""
+        return not self.garments
 
     def sensor_model(self) -> SensorModel:
         """The sensor model that `sensor` names."""

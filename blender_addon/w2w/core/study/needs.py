@@ -132,10 +132,10 @@ def needs(
     read once. ValueError if signals cannot be made again from motions.
     """
     config = study.config()
-    if config.garments or config.further.features or config.classifier != Ridge.name:
+    if not config.on_skin or config.further.features or config.classifier != Ridge.name:
         raise ValueError(
             "what a sensor needs is found by the ridge, from accelerometer and gyroscope on the skin: "
-            "not with garments, further sensors or another classifier"
+            "not on cloth, with further sensors or another classifier"
         )
     for clip in study.clips:
         if not motion_file(study.out, clip.name).exists():

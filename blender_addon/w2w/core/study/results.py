@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from ..body.body import Body
+from ..imu.cover import covered
 from ..imu.recording import ImuRecording
 from ..inside import ForeignFileError, inside
 from ..library.library import Clip, Library
@@ -200,8 +201,7 @@ def _check_summary(summary: Mapping[str, Any], n_patches: int) -> None:
     sensors = [summary["answer"], summary["best_single_patch"]]
     sensors += (summary["worn_together"] or {"places": []})["places"]
     sensors += [card | {"name": card["sensor"]} for card in summary["cards"]]
-    garments = summary.get("garments", {}).values()
-    for patch in (*(sensor["patch"] for sensor in sensors), *chain(*(own["patches"] for own in garments))):
+    for patch in (*(sensor["patch"] for sensor in sensors), *chain(*covered(summary).values())):
         if not isinstance(patch, int) or not 0 <= patch < n_patches:
             raise ValueError(f"there is no patch {str(patch)[:20]}")
     if not all(isinstance(sensor["name"], str) for sensor in sensors):

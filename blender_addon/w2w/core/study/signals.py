@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..body.body import Body
-from ..garments.on_cloth import ClothSensors
 from ..imu.further import further_signals
+from ..imu.on_cloth import ClothSensors
 from ..imu.recording import ImuRecording
 from ..imu.synthesis import synthesize
 from ..imu.virtual import record_motion
@@ -46,7 +46,7 @@ def simulate(
 ) -> ImuRecording:
     """Recording of sensors on all patches, or the `chosen`, through one motion.
 
-    `on_cloth` is how all those on garments move. ValueError if the motion is too short for the synthesis.
+    `on_cloth` is how all those on cloth move. ValueError if the motion is too short for the synthesis.
     """
     motion, sensor = measured(motion, config), config.sensor_model()
     if on_cloth is None:

@@ -16,7 +16,7 @@ from ...core.files import UNFINISHED, new_folder, write_json
 from ...core.findings.advice_content import advice_content, needs_on, place_content, with_needs
 from ...core.findings.cautions import Caution, cautions
 from ...core.findings.summary import PLACEMENTS, map_content, write_map, write_placements
-from ...core.garments.cover import garment_sentence
+from ...core.imu.cover import cover_sentence
 from ...core.parameters import parameters_at, with_values
 from ...core.ranking.weights import check_counting
 from ...core.selection.advice import Advice
@@ -158,9 +158,9 @@ def place(
 
 def _cautions(study: StudyResults, config: StudyConfig, advice: Advice) -> list[Caution]:
     """The cautions on a folder's clips, ranked again."""
-    worn = garment_sentence(study.summary.get("garments", {}), len(study.patches))
+    on_cloth = cover_sentence(study.summary, len(study.patches))
     facts = (entry for entry in study.listed if is_used(entry))
-    return cautions(study.utility, study.clips, facts, config, worn, advice.answer.patch)
+    return cautions(study.utility, study.clips, facts, config, on_cloth, advice.answer.patch)
 
 
 @contextmanager

@@ -10,8 +10,8 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.files import file_sha256
-from ...core.garments.cover import FITTED, Cover, load_covers
-from ...core.garments.on_cloth import ClothSensors, caught_content
+from ...core.imu.cover import FITTED, Cover, load_covers
+from ...core.imu.on_cloth import ClothSensors
 from ...core.library.library import Clip
 from ...core.motion.motion import Motion
 from ...core.motion.signature import motion_signature
@@ -193,19 +193,18 @@ def _make(task: ClipTask) -> tuple[dict[str, Any], tuple[Path, ...]]:
     details = {**details, "windows": len(is_test), "test_windows": int(np.sum(is_test))}
     details |= task.config.sensor_model().full_scale_content(recording)
     if on_cloth is not None:
-        frames = dict(zip(_covers(task.out, task.inputs), on_cloth.caught, strict=True))
-        details |= caught_content(frames, len(on_cloth.matrices))
+        details |= on_cloth.facts()
     kept = (task.signals_file,) if task.engine.signals else ()
     return details, (task.motion_file, *kept, task.features_file)
 
 
 def _sensors_on_cloth(task: ClipTask, body: Body, patches: PatchSet, motion: Motion) -> ClothSensors | None:
-    """The places of the sensors on garments, as Blender moves the cloth; None without garments."""
-    if not task.config.garments:
+    """The places of the sensors on cloth, as Blender moves it; None where all sit on the skin."""
+    if task.config.on_skin:
         return None
     covers = _covers(task.out, task.inputs)
     with needs_blender(), quiet_output():
-        from ...scene.garments.bake import followed
+        from ...scene.cloth.bake import followed
 
         return followed(body, patches, covers, measured(motion, task.config))
 
@@ -252,5 +251,5 @@ def _body_and_patches(out: Path, inputs: str) -> tuple[Body, PatchSet]:  # noqa:
 
 @cache
 def _covers(out: Path, inputs: str) -> Mapping[str, Cover]:  # noqa: ARG001 - a key of the cache
-    """The covers of the study's garments, read once per worker and study."""
+    """What covers the skin, read once per worker and study."""
     return load_covers(out / FITTED)

@@ -17,21 +17,18 @@ from typing import Any
 from ...core.body.body import Body
 from ...core.files import file_sha256, stamp, write_json
 from ...core.findings.summary import versions
-from ...core.garments.cover import FITTED
-from ...core.garments.cut import split_name
 from ...core.inside import inside
 from ...core.library.library import Clip
 from ...core.study.clip_files import WORK
 from .clip_task import digest_of_path, look
-from .folder import DIVIDED, results_made_by
+from .covers import files_worn
+from .folder import DIVIDED, placed_files, results_made_by
 from .own_files import LIST, is_whole
 from .records import lists_in
 from .study import BakedStudy, RunPlan
 
 CURRENT = f"{WORK}/current.json"
 """Digests of the inputs of the results, of how all files looked then, and of the list of results."""
-
-PLACED = (f"{WORK}/body.npz", f"{WORK}/patches.npz", FITTED)
 
 
 def note_current(plan: RunPlan, baked: BakedStudy, out: Path, inputs: str) -> None:
@@ -47,10 +44,10 @@ def note_current(plan: RunPlan, baked: BakedStudy, out: Path, inputs: str) -> No
 
 def looks_of_inputs(plan: RunPlan) -> str:
     """A digest of how a study is made and within which limits, of its labels, and how its files look."""
-    library, garments = digest_of_path(plan.library.folder), map(split_name, plan.config.garments)
+    library = digest_of_path(plan.library.folder)
     clips = [(*_labels(clip), look(library, clip.path)) for clip in plan.library.clips]
     parts = [_study(plan), plan.engine.limits, *clips]
-    return _digest([*parts, *(stamp(Path(file)) for file, *_ in garments if file)])
+    return _digest([*parts, *map(stamp, filter(None, files_worn(plan.config)))])
 
 
 def is_untouched(body: Body, out: Path, inputs: str) -> bool:
@@ -77,10 +74,9 @@ def _noted(out: Path) -> dict[str, str]:
 
 
 def _content(plan: RunPlan, baked: BakedStudy, out: Path) -> dict[str, str]:
-    placed = (path for name in PLACED if (path := out / name).exists())
     clips = ((*_labels(result.clip), result.reason, result.source_sha256) for result in baked.clips)
     return {
-        "made_of": _digest([_study(plan), *map(file_sha256, placed), *clips]),
+        "made_of": _digest([_study(plan), *map(file_sha256, placed_files(out)), *clips]),
         "written": file_sha256(out / LIST),
     }
 
@@ -91,7 +87,7 @@ def _looks(body: Body, out: Path, inputs: str) -> str:
     parts: list[Any] = [inputs, body.name, *(hashlib.sha256(array.data).hexdigest() for array in arrays)]
     for folder in DIVIDED:
         parts += _files_below(out, folder)
-    return _digest([*parts, *map(stamp, (*(out / name for name in (LIST, *PLACED)), *lists_in(out)))])
+    return _digest([*parts, *map(stamp, (out / LIST, *placed_files(out), *lists_in(out)))])
 
 
 def _study(plan: RunPlan) -> tuple[Any, ...]:

@@ -17,6 +17,7 @@ from ...core.adopt.topology import NUMBERING
 from ...core.body.body import PACKAGE, TEMPLATES
 from ...core.files import UNFINISHED, file_sha256
 from ...core.findings.summary import PLACEMENTS
+from ...core.imu.cover import FITTED
 from ...core.library.library import Library, unique_names
 from ...core.study.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide, mark_changing
 from ...core.study.clip_list import CLIP_LIST
@@ -89,6 +90,12 @@ MEAN, SUBSET = "mean", "subset"
 
 SUMMARY = "summary.json"
 TABLES = ("config.json", "utility.npz", "utility.csv", PLACEMENTS, CLIP_LIST, SUMMARY)
+
+
+def placed_files(out: Path) -> list[Path]:
+    """What all clips of a run share: the body, its patches and what covers them."""
+    names = (f"{WORK}/body.npz", f"{WORK}/patches.npz", FITTED)
+    return [path for name in names if (path := out / name).exists()]
 
 
 def make_folders(out: Path, clips: int = 0) -> None:

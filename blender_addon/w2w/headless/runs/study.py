@@ -16,7 +16,6 @@ from ...core.body.shapes import bundled_targets
 from ...core.files import stamp, write_json
 from ...core.findings.cautions import copies_sentence
 from ...core.findings.summary import config_content
-from ...core.garments.cover import FITTED
 from ...core.library.library import Clip, Library
 from ...core.motion.up import UPSIDE_DOWN, mostly_head_down
 from ...core.patches.patches import PatchSet
@@ -41,16 +40,17 @@ from ...core.wording import restated
 from .clip import give_up
 from .clip_task import ClipTask, Engine, Record, digest_of_path
 from .cluster import spread_over
+from .covers import fit_covers
 from .folder import (
     SUMMARY,
     code_sha256,
     forget_running,
+    placed_files,
     preparing,
     remove_leftovers,
     save_new,
     signals_made_by,
 )
-from .garments import fit_garments
 from .monitor import RunMonitor
 from .records import Records, keeping, lists_in, read_records, result_of, tidy, untouched
 from .workers import Workers, clip_workers, run_tasks, spread_here
@@ -170,7 +170,7 @@ def _prepare(plan: RunPlan, body: Body, out: Path) -> PatchSet:
     forget_running(out, {clip.name for clip in plan.library.clips})
     with restated("", ValueError, StudyError):
         patches = place_patches(Body.bundled() if bundled else body, config)
-        fit_garments(config, body, patches, out)
+        fit_covers(config, body, patches, out)
     save_new(body.save, out, f"{WORK}/body.npz")
     save_new(patches.save, out, f"{WORK}/patches.npz")
     with restated("the constraints cannot be met:", ValueError, StudyError):
@@ -183,9 +183,8 @@ def _bake(
 ) -> tuple[tuple[ClipResult, ...], Records]:
     """The result of each clip, and the records that the folder had before."""
     config, engine = plan.config, plan.engine
-    files = [f"{WORK}/body.npz", f"{WORK}/patches.npz", *([FITTED] if config.garments else ())]
     inputs = hashlib.sha256(
-        b"".join((out / name).read_bytes() for name in files)
+        b"".join(path.read_bytes() for path in placed_files(out))
         + repr((config.signal_parameters(), engine.bone_maps, engine.pose, engine.signals)).encode()
         + signals_made_by().encode()
     ).hexdigest()

@@ -16,7 +16,7 @@ from ...scene.base.playback import EvaluatedVertices
 from ...scene.presentation import facing, neutral, stage
 from ..jobs.jobs import Step, Steps, in_thread, on_body, views
 from ..study import lists, scores, state
-from ..viewport.framing import DRAWN_AFTER, extent, with_garments
+from ..viewport.framing import DRAWN_AFTER, dressed, extent
 from ..viewport.legend import legend
 from .exports import Export, heading
 
@@ -53,7 +53,7 @@ def picture_steps(mesh: bpy.types.Object, path: Path, look: Look) -> Steps:
         width = MARGIN * float(np.linalg.norm(high - low) if look.seen == "THIS_VIEW" else (high - low).max())
         size = round(VIEW_PIXELS * width / (high[2] - low[2]))
         frames = [ViewFrame(turn, (low + high) / 2, width, size) for turn in _turns(mesh, look)]
-        shown_with = [mesh] if look.pose == "NEUTRAL" else [*with_garments(mesh)]
+        shown_with = [mesh] if look.pose == "NEUTRAL" else [*dressed(mesh)]
         with stage(shown_with, size, look.light) as picture:
             for number, frame in enumerate(frames):
                 yield Step(0.2 + 0.3 * number, "rendering")

@@ -19,7 +19,7 @@ from ...scene.base.actions import read_action
 from ...scene.base.body import armature_of
 from ..jobs.jobs import Step, Steps, in_thread, on_body, part
 from ..steps.choosing import advised_steps, counted_clips
-from ..study import counting, garments, lists, operators, state
+from ..study import counting, covers, lists, operators, state
 
 T = TypeVar("T")
 
@@ -53,7 +53,7 @@ def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Step
             motions.append(read_action(armature, clip.action).labelled(clip.activity, clip.subject, name))
         except ValueError:  # its action moves the body in ways that no motion file tells
             motions.append(None)
-    covers = yield from part(garments.covers_steps(mesh, found.patches), 0.8, 0.8)
+    over = yield from part(covers.covers_steps(mesh, found.patches), 0.8, 0.8)
     saved = tuple(map(_saved, clips, names))
     skipped = [(clip.file or clip.name, clip.problem) for clip in study.clips if clip.problem]
     dropped = [(clip.name, clip.activity) for clip in study.clips if clip.activity in left_out]
@@ -64,7 +64,7 @@ def save_steps(mesh: bpy.types.Object, folder: Path, stay: bool = False) -> Step
     finished = Study(library, config, found.body(), saved, found.renamed(names), advice, *more)
 
     def write(progress: Callable[[float], None]) -> list[str]:
-        write_folder(folder, finished, motions, covers, progress)
+        write_folder(folder, finished, motions, over, progress)
         return [signals_key(folder, name) for name in names]
 
     keys = yield from in_thread(write, f"writing {folder.name}", 0.8, 1.0)

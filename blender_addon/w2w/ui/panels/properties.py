@@ -154,7 +154,7 @@ class W2W_PG_study(sensors.SensorProperties, DeclaredProperties, KeptTexts, bpy.
     clips: CollectionProperty(type=rows.W2W_PG_clip)
     clip_index: IntProperty(name="Active Clip", description="The clip that buttons apply to")
 
-    garments: CollectionProperty(type=rows.W2W_PG_garment)
+    covers: CollectionProperty(type=rows.W2W_PG_cover)
     character: PointerProperty(
         type=bpy.types.Object,
         name="Character",

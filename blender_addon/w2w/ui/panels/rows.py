@@ -271,10 +271,10 @@ class W2W_PG_own(Group):
     vertex: IntProperty(name="Vertex", description="Vertex of the body that it is at")
 
 
-class W2W_PG_garment(Group):
-    """A garment on the body."""
+class W2W_PG_cover(Group):
+    """What is worn on the body, so that sensors sit on it."""
 
-    item: PointerProperty(type=bpy.types.Object, name="Garment")
+    item: PointerProperty(type=bpy.types.Object, name="Worn")
 
 
 class W2W_PG_character_mesh(Group):

@@ -15,7 +15,7 @@ from ...core.ranking.utility import inputs_of
 from ...core.wording import capital
 from ..jobs import jobs
 from ..jobs.text import draw_text, styled
-from ..study import garments, operators, sensors, state
+from ..study import covers, operators, sensors, state
 from .base import Layout, PartPanel, draw_parameters, draw_warning, form
 from .properties import SENSORS
 
@@ -103,8 +103,8 @@ def draw_further(study: bpy.types.PropertyGroup, context: bpy.types.Context, lay
     _draw_ticks(study, layout, "record", set(FURTHER))
     if not study.record:
         return
-    if garments.worn_by(study):
-        draw_text(layout, context, "Sensors on garments record accelerometer and gyroscope alone")
+    if covers.worn_by(study):
+        draw_text(layout, context, "Sensors on cloth record accelerometer and gyroscope alone")
         return
     if "magnetometer" in study.record:
         layout.prop(study, "magnetic_dip")

@@ -10,15 +10,15 @@ from ...core.garments.cut import KINDS
 from ...core.ranking.utility import UtilityMap
 from ...core.selection.headline import mean_caution, short
 from ...core.wording import count, free_name
-from ...scene.garments.bake import check_garment
-from ...scene.garments.cloth import KIND, NAMES, dress, lie_on, lies_on_nothing
+from ...scene.cloth.bake import check_garment
+from ...scene.cloth.garments import KIND, NAMES, dress, lie_on, lies_on_nothing
 from ..jobs import jobs
 from ..jobs.text import draw_text, styled
 from ..results import own_placements
 from ..results.own_placements import is_pending, patch_of_own, scores_of_own
 from ..study import operators, state
 from ..study.counting import Group
-from ..study.garments import worn_by
+from ..study.covers import worn_by
 from ..study.pages import DETAILS
 from ..viewport.overlay import NO_PICK, picks
 from .base import Body, Layout, PartPanel, W2WPanel, draw_info, draw_note
@@ -159,7 +159,7 @@ class W2W_OT_add_garment(operators.OnBody, bpy.types.Operator):
     kind: EnumProperty(name="Garment", items=GARMENTS)
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
-        body.w2w.garments.add().item = dress(body, self.kind)
+        body.w2w.covers.add().item = dress(body, self.kind)
         jobs.dismiss()
 
 
@@ -178,7 +178,7 @@ class W2W_OT_wear_garment(operators.OnBody, bpy.types.Operator):
         check_garment(item, body)
         if any(modifier.type == "CLOTH" for modifier in item.modifiers):
             lie_on(body)
-        body.w2w.garments.add().item = item
+        body.w2w.covers.add().item = item
         jobs.dismiss()
 
 
@@ -189,10 +189,10 @@ class W2W_OT_take_off(operators.OnBody, bpy.types.Operator):
 
     @staticmethod
     def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        return "" if len(body.w2w.garments) else "Put a garment on first"
+        return "" if len(body.w2w.covers) else "Put a garment on first"
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
-        garments = body.w2w.garments
+        garments = body.w2w.covers
         if self.index >= len(garments):
             raise ValueError("There is no such garment")
         item = garments[self.index].item
@@ -212,7 +212,7 @@ class W2W_PT_garments(PartPanel, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout = styled(self.layout.column(), enabled=jobs.running is None)
         study = state.polled_body(context).w2w
-        for index, row in enumerate(study.garments):
+        for index, row in enumerate(study.covers):
             line = layout.row(align=True)
             name = row.item.name if row.item is not None else "(removed)"
             line.label(text=name, icon="MATCLOTH", translate=False)
@@ -221,6 +221,6 @@ class W2W_PT_garments(PartPanel, bpy.types.Panel):
         for kind in KINDS:
             row.operator("w2w.add_garment", text=NAMES[kind], translate=False, icon="ADD").kind = kind
         layout.operator("w2w.wear_garment", icon="MATCLOTH")
-        if len(study.garments):
+        if len(study.covers):
             text = "Spots below are baked on the cloth, which takes minutes a clip."
             draw_note(layout, context, f"{text} Not yet checked against worn garments.")

@@ -13,7 +13,7 @@ import numpy as np
 from bpy.props import EnumProperty
 
 from ...core.body.regions import regions_of
-from ...core.garments.on_cloth import HAS_CAUGHT, caught_content
+from ...core.imu.on_cloth import HAS_CAUGHT
 from ...core.imu.recording import ImuRecording
 from ...core.imu.virtual import at_patches
 from ...core.motion.signature import motion_signature
@@ -27,11 +27,10 @@ from ...core.study.signals import describe, record_baked
 from ...core.wording import capital, count, join_words
 from ...scene.bake import PatchBaker
 from ...scene.files.packing import pack
-from ...scene.garments.bake import GarmentBaker
 from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body, part
 from ..jobs.preferences import cache_folder
 from ..results import results
-from ..study import garments, operators, signal_cache, state
+from ..study import covers, operators, signal_cache, state
 from ..viewport.legend import show_colours
 from .scene_results import SceneResults
 
@@ -54,7 +53,7 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], keep: bool = Fals
     study, patches = mesh.w2w, state.placed_patches(mesh)
     baked = attrgetter("signals", "baked_as", "bake_path")
     before = {index: baked(study.clips[index]) for index in indices}
-    bakers, failed = {0: (yield from garments.baker_steps(mesh, patches))}, []
+    bakers, failed = {0: (yield from covers.baker_steps(mesh, patches))}, []
     try:
         for number, index in enumerate(indices):
             name = study.clips[index].name
@@ -81,7 +80,7 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], keep: bool = Fals
     return _baked_text([study.clips[index] for index in indices], len(patches), failed)
 
 
-def _bake_clip(mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, first: int, index: int) -> Steps:
+def _bake_clip(mesh: bpy.types.Object, baker: covers.Baker, first: int, index: int) -> Steps:
     """Bake one clip from the baker's `first` patch on: its signals and features into the cache."""
     study, folder = mesh.w2w, cache_folder()
     settings, config = state.bake_settings(study), state.config_of(study)
@@ -109,8 +108,7 @@ def _bake_clip(mesh: bpy.types.Object, baker: PatchBaker | GarmentBaker, first: 
 
     facts = {name: value for name, value in json.loads(clip.facts or "{}").items() if name not in OF_SIGNALS}
     if bake.on_cloth is not None:
-        caught = dict(zip(config.garments, bake.on_cloth.caught, strict=True))
-        facts |= caught_content(caught, len(bake.on_cloth.matrices))
+        facts |= bake.on_cloth.facts()
     key = yield from in_thread(work, name, 0.8, 1.0)
     mesh.w2w.clips[index].facts = json.dumps(facts)
     _set_signals(mesh.w2w.clips[index], key, settings, f"{bake.path} path: {bake.reason}")

@@ -120,7 +120,7 @@ class SensorProperties(FigureProperties):
 def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: bool) -> FurtherSensors:
     """`FurtherSensors` of the study; errors of the parts are those of the run opened.
 
-    `dressed` is whether garments carry the sensors: these record acc and gyr alone.
+    `dressed` is whether cloth carries the sensors: these record acc and gyr alone.
     """
     shown: dict[str, Any] = {
         "record": set(run.record),

@@ -30,8 +30,8 @@ from ...scene.base.body import body_of
 from ...scene.base.patches import PATCH
 from ...scene.files.packing import unpack
 from .counting import LEFT_OUT, Group, counted_in, is_reweighed
+from .covers import parameters, wardrobe_text
 from .declared import SHOWN, as_given, config_shown, property_of
-from .garments import wardrobe_text, worn_by
 from .sensors import OWN, further_of, own_sensor
 
 AS_SHOWN = 1e-5
@@ -119,13 +119,13 @@ def _config_of_signals(study: Group, run: StudyConfig) -> StudyConfig:
     sensor: dict[str, Any] = {"sensor": study.sensor}
     if study.sensor == OWN:
         sensor = {"sensor": own_sensor(study).name, "own_sensor": own_sensor(study)}
-    garments = tuple(item.name for item in worn_by(study)) or run.garments
+    worn = parameters(study, run)
     return replace(
         config_shown(study, run),
         **sensor,
-        further=further_of(study, run.further, bool(garments)),
+        further=further_of(study, run.further, any(worn.values())),
         windows=run.windows if length == run.windows.length_s else WindowSpec.of_length(length),
-        garments=garments,
+        **worn,
     )
 
 

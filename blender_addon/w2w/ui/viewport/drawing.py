@@ -15,7 +15,7 @@ from ...core.motion.skinning import triangle_frames
 from ...core.patches.patches import PatchSet
 from ...scene.base.patches import empties_by_patch
 from ..jobs.text import FONT
-from .framing import surface, with_garments
+from .framing import dressed, surface
 
 SKIN = 0.01
 """Metres that a ray may end before a patch and still see it: triangles lean."""
@@ -173,7 +173,7 @@ class Surface:
             return False
         reach = (place - origin).length - SKIN
         hit, *_, item, _ = self._scene.ray_cast(self._depsgraph, origin, direction, distance=reach)
-        return not hit or item in with_garments(self._body)
+        return not hit or item in dressed(self._body)
 
     def _place(self, patch: int) -> Vector | None:
         """Point of a patch in the world."""

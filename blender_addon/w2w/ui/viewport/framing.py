@@ -150,7 +150,7 @@ def bring_into_view(item: bpy.types.Object) -> None:
 
 def hide_others(bodies: Sequence[bpy.types.Object]) -> None:
     """Hide all solid things but bodies and what these wear."""
-    own = set().union(*map(with_garments, bodies))
+    own = set().union(*map(dressed, bodies))
     for item in bpy.context.view_layer.objects:
         is_ours = item in own or heatmap.BESIDE in item or (item.type == "MESH" and item.w2w.is_body)
         if item.type in SOLID and not is_ours and item.visible_get():
@@ -173,9 +173,9 @@ class W2W_OT_show_others(operators.WorkOperator, bpy.types.Operator):
         hidden.clear()
 
 
-def with_garments(body: bpy.types.Object) -> set[bpy.types.Object]:
+def dressed(body: bpy.types.Object) -> set[bpy.types.Object]:
     """A body and what it wears, which hides nothing of it."""
-    return {body, *(garment.item for garment in body.w2w.garments)}
+    return {body, *(worn.item for worn in body.w2w.covers)}
 
 
 def stand_clear(armature: bpy.types.Object, mesh: bpy.types.Object) -> None:

@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 
 from ...core.body.body import Body
 from ...core.body.skeleton import JOINT_INDEX
-from ...core.garments.run_up import reached_back
 from ...core.motion.motion import Motion
+from ...core.motion.run_up import reached_back
 from ...core.motion.skinning import skin, skinning_transforms
 
 ANGLES = np.arange(0.0, 16.0, 3.0)

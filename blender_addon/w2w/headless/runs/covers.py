@@ -5,8 +5,8 @@ from pathlib import Path
 
 from ...core.body.body import Body
 from ...core.files import file_sha256
-from ...core.garments.cover import FITTED, Cover, cover, save_covers, without_overlap
-from ...core.garments.cut import KINDS, cut, split_name
+from ...core.garments.cut import BLEND, KINDS, cut, split_name
+from ...core.imu.cover import FITTED, Cover, cover, save_covers, without_overlap
 from ...core.inside import inside
 from ...core.patches.patches import PatchSet
 from ...core.reading.guard import guarded
@@ -27,19 +27,22 @@ def parse_garments(text: str) -> tuple[str, ...]:
         file, name = split_name(garment)
         if file and not Path(file).is_file():
             raise ValueError(f"--garment: there is no file {file}")
-        if not file and name.lower().endswith(".blend"):
-            raise ValueError(f"--garment: say which object of {name} is worn: {name}:OBJECT")
+        if not name or (not file and name.lower().endswith(BLEND)):
+            raise ValueError(f"--garment: say which object of {file or name} is worn: {file or name}:OBJECT")
         if not file and name not in KINDS:
             raise ValueError(
                 f"--garment: there is no garment called '{name}': write {', '.join(KINDS)} or "
                 "FILE.blend:OBJECT"
             )
-        if file and not name:
-            raise ValueError(f"--garment: say which object of {file} is worn: {file}:OBJECT")
     return garments
 
 
-def fit_garments(config: StudyConfig, body: Body, patches: PatchSet, out: Path) -> None:
+def files_worn(config: StudyConfig) -> list[Path | None]:
+    """The file of each garment; None of W2W's own."""
+    return [Path(file) if (file := split_name(garment)[0]) else None for garment in config.garments]
+
+
+def fit_covers(config: StudyConfig, body: Body, patches: PatchSet, out: Path) -> None:
     """Find the patches that the study's garments cover, and write them down for the work on clips.
 
     A ValueError says which garment cannot be worn, or covers nothing that an outer one leaves.
@@ -50,8 +53,7 @@ def fit_garments(config: StudyConfig, body: Body, patches: PatchSet, out: Path) 
             mark_changing(out)
             path.unlink()
         return
-    files = [split_name(garment)[0] for garment in config.garments]
-    hashes = [file_sha256(Path(file)) if file else "" for file in files]
+    hashes = [file_sha256(file) if file else "" for file in files_worn(config)]
     found = without_overlap([_cover(garment, body, patches) for garment in config.garments])
     for garment, own in zip(config.garments, found, strict=True):
         if not len(own):
@@ -78,7 +80,7 @@ def _cover_in_blender(garment: str, body: Body, patches: PatchSet) -> Cover | st
     with guarded():
         try:
             with needs_blender(), quiet_output():
-                from ...scene.garments.bake import fitted
+                from ...scene.cloth.bake import fitted
 
                 return fitted(garment, body, patches)
         except ValueError as error:

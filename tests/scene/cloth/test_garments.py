@@ -6,14 +6,14 @@ import pytest
 
 from w2w.core.body.body import Body
 from w2w.core.body.shapes import shaped
-from w2w.core.garments.cover import cover
 from w2w.core.garments.cut import KINDS, cut
+from w2w.core.imu.cover import cover
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import sample_patches
 from w2w.scene.bake import why_not_fast
 from w2w.scene.base.body import add_body, body_of, rest_vertices
-from w2w.scene.garments.bake import followed
-from w2w.scene.garments.cloth import HELD, dress, lie_on, lies_on_nothing, refit
+from w2w.scene.cloth.bake import followed
+from w2w.scene.cloth.garments import HELD, dress, lie_on, lies_on_nothing, refit
 
 
 @pytest.mark.parametrize("kind", KINDS)

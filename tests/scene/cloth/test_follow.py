@@ -5,9 +5,9 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.garments.cover import Cover
-from w2w.core.garments.on_cloth import CAUGHT
-from w2w.scene.garments.follow import SensorTriangles
+from w2w.core.imu.cover import Cover
+from w2w.core.imu.on_cloth import CAUGHT
+from w2w.scene.cloth.follow import SensorTriangles
 
 SIDE, FRAMES = 0.1, 6
 

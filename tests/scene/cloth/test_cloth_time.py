@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.scene.garments.cloth import REAL_TIME_RATE, real_time_speed
+from w2w.scene.cloth.garments import REAL_TIME_RATE, real_time_speed
 
 SECONDS = 0.4
 

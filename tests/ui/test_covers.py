@@ -9,7 +9,7 @@ from w2w.core.garments.cut import cut
 from w2w.scene.base.body import add_skinned, armature_of, body_of, rest_vertices
 from w2w.ui.jobs import jobs
 from w2w.ui.steps.baking import _baked_text
-from w2w.ui.study.garments import baker_steps, covers_steps, wardrobe_text, worn_by
+from w2w.ui.study.covers import baker_steps, covers_steps, wardrobe_text, worn_by
 from w2w.ui.study.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
 
 from .made_study import make_study
@@ -60,7 +60,7 @@ def test_what_is_worn_is_fitted_beside_the_window(library):
     np.testing.assert_allclose(rest_vertices(item).ravel(), vertices, atol=1e-6)
     ((name, own),) = finished(covers_steps(body, patches_of(body)))[1].items()
     assert name == "T-Shirt"
-    np.testing.assert_array_equal(own.patches, baker.covers[0].patches)
+    np.testing.assert_array_equal(own.patches, baker.worn.covers[0].patches)
 
 
 @pytest.mark.slow

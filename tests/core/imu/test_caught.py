@@ -2,10 +2,15 @@
 
 import numpy as np
 
-from w2w.core.garments.on_cloth import RestLengths, caught_content, caught_sentence, caught_sentences
+from w2w.core.imu.on_cloth import ClothSensors, RestLengths, caught_sentence, caught_sentences
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
 EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [0, 0]])
+
+
+def facts(**caught):
+    """What a clip of 90 frames tells of cloth without sensors."""
+    return ClothSensors(np.arange(0), np.empty((90, 0, 4, 4)), 30.0, caught).facts()
 
 
 def test_an_edge_more_than_twice_its_length_has_caught():
@@ -33,9 +38,9 @@ def test_it_is_said_of_the_garments_that_it_happened_to():
 
 
 def test_clips_in_which_cloth_caught_are_named_and_counted():
-    fine = caught_content({"tshirt": 0}, 90)
+    fine = facts(tshirt=0)
     assert fine == {}
-    bad = caught_content({"tshirt": 7, "trousers": 0}, 90)
+    bad = facts(tshirt=7, trousers=0)
     assert bad == {"cloth_caught": {"tshirt": 7}, "cloth_frames": 90}
     (sentence,) = caught_sentences([("walk", fine), ("kick", bad)])
     assert sentence == (
@@ -46,7 +51,7 @@ def test_clips_in_which_cloth_caught_are_named_and_counted():
 
 
 def test_many_clips_are_not_all_named():
-    bad = caught_content({"tshirt": 7}, 90)
+    bad = facts(tshirt=7)
     sentences = caught_sentences([(f"kick{number}", bad) for number in range(5)])
     assert len(sentences) == 4
     assert sentences[-1] == "Cloth caught in 2 more clips: see cloth_caught in clips.jsonl"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.garments.run_up import RUN_UP_S, SETTLE_S, cloth_rate, reached_back, with_run_up
+from w2w.core.motion.run_up import RUN_UP_S, SETTLE_S, cloth_rate, reached_back, with_run_up
 
 
 @pytest.mark.parametrize(

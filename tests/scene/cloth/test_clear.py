@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
-from w2w.scene.garments.clear import ARM, LEG, closed, inside, limb, pushed_out, times_inside, trunk
+from w2w.scene.cloth.clear import ARM, LEG, closed, inside, limb, pushed_out, times_inside, trunk
 
 CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.garments.cover import Cover
-from ...core.garments.on_cloth import ClothSensors, RestLengths
-from ...core.garments.run_up import POSE_S, SETTLE_S, with_run_up
+from ...core.imu.cover import Cover
+from ...core.imu.on_cloth import ClothSensors, RestLengths
 from ...core.motion.motion import Motion
+from ...core.motion.run_up import POSE_S, SETTLE_S, with_run_up
 from ...core.motion.skinning import patch_matrices
 from ...core.patches.patches import PatchSet
 from ..bake import placed
@@ -20,7 +20,7 @@ from ..base.body import armature_of, body_of, matrix, read_values, rest_vertices
 from ..base.module import bpy
 from ..base.playback import EvaluatedVertices, at_rate, each_frame, kept, playing, without_empties
 from .clear import clear_reach, with_clear_arms
-from .cloth import KIND, coarse_collider, real_time_speed
+from .garments import KIND, coarse_collider, real_time_speed
 
 
 class DressedBody(NamedTuple):
@@ -98,7 +98,7 @@ def _settled(
     carriers = zip(worn.covers, followed, strict=True)
     matrices = [cover.matrices(triangles.corners) for cover, triangles in carriers]
     patches = np.concatenate([cover.patches for cover in worn.covers])
-    caught = tuple(triangles.caught for triangles in followed)
+    caught = {item.name: own.caught for item, own in zip(worn.garments, followed, strict=True)}
     return ClothSensors(patches, np.concatenate(matrices, axis=1), rate, caught)
 
 

@@ -1,30 +1,33 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The garments of a study's body, and bakers of patches that garments may cover."""
+"""What covers a study's body: its garments, and bakers of the patches below them."""
 
 import json
 from collections.abc import Callable, Generator
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import bpy
 
-from ...core.garments.cover import FITTED, Cover, cover, load_covers
 from ...core.garments.cut import cut
+from ...core.imu.cover import FITTED, Cover, cover, load_covers
 from ...core.inside import inside
 from ...core.patches.patches import PatchSet
+from ...core.study.config import StudyConfig
 from ...scene.bake import PatchBaker
 from ...scene.base.body import body_of
-from ...scene.garments.bake import GarmentBaker, around_body, check_garment, refuse_bare
-from ...scene.garments.cloth import KIND, refit
+from ...scene.cloth.bake import GarmentBaker, around_body, check_garment, refuse_bare
+from ...scene.cloth.garments import KIND, refit
 from ..jobs.jobs import Step, in_thread, is_there
 
 T = TypeVar("T")
 
+Baker: TypeAlias = PatchBaker | GarmentBaker
+
 
 def worn_by(study: bpy.types.PropertyGroup) -> list[bpy.types.Object]:
     """The garments on the body, the outer first."""
-    return [row.item for row in study.garments if row.item is not None and is_there(row.item)]
+    return [row.item for row in study.covers if row.item is not None and is_there(row.item)]
 
 
 def wardrobe_text(study: bpy.types.PropertyGroup) -> str:
@@ -36,9 +39,12 @@ def wardrobe_text(study: bpy.types.PropertyGroup) -> str:
     return "\n".join(parts)
 
 
-def baker_steps(
-    mesh: bpy.types.Object, patches: PatchSet
-) -> Generator[Step, None, PatchBaker | GarmentBaker]:
+def parameters(study: bpy.types.PropertyGroup, run: StudyConfig) -> dict[str, Any]:
+    """The parameters of what is worn; without any those of the run opened."""
+    return {"garments": tuple(item.name for item in worn_by(study)) or run.garments}
+
+
+def baker_steps(mesh: bpy.types.Object, patches: PatchSet) -> Generator[Step, None, Baker]:
     """A baker of a study's patches, on the skin or with the garments over it, which are fitted in a thread.
 
     Raises `ValueError` if the body cannot be baked or a garment cannot be worn.
@@ -72,6 +78,6 @@ def covers_steps(mesh: bpy.types.Object, patches: PatchSet) -> Generator[Step, N
     """
     study = mesh.w2w
     if worn_by(study) and isinstance(baker := (yield from baker_steps(mesh, patches)), GarmentBaker):
-        return {item.name: own for item, own in zip(baker.garments, baker.covers, strict=True)}
+        return {item.name: own for item, own in zip(baker.worn.garments, baker.worn.covers, strict=True)}
     run = json.loads(study.parameters).get("garments") if study.parameters else None
     return load_covers(inside(Path(study.results_folder), FITTED)) if run else {}

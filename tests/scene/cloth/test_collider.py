@@ -9,7 +9,7 @@ from scipy.spatial import KDTree
 from w2w.core.body.body import vertex_normals
 from w2w.scene.base.actions import write_action
 from w2w.scene.base.playback import EvaluatedVertices, playing
-from w2w.scene.garments.cloth import COARSE_FACES, COLLIDER, coarse_collider, lie_on
+from w2w.scene.cloth.garments import COARSE_FACES, COLLIDER, coarse_collider, lie_on
 
 
 @pytest.fixture

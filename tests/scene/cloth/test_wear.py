@@ -7,7 +7,7 @@ import pytest
 from w2w.core.garments.cut import cut
 from w2w.core.motion.motion import Motion
 from w2w.scene.base.body import add_body, add_skinned
-from w2w.scene.garments.bake import fitted, followed
+from w2w.scene.cloth.bake import fitted, followed
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.garments.on_cloth import ClothSensors
+from w2w.core.imu.on_cloth import ClothSensors
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.patches.patches import sample_patches
 from w2w.core.study.config import StudyConfig
@@ -60,11 +60,11 @@ def test_carried_to_another_pose_a_sensor_keeps_its_place_over_its_patch(bundled
         for motion in (waving, replace(waving, rotations=waving.rotations[::-1]))
     )
     offset = np.array([0.01, -0.02, 0.03])
-    on_cloth = ClothSensors(np.array([4, 7]), offset_by(there, offset), waving.rate, (5,))
+    on_cloth = ClothSensors(np.array([4, 7]), offset_by(there, offset), waving.rate, {"cap": 5})
     carried = on_cloth.carried(there, here)
     np.testing.assert_allclose(carried.matrices, offset_by(here, offset), atol=1e-9)
     assert np.abs(here - there).max() > 0.1
-    assert carried.caught == (5,)
+    assert carried.caught == {"cap": 5}
 
 
 def test_the_panels_door_gives_the_same(bundled_body, some_patches, waving):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..motion.motion import Motion, at_rate
+from .motion import Motion, at_rate
 
 LEAST_RATE = 50.0
 """Frames per second that cloth is simulated at, at least."""

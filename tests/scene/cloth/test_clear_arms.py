@@ -8,16 +8,16 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.garments.cut import cut
-from w2w.core.garments.run_up import with_run_up
 from w2w.core.motion.motion import Motion
+from w2w.core.motion.run_up import with_run_up
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.scene.base.body import add_skinned
 from w2w.scene.base.steps import without_pauses
-from w2w.scene.garments import clear, follow as following
-from w2w.scene.garments.bake import cover_of
-from w2w.scene.garments.clear import ANGLES, outward, with_clear_arms
-from w2w.scene.garments.cloth import KIND, dress
-from w2w.scene.garments.follow import DressedBody, follow
+from w2w.scene.cloth import clear, follow as following
+from w2w.scene.cloth.bake import cover_of
+from w2w.scene.cloth.clear import ANGLES, outward, with_clear_arms
+from w2w.scene.cloth.follow import DressedBody, follow
+from w2w.scene.cloth.garments import KIND, dress
 
 
 def standing(body, left=0.0, right=0.0, frames=2):

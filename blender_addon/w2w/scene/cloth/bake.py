@@ -10,9 +10,9 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.body.skeleton import JOINT_NAMES
-from ...core.garments.cover import Cover, cover, without_overlap
 from ...core.garments.cut import split_name
-from ...core.garments.on_cloth import ClothSensors, caught_sentence
+from ...core.imu.cover import Cover, cover, without_overlap
+from ...core.imu.on_cloth import ClothSensors, caught_sentence
 from ...core.motion.motion import Motion
 from ...core.patches.patches import PatchSet
 from ...core.wording import restated
@@ -22,8 +22,8 @@ from ..base.module import bpy
 from ..base.playback import active_action
 from ..base.steps import scaled, without_pauses
 from ..motion.takes import existing_data, new_data
-from .cloth import dress, lie_on
 from .follow import DressedBody, follow, follow_scene, simulated
+from .garments import dress, lie_on
 
 TIED = ("ARMATURE", "CLOTH", "SOFT_BODY", "SURFACE_DEFORM", "SHRINKWRAP", "LATTICE", "MESH_DEFORM", "NODES",
         "HOOK", "CAST", "MESH_CACHE", "MESH_SEQUENCE_CACHE")  # fmt: skip
@@ -81,25 +81,21 @@ class GarmentBaker:
         garments: Sequence[bpy.types.Object],
         covers: Sequence[Cover],
     ) -> None:
-        self.mesh = mesh
         self.patches = patches
-        self.garments = tuple(garments)
-        self.covers = without_overlap(covers)
+        self.worn = DressedBody(mesh, garments, without_overlap(covers))
         self._skin = PatchBaker(mesh, patches)
 
     def by_frame(self, action: bpy.types.Action | None = None) -> Generator[float, None, Bake]:
         """Bake as `PatchBaker.by_frame` does, then let the garments follow; a pause after each frame."""
         skin = yield from scaled(self._skin.by_frame(action), 0.0, 0.1)
-        action = action or active_action(armature_of(self.mesh))
-        worn = DressedBody(self.mesh, self.garments, self.covers)
-        if skin.motion is not None and not moved_besides_bones(self.mesh, action):
-            frames = follow(worn, skin.motion, self.patches)
+        action = action or active_action(armature_of(self.worn.mesh))
+        if skin.motion is not None and not moved_besides_bones(self.worn.mesh, action):
+            frames = follow(self.worn, skin.motion, self.patches)
         else:
-            frames = follow_scene(worn, action, len(skin.matrices), skin.rate)
+            frames = follow_scene(self.worn, action, len(skin.matrices), skin.rate)
         on_cloth = yield from scaled(frames, 0.1, 1.0)
-        names = [item.name for item in self.garments]
-        reason = f"{len(on_cloth.patches)} sensors are on {', '.join(names)}"
-        if caught := caught_sentence(dict(zip(names, on_cloth.caught, strict=True)), len(on_cloth.matrices)):
+        reason = f"{len(on_cloth.patches)} sensors are on {', '.join(on_cloth.caught)}"
+        if caught := caught_sentence(on_cloth.caught, len(on_cloth.matrices)):
             reason += f"; {caught}"
         return replace(skin, path="general", reason=reason, on_cloth=on_cloth)
 
@@ -118,7 +114,8 @@ def followed(body: Body, patches: PatchSet, covers: Mapping[str, Cover], motion:
     """
     with _dressed(body, tuple(covers)) as (objects, garments):
         worn = DressedBody(objects.mesh, garments, tuple(covers.values()))
-        return without_pauses(follow(worn, motion, patches))
+        found = without_pauses(follow(worn, motion, patches))
+        return replace(found, caught=dict(zip(covers, found.caught.values(), strict=True)))
 
 
 @contextmanager

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which patches of a body a garment covers, and where on the garment their sensors sit."""
+"""What patches sit on: the skin, or what covers it (garments), and where on that."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,19 +19,19 @@ from ..patches.patches import PatchSet
 from ..patches.strip_graph import StripGraph
 
 FITTED = f"{WORK_FOLDER}/garments.npz"
-"""File of a study with the patches on each garment, and how they sit on it."""
+"""File of a study with the patches on each cover, and how they sit on it."""
 
 REACH = 0.12
-"""A garment this far from the skin still covers it, metres."""
+"""A cover this far from the skin still covers it, metres."""
 
 BELOW = 0.01
-"""How far below the skin a garment may be drawn, metres: a tight one often is."""
+"""How far below the skin a cover may be drawn, metres: a tight one often is."""
 
 ASIDE = 0.02
-"""Farthest distance of a patch from the garment's nearest vertex, metres; an edge on coarse meshes."""
+"""Farthest distance of a patch from the cover's nearest vertex, metres; an edge on coarse meshes."""
 
 FACING = 0.3
-"""Least cosine between the normals of a garment and of the skin that it covers."""
+"""Least cosine between the normals of a cover and of the skin that it covers."""
 
 CANDIDATES, SKIN_NEAR = 64, 4
 
@@ -41,7 +41,7 @@ PARTS = ("patches", "triangles", "mounts")
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """The patches (K,) that a garment covers, and the vertices of the garment (K, 3) that carry each sensor.
+    """The patches (K,) that a mesh covers, and the vertices of the mesh (K, 3) that carry each sensor.
 
     `mounts` (K, 3, 3) turn each sensor against its triangle's frame: in the rest pose it is turned as on
     the skin.
@@ -95,7 +95,7 @@ def skinned_as(vertices: np.ndarray, faces: np.ndarray, body: Body) -> Body:
 
 
 def _over(cloth: Body, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Vertex of a garment over each place on the skin, -1 without one."""
+    """Vertex of a cover over each place on the skin, -1 without one."""
     count = min(CANDIDATES, len(cloth.vertices))
     near = KDTree(cloth.vertices).query(places, k=count)[1].reshape(len(places), count)
     gap = cloth.vertices[near] - places[:, None]
@@ -112,7 +112,7 @@ def _over(cloth: Body, places: np.ndarray, normals: np.ndarray) -> np.ndarray:
 
 
 def save_covers(path: str | Path, covers: Mapping[str, Cover], sources: Sequence[str]) -> None:
-    """Write what garments cover, by their names, to an npz file; `sources` are hashes of their files."""
+    """Write covers, by their names, to an npz file; `sources` are hashes of their files."""
     whole = list(covers.values())
     arrays = {
         "names": np.array(list(covers)),
@@ -134,7 +134,7 @@ def load_covers(path: str | Path) -> dict[str, Cover]:
 
 
 def without_overlap(covers: Sequence[Cover]) -> list[Cover]:
-    """Covers of several garments, the outer first: each without the patches of the ones before it."""
+    """Covers over each other, the outer first: each without the patches of the ones before it."""
     taken = np.empty(0, dtype=np.int64)
     distinct = []
     for own in covers:
@@ -144,24 +144,31 @@ def without_overlap(covers: Sequence[Cover]) -> list[Cover]:
     return distinct
 
 
-def garment_content(out: Path, garments: Sequence[str], patches: PatchSet) -> dict[str, Any]:
-    """The patches on each garment of a study, and the regions that these lie in."""
-    covers = load_covers(inside(out, FITTED)) if garments else {}
+def cover_content(out: Path, patches: PatchSet) -> dict[str, Any]:
+    """The patches on each cover of a study in a folder, and the regions that these lie in."""
+    covers = load_covers(inside(out, FITTED))
     return {
-        name: {
-            "patches": covers[name].patches.tolist(),
-            "regions": sorted({patches.regions[patch] for patch in covers[name].patches}),
+        "garments": {
+            name: {
+                "patches": own.patches.tolist(),
+                "regions": sorted({patches.regions[patch] for patch in own.patches}),
+            }
+            for name, own in covers.items()
         }
-        for name in garments
     }
 
 
-def garment_sentence(content: dict[str, Any], n_patches: int) -> str:
+def covered(summary: Mapping[str, Any]) -> dict[str, list[int]]:
+    """The patches on each cover, by its name, from a study's summary."""
+    return {name: own["patches"] for name, own in summary.get("garments", {}).items()}
+
+
+def cover_sentence(summary: Mapping[str, Any], n_patches: int) -> str:
     """A sentence on how many sensors sit on cloth and how many on the skin; "" if all sit on the skin."""
-    if not content:
+    if not (on := covered(summary)):
         return ""
-    parts = [f"{len(own['patches'])} on {name}" for name, own in content.items()]
-    on_skin = n_patches - sum(len(own["patches"]) for own in content.values())
+    parts = [f"{len(patches)} on {name}" for name, patches in on.items()]
+    on_skin = n_patches - sum(map(len, on.values()))
     return (
         f"Of {n_patches} patches {', '.join(parts)} and {on_skin} on the skin. Experimental: the cloth "
         "is simulated by Blender and has not yet been checked against worn garments"

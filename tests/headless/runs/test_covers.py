@@ -4,11 +4,11 @@
 import numpy as np
 import pytest
 
-from w2w.core.garments.cover import FITTED, load_covers
+from w2w.core.imu.cover import FITTED, load_covers
 from w2w.core.patches.patches import sample_patches
 from w2w.core.study.clip_files import WORK
 from w2w.core.study.config import StudyConfig
-from w2w.headless.runs.garments import fit_garments, parse_garments
+from w2w.headless.runs.covers import fit_covers, parse_garments
 
 
 def test_garments_are_listed_the_outer_first(tmp_path):
@@ -41,9 +41,9 @@ def test_an_object_must_be_named(tmp_path):
 def test_what_is_covered_stands_in_the_work_folder(tmp_path, bundled_body):
     (tmp_path / WORK).mkdir()
     patches = sample_patches(bundled_body, n=48)
-    fit_garments(StudyConfig(garments=("tshirt", "trousers")), bundled_body, patches, tmp_path)
+    fit_covers(StudyConfig(garments=("tshirt", "trousers")), bundled_body, patches, tmp_path)
     covers = load_covers(tmp_path / FITTED)
     assert list(covers) == ["tshirt", "trousers"]
     assert not np.intersect1d(covers["tshirt"].patches, covers["trousers"].patches).size
-    fit_garments(StudyConfig(), bundled_body, patches, tmp_path)
+    fit_covers(StudyConfig(), bundled_body, patches, tmp_path)
     assert not (tmp_path / FITTED).exists()

@@ -2,14 +2,14 @@
 """Sensors that sit on cloth, and cloth that has caught on the body: its sensors feel nonsense."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
 
-from ..imu.recording import ImuRecording
-from ..imu.synthesis import Synthesis, synthesize
 from ..wording import NAMED, count
+from .recording import ImuRecording
+from .synthesis import Synthesis, synthesize
 
 CAUGHT = 2.0
 """An edge of a cloth has caught when it is longer than this many times its rest length."""
@@ -20,7 +20,7 @@ HAS_CAUGHT = "cloth caught on the body"
 
 @dataclass(frozen=True, eq=False)
 class ClothSensors:
-    """Poses of the sensors on garments during a clip.
+    """Poses of the sensors on cloth during a clip.
 
     Parameters
     ----------
@@ -30,14 +30,14 @@ class ClothSensors:
         World matrices of those sensors, metres, without scale.
     rate : float
         Frames per second; need not be the clip's.
-    caught : tuple of int
-        Frames in which each garment had caught on the body, the outer first; empty if not counted.
+    caught : mapping of str to int
+        Frames in which each piece of cloth, by its name, had caught on the body; empty if not counted.
     """
 
     patches: np.ndarray
     matrices: np.ndarray
     rate: float
-    caught: tuple[int, ...] = ()
+    caught: Mapping[str, int] = field(default_factory=dict)
 
     def carried(self, there: np.ndarray, here: np.ndarray) -> Self:
         """The sensors on a body in another pose: each keeps its place relative to its patch.
@@ -50,20 +50,25 @@ class ClothSensors:
     def over(self, skin: ImuRecording, settings: Synthesis) -> ImuRecording:
         """The ideal recording of the skin with the signals of the sensors on cloth in place of the skin's.
 
-        Raises `ValueError` if the garment's frames end before the recording does.
+        Raises `ValueError` if the cloth's frames end before the recording does.
         """
         if not len(self.patches):
             return skin
         cloth = synthesize(self.matrices, self.rate, settings)
         if cloth.n_samples < skin.n_samples:
             raise ValueError(
-                f"the garment was followed for {cloth.n_samples} samples of {skin.n_samples}: "
+                f"the cloth was followed for {cloth.n_samples} samples of {skin.n_samples}: "
                 "its frames end before the clip does"
             )
         acc, gyr = skin.acc.copy(), skin.gyr.copy()
         acc[:, self.patches] = cloth.acc[: skin.n_samples]
         gyr[:, self.patches] = cloth.gyr[: skin.n_samples]
         return replace(skin, acc=acc, gyr=gyr)
+
+    def facts(self) -> dict[str, Any]:
+        """What caught, for a clip's record; {} if nothing did."""
+        caught = {name: count for name, count in self.caught.items() if count}
+        return {"cloth_caught": caught, "cloth_frames": len(self.matrices)} if caught else {}
 
 
 class RestLengths:
@@ -79,19 +84,13 @@ class RestLengths:
 
 
 def caught_sentence(frames: Mapping[str, int], of: int) -> str:
-    """A sentence on the number of a clip's frames in which each garment caught; "" if none did."""
+    """A sentence on the number of a clip's frames in which each piece of cloth caught; "" if none did."""
     parts = [f"{name} in {count}" for name, count in frames.items() if count]
     if not parts:
         return ""
     return (
         f"{HAS_CAUGHT}, stretched to more than {CAUGHT:g} times its length: {', '.join(parts)} of {of} frames"
     )
-
-
-def caught_content(frames: Mapping[str, int], of: int) -> dict[str, Any]:
-    """The garments that caught, for a clip's record; {} if none did."""
-    caught = {name: count for name, count in frames.items() if count}
-    return {"cloth_caught": caught, "cloth_frames": of} if caught else {}
 
 
 def caught_sentences(clips: Sequence[tuple[str, Mapping[str, Any]]]) -> list[str]:

@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 
 from w2w.core.garments.cut import cut
-from w2w.core.garments.run_up import with_run_up
 from w2w.core.imu.synthesis import Synthesis, synthesize
 from w2w.core.motion.motion import Motion
+from w2w.core.motion.run_up import with_run_up
 from w2w.core.motion.skinning import patch_matrices, skinning_transforms
 from w2w.scene.base.actions import show_action, write_action
 from w2w.scene.base.body import add_skinned, body_of
 from w2w.scene.base.steps import without_pauses
-from w2w.scene.garments.bake import GarmentBaker, check_garment, cover_of
-from w2w.scene.garments.follow import DressedBody, follow
+from w2w.scene.cloth.bake import GarmentBaker, check_garment, cover_of
+from w2w.scene.cloth.follow import DressedBody, follow
 
 from ..conftest import bake, difference
 

@@ -7,11 +7,11 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
-from w2w.scene.garments import follow as following
-from w2w.scene.garments.bake import cover_of
-from w2w.scene.garments.clear import REACHES, clear_reach
-from w2w.scene.garments.cloth import dress
-from w2w.scene.garments.follow import DressedBody, follow
+from w2w.scene.cloth import follow as following
+from w2w.scene.cloth.bake import cover_of
+from w2w.scene.cloth.clear import REACHES, clear_reach
+from w2w.scene.cloth.follow import DressedBody, follow
+from w2w.scene.cloth.garments import dress
 
 
 def turning(body, speed, joint="right_hip", start=0.0):

@@ -3,18 +3,19 @@
 import numpy as np
 import pytest
 
-from w2w.core.garments.cover import (
+from w2w.core.garments.cut import cut
+from w2w.core.imu.cover import (
     FITTED,
     Cover,
     cover,
-    garment_content,
-    garment_sentence,
+    cover_content,
+    cover_sentence,
+    covered,
     load_covers,
     save_covers,
     skinned_as,
     without_overlap,
 )
-from w2w.core.garments.cut import cut
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.patches.patches import sample_patches
 from w2w.core.study.clip_files import WORK
@@ -127,14 +128,14 @@ def test_it_names_the_patches_and_their_regions(tmp_path, bundled_body):
     chosen = np.array([2, 5])
     own = Cover(chosen, np.zeros((2, 3), dtype=int), np.tile(np.eye(3), (2, 1, 1)))
     save_covers(tmp_path / FITTED, {"tshirt": own}, [""])
-    content = garment_content(tmp_path, ("tshirt",), patches)
+    content = cover_content(tmp_path, patches)
     regions = sorted({patches.regions[2], patches.regions[5]})
-    assert content == {"tshirt": {"patches": [2, 5], "regions": regions}}
-    sentence = garment_sentence(content, 12)
+    assert content == {"garments": {"tshirt": {"patches": [2, 5], "regions": regions}}}
+    assert covered(content) == {"tshirt": [2, 5]}
+    sentence = cover_sentence(content, 12)
     assert sentence.startswith("Of 12 patches 2 on tshirt and 10 on the skin.")
     assert "not yet been checked against worn garments" in sentence
 
 
-def test_where_nothing_is_worn_nothing_is_said(tmp_path):
-    assert garment_content(tmp_path, (), None) == {}
-    assert garment_sentence({}, 12) == ""
+def test_where_nothing_is_worn_nothing_is_said():
+    assert cover_sentence({}, 12) == ""
