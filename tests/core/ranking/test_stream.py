@@ -10,8 +10,8 @@ from w2w.core.findings.cautions import POSTURES, alone_caution
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.ranking import stream
-from w2w.core.ranking.stream import ExpectedF1, Stream
-from w2w.core.ranking.utility import UtilityMap
+from w2w.core.ranking.stream import Stream
+from w2w.core.ranking.utility import ExpectedF1, UtilityMap
 from w2w.core.selection.headline import by_posture
 from w2w.core.windows.windows import WindowSpec
 

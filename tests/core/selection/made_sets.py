@@ -5,6 +5,7 @@ import numpy as np
 
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.pooling import Pooling
+from w2w.core.ranking.utility import ExpectedF1
 from w2w.core.ranking.weights import mean_over
 from w2w.core.selection.constraints import Terms
 from w2w.core.selection.set_tests import SetTests
@@ -46,4 +47,4 @@ def terms(size=N, allowed=None, required=(), cost=None):
 def alone(found):
     """About what the F1 of each patch on other clips would be: less than on the clips that chose it."""
     mean = 0.8 * mean_over(found.whole.alone, found.weights, 0)
-    return mean, mean - 0.1, mean + 0.1
+    return ExpectedF1(mean, mean - 0.1, mean + 0.1)

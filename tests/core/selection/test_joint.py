@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from w2w.core.ranking.stream import ExpectedF1, StreamF1
+from w2w.core.ranking.stream import StreamF1
+from w2w.core.ranking.utility import ExpectedF1
 from w2w.core.selection import joint, set_tests
 from w2w.core.selection.constraints import Terms
 from w2w.core.selection.headline import short

@@ -203,7 +203,7 @@ def patch_content(patch: int, utility: UtilityMap, patches: PatchSet) -> dict[st
         "region": patches.regions[patch],
         "vertex": int(patches.vertices[patch]),
         **interval_content("mean_f1", utility.mean[patch], utility.mean_low[patch], utility.mean_high[patch]),
-        **interval_content("expected_f1", *(values[patch] for values in utility.expected)),
+        **interval_content("expected_f1", *utility.expected.at(patch)),
         "rank_interval": [int(utility.rank_low[patch]), int(utility.rank_high[patch])],
         "f1": dict(zip(utility.activities, map(rounded, utility.f1[patch]), strict=True)),
     }

@@ -19,8 +19,7 @@ from ..patches.body_parts import PRODUCTS
 from ..ranking.classifiers.ridge import Ridge
 from ..ranking.halves import CrossValidation
 from ..ranking.pilot import SHARE, by_chance, half_width, learned, levelled, macro_f1
-from ..ranking.stream import ExpectedF1
-from ..ranking.utility import UtilityMap, utility_map
+from ..ranking.utility import ExpectedF1, UtilityMap, utility_map
 from ..ranking.weights import mean_over
 from ..selection.answer import find_answer
 from ..selection.headline import short

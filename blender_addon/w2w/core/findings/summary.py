@@ -286,7 +286,7 @@ def _regions(utility: UtilityMap, patches: PatchSet, base: Sequence[int]) -> dic
             "patches": int(here.sum()),
             "as_good": int(as_good[here].sum()),
             "best_patch": best,
-            **interval_content("best_expected_f1", *(values[best] for values in utility.expected)),
+            **interval_content("best_expected_f1", *utility.expected.at(best)),
             "average_expected_f1": rounded(utility.expected_mean[here].mean()),
             "best_mean_f1": rounded(utility.mean[here].max()),
             "average_mean_f1": rounded(utility.mean[here].mean()),

@@ -4,7 +4,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -17,7 +17,7 @@ from ..windows.stream import NO_CLIP, stream_windows
 from ..windows.windows import WindowSpec, cut_windows
 from .classifiers.ridge import Ridge
 from .f1 import window_f1
-from .utility import UtilityMap
+from .utility import ExpectedF1, UtilityMap
 from .weights import mean_over
 
 FEWEST_ORDERS, MOST_ORDERS = 2, 8
@@ -64,14 +64,6 @@ class _Windows(NamedTuple):
         """Features of sets of equally many patches, those of a set side by side, shape (W, S, D)."""
         joined = [np.concatenate([self.features[patch] for patch in worn], axis=1) for worn in sets]
         return np.stack(joined, axis=1)
-
-
-class ExpectedF1(NamedTuple):
-    """Macro F1 expected on other clips, and its interval: of one place, or of many (N,)."""
-
-    mean: Any
-    low: Any
-    high: Any
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +138,7 @@ class Stream:
         """The map of one sensor with F1 in the stream as what is expected; one that has it stays."""
         if utility.lost is not None:
             return utility
-        found = self.expected(self.spots[:1], ExpectedF1(*utility.expected))
+        found = self.expected(self.spots[:1], utility.expected)
         by_activity = np.clip(utility.expected_f1 - self.lost, 0, 1)
         posture = np.full_like(by_activity, np.nan)
         alone = [(spot,) for spot in self.spots]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -36,6 +36,18 @@ LEVEL = 0.95
 
 OPTIONAL = ("half_f1", "weights", "errors", "lost", "posture")
 """Fields that a file may lack: `half_f1` where nothing was halved, `weights` where all count alike."""
+
+
+class ExpectedF1(NamedTuple):
+    """Macro F1 expected on other clips, and its interval: of one place, or of many (N,)."""
+
+    mean: Any
+    low: Any
+    high: Any
+
+    def at(self, patch: int) -> "ExpectedF1":
+        """That of one patch."""
+        return ExpectedF1(*(float(values[patch]) for values in self))
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,9 +156,9 @@ class UtilityMap:
         return self.weights > 0
 
     @property
-    def expected(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Expected macro F1 of each patch, shape (N,), and the bounds of its interval."""
-        return self.expected_mean, self.expected_low, self.expected_high
+    def expected(self) -> ExpectedF1:
+        """Expected macro F1 of each patch, shape (N,)."""
+        return ExpectedF1(self.expected_mean, self.expected_low, self.expected_high)
 
     @property
     def can_rank(self) -> bool:

@@ -9,8 +9,7 @@ import numpy as np
 from ..patches.body_parts import PRODUCTS, great_part, side_of
 from ..ranking.costs import MOMENT, Cost, as_shown, gain
 from ..ranking.f1 import FEWEST_CLIPS
-from ..ranking.stream import ExpectedF1
-from ..ranking.utility import UtilityMap
+from ..ranking.utility import ExpectedF1, UtilityMap
 from ..wording import InShort, capital, join_words
 from .headline import by_posture, mean_caution, moments, short, tenths
 from .scored import PlaceScore, ScoredMap

@@ -6,8 +6,7 @@ import numpy as np
 from ..ranking.costs import as_shown
 from ..ranking.expected import LIKELY, WANTED, clips_needed
 from ..ranking.f1 import FEWEST_CLIPS
-from ..ranking.stream import ExpectedF1
-from ..ranking.utility import UtilityMap
+from ..ranking.utility import ExpectedF1, UtilityMap
 from ..ranking.weights import alike, mean_over
 from ..wording import count
 

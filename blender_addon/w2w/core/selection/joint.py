@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sets chosen by the classifier that will be worn, and what such a set would reach on other clips."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from ..ranking.costs import EQUAL, as_shown
-from ..ranking.stream import ExpectedF1, Stream
+from ..ranking.stream import Stream
+from ..ranking.utility import ExpectedF1
 from ..ranking.weights import mean_over
 from ..wording import InShort
 from .constraints import Terms, fewest
@@ -145,7 +145,7 @@ class WornSet(InShort):
 class _Given(NamedTuple):
     """What a search goes by, besides tests and terms."""
 
-    expected: Sequence[np.ndarray]
+    expected: ExpectedF1
     worst: bool
     stream: Stream | None
     first: np.ndarray
@@ -172,7 +172,7 @@ class _Search:
 
     def _up_to(self, size: int) -> tuple[tuple[int, ...], Promise]:
         order = self._grown.up_to(size)
-        alone = ExpectedF1(*(float(values[order[0]]) for values in self._given.expected))
+        alone = self._given.expected.at(order[0])
         if stream := self._given.stream:
             lost = mean_over(stream.lost, self._promises.tests.weights)
             promise = self._promises.of(order, self._choose, ExpectedF1(*(value + lost for value in alone)))
@@ -186,7 +186,7 @@ def _search(tests: SetTests, terms: Terms, given: _Given) -> _Search:
     """A search; one without wishes is kept with its tests, as the next wishes are held against it, too."""
     if terms.unwished:
         return _Search(tests, terms, given)
-    arrays = given.expected[0], given.first, terms.allowed, terms.price, *terms.required
+    arrays = given.expected.mean, given.first, terms.allowed, terms.price, *terms.required
     key = *(array.tobytes() for array in arrays), terms.max_size, given.worst, given.stream
     if key not in tests.searches:
         tests.searches[key] = _Search(tests, terms, given)
@@ -201,7 +201,7 @@ def grow_unwished(tests: SetTests) -> None:
 
 def choose_together(
     tests: SetTests,
-    expected: Sequence[np.ndarray],
+    expected: ExpectedF1,
     terms: Terms,
     target: float = 0.9,
     every_activity: float = 0.0,
@@ -211,11 +211,10 @@ def choose_together(
 ) -> WornSet:
     """Choose the smallest set that reaches the target, or the one beyond which no sensor is worth it.
 
-    `expected` is the macro F1 (N,) of each patch alone and the bounds of its interval; the first patch is
-    that of the highest, or of the highest of `first` (N,). In a `stream` all of it is F1 there. A `caution`
-    is said in place of an interval.
+    `expected` is that of each patch (N,) alone; the first patch is that of the highest, or of the highest of
+    `first` (N,). In a `stream` all of it is F1 there. A `caution` is said in place of an interval.
     """
-    best_alone = expected[0] if first is None else first
+    best_alone = expected.mean if first is None else first
     search = _search(tests, terms, _Given(expected, every_activity > 0, stream, best_alone))
     for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
         order, promise = search.up_to(size)

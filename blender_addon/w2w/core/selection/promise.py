@@ -12,7 +12,8 @@ import numpy as np
 import scipy
 
 from ..ranking.expected import UNPROVEN, agreement
-from ..ranking.stream import CONFIDENCE, ExpectedF1, Stream
+from ..ranking.stream import CONFIDENCE, Stream
+from ..ranking.utility import ExpectedF1
 from ..ranking.weights import known_mean, mean_over
 from .constraints import Terms
 from .headline import short
@@ -66,7 +67,7 @@ class Promises:
     terms: Terms
     _levels: dict[Tests, np.ndarray] = field(default_factory=dict)
 
-    def of(self, order: Sequence[int], choose: Choose, alone: tuple[float, float, float]) -> Promise:
+    def of(self, order: Sequence[int], choose: Choose, alone: ExpectedF1) -> Promise:
         """Expected F1 on other clips of the first patch of a set, the first two, and so on.
 
         One half of the clips chooses a set in the same way, the other measures its F1 and that of sets
@@ -74,7 +75,7 @@ class Promises:
         more of it because all clips choose better than half of them, less if random sets leave less to gain.
         A patch worn can be ignored, so the promise never falls.
 
-        `alone` is the expected macro F1 of the first patch alone and the bounds of its interval.
+        `alone` is that of the first patch alone.
         """
         tests, size = self.tests, len(order)
         level_of = {part: self.level(part, size) for part in [tests.whole, *chain.from_iterable(tests.pairs)]}

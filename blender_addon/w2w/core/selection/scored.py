@@ -12,8 +12,7 @@ from ..patches.body_parts import HABIT, PRODUCT_NAMED, PRODUCTS, Product, produc
 from ..patches.naming import FAR_M, nearest_patch, place, resolve
 from ..patches.patches import PatchSet
 from ..ranking.costs import EQUAL, Cost, cost_of, is_as_good
-from ..ranking.stream import ExpectedF1
-from ..ranking.utility import UtilityMap
+from ..ranking.utility import ExpectedF1, UtilityMap
 from ..wording import InShort, plain_words
 from .headline import short
 

@@ -151,8 +151,7 @@ def list_regions(body: bpy.types.Object, allowed: np.ndarray | None = None) -> N
     for patch in patches.best_of_regions(mean, allowed)[:TABLE_ROWS]:
         row = study.regions.add()
         row.patch, row.label, row.f1 = patch, patches.regions[patch], mean[patch]
-        low, high = utility.expected_low[patch], utility.expected_high[patch]
-        row.low, row.high = (low, high) if whole else (0.0, 0.0)
+        row.low, row.high = utility.expected.at(patch)[1:] if whole else (0.0, 0.0)
 
 
 def choose(body: bpy.types.Object) -> None:

@@ -60,7 +60,7 @@ def patch_lines(study: Group, utility: UtilityMap, patch: int) -> tuple[str, ...
     equal = ", as good" if base and is_as_good(costs_at(utility, base)[patch]) else ""
     if mean_caution(utility):
         return f"{score} (too few clips for an interval)", f"{rank}{equal}; {these}"
-    low, high = utility.expected_low[patch], utility.expected_high[patch]
+    _, low, high = utility.expected.at(patch)
     raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
     first = f"{score} ({low:.2f} to {high:.2f}){equal}"
     return first, f"{rank}; {these} ({raw_low:.2f} to {raw_high:.2f})"
