@@ -43,20 +43,32 @@ from ..here import CAREFULLY, clips_here, ranked_roughly
 
 
 @pytest.fixture(scope="module")
-def one_worker() -> Iterator[None]:
+def one_worker(made_once_here) -> Iterator[None]:  # noqa: ARG001
     """All clips of a module are worked on in the tests' own process: a worker takes seconds to start."""
     with clips_here():
         yield
 
 
-@pytest.fixture(scope="session", autouse=True)
-def made_once_here(tmp_path_factory) -> Iterator[None]:
-    """What is dear and the same each time is made once in this process.
+@pytest.fixture(scope="session")
+def dear(tmp_path_factory) -> dict:
+    """What is dear and the same each time, made once in this process for the modules that ask for it."""
+    return {
+        "placed": {},
+        "bodies": {},
+        "shaded": lru_cache(maxsize=4)(BodyPictures),
+        "templates": FileSystemBytecodeCache(str(tmp_path_factory.mktemp("templates"))),
+        "commands": cache(get_command),
+    }
+
+
+@pytest.fixture(scope="module")
+def made_once_here(dear) -> Iterator[None]:
+    """A module's commands take from what is `dear`, instead of W2W's own functions.
 
     Patches on a body, its segments (kept by W2W for a body that is the same object) and shading, the page's
     template, the tree of commands.
     """
-    placed, bodies, load = {}, {}, Body.load
+    placed, bodies, load = dear["placed"], dear["bodies"], Body.load
 
     def place(body, n, seed):
         key = (body.vertices.tobytes(), n, seed)
@@ -69,15 +81,13 @@ def made_once_here(tmp_path_factory) -> Iterator[None]:
         parts = (vars(body)[field.name] for field in fields(body))
         return bodies.setdefault(tuple(np.array(part).tobytes() for part in parts), body)
 
-    templates = FileSystemBytecodeCache(str(tmp_path_factory.mktemp("templates")))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(signals, "sample_patches", place)
         patch.setattr(Body, "load", staticmethod(kept))
-        shaded = lru_cache(maxsize=4)(BodyPictures)
-        patch.setattr(still_picture, "BodyPictures", shaded)
-        patch.setattr(heatmap, "BodyPictures", shaded)
-        patch.setattr(page, "Environment", partial(Environment, bytecode_cache=templates))
-        patch.setattr(typer.testing, "_get_command", cache(get_command))
+        patch.setattr(still_picture, "BodyPictures", dear["shaded"])
+        patch.setattr(heatmap, "BodyPictures", dear["shaded"])
+        patch.setattr(page, "Environment", partial(Environment, bytecode_cache=dear["templates"]))
+        patch.setattr(typer.testing, "_get_command", dear["commands"])
         yield
 
 

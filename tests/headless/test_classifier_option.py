@@ -9,6 +9,8 @@ from typer.testing import CliRunner
 
 from w2w.headless.commands.run import run
 
+pytestmark = pytest.mark.usefixtures("made_once_here")
+
 
 @pytest.fixture
 def command(tmp_path):

@@ -11,6 +11,8 @@ from typer.testing import CliRunner
 
 from w2w.headless.app import APP
 
+pytestmark = pytest.mark.usefixtures("made_once_here")
+
 COMMANDS = {
     "report": [],
     "tables": [],

@@ -21,7 +21,7 @@ from ..hostile_c3d import KINDS, plant, write_hostile
 from ..patience import HANG_S
 from .conftest import QUICKLY
 
-pytestmark = pytest.mark.usefixtures("few_orders")
+pytestmark = pytest.mark.usefixtures("few_orders", "made_once_here")
 
 ROOT = Path(__file__).resolve().parents[2]
 LOAD = "import sys, w2w; w2w.load(sys.argv[1])"

@@ -18,7 +18,7 @@ from ..rings import by_day
 PRECIOUS = b"years of work"
 
 
-pytestmark = pytest.mark.usefixtures("motions")
+pytestmark = pytest.mark.usefixtures("motions", "made_once_here")
 
 
 @pytest.fixture(scope="module")

@@ -27,9 +27,9 @@ MOVES = {"waving": ("right_shoulder", 1.0), "kicking": ("left_hip", 1.0), "stepp
 """Joint that each activity turns, and how far, radians."""
 
 
-@pytest.fixture(scope="package", autouse=True)
+@pytest.fixture(scope="module")
 def few_orders() -> Iterator[None]:
-    """Ranked roughly: tests that rank with all care are the core's."""
+    """A module's rankings made roughly: tests that rank with all care are the core's."""
     with ranked_roughly():
         yield
 
@@ -79,12 +79,14 @@ def _write_library(folder: Path) -> None:
 
 
 @pytest.fixture(scope="package")
-def finished_run(shared_data: Path, made_once: Callable[..., Path], few_orders: None) -> Path:  # noqa: ARG001
-    """The results folder of a run over real BVH clips and a broken one."""
-    return (
-        made_once("overnight", lambda folder: make_run(shared_data, folder, N_PATCHES, "--no-report"))
-        / "results"
-    )
+def finished_run(shared_data: Path, made_once: Callable[..., Path]) -> Path:
+    """The results folder of a run over real BVH clips and a broken one, ranked roughly."""
+
+    def make(folder: Path) -> None:
+        with ranked_roughly():
+            make_run(shared_data, folder, N_PATCHES, "--no-report")
+
+    return made_once("overnight", make) / "results"
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from w2w.ui.viewport.overlay import is_coloured
 
 from .made_study import N_PATCHES, make_study
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 
 def bring(library: Path, folder: Path, link: bool) -> bpy.types.Object:

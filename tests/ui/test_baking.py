@@ -35,7 +35,7 @@ from ..drifting import WithDrift
 from ..sensor_steps import assert_same_to_one_step
 from .made_study import make_study
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 
 def test_baked_signals_are_those_of_core(library: Path) -> None:

@@ -24,7 +24,7 @@ from w2w.ui.study.state import FORBID, config_of, constraints_of, patches_of, ut
 from .made_study import make_study
 from .test_restore import open_file
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 WISHES = 24
 

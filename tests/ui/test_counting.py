@@ -25,7 +25,7 @@ from .made_study import make_study
 from .test_choosing import options, place, set_wishes
 from .test_restore import open_file
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 DRAWS = 4
 """Ways in which activities count; each is ranked anew at both doors."""

@@ -22,7 +22,7 @@ from w2w.ui.study.state import patches_of
 from .made_study import make_study
 from .test_restore import open_file
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from w2w.ui.steps.import_dialog import LONGEST, ROWS, draw_preview
 
 from .made_study import make_study, take_through
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 
 @pytest.fixture

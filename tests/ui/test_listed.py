@@ -19,7 +19,7 @@ from w2w.ui.study.state import config_of, rank_settings, utility_of
 
 from .made_study import make_study
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 LABELS = ["kicking", "stepping", "waving"]
 

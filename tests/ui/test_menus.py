@@ -14,7 +14,7 @@ from w2w.ui.viewport.overlay import is_coloured
 
 from .made_study import make_study
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 WITHOUT_A_MENU = {
     "run_job", "dismiss_message", "pick_patch", "click_body", "select_patch",  # the panel's or mouse's

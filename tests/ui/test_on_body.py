@@ -18,7 +18,7 @@ from w2w.ui.steps.patches import place_steps
 from .made_study import make_study
 from .test_upkeep import delete, edit_mode, remove
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 JOBS = {
     "bake": (lambda body, _library: bake_steps(body, range(9)), 4),

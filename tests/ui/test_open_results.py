@@ -39,7 +39,7 @@ from ..scene.conftest import difference
 from ..sensor_steps import assert_same_to_one_step
 from .made_study import names_in_file
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ from w2w.ui.study.state import rank_settings, utility_of
 
 from .test_restore import open_file
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 
 @pytest.fixture

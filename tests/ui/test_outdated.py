@@ -23,7 +23,7 @@ from w2w.ui.viewport.legend import legend
 from .made_study import make_study
 from .test_panels import draw, view_of_panels
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 
 def words(layout: MagicMock) -> str:

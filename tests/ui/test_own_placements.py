@@ -38,7 +38,7 @@ from ..sensor_steps import assert_same_to_one_step
 from .made_study import N_PATCHES, make_study, open_study, save_study
 from .test_restore import open_file
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 TABLE = "name,vertex,x,y,z\nStrap pod,1234,,,\nclip,,0.14,-0.06,0.98\n"
 

@@ -21,7 +21,7 @@ from w2w.ui.study.state import patches_of
 
 from .made_study import ALL_STEPS, make_study
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 PANELS = [
     cls

@@ -16,7 +16,7 @@ from .made_study import make_study
 from .test_outdated import buttons, words
 from .test_panels import draw, view_of_panels
 
-pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("blender")]
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("blender", "few_orders")]
 
 
 def test_the_panel_says_what_the_command_says(library: Path, tmp_path: Path) -> None:

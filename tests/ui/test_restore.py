@@ -45,7 +45,7 @@ from w2w.ui.study.state import (
 from ..clip_lists import skipped_clips, used_clips
 from ..scene.conftest import difference
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 
 def open_file(path: Path) -> bpy.types.Object:

@@ -19,7 +19,7 @@ from w2w.ui.study.state import BAKED, bake_settings, patches_of, rank_settings, 
 
 from .made_study import N_PATCHES, make_study
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 
 def baked(body: bpy.types.Object) -> int:

@@ -32,7 +32,7 @@ from ..clip_lists import skipped_clips, used_clips
 from .made_study import make_study
 from .test_restore import open_file
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 
 def save(folder: Path) -> dict:

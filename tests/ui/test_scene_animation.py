@@ -14,7 +14,7 @@ from w2w.scene.base.body import armature_of
 from w2w.scene.motion.takes import import_file
 from w2w.ui.jobs import jobs
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 CLIPS = "mixamo/M3-org__CharacterStudio"
 

@@ -20,7 +20,7 @@ from w2w.ui.viewport.legend import legend, owner_of
 from .made_study import make_study
 from .test_restore import open_file
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 STEP = 1.1 / 255
 

@@ -43,7 +43,7 @@ from w2w.ui.study.state import (
 
 from .made_study import N_PATCHES, make_study
 
-pytestmark = pytest.mark.usefixtures("blender")
+pytestmark = pytest.mark.usefixtures("blender", "few_orders")
 
 
 def test_each_step_says_what_is_missing(library: Path) -> None:

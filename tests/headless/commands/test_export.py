@@ -20,6 +20,8 @@ from w2w.core.windows.windows import WindowSpec, cut_windows
 from ...command_line import cli
 from ...orientation_sto import read_orientation_sto
 
+pytestmark = pytest.mark.usefixtures("made_once_here")
+
 Y_UP = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
 """What TransPose's preprocessing turns AMASS by (`amass_rot`)."""
 

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from w2w.core.motion.motion import Motion
 from w2w.headless.app import APP
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("made_once_here")]
 
 CLIPS = {
     f"{activity}{person}.npz": (name, who)

@@ -19,7 +19,7 @@ from w2w.headless.app import APP
 
 from ...orientation_sto import read_orientation_sto
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("made_once_here")]
 
 
 def w2w(*arguments):

@@ -11,7 +11,7 @@ from w2w.core.imu.recording import ImuRecording
 
 from ...command_line import cli
 
-pytestmark = pytest.mark.usefixtures("few_orders")
+pytestmark = pytest.mark.usefixtures("few_orders", "made_once_here")
 
 
 @pytest.fixture(scope="module")

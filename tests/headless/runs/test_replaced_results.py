@@ -27,7 +27,7 @@ from ...rings import by_day
 from ...robustness.resume import UNLIKE, hashes
 from ..conftest import QUICKLY
 
-pytestmark = pytest.mark.usefixtures("few_orders")
+pytestmark = pytest.mark.usefixtures("few_orders", "made_once_here")
 
 ROOT = Path(__file__).resolve().parents[3]
 OTHER = ["--window", "2"]
