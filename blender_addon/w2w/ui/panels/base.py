@@ -8,22 +8,54 @@ import bpy
 from ..jobs import jobs
 from ..jobs.text import draw_text, styled
 from ..study.declared import SHOWN, property_of
-from ..study.pages import ANSWER, DETAILS, shown_page
+from ..study.pages import ANSWER, CLIPS, DETAILS, shown_page
 from ..study.state import current_body, is_ranked, missing_for_patches, outdated_at_a_glance, polled_body
 
 Body = bpy.types.Object | None
 Layout: TypeAlias = bpy.types.UILayout
 
+PANELS = {
+    "main": ("Where to Wear", "", "", False),
+    "body": ("Body", "main", CLIPS, False),
+    "motions": ("Motions", "main", CLIPS, False),
+    "findings": ("One Sensor", "main", ANSWER, False),
+    "placement": ("Sensors Together", "main", ANSWER, True),
+    "heatmap": ("Heatmap", "main", ANSWER, True),
+    "patches": ("Spots", "main", DETAILS, True),
+    "own_placements": ("Your Placements", "patches", DETAILS, False),
+    "garments": ("Garments (Experimental)", "patches", DETAILS, True),
+    "signals": ("Signals", "main", DETAILS, False),
+    "sensor": ("Sensor and Bands", "signals", DETAILS, True),
+    "utility": ("Score", "main", DETAILS, False),
+    "activities": ("Activities", "utility", DETAILS, True),
+    "sure": ("How Sure", "main", DETAILS, True),
+    "regions": ("Top Regions", "main", DETAILS, True),
+    "shape": ("Shape", "main", DETAILS, True),
+    "character": ("Own Character", "main", DETAILS, True),
+}
+"""Label of each panel, the panel that it is part of, its page ("" is every page), whether it is closed at
+first; in the order in which they stand."""
+
 
 class W2WPanel:
-    """A panel in the tab W2W."""
+    """A panel in the tab W2W, as `PANELS` says of it."""
 
     layout: Layout
+    page: str
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "W2W"
-    page = ""
-    """The page that the panel is on; "" is every page."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        _, is_panel, name = cls.__name__.partition("W2W_PT_")
+        if is_panel:
+            label, home, cls.page, is_closed = PANELS[name]
+            about = {"bl_label": label, "bl_order": [*PANELS].index(name)}
+            about |= {"bl_parent_id": f"W2W_PT_{home}"} if home else {}
+            about |= {"bl_options": {"DEFAULT_CLOSED"}} if is_closed else {}
+            for key, value in about.items():
+                setattr(cls, key, value)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -36,10 +68,7 @@ class W2WPanel:
 
 
 class PartPanel(W2WPanel):
-    """A part of a step, which needs a body; closed at first."""
-
-    bl_options = {"DEFAULT_CLOSED"}
-    page = DETAILS
+    """A part of a step, which needs a body."""
 
     @staticmethod
     def is_wanted(body: Body) -> bool:
@@ -56,9 +85,6 @@ def draw_parameters(layout: Layout, study: bpy.types.PropertyGroup, panel: str, 
 class ResultPanel(W2WPanel):
     """A part of the results."""
 
-    bl_parent_id = "W2W_PT_main"
-    page = ANSWER
-
     def column(self, context: bpy.types.Context) -> Layout:
         """A column that is grey where the ranking is not of the study as it is now."""
         return styled(self.layout.column(), active=not outdated_at_a_glance(polled_body(context)))
@@ -70,8 +96,6 @@ class ResultPanel(W2WPanel):
 
 class StepPanel(W2WPanel):
     """A step: its header shows whether it is done, its body what it needs."""
-
-    bl_parent_id = "W2W_PT_main"
 
     def draw_header_preset(self, context: bpy.types.Context) -> None:
         body = current_body(context)

@@ -18,7 +18,6 @@ from ..results import results
 from ..steps.body import add_study
 from ..steps.import_dialog import source_armatures
 from ..study import operators, state
-from ..study.pages import DETAILS
 from ..viewport import legend
 from ..viewport.framing import BESIDE
 from .base import W2WPanel, draw_note
@@ -115,12 +114,6 @@ def _own_likeness(context: bpy.types.Context, figure: Character) -> bpy.types.Ob
 
 class W2W_PT_character(W2WPanel, bpy.types.Panel):
     """The character that shows the map."""
-
-    bl_label = "Own Character"
-    bl_parent_id = "W2W_PT_main"
-    bl_options = {"DEFAULT_CLOSED"}
-    bl_order = 7
-    page = DETAILS
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = styled(self.layout, enabled=jobs.running is None)

@@ -64,10 +64,6 @@ class W2W_OT_remove_wish(operators.OnPatches, bpy.types.Operator):
 class W2W_PT_placement(ResultPanel, bpy.types.Panel):
     """Wishes, and the sensors to wear together."""
 
-    bl_label = "Sensors Together"
-    bl_options = {"DEFAULT_CLOSED"}
-    bl_order = 2
-
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
         study, content = body.w2w, styled(form(self.layout), enabled=can_change_now(context))

@@ -18,7 +18,7 @@ from ..results import results
 from ..results.results import findings
 from ..study import counting, lists, operators, scores, state
 from ..study.counting import Group
-from ..study.pages import CLIPS, DETAILS
+from ..study.pages import CLIPS
 from ..viewport import legend
 from ..viewport.framing import frame, hide_others
 from .base import Body, Layout, PartPanel, ResultPanel, draw_outdated, draw_warning
@@ -40,9 +40,6 @@ def can_change_now(context: bpy.types.Context) -> bool:
 
 class W2W_PT_findings(ResultPanel, bpy.types.Panel):
     """The best place for one sensor, and how reliable that is."""
-
-    bl_label = "One Sensor"
-    bl_order = 1
 
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
@@ -101,11 +98,6 @@ def draw_products(layout: Layout, products: Sequence[dict[str, Any]]) -> None:
 class W2W_PT_sure(ResultPanel, bpy.types.Panel):
     """How sure the answer is."""
 
-    bl_label = "How Sure"
-    bl_options = {"DEFAULT_CLOSED"}
-    bl_order = 4
-    page = DETAILS
-
     def draw(self, context: bpy.types.Context) -> None:
         body = state.polled_body(context)
         layout = self.column(context)
@@ -150,9 +142,6 @@ def draw_activities(layout: Layout, study: bpy.types.PropertyGroup, right: str) 
 class W2W_PT_activities(PartPanel, bpy.types.Panel):
     """Weights of activities; after the ranking the list stands under Heatmap."""
 
-    bl_label = "Activities"
-    bl_parent_id = "W2W_PT_utility"
-
     @staticmethod
     def is_wanted(body: Body) -> bool:
         return body is not None and len(body.w2w.activities) > 0 and state.utility_of(body.w2w) is None
@@ -164,10 +153,6 @@ class W2W_PT_activities(PartPanel, bpy.types.Panel):
 
 class W2W_PT_heatmap(ResultPanel, bpy.types.Panel):
     """Choice of the heatmap and its colours."""
-
-    bl_label = "Heatmap"
-    bl_options = {"DEFAULT_CLOSED"}
-    bl_order = 3
 
     def draw_header_preset(self, context: bpy.types.Context) -> None:
         self.layout.prop(context.scene.w2w, "show_overlay", text="", icon="OVERLAY", emboss=False)
@@ -223,11 +208,6 @@ class W2W_OT_side_by_side(operators.OnRanking, bpy.types.Operator):
 
 class W2W_PT_regions(ResultPanel, bpy.types.Panel):
     """The best regions."""
-
-    bl_label = "Top Regions"
-    bl_options = {"DEFAULT_CLOSED"}
-    bl_order = 5
-    page = DETAILS
 
     def draw(self, context: bpy.types.Context) -> None:
         study = state.polled_body(context).w2w

@@ -70,9 +70,6 @@ class W2W_OT_save_sensor(operators.OnBody, bpy.types.Operator, ExportHelper):
 class W2W_PT_sensor(PartPanel, bpy.types.Panel):
     """Bands, further sensors and the figures of a part."""
 
-    bl_label = "Sensor and Bands"
-    bl_parent_id = "W2W_PT_signals"
-
     def draw(self, context: bpy.types.Context) -> None:
         study = state.polled_body(context).w2w
         layout = styled(form(self.layout), enabled=jobs.running is None)

@@ -16,7 +16,6 @@ from ..steps.body import draw_sliders
 from ..steps.motions import has_source, is_playing
 from ..study import signal_cache, state
 from ..study.counting import Group
-from ..study.pages import CLIPS, DETAILS
 from ..viewport.drawing import width_of
 from .base import (
     Body,
@@ -37,9 +36,6 @@ ROW_TAKEN, NAME_MARGINS, FIELD_MARGINS = 126, 14, 18
 
 class W2W_PT_body(StepPanel, bpy.types.Panel):
     """The body."""
-
-    bl_label = "Body"
-    page = CLIPS
 
     def missing(self, body: Body) -> str:
         return ""
@@ -67,10 +63,6 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
 
 class W2W_PT_shape(PartPanel, bpy.types.Panel):
     """The shape of W2W's own body."""
-
-    bl_label = "Shape"
-    bl_parent_id = "W2W_PT_main"
-    bl_order = 6
 
     @staticmethod
     def is_wanted(body: Body) -> bool:
@@ -129,9 +121,6 @@ def activity_share(study: Group, room: float, scale: float) -> float:
 
 class W2W_PT_motions(StepPanel, bpy.types.Panel):
     """The clips and their labels."""
-
-    bl_label = "Motions"
-    page = CLIPS
 
     @staticmethod
     def is_wanted(body: Body) -> bool:
@@ -196,11 +185,6 @@ def draw_bone_map(row: Layout) -> None:
 class W2W_PT_patches(StepPanel, bpy.types.Panel):
     """The spots that are tried."""
 
-    bl_label = "Spots"
-    bl_options = {"DEFAULT_CLOSED"}
-    bl_order = 1
-    page = DETAILS
-
     def is_done(self, body: bpy.types.Object) -> bool:
         return state.patches_of(body) is not None
 
@@ -220,10 +204,6 @@ class W2W_PT_patches(StepPanel, bpy.types.Panel):
 
 class W2W_PT_signals(StepPanel, bpy.types.Panel):
     """The sensor and its signals."""
-
-    bl_label = "Signals"
-    bl_order = 2
-    page = DETAILS
 
     def missing(self, body: Body) -> str:
         return state.missing_for_bake(body)
@@ -260,10 +240,6 @@ class W2W_PT_signals(StepPanel, bpy.types.Panel):
 
 class W2W_PT_utility(StepPanel, bpy.types.Panel):
     """How well each spot tells the activities apart."""
-
-    bl_label = "Score"
-    bl_order = 3
-    page = DETAILS
 
     def missing(self, body: Body) -> str:
         return "" if body is not None and state.is_ranked(body) else state.missing_for_any_rank(body)

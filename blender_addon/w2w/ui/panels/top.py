@@ -22,8 +22,6 @@ WHAT = (
 class W2W_PT_main(W2WPanel, bpy.types.Panel):
     """The top: the pages, which body, what is going on."""
 
-    bl_label = "Where to Wear"
-
     def draw(self, context: bpy.types.Context) -> None:
         layout, scene = self.layout, context.scene.w2w
         styled(layout.row(align=True), scale_y=1.2).prop(context.window_manager, "w2w_page", expand=True)

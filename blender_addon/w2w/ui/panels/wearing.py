@@ -19,7 +19,6 @@ from ..results.own_placements import is_pending, patch_of_own, scores_of_own
 from ..study import operators, state
 from ..study.counting import Group
 from ..study.covers import worn_by
-from ..study.pages import DETAILS
 from ..viewport.overlay import NO_PICK, picks
 from .base import Body, Layout, PartPanel, W2WPanel, draw_info, draw_note
 
@@ -107,10 +106,6 @@ class W2W_UL_placements(bpy.types.UIList):
 
 class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
     """Spots that the user named, besides the sampled patches."""
-
-    bl_label = "Your Placements"
-    bl_parent_id = "W2W_PT_patches"
-    page = DETAILS
 
     @staticmethod
     def is_wanted(body: Body) -> bool:
@@ -205,9 +200,6 @@ class W2W_OT_take_off(operators.OnBody, bpy.types.Operator):
 
 class W2W_PT_garments(PartPanel, bpy.types.Panel):
     """Garments on the body."""
-
-    bl_label = "Garments (Experimental)"
-    bl_parent_id = "W2W_PT_patches"
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = styled(self.layout.column(), enabled=jobs.running is None)
