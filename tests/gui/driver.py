@@ -174,9 +174,10 @@ class Driver:
         return region.x + round(point.x), region.y + round(point.y)
 
     def key(self, kind: str, **keys: bool) -> Script:
-        """Press and release a key over the 3D view's middle."""
-        region = self.region("WINDOW")
-        x, y = region.x + region.width // 2, region.y + region.height // 2
+        """Press and release a key over the middle of what the sidebar leaves of the 3D view."""
+        region, sidebar = self.region("WINDOW"), self.region("UI")
+        right = sidebar.x if sidebar.width > 1 else region.x + region.width
+        x, y = (region.x + right) // 2, region.y + region.height // 2
         yield from self.move(x, y)
         yield from self.event(kind, "PRESS", x, y, **keys)
         yield from self.event(kind, "RELEASE", x, y, **keys)

@@ -61,8 +61,8 @@ def test_cards_and_legend_stand_at_the_edges_over_no_body_nor_each_other(
     body = BODY * 0.8 * size[1] + (50 + size[0] / 2, 20 + 0.1 * size[1])
     taken: list[Box] = []
 
-    def at_the_edges(width: float) -> list[float]:
-        return [free.left + 10, free.right - 10 - width]
+    def at_the_edges(width: float, gap: float) -> list[float]:
+        return [free.left + gap, free.right - gap - width]
 
     for forms in (card(None, 0).sizes(), [lambda scale: (LEGEND * scale, 230 * scale)]):
         stand = place(forms, free, body, taken, scale, at_the_edges)
@@ -80,16 +80,17 @@ def test_cards_and_legend_stand_at_the_edges_over_no_body_nor_each_other(
 def test_in_a_view_as_narrow_as_at_scale_two_the_legend_lies_and_the_card_is_folded() -> None:
     free = FreeArea(118.0, 485.0, 0.0, 525.0)  # what a window of 1280 x 800 leaves beside the sidebar
     axes, buttons = Box(285.0, 325.0, 485.0, 525.0), Box(389.0, 89.0, 485.0, 525.0)
-    body = BODY * (230.0, 260.0) + (253.0, 92.0)
+    standing = np.column_stack([np.tile((135.0, 275.0), 50), np.repeat(np.linspace(12, 500, 50), 2)])
     shown = Legend(0.17, 0.87, name="Mean of activities")
     signals = ImuRecording(np.zeros((50, 1, 3)), np.zeros((50, 1, 3)), 60.0, ("wrist",))
 
-    def at_the_edges(width: float) -> list[float]:
-        return [free.left + 24, free.right - 24 - width]
+    def at_the_edges(width: float, gap: float) -> list[float]:
+        return [free.left + gap, free.right - gap - width]
 
-    for forms in (colour_bar.sizes(shown), card(signals, 0).sizes()):
-        stand = place(forms, free, body, [axes, buttons], 2.0, at_the_edges)
-        assert (stand.form, stand.covers) == (1, 0)
+    for body in (BODY * (230.0, 260.0) + (253.0, 92.0), standing):
+        for forms in (colour_bar.sizes(shown), card(signals, 0).sizes()):
+            stand = place(forms, free, body, [axes, buttons], 2.0, at_the_edges)
+            assert (stand.form, stand.covers) == (1, 0)
 
 
 @pytest.mark.parametrize("form", [0, 1])

@@ -11,7 +11,7 @@ from ...core.imu.recording import ImuRecording
 from .drawing import Colour, clipped, polyline, rectangle, text, width_of
 from .places import Box, Place
 
-WIDTH, MARGIN, LINE = 350, 12, 15
+WIDTH, FOLDED_WIDTH, MARGIN, LINE = 350, 230, 12, 15
 """Sizes at a scale of 1, pixels."""
 
 CLOSER = 32
@@ -66,7 +66,7 @@ class HoverCard:
 
     def _folded(self, scale: float) -> tuple[float, float]:
         below = LINE if self.recording is None else FOLDED_PLOT + PLOT_GAP
-        return WIDTH * scale, scale * (2 * LINE + below + MARGIN)
+        return FOLDED_WIDTH * scale, scale * (2 * LINE + below + MARGIN)
 
     def boxes(self, stand: Place) -> tuple[Box, Box]:
         """Where the card stands, and where a click closes it."""
@@ -134,7 +134,8 @@ class HoverCard:
         (left, right, y), (low, high), rate = place, limits, self.recording.rate if self.recording else 1.0
         height, width = (FOLDED_PLOT if is_folded else PLOT_HEIGHT) * scale, right - left
         now = min(max(self.time, 0.0), (len(signal) - 1) / rate)
-        text(left, y + height + 5 * scale, PLOTS[number], 11 * scale, PALE)
+        title = clipped(PLOTS[number], width, 11 * scale)
+        text(left, y + height + 5 * scale, title, 11 * scale, PALE)
         if not is_folded:
             self._values(right, y + height + 5 * scale, scale, signal[round(now * rate)])
         rectangle(left, y, width, height, FAINT)

@@ -18,7 +18,7 @@ from .colour_bar import draw_colour_bar, sizes
 from .drawing import Colour, Surface, disc, dots, rectangle, ring, text, width_of
 from .framing import free_area
 from .legend import Legend, legend, show_colours
-from .places import GAP, Box, Place, blenders_own, place, seen
+from .places import Box, Place, blenders_own, place, seen
 
 MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))
 BADGE: Colour = (0.1, 0.1, 0.1, 1.0)
@@ -107,8 +107,8 @@ def _places(
     for number, forms in enumerate(things):
         is_legend = number == len(cards)
 
-        def lefts(width: float, is_legend: bool = is_legend) -> list[float]:
-            edges = [free.left + GAP * scale, free.right - width - GAP * scale]
+        def lefts(width: float, gap: float, is_legend: bool = is_legend) -> list[float]:
+            edges = [free.left + gap, free.right - width - gap]
             return [*(x - width / 2 for x in middle), *edges[::-1]] if is_legend else edges
 
         stand = place(forms, free, clear, taken, scale, lefts)

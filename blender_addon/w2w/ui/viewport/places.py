@@ -74,7 +74,7 @@ def seen(context: bpy.types.Context, bodies: Iterable[bpy.types.Object]) -> np.n
 
 def place(
     forms: Sequence[Callable[[float], tuple[float, float]]], free: FreeArea, clear: np.ndarray,
-    taken: Sequence[Box], scale: float, lefts: Callable[[float], Sequence[float]],
+    taken: Sequence[Box], scale: float, lefts: Callable[[float, float], Sequence[float]],
 ) -> Place:  # fmt: skip
     """The first place that covers nothing, the largest there is; else the one that covers least.
 
@@ -90,7 +90,7 @@ def place(
     scale : float
         The largest scale.
     lefts : callable
-        Left edges to try for a width, the best first.
+        Left edges to try for a width and a gap to the view's edge, the best first.
     """
     tried: list[Place] = []
     ways = [*product(range(len(forms)), SCALES), *product(range(len(forms)), SMALL)]
@@ -99,7 +99,7 @@ def place(
         width, height = forms[form](tried_at)
         gap = GAP * tried_at
         top = max(free.top - gap - height, free.bottom + gap)
-        for x in lefts(width):
+        for x in lefts(width, gap):
             for y in np.linspace(free.bottom + gap, top, HEIGHTS).tolist():
                 covers = _covers(Box(x, y, x + width, y + height), free, clear, taken)
                 tried.append(Place(x, y, tried_at, form, covers))
