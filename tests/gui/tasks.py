@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import bpy
+import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from driver import MIDDLE, Driver, Script
@@ -19,14 +20,15 @@ from panel import OUT, idle, install, module, open_tab, play, report, study, to_
 
 CLIPS = Path(os.environ["W2W_CLIPS"])
 SCALE = float(os.environ["W2W_SCALE"])
-CHEST = 0.73
-"""Height of a spot on the body, in its heights."""
 
 
-def spot(driver: Driver) -> tuple[int, int]:
-    """Where the middle of the chest is in the window."""
-    low, high = module("viewport.framing").extent([bpy.context.scene.w2w.body])
-    return driver.on_screen(((low[0] + high[0]) / 2, low[1], low[2] + CHEST * (high[2] - low[2])))
+def spot(driver: Driver, share: float = 0.5) -> tuple[int, int]:
+    """Where a point on the body's trunk is in the window, with this share of the body below."""
+    region = driver.region("WINDOW")
+    with driver.in_view():
+        seen = module("viewport.places").seen(bpy.context, [bpy.context.scene.w2w.body])
+    x, y = np.median(seen[:, 0]), np.quantile(seen[:, 1], share)
+    return region.x + round(float(x)), region.y + round(float(y))
 
 
 def body_s_share(driver: Driver) -> float:
@@ -87,6 +89,21 @@ def find_the_best_watch_place(driver: Driver) -> Script:
     yield from driver.look("3_compared")
     found, unknown = module("study.lists").comparison_of(study())
     report["compared"] = [sorted({row["name"] for row in found}), unknown]
+
+
+def compare_two_spots(driver: Driver) -> Script:
+    """Click two spots with the tool, the second with Shift: two cards, of which none covers the body."""
+    yield from driver.key("W", ctrl=True, alt=True)
+    yield from driver.click(*spot(driver))
+    yield from driver.click(*spot(driver, 0.6), shift=True)
+    yield from driver.turns(10)
+    yield from driver.look("3_two_spots")
+    report["two"] = {"picked": [study().picked, study().compared], "covers": cover(driver)}
+    yield from driver.key("ESC")
+    yield from driver.turns(5)
+    report["two"]["closed"] = study().picked
+    with driver.in_view():
+        bpy.ops.wm.tool_set_by_id(name="builtin.select_box")
 
 
 def forbid_the_head(driver: Driver) -> Script:
@@ -176,6 +193,7 @@ play(
     try_the_example,
     see_a_signal,
     find_the_best_watch_place,
+    compare_two_spots,
     forbid_the_head,
     save_a_picture,
     mend_a_label,

@@ -14,7 +14,7 @@ import pytest
 from .sandbox import RESULTS, inside, run_in_window
 from .test_run_all_window import N_CLIPS, copy_clips
 
-WINDOWS = [("1280", "800", "1")]
+WINDOWS = [("1280", "800", "1"), ("1280", "800", "2"), ("1920", "1080", "1"), ("1920", "1080", "2")]
 """Width and height, pixels, and the scale of the interface."""
 
 pytestmark = pytest.mark.slow
@@ -40,14 +40,22 @@ def test_a_clicked_spot_has_a_card_beside_the_body_that_closes(report: dict[str,
     card = report["card"]
     assert card["picked"] >= 0
     assert card["closed"] == -1
-    if report["scale"] == 1:
-        assert card["covers"] == [0]
+    assert card["covers"] == [0]
 
 
 def test_known_products_are_compared_though_one_word_is_unknown(report: dict[str, Any]) -> None:
     names, unknown = report["compared"]
     assert names == ["ring", "watch"]
     assert "tail" in unknown
+
+
+def test_two_clicked_spots_have_a_card_each(report: dict[str, Any]) -> None:
+    two = report["two"]
+    assert len({*two["picked"], -1}) == 3
+    assert len(two["covers"]) == 2
+    assert two["closed"] == -1
+    if report["scale"] == 1:
+        assert two["covers"] == [0, 0]
 
 
 def test_the_answer_keeps_off_what_is_forbidden(report: dict[str, Any]) -> None:
