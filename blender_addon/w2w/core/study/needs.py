@@ -144,6 +144,7 @@ def needs(
             )
     usual = at_rate(config, own_rate(config))
     body, clips = study.body(), [study.clips[number] for number in numbers]
+    shown = study.utility.expected_mean[list(patches)].tolist()
     with unthreaded_products():
         motions = (measured(study.motion(clip.name), config) for clip in clips)
         ideal = (record_motion(body, study.patches, one, usual.synthesis, chosen=patches) for one in motions)
@@ -153,8 +154,8 @@ def needs(
         ]
         return [
             at.completed(at.need(place))
-            for column, (patch, place) in enumerate(zip(patches, places, strict=True))
-            for at in [Place(clips, [one.at([column]) for one in seen], int(patch), usual)]
+            for column, (patch, place, f1) in enumerate(zip(patches, places, shown, strict=True))
+            for at in [Place(clips, [one.at([column]) for one in seen], int(patch), usual, f1)]
         ]
 
 
@@ -184,6 +185,7 @@ class Place:
     seen: Sequence[ImuRecording]
     patch: int
     usual: StudyConfig
+    f1: float  # the one that is shown of the place: costs are taken off it
 
     @cached_property
     def _usual(self) -> _Tried:
@@ -192,7 +194,7 @@ class Place:
     def need(self, place: str, knobs: Collection[str] = tuple(KNOBS)) -> Need:
         """Try all that is cheaper than the study's own part, unless the clips look like guessing."""
         own = {name: KNOBS[name].own(self.usual) for name in knobs}
-        need = Need(place, self.patch, own, self._usual.f1)
+        need = Need(place, self.patch, own, self.f1)
         if self._usual.by_luck > LUCK:
             return replace(need, silent="guesses would name as many right")
         if as_shown(need.f1) < LEAST_F1:
@@ -234,7 +236,8 @@ class Place:
         for variant, one, of_pair in zip(others, tried, errors, strict=True):
             reach = reach_of(of_pair, np.square(errors).mean(), LEVEL) if errors.size else 1.0
             cost = judged(usual.f1 - one.f1, reach)
-            losses.append(Loss(variant.knob, variant.value, variant.name, one.f1, cost))
+            left = float(np.clip(self.f1 - cost.expected, 0, 1))
+            losses.append(Loss(variant.knob, variant.value, variant.name, left, cost))
         return tuple(losses)
 
     def _tried(self, config: StudyConfig) -> _Tried:
