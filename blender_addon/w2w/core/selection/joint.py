@@ -20,7 +20,7 @@ LARGEST_SET = 6
 """Sensors up to which sets are grown."""
 
 FIRST_SETS = 3
-"""Sensors up to which sets are grown at first; then more if more are wanted and may help."""
+"""Sensors up to which sets are grown at first; then one more as long as the last was worth it."""
 
 WORTH = 0.02
 """Expected F1 that each further sensor must add to be recommended."""
@@ -216,7 +216,7 @@ def choose_together(
     """
     best_alone = expected.mean if first is None else first
     search = _search(tests, terms, _Given(expected, every_activity > 0, stream, best_alone))
-    for size in sorted({min(most, terms.max_size) for most in (FIRST_SETS, LARGEST_SET)}):
+    for size in sorted({min(most, terms.max_size) for most in range(FIRST_SETS, LARGEST_SET + 1)}):
         order, promise = search.up_to(size)
         lowest = promise.f1[:, tests.weights > 0].min(axis=1)
         f1, wanted = np.array([promise.mean, lowest]), np.array([[target], [every_activity]])

@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
+from w2w.core.ranking.classifiers import ridge
 from w2w.core.ranking.classifiers.ridge import Ridge
+from w2w.core.ranking.halves import plan
 
 
 def library(seed=0, n_clips=40, n_classes=4, n_sensors=3, n_features=12, spread=1.5):
@@ -166,3 +168,15 @@ def test_features_that_vary_in_a_few_windows_alone_stop_nothing(seed):
         for some in (features, np.delete(features, range(20, 26), axis=2))
     )
     assert (with_them == without).mean() > 0.97
+
+
+def test_a_trials_folds_are_trained_from_a_few_parts_that_they_share():
+    _, labels, fold, clip = library()
+    work = plan(labels, clip, fold, np.ones(len(labels), dtype=bool))
+    shared = ridge._Splits(labels, work.block, work.splits)._shared
+    assert len(shared) <= len(work.trials) - len(work.pairs)  # both halves of the clips share theirs
+    for each in shared:
+        for number, parts in zip(range(len(work.splits))[each.splits], each.of_parts, strict=True):
+            trained = np.isin(work.block, work.splits[number].train)
+            np.testing.assert_array_equal(parts[each.part] > 0, trained)
+            assert len(parts) <= len(each.of_parts) + 2
