@@ -16,7 +16,7 @@ from ..study import counting, lists, operators, state
 from ..study.counting import Group
 from ..viewport.overlay import NO_PICK, picks
 from .base import ResultPanel, draw_info, draw_parameters, form
-from .results import can_change_now, draw_headings
+from .results import can_change_now, draw_headings, draw_spot
 from .rows import KINDS
 
 
@@ -144,22 +144,14 @@ def draw_sensors(
         icon = "DOWNARROW_HLT" if entry.is_open else "RIGHTARROW"
         row.prop(entry, "is_open", text="", icon=icon, emboss=False)
         split = row.split(factor=0.65, align=True)
-        name, is_picked = (
-            capital(card.get("sensor", entry.label)),
-            entry.patch in (study.picked, study.compared),
-        )
-        looking = split.operator(
-            "w2w.select_patch", text=f"{number}  {name}", translate=False, depress=is_picked
-        )
-        looking.patch = entry.patch
+        draw_spot(split, study, entry, f"{number}  {capital(card.get('sensor', entry.label))}")
         far = {" cm": card.get("slip_cm"), "°": card.get("turn_deg")}
         limits = ", ".join(f"{limit:.0f}{unit}" for unit, limit in far.items() if limit is not None)
         styled(split.row(), alignment="RIGHT").label(text=limits, translate=False)
         if entry.is_open:
-            few = (
-                mean_caution(state.ranking_of(study.id_data)) or f"{short(entry.low)} to {short(entry.high)}"
-            )
-            interval = f"F1 with the sensors so far: {short(entry.f1)} ({few})."
+            few = mean_caution(state.ranking_of(study.id_data))
+            about = few or f"{short(entry.low)} to {short(entry.high)}"
+            interval = f"F1 with the sensors so far: {short(entry.f1)} ({about})."
             draw_text(column, context, f"{entry.label}. {interval} {card.get('in_words', '')}")
             if needs := card.get("needs", {}).get("sentence"):
                 draw_text(column, context, f"{needs}.")

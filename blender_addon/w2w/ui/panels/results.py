@@ -221,10 +221,13 @@ def draw_rows(layout: Layout, study: bpy.types.PropertyGroup, rows: bpy.types.bp
     for entry in rows:
         row = column.row(align=True)
         split = row.split(factor=0.6 if entry.high > 0 else 0.7, align=True)
-        is_picked = entry.patch in (study.picked, study.compared)
-        split.operator(
-            "w2w.select_patch", text=entry.label, translate=False, depress=is_picked
-        ).patch = entry.patch
+        draw_spot(split, study, entry, entry.label)
         value = styled(split.row(align=True), alignment="RIGHT")
         interval = f"{short(entry.f1)} ({short(entry.low)}–{short(entry.high)})"
         value.label(text=interval if entry.high > 0 else f"{entry.f1:.3f}", translate=False)
+
+
+def draw_spot(layout: Layout, study: Group, entry: Group, text: str) -> None:
+    """Draw the button that looks at the patch of a row, pressed while it is looked at."""
+    is_picked = entry.patch in (study.picked, study.compared)
+    layout.operator("w2w.select_patch", text=text, translate=False, depress=is_picked).patch = entry.patch

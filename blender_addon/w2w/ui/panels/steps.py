@@ -17,15 +17,7 @@ from ..steps.motions import has_source, is_playing
 from ..study import signal_cache, state
 from ..study.counting import Group
 from ..viewport.drawing import width_of
-from .base import (
-    Body,
-    Layout,
-    PartPanel,
-    StepPanel,
-    draw_info,
-    draw_note,
-    draw_parameters,
-)
+from .base import Body, Layout, PartPanel, StepPanel, draw_info, draw_note, draw_parameters
 
 ICONS = {state.BAKED: "CHECKMARK", state.STALE: "FILE_REFRESH", state.FAILED: "ERROR"}
 """Icons of the clip states."""
