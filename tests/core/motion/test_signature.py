@@ -234,7 +234,7 @@ def test_of_all_real_motions_only_downloads_of_one_are_one(shared_data):
     groups = groups_of(motions)
     found = [(a, b) for a, b in combinations(range(len(rows)), 2) if groups[a] == groups[b]]
     by_key = [(a, b) for a, b in found if rows[a][1] == rows[b][1] != ""]
-    assert (len(by_key), len(found)) == (7, 22)
+    assert (len(by_key), len(found)) == (7, 24)
     for a, b in found:
         assert rows[a][0] == rows[b][0]
 
