@@ -27,6 +27,7 @@ def test_the_panel_says_what_the_command_says(library: Path, tmp_path: Path) -> 
     assert bpy.ops.w2w.save_results(directory=str(tmp_path / "saved")) == {"FINISHED"}
     study = StudyResults.load(tmp_path / "saved")
     worn_like_clips(study, tmp_path / "worn", 0)
+    (tmp_path / "worn" / "Ada" / "notes.txt").write_text("nothing")
     place = study.patches.names[0]
     with pytest.raises(RuntimeError, match="two people"):
         bpy.ops.w2w.add_pilot(directory=str(tmp_path / "worn" / "Ada"), at=place)
@@ -36,6 +37,7 @@ def test_the_panel_says_what_the_command_says(library: Path, tmp_path: Path) -> 
     drawn = draw(W2W_PT_placement, view_of_panels())
     assert "w2w.add_pilot" in buttons(drawn)
     assert found["sentence"] in words(drawn)
+    assert f"Left out: {': '.join(found['skipped'][0])}" in words(drawn)
 
     assert bpy.ops.w2w.save_results(directory=str(tmp_path / "both")) == {"FINISHED"}
     saved = StudyResults.load(tmp_path / "both")

@@ -4,6 +4,7 @@
 import mimetypes
 import secrets
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from starlette.requests import Request
@@ -39,8 +40,8 @@ class Answers:
             Route(f"{one}/share", self.unshare, methods=["DELETE"]),
             Route(f"{one}/place", self.place, methods=["POST"]),
             Route(f"{one}/need", self.need, methods=["POST"]),
-            Route(f"{one}/pilot", self.pilot, methods=["POST"]),
-            Route(f"{one}/pilot/signals", self.signals, methods=["POST"]),
+            Route(f"{one}/pilot", partial(self.recorded, pilot_by), methods=["POST"]),
+            Route(f"{one}/pilot/signals", partial(self.recorded, signals_of), methods=["POST"]),
             Route(f"{one}/results.zip", self.archive),
             Route(f"{one}/files/{{name:path}}", self.file),
         ]
@@ -67,15 +68,8 @@ class Answers:
         place = str(asked.get("place", ""))
         return JSONResponse({"needs": await self._worked(study, self.work.tryer, cheapest, place)})
 
-    async def pilot(self, request: Request) -> Response:
-        """What uploaded recordings of people say of the map's level, which report and summary then say."""
-        return await self._recorded(request, pilot_by)
-
-    async def signals(self, request: Request) -> Response:
-        """How uploaded recordings look, for whoever marks stretches of them."""
-        return await self._recorded(request, signals_of)
-
-    async def _recorded(self, request: Request, how: Callable[..., Any]) -> Response:
+    async def recorded(self, how: Callable[..., Any], request: Request) -> Response:
+        """What a function makes of uploaded recordings, worn where the request says."""
         study = study_of(self.work, request)
         async with self.receiver.laid(request, study) as (folder, at, arrived):
             found = await self._worked(study, self.work.tryer, how, (folder, at))

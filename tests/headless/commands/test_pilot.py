@@ -68,7 +68,7 @@ def test_what_cannot_be_used_is_said_and_leaves_the_folder_as_it_was(folder, tmp
     before = {path.name: path.read_bytes() for path in out.glob("*.*") if path.is_file()}
     for at, why in (
         ("left wirst", "did you mean left wrist"),
-        ("", "say where the sensor was worn, as by --at watch (watch, "),
+        ("", "say where it was worn, as by --at watch (watch, "),
         ("", 'region is called "fast 1"'),
     ):
         code, output = cli("pilot", out, worn, *(("--at", at) if at else ()))

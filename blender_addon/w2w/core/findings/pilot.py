@@ -152,9 +152,7 @@ def of_folder(study: StudyResults, recordings: Path, at: str) -> Pilot:
     read = Recordings.read(recordings, None, at, utility.activities, config.synthesis.rate_hz)
     scored = scored_map(utility, study.patches, study.body(), config)
     if not at:
-        how = (
-            f"say where the sensor was worn, as by --at watch ({', '.join(PRODUCTS)} or a part of the body):"
-        )
+        how = f"say where it was worn, as by --at watch ({', '.join(PRODUCTS)} or a part of the body):"
         with restated(how, ValueError):
             _ = [scored.named(name) for name in read.places]
     return pilot(RankedMap(scored, config, study.inputs(config.classifier), study.labels()), read)

@@ -30,17 +30,16 @@ def triple_taps(recording: ImuRecording) -> list[tuple[float, float]]:
     size = np.nan_to_num(np.linalg.norm(acc, axis=1), nan=np.nanmedian(np.linalg.norm(acc, axis=1)))
     far = np.abs(size - scipy.ndimage.median_filter(size, round(rate / 4) | 1))
     peaks = scipy.signal.find_peaks(far, SPIKE, distance=max(round(TAP_S * rate), 1))[0]
-    gaps = np.diff(peaks / rate, prepend=-np.inf, append=np.inf)
+    times, at = np.arange(len(size)) / rate, peaks / rate
+    gaps = np.diff(at, prepend=-np.inf, append=np.inf)
     found = []
-    for first in range(len(peaks) - 2):
+    for first in range(len(at) - 2):
         before, *between, after = gaps[first : first + 4]
-        three = peaks[first : first + 3]
         if min(before, after) < STILL_S or not all(APART_S[0] <= gap <= APART_S[1] for gap in between):
             continue
-        around = np.arange(
-            max(three[0] - STILL_S * rate, 0), min(three[2] + STILL_S * rate, len(size)), dtype=int
-        )
-        still = size[around[np.abs(around[:, None] - three).min(axis=1) > TAP_S * rate]]
+        three = at[first : first + 3]
+        around = (times >= three[0] - STILL_S) & (times < three[2] + STILL_S)
+        still = size[around & (np.abs(times[:, None] - three).min(axis=1) > TAP_S)]
         if np.quantile(np.abs(still - np.median(still)), 0.95) <= REST:
-            found.append((float(three[0] / rate) - HAND_S, float(three[2] / rate) + HAND_S))
+            found.append((float(three[0]) - HAND_S, float(three[2]) + HAND_S))
     return found

@@ -7,7 +7,7 @@ import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
 from ...core.selection.headline import mean_caution, short
-from ...core.wording import capital
+from ...core.wording import capital, join_words
 from ..jobs.text import draw_text, styled
 from ..results import results
 from ..results.own_placements import spot_name
@@ -120,7 +120,9 @@ def draw_worn(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.
     layout.operator("w2w.find_needs", text="How Cheap May They Be?", translate=False, icon="TRIA_DOWN_BAR")
     layout.operator("w2w.add_pilot", text="Add a Pilot...", translate=False, icon="COMMUNITY")
     if found := content.get("pilot"):
-        for text in (found["sentence"], *(each["text"] for each in found["cautions"]), found["next"]):
+        left = join_words([": ".join(map(str, each)) for each in found.get("skipped", ())])
+        said = (*(each["text"] for each in found["cautions"]), found["next"], left and f"left out: {left}")
+        for text in filter(None, (found["sentence"], *said)):
             draw_text(layout, context, _sentence(text))
     draw_text(layout, context, _sentence(worn["sentence"]))
     following = worn["next_sensor"]
