@@ -5,7 +5,6 @@ import shutil
 from collections.abc import Mapping
 from contextlib import suppress
 from html import escape
-from pathlib import Path
 
 from .guard import PAGES, Doors
 from .people import OPERATOR, folder_of_person
@@ -26,7 +25,8 @@ def operator_page(work: Work, doors: Doors, uploads: Mapping[str, int]) -> str:
     """The page, with a row for each person; `uploads` that arrive now by their folders."""
     names = {folder_of_person(name): name for name in doors.people.listed()} | {"local": "this machine"}
     rows, total = [], 0
-    for folder in sorted({study.folder.parent for study in work.studies()} | _of(work.data, names)):
+    came = {folder for name in names if (folder := work.data / name).is_dir()}
+    for folder in sorted({study.folder.parent for study in work.studies()} | came):
         studies = [study for study in work.studies() if study.folder.parent == folder]
         size = folder_size(folder)
         running = sum(study.id in work.running for study in studies)
@@ -42,11 +42,6 @@ def operator_page(work: Work, doors: Doors, uploads: Mapping[str, int]) -> str:
     sentence = f"{used}; one person may use {OF_ONE * most:.0f} MB. The disk has {free:.0f} MB left."
     text = (PAGES / "operator.html").read_text(encoding="utf-8")
     return text.replace("{{ sentence }}", sentence).replace("{{ rows }}", "\n".join(rows))
-
-
-def _of(data: Path, names: Mapping[str, str]) -> set[Path]:
-    """The folders of people who have come, whether they have studies or not."""
-    return {data / folder for folder in names if (data / folder).is_dir()}
 
 
 def _waits(work: Work, study: Study) -> bool:

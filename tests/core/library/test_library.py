@@ -7,7 +7,7 @@ import unicodedata
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from w2w.core.library.library import LibraryError, activity_of, read_library, unique_names
+from w2w.core.library.library import LibraryError, activity_of, not_read_sentence, read_library, unique_names
 
 
 @pytest.fixture
@@ -183,7 +183,7 @@ def test_files_of_kinds_that_are_not_read_are_counted_with_the_way_out(tmp_path)
         (tmp_path / name).touch()
     found = read_library(tmp_path)
     assert dict(found.unread) == {".mot": 2, ".mp4": 1}
-    assert found.unread_sentence() == (
+    assert not_read_sentence(found.unread) == (
         "3 files of kinds that are not read: 2 .mot and 1 .mp4; mot and sto hold the angles of an OpenSim "
         "model: take the trc that they were made from, if it has joint centres (OpenCap, Pose2Sim); videos "
         "need a pose estimator, whose results are read"
@@ -251,7 +251,7 @@ def test_folders_that_may_be_of_people_are_said(tmp_path):
         path.parent.mkdir(exist_ok=True)
         path.write_bytes(b"")
     note = read_library(tmp_path).check.note
-    assert note.startswith("folders anna and ben hold clips of the same names, squat_well and walking: if")
+    assert note.startswith("folders hold clips of the same names, squat_well and walking: if")
     assert not read_library(tmp_path / "ben").check.note
 
 

@@ -11,7 +11,7 @@ from ..readers.animations import contents, telling_part
 from ..reading.formats import MOTION_SUFFIXES, is_motion
 from ..wording import clean
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
-from .library import LABELS, Clip, activity_of, as_label, read_library, unique_names
+from .library import LABELS, Clip, activity_of, as_label, not_read_sentence, read_library, unique_names
 
 AUTOMATIC, BY_FOLDER, BY_FILE, BY_CSV = "AUTOMATIC", "FOLDER", "FILE", "CSV"
 """Sources of labels; automatic is the folder's labels.csv, else folders in it, else file names."""
@@ -54,7 +54,7 @@ def plan_folder(folder: Path, by: str = AUTOMATIC, csv: Path | None = None) -> I
     if by in (BY_FOLDER, BY_FILE):
         clips = [replace(clip, activity=_label(clip.path, by, clip.animation)) for clip in clips]
     check = NO_LABELS if by in (BY_FOLDER, BY_FILE) else library.check
-    return replace(_plan(clips, library.skipped, check), unread=library.unread_sentence())
+    return replace(_plan(clips, library.skipped, check), unread=not_read_sentence(library.unread))
 
 
 def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = None) -> ImportPlan:

@@ -43,10 +43,6 @@ class Library:
         """Number of clips by activity, in alphabetical order."""
         return dict(sorted(Counter(clip.activity for clip in self.clips).items()))
 
-    def unread_sentence(self) -> str:
-        """How many files are of kinds that are not read, and what to do; "" if none is."""
-        return not_read_sentence(self.unread)
-
 
 def not_read_sentence(unread: Sequence[tuple[str, int]]) -> str:
     """How many files are of kinds that are not read, by their suffix, and what to do; "" if none is."""
@@ -80,7 +76,7 @@ def read_library(
     inside, unread = sorted(motions, key=name_bytes), tuple(others.most_common())
     if not inside:
         kinds = ", ".join(MOTION_SUFFIXES)
-        there = Library(folder, (), "", unread=unread).unread_sentence()
+        there = not_read_sentence(unread)
         raise LibraryError(
             f"{folder} holds no motion files ({kinds}, or csv or json of joint positions), nor do the "
             f"folders in it{there and f'; {there}'}"
@@ -153,18 +149,16 @@ def _telling(file: str) -> str:
 
 def _people(files: Sequence[str]) -> str:
     """A note on folders that hold clips of the same names, as those of people do; "" if most names differ."""
-    folders: dict[str, dict[str, None]] = {}
-    for above, _, name in (file.rpartition("/") for file in files):
-        shown = re.sub(r"[\s_.-]*\d+$", "", activity_of(name)) or name
-        folders.setdefault(shown, {})[above.rpartition("/")[2]] = None
-    shared = [name for name, above in folders.items() if len(above) > 1]
-    if len(shared) < 2 or 2 * len(shared) <= len(folders):
+    split = (file.rpartition("/") for file in files)
+    named = {(re.sub(r"[\s_.-]*\d+$", "", activity_of(name)) or name, above) for above, _, name in split}
+    uses = Counter(name for name, _ in named)
+    shared = sorted(name for name in uses if uses[name] > 1)
+    if len(shared) < 2 or 2 * len(shared) <= len(uses):
         return ""
-    above = join_words(list(dict.fromkeys(chain.from_iterable(folders[name] for name in shared))))
-    return (
-        f"folders {above} hold clips of the same names, {join_words(shared)}: if either are people, say so "
-        "by a labels.csv with the columns file, activity and subject"
+    people = (
+        "if folders or names are people, say so by a labels.csv with the columns file, activity and subject"
     )
+    return f"folders hold clips of the same names, {join_words(shared)}: {people}"
 
 
 @lru_cache

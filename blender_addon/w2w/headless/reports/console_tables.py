@@ -11,7 +11,7 @@ from ...core.findings import notes
 from ...core.findings.advice_content import called, next_worn
 from ...core.findings.cautions import KNOW, OPEN, STOPS, WEAKENS, Caution, below, head
 from ...core.findings.summary import best_regions, own_scores, study_counts
-from ...core.library.library import Library
+from ...core.library.library import Library, not_read_sentence
 from ...core.patches.patches import PatchSet
 from ...core.ranking.costs import IS_AS_GOOD
 from ...core.ranking.utility import UtilityMap
@@ -52,7 +52,7 @@ def show_labels(library: Library, console: Console, verbose: bool = False) -> No
     activities = [f"{activity} {count}" for activity, count in counts]
     title = f"{len(library.clips)} clips of {len(counts)} activities, labelled by {library.labelled_by}"
     console.print(f"{title}: {join_words(activities, len(counts) if verbose else LISTED)}.")
-    _say(library.unread_sentence(), console)
+    _say(not_read_sentence(library.unread), console)
     for note in notes.label_notes(library.check):
         console.print(f"Labels: {note}", style="yellow")
 
@@ -146,10 +146,11 @@ def show_answer(
     _say(advice.answer.detail().removesuffix("."), console, "")
     _say(advice.answer.measured(), console, "")
     recommended = advice.answer.differs and sentence == advice.answer.sentence()
-    listed, habit = advice.answer.products[:LISTED], advice.answer.habit
-    if habit and habit not in listed:
-        listed = (*listed, habit)
-    show_places(listed, console, advice.answer.caution, "recommended" if recommended else "")
+    products = advice.answer.products
+    habit = [each for each in products[LISTED:] if each == advice.answer.habit]
+    show_places(
+        [*products[:LISTED], *habit], console, advice.answer.caution, "recommended" if recommended else ""
+    )
     _say(headline.mean_sentence(utility), console, "")
     _say(headline.repeat_sentence(utility, simulated), console, "")
     show_cautions(below(cautions), console)
