@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.body.body import Body
-from w2w.drawing.body import GLEAM, SHADE_DEPTH, BodyPictures, size_for
+from w2w.drawing.body import GLEAM, SHADE_DEPTH, BodyPictures, Surface, ViewFrame, locate, size_for
 
 
 @pytest.fixture(scope="module")
@@ -71,3 +71,18 @@ def test_a_place_is_located_in_the_view_that_it_faces(body):
     )
     assert view == 0
     np.testing.assert_allclose(np.unravel_index(red.argmax(), red.shape), (row, column), atol=1.5)
+
+
+def test_a_place_that_no_view_sees_has_none_and_the_others_keep_their_numbers(body):
+    front = ViewFrame.of(body, "front", 100)
+    places = locate([front], np.zeros((3, 3)), np.array([[0, -1.0, 0], [0, 1.0, 0], [0.5, -1.0, 0]]))
+    assert [view for view, _, _ in places] == [0, -1, 0]
+
+
+def test_without_light_a_surface_has_its_own_colours(body):
+    colours = np.full_like(body.vertices, 0.5)
+    surface, frame = Surface(body.vertices, body.faces, colours), ViewFrame.of(body, "front", 240)
+    flat, lit = surface.picture(frame, lit=False), surface.picture(frame)
+    assert set(np.unique(flat[flat[..., 3] == 255][:, :3])) <= {127, 128}
+    assert np.ptp(lit[lit[..., 3] == 255][:, 0]) > 40
+    np.testing.assert_array_equal(lit, BodyPictures(body, 240).coloured(colours)[0])

@@ -8,15 +8,18 @@ W2W_OUT where the report and pictures go.
 from __future__ import annotations
 
 import os
+import shutil
+import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from driver import MIDDLE, Driver, Script
-from panel import OUT, idle, install, module, open_tab, play, report, study, to_page
+from panel import OUT, idle, install, longest_freeze, module, open_tab, play, report, study, to_page
 
 CLIPS = Path(os.environ["W2W_CLIPS"])
 SCALE = float(os.environ["W2W_SCALE"])
@@ -121,6 +124,8 @@ def save_a_picture(driver: Driver) -> Script:
     yield from to_page(driver, "Answer")
     yield from driver.press("w2w.export_presentation")
     yield from driver.choose_folder(OUT / "pictures", "5_picture.png")
+    jobs = module("jobs.jobs")
+    report["picture_freeze"] = yield from longest_freeze(driver.until(lambda: jobs.running is None, 600))
     yield from idle(driver)
     windows = bpy.context.window_manager.windows
     yield from driver.until(lambda: len(windows) > 1, 60)
@@ -133,6 +138,40 @@ def save_a_picture(driver: Driver) -> Script:
     with bpy.context.temp_override(window=windows[-1]):
         bpy.ops.wm.window_close()
     yield from driver.turns(10)
+
+
+def film(driver: Driver) -> Script:
+    """Press Film: Esc ends the first one, which leaves nothing; a short one is written and plays."""
+    maker, jobs, folder = module("files.film"), module("jobs.jobs"), OUT / "films"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    played = []
+    maker.subprocess = SimpleNamespace(Popen=lambda command: played.append(subprocess.Popen(command)))
+    maker.SIZES = {"WIDE": (480, 270)}
+    yield from driver.press("w2w.export_film", MIDDLE)
+    yield from driver.choose_folder(folder, "stopped.mp4")
+    yield from driver.until(lambda: jobs.running is not None and "frame 2" in jobs.running.text, 300)
+    yield from driver.look("5_filming")
+    yield from driver.key("ESC")
+    yield from driver.turns(10)
+    report["film"] = {"stopped": [jobs.running is None, [path.name for path in folder.iterdir()]]}
+    maker.TURN = 6 / maker.RATE
+    yield from driver.press("w2w.export_film", MIDDLE)
+    yield from driver.choose_folder(folder, "film.mp4")
+    freeze = yield from longest_freeze(driver.until(lambda: jobs.running is None, 600))
+    yield from idle(driver)
+    image = bpy.data.images.load(str(folder / "film.mp4"))
+    report["film"] |= {
+        "files": [path.name for path in folder.iterdir()],
+        "frames": [image.frame_duration, *image.size],
+        "freeze": freeze,
+        "players": len(played),
+    }
+    bpy.data.images.remove(image)
+    yield from driver.turns(200)
+    driver.photograph("5_film")
+    for player in played:
+        player.terminate()
 
 
 def mend_a_label(driver: Driver) -> Script:
@@ -196,6 +235,7 @@ play(
     compare_two_spots,
     forbid_the_head,
     save_a_picture,
+    film,
     mend_a_label,
     reopen,
     add_own_clips,

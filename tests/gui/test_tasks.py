@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What people come for: the example, a signal, places compared, the head forbidden, a picture, own clips.
+"""What people come for: the example, a signal, places compared, the head forbidden, picture, film, own clips.
 
 Needs what `test_window.py` needs; skips where one is missing.
 """
@@ -13,6 +13,9 @@ import pytest
 
 from .sandbox import RESULTS, inside, run_in_window
 from .test_run_all_window import N_CLIPS, copy_clips
+
+FREEZE_S = 3.0
+"""The longest standstill of a job that draws, on a very busy machine; an idle one has none over .4 s."""
 
 WINDOWS = [("1280", "800", "1"), ("1280", "800", "2"), ("1920", "1080", "1"), ("1920", "1080", "2")]
 """Width and height, pixels, and the scale of the interface."""
@@ -64,6 +67,16 @@ def test_the_answer_keeps_off_what_is_forbidden(report: dict[str, Any]) -> None:
 
 def test_a_picture_is_saved_and_opens(report: dict[str, Any]) -> None:
     assert report["picture"] == [True, "IMAGE_EDITOR"]
+
+
+def test_a_film_stops_by_esc_and_a_short_one_is_written_and_plays(report: dict[str, Any]) -> None:
+    film = report["film"]
+    assert film["stopped"] == [True, []]
+    assert film["files"] == ["film.mp4"]
+    assert film["frames"] == [6, 480, 270]
+    assert film["players"] == 1
+    for freeze, _ in (film["freeze"], report["picture_freeze"]):
+        assert freeze < FREEZE_S
 
 
 def test_a_mended_label_makes_the_answer_out_of_date(report: dict[str, Any]) -> None:

@@ -69,7 +69,7 @@ def test_the_zip_installs_into_a_bare_blender_and_ranks(series: str, tmp_path: P
     outside = {name: file for name, file in report["modules"].items() if str(tmp_path) not in file}
     assert not outside
     assert report["baked"] == 6
-    assert report["heatmaps"] == 3
+    assert report["heatmaps"] == 4  # and the mannequin's colours
     assert report["has_preferences"]
     assert report["best_expected_f1"] > 0.65  # of two activities, from six clips
 

@@ -5,7 +5,8 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.scene.presentation import facing, neutral, stage
+from w2w.scene.heatmap import paint_colours, show_heatmap
+from w2w.scene.presentation import CLOTH, facing, posed, shown_surface
 
 
 @pytest.mark.parametrize("degrees", [0, 50, -130])
@@ -24,11 +25,24 @@ def test_a_body_faces_where_its_hips_and_its_armature_turn(body_in_scene, degree
     assert facing(body_in_scene.mesh) == pytest.approx(turn + 0.3, abs=1e-4)
 
 
-def test_a_stage_leaves_nothing(body_in_scene):
-    before = [*bpy.data.scenes], [*bpy.data.objects], [*bpy.data.cameras]
-    with pytest.raises(ZeroDivisionError), stage([body_in_scene.mesh], 64):
-        raise ZeroDivisionError
-    assert ([*bpy.data.scenes], [*bpy.data.objects], [*bpy.data.cameras]) == before
+def test_a_surface_is_as_posed_and_painted_and_a_garment_has_a_colour_of_cloth(body_in_scene):
+    mesh, armature = body_in_scene.mesh, body_in_scene.armature
+    armature.location.x = 0.5
+    colours = np.linspace(0, 1, 3 * len(mesh.data.vertices)).reshape(-1, 3)
+    paint_colours(mesh.data, "map", colours)
+    show_heatmap(mesh, "map")
+    shirt = bpy.data.objects.new("shirt", bpy.data.meshes.new("shirt"))
+    shirt.data.from_pydata([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [], [(0, 1, 2)])
+    bpy.context.scene.collection.objects.link(shirt)
+    with posed(mesh):
+        points, faces, painted = shown_surface([mesh, shirt])
+    n_body = len(colours)
+    assert points[:n_body, 0].mean() == pytest.approx(0.5, abs=0.02)
+    assert np.ptp(points[:n_body, 0]) < 1.2  # the arms hang
+    np.testing.assert_allclose(painted[:n_body], colours, atol=0.01)
+    np.testing.assert_allclose(painted[n_body:], [CLOTH] * 3)
+    assert faces[-1].tolist() == [n_body, n_body + 1, n_body + 2]
+    assert faces.max() < len(points)
 
 
 def test_a_neutral_pose_hangs_the_arms_and_leaves_clip_and_pose_as_they_were(body_in_scene):
@@ -39,7 +53,7 @@ def test_a_neutral_pose_hangs_the_arms_and_leaves_clip_and_pose_as_they_were(bod
     armature.keyframe_insert("location", frame=1)
     action = armature.animation_data.action
     before = [bone.matrix_basis.copy() for bone in bones]
-    with neutral(mesh):
+    with posed(mesh):
         assert armature.animation_data.action is None
         for side, sign in (("left", 1), ("right", -1)):
             shoulder, wrist = bones[f"{side}_shoulder"].head, bones[f"{side}_wrist"].head

@@ -11,6 +11,7 @@ import pytest
 
 from w2w.core.colours import DIFFERENCE_MAP, LEAST_SPAN, NEUTRAL_GREY, Scale, colour_table
 from w2w.scene import heatmap
+from w2w.scene.base.body import painted_colours
 from w2w.ui.jobs.jobs import views
 from w2w.ui.study.lists import keep_answer
 from w2w.ui.study.scores import own_scale, shown_scores
@@ -59,7 +60,7 @@ def test_the_difference_follows_what_is_shown_and_ticked_and_goes(library: Path)
     assert legend(study, utility).title == "Expected F1"
     study.minus = "A1"
     bpy.ops.w2w.remove_patches()
-    assert len(body.data.color_attributes) == 0
+    assert len(heatmap.heatmap_names(body)) == 0
 
 
 def test_differences_reach_as_far_to_both_sides() -> None:
@@ -82,6 +83,23 @@ def test_places_that_do_alike_are_shown_plain_and_said_so(library: Path) -> None
     assert not own_scale(study, wider).is_alike
     keep_answer(study, {"sentence": "", "places_differ": False})
     assert own_scale(study, wider).is_alike
+
+
+def test_a_body_without_a_map_is_a_mannequin_and_so_is_one_whose_places_do_alike(library: Path) -> None:
+    bpy.ops.w2w.add_body()
+    new = bpy.context.scene.w2w.body.data
+    assert new.color_attributes.active_color.name == heatmap.MANNEQUIN
+    assert [material.name for material in new.materials] == ["Heatmap"]
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    body = make_study(library)
+    study, plain = body.w2w, painted_colours(body.data.color_attributes[heatmap.MANNEQUIN])
+    assert body.data.color_attributes.active_color.name == heatmap.MEAN
+    assert np.ptp(plain, axis=0).min() > 0.2
+    patches, flat = patches_of(body), np.full(len(patches_of(body)), 0.8)
+    alike = heatmap.map_colours(body, own_scale(study, flat), patches, flat)
+    np.testing.assert_array_equal(alike, plain)
+    bpy.ops.w2w.remove_patches()
+    assert body.data.color_attributes.active_color.name == heatmap.MANNEQUIN
 
 
 def test_a_view_that_opens_later_shows_the_colours_once(library: Path) -> None:

@@ -11,6 +11,7 @@ import pytest
 
 from w2w.core.colours import score_range
 from w2w.scene.base.patches import PATCH, empties_by_patch, patch_empties
+from w2w.scene.heatmap import heatmap_names
 from w2w.ui.jobs import jobs
 from w2w.ui.results import upkeep
 from w2w.ui.study.scores import scale_of
@@ -46,7 +47,7 @@ def test_colours_changed_in_edit_mode_follow_when_it_is_left(library: Path) -> N
     edit_mode(body, True)
     body.w2w.colour_map = "magma"
     body.w2w.scores = "ON_THESE"
-    assert len(body.data.color_attributes) == 4
+    assert len(heatmap_names(body)) == 4
     edit_mode(body, False)
     bpy.context.view_layer.update()
     np.testing.assert_array_equal(colours(body), expected)

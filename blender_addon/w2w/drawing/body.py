@@ -5,13 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from PIL import Image, ImageDraw
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 from scipy.sparse import csr_array
 
-from ..core.body.body import Body
+from ..core.body.body import Body, vertex_normals
 
 VIEW_TURNS = {"front": 0.0, "left": np.pi / 2, "back": np.pi, "right": -np.pi / 2}
 """Turn of the camera about the body for each view; the body faces -y."""
@@ -69,6 +70,24 @@ class ViewFrame:
         return np.stack([offsets @ self.right, -offsets[..., 2]], axis=-1) * scale + self.size / 2
 
 
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A posed surface: points (V, 3), metres, outward triangles (F, 3), sRGB colours of the points (V, 3)."""
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    colours: np.ndarray
+
+    @cached_property
+    def vertex_normals(self) -> np.ndarray:
+        """Area-weighted outward unit normals, shape (V, 3)."""
+        return vertex_normals(self.vertices, self.faces)
+
+    def picture(self, frame: ViewFrame, lit: bool = True) -> np.ndarray:
+        """A picture like those of `BodyPictures.coloured`, shaded if it is `lit`."""
+        return _Shade(self, frame, lit).over(self.colours, frame.size)
+
+
 class _Shade:
     """Light and outline of one view: all of a picture but its colours.
 
@@ -77,7 +96,7 @@ class _Shade:
     (K,), uint8, their opacity.
     """
 
-    def __init__(self, body: Body, frame: ViewFrame) -> None:
+    def __init__(self, body: Body | Surface, frame: ViewFrame, lit: bool = True) -> None:
         seen, weights, depth = _nearest(body, frame)
         covered = _covered(body, frame).ravel()
         self.shown = shown = np.flatnonzero(covered > 0)
@@ -87,8 +106,8 @@ class _Shade:
         place = np.ravel_multi_index(nearest, seen.shape).ravel()[shown]
         corners, weights = body.faces[seen.ravel()[place]], weights.reshape(-1, 3)[place]
         bright = _brightness(body, frame, corners, weights, _depth_below(depth, frame).ravel()[place])
-        light = 1 - SHADE_DEPTH * (1 - bright)
-        gleam = GLEAM * np.clip(2 * bright - 1, 0, 1) ** 2
+        light = 1 - SHADE_DEPTH * (1 - bright) * lit
+        gleam = GLEAM * np.clip(2 * bright - 1, 0, 1) ** 2 * lit
         shining = (weights * (light - gleam)[:, None]).astype(np.float32)
         starts = np.arange(0, shining.size + 1, 3)
         size = (len(shown), len(body.vertices))
@@ -105,7 +124,7 @@ class _Shade:
         return picture.view(np.uint8).reshape(size, size, 4)
 
 
-def _nearest(body: Body, frame: ViewFrame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _nearest(body: Body | Surface, frame: ViewFrame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Triangle (S, S) at each pixel's centre or -1, its corners' weights (S, S, 3), its depth (S, S)."""
     size = frame.size
     points = frame.to_pixels(body.vertices)[body.faces]
@@ -135,7 +154,7 @@ def _nearest(body: Body, frame: ViewFrame) -> tuple[np.ndarray, np.ndarray, np.n
     return seen.reshape(size, size), shares.reshape(size, size, 3), deep.reshape(size, size)
 
 
-def _covered(body: Body, frame: ViewFrame) -> np.ndarray:
+def _covered(body: Body | Surface, frame: ViewFrame) -> np.ndarray:
     """Share of each pixel (S, S) that the body covers."""
     size = frame.size * SAMPLES
     outline = Image.new("L", (size, size))
@@ -157,7 +176,7 @@ def _depth_below(depth: np.ndarray, frame: ViewFrame) -> np.ndarray:
 
 
 def _brightness(
-    body: Body, frame: ViewFrame, corners: np.ndarray, weights: np.ndarray, below: np.ndarray
+    body: Body | Surface, frame: ViewFrame, corners: np.ndarray, weights: np.ndarray, below: np.ndarray
 ) -> np.ndarray:
     """Brightness of places on the body, 0 to 1: soft lamps, less in creases."""
     normals = np.einsum("kc,kcx->kx", weights, body.vertex_normals[corners])
@@ -198,17 +217,28 @@ class BodyPictures:
         return [shade.over(vertex_colours, self.size) for shade in self._shades]
 
     def locate(self, points: np.ndarray, normals: np.ndarray) -> list[tuple[int, float, float]]:
-        """View, column and row at which each place on the body is seen best.
+        """View, column and row at which each place on the body is seen best: see `locate`."""
+        return locate(self.frames, points, normals)
 
-        Places are points (N, 3), metres, with outward normals (N, 3); each is best seen in the view whose
-        camera it faces most.
-        """
-        facing = np.asarray(normals) @ np.stack([frame.towards_camera for frame in self.frames], axis=1)
-        pixels = np.stack([frame.to_pixels(points) for frame in self.frames])
-        return [
-            (int(view), float(pixels[view, index, 0]), float(pixels[view, index, 1]))
-            for index, view in enumerate(facing.argmax(axis=1))
-        ]
+
+def locate(
+    frames: Sequence[ViewFrame], points: np.ndarray, normals: np.ndarray
+) -> list[tuple[int, float, float]]:
+    """View, column and row at which each place on a body is seen best; view -1 if it is turned from all.
+
+    Places are points (N, 3), metres, with outward normals (N, 3); each is best seen in the view whose
+    camera it faces most.
+    """
+    facing = np.asarray(normals) @ np.stack([frame.towards_camera for frame in frames], axis=1)
+    pixels = np.stack([frame.to_pixels(points) for frame in frames])
+    return [
+        (
+            int(view) if facing[index, view] >= 0 else -1,
+            float(pixels[view, index, 0]),
+            float(pixels[view, index, 1]),
+        )
+        for index, view in enumerate(facing.argmax(axis=1))
+    ]
 
 
 def size_for(body: Body, pixels: float) -> int:

@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Finished pictures of heatmaps and chosen sensors, ready for a slide or a paper."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, ScalarFormatter
+from PIL import Image
 
 from ..core.body.body import Body
 from ..core.colours import Scale, colour_table
+from ..core.imu.recording import ImuRecording
 from ..core.patches.patches import PatchSet
 from . import page
 from .body import BodyPictures, common_crop, size_for
+from .signal_figure import moving_signals
 
 VIEW_SIZE = 4.3
 """Height that a square view is drawn with, inches."""
@@ -85,29 +89,77 @@ def heatmap_figure(
 
 @page.OWN_STYLE
 def subset_figure(
-    path: str | Path,
+    path: str | Path | None,
     views: Sequence[np.ndarray],
     title: str,
     scale: Scale,
     markers: Sequence[page.Marker],
     sensors: page.SensorList,
     subtitle: str = "",
-) -> None:
-    """Write a picture of chosen sensors: a heatmap with numbered markers and a list next to it.
+) -> Figure:
+    """A picture of chosen sensors, written if a path is given: a heatmap with markers, a list next to it.
 
     `markers` are places of the sensors, in order of choice, from `BodyPictures.locate`.
     """
-    figure, crop, column = _page(views, title, subtitle, scale, page.LIST_COLUMN)
-    top, bottom, first, last = crop
-    pixels_an_inch = (bottom - top) / VIEW_SIZE
+    figure, crop = _with_list(views, title, subtitle, scale, sensors)
     for number in range(len(views)):
-        axes = page.axes_at(figure, *_place(number, crop))
-        axes.set(xlim=(first, last), ylim=(bottom, top))
-        here = [index for index, marker in enumerate(markers) if marker[0] == number]
-        anchors = np.array([markers[index][1:] for index in here]).reshape(-1, 2)
-        page.draw_markers(axes, anchors, here, pixels_an_inch)
+        _draw_markers(figure, number, crop, markers)
+    if path is not None:
+        page.save(figure, path)
+    return figure
+
+
+@page.OWN_STYLE
+def moving_figure(
+    title: str, scale: Scale, sensors: page.SensorList, subtitle: str, recording: ImuRecording | None = None
+) -> Callable[[np.ndarray, Sequence[page.Marker], float], Image.Image]:
+    """A function that draws frames of a film: `subset_figure` around one view, signals at a time below it.
+
+    Views have shape (VIEW_PIXELS, VIEW_PIXELS, 4), times are in seconds. All but view, markers and the line
+    that stands at the time is drawn once.
+    """
+    white = np.full((VIEW_PIXELS, VIEW_PIXELS, 4), 255, dtype=np.uint8)
+    figure, crop = _with_list([white], title, subtitle, scale, sensors)
+    canvas = page.canvas_of(figure)
+    canvas.draw()
+    still, (width, height) = canvas.copy_from_bbox(figure.bbox), canvas.get_width_height()
+    signals = recording and moving_signals(recording, width)
+
+    @page.OWN_STYLE
+    def frame(view: np.ndarray, markers: Sequence[page.Marker], time: float) -> Image.Image:
+        canvas.restore_region(still)
+        body = page.lay(figure, view, *_place(0, crop))
+        for moving in (body, _draw_markers(figure, 0, crop, markers)):
+            moving.draw(canvas.get_renderer())
+            moving.remove()
+        drawn = page.drawn_on(figure)
+        if signals:
+            below = signals(time)
+            drawn = drawn.crop((0, 0, width, height + below.height))
+            drawn.paste(below, (0, height))
+        return drawn
+
+    return frame
+
+
+def _with_list(
+    views: Sequence[np.ndarray], title: str, subtitle: str, scale: Scale, sensors: page.SensorList
+) -> tuple[Figure, Crop]:
+    """A page with a list of sensors; the crop of the views."""
+    figure, crop, column = _page(views, title, subtitle, scale, page.LIST_COLUMN)
     page.draw_list(figure, sensors, scale.title, (column, page.MARGIN), VIEW_SIZE)
-    page.save(figure, path)
+    return figure, crop
+
+
+def _draw_markers(figure: Figure, number: int, crop: Crop, markers: Sequence[page.Marker]) -> Axes:
+    """Numbered badges on a view."""
+    top, bottom, first, last = crop
+    axes = page.axes_at(figure, *_place(number, crop))
+    axes.set(xlim=(first, last), ylim=(bottom, top))
+    here = [index for index, marker in enumerate(markers) if marker[0] == number]
+    anchors = np.array([markers[index][1:] for index in here]).reshape(-1, 2)
+    page.draw_markers(axes, anchors, here, (bottom - top) / VIEW_SIZE)
+    return axes
 
 
 def _crop(views: Sequence[np.ndarray]) -> Crop:

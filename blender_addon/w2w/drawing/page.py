@@ -48,7 +48,9 @@ def axes_at(figure: Figure, left: float, bottom: float, width: float, height: fl
     return axes
 
 
-def lay(figure: Figure, picture: np.ndarray, left: float, bottom: float, width: float, height: float) -> None:
+def lay(
+    figure: Figure, picture: np.ndarray, left: float, bottom: float, width: float, height: float
+) -> Artist:
     """A picture (H, W, 4), uint8, on the page's own pixels, placed in inches; beneath all axes.
 
     If it has as many pixels, they are those of the page; else Pillow scales it, in a small part of
@@ -59,7 +61,7 @@ def lay(figure: Figure, picture: np.ndarray, left: float, bottom: float, width: 
     if size != picture.shape[1::-1]:
         whole = Image.fromarray(np.ascontiguousarray(picture))
         picture = np.asarray(whole.resize(size, Image.Resampling.LANCZOS))
-    figure.add_artist(_PagePixels(picture[::-1], int(edges[0]), int(edges[1])))
+    return figure.add_artist(_PagePixels(picture[::-1], int(edges[0]), int(edges[1])))
 
 
 class _PagePixels(Artist):
@@ -87,15 +89,20 @@ def write(figure: Figure, x: float, y: float, text: str, size: float, color: str
     return figure.text(x / width, y / height, text, fontsize=size, color=color, fontfamily=FONT, **style)
 
 
-def _canvas(figure: Figure) -> FigureCanvasAgg:
+def canvas_of(figure: Figure) -> FigureCanvasAgg:
     """The figure's canvas, on which pages are drawn without a window."""
     assert isinstance(figure.canvas, FigureCanvasAgg)
     return figure.canvas
 
 
+def drawn_on(figure: Figure) -> Image.Image:
+    """What was drawn on the figure's canvas; opaque, which is a quarter less to pack."""
+    return Image.fromarray(np.asarray(canvas_of(figure).buffer_rgba())).convert("RGB")
+
+
 def fit(figure: Figure, text: Text, width: float) -> None:
     """Shrink a text until it is at most `width` inches wide."""
-    renderer = _canvas(figure).get_renderer()
+    renderer = canvas_of(figure).get_renderer()
     # hinting makes widths jump, so one step may not be enough
     while (extent := text.get_window_extent(renderer).width / DPI) > width:
         text.set_fontsize(min(width / extent, 0.98) * float(text.get_fontsize()))
@@ -118,10 +125,8 @@ def save(figure: Figure, path: str | Path) -> None:
     kind = Path(path).suffix[1:].lower() or "png"
     with atomic_write(path) as stream:
         if kind == "png":
-            canvas = _canvas(figure)
-            canvas.draw()
-            drawn = Image.fromarray(np.asarray(canvas.buffer_rgba()))
-            drawn.convert("RGB").save(stream, format="png", **PACKED)  # opaque: a quarter less to pack
+            canvas_of(figure).draw()
+            drawn_on(figure).save(stream, format="png", **PACKED)
         else:
             undated = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
             figure.savefig(stream, format=kind, metadata=undated)
@@ -148,10 +153,10 @@ def draw_markers(axes: Axes, anchors: np.ndarray, numbers: Sequence[int], scale:
         if np.linalg.norm(badge - anchor) > 0.5 * BADGE * scale:
             axes.plot(*np.transpose([anchor, badge]), color=INK, linewidth=0.8, clip_on=False, zorder=3)
             axes.plot(*anchor, "o", color=INK, markersize=2.6, clip_on=False, zorder=3)
-        _draw_badge(axes, badge, number + 1)
+        draw_badge(axes, badge, number + 1)
 
 
-def _draw_badge(axes: Axes, centre: tuple[float, float], number: int) -> None:
+def draw_badge(axes: Axes, centre: tuple[float, float], number: int) -> None:
     """A white disc with a number, the same size on every page."""
     points = 2 * BADGE * 72
     axes.plot(
@@ -194,7 +199,7 @@ def draw_list(
     style: dict[str, Any] = {"fontfamily": FONT, "color": INK, "fontsize": 10 if row > 0.4 else 9}
     for number, (name, score) in enumerate(zip(names, scores, strict=True)):
         bar = top - number * row - 0.5 * min(row, ROW) - 0.13
-        _draw_badge(axes, (0.1, bar + 0.1), number + 1)
+        draw_badge(axes, (0.1, bar + 0.1), number + 1)
         fit(figure, axes.text(start, bar + 0.115, name, **style), width - start)
         axes.add_patch(Rectangle((start, bar), stop - start, BAR, color=HAIRLINE, linewidth=0))
         axes.add_patch(Rectangle((start, bar), (stop - start) * score, BAR, color=ACCENT, linewidth=0))

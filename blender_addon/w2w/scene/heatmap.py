@@ -5,9 +5,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ..core.body.body import Body
 from ..core.colours import Scale
+from ..core.garments.mannequin import mannequin_colours
 from ..core.patches.patches import PatchSet
-from .base.body import matrix, moved, rest_vertices
+from .base.body import matrix, moved, painted_colours, rest_vertices
 from .base.module import bpy
 from .base.patches import check_patches
 
@@ -17,6 +19,9 @@ ON_THESE_CLIPS = "F1 on these clips"
 
 DIFFERENCE = "Difference of F1"
 """The heatmap of a difference of two others."""
+
+MANNEQUIN = "Mannequin"
+"""The colours of a body without a map."""
 
 MAX_NAME_BYTES = 63
 """Longer names of attributes are cut by Blender at different lengths in different versions."""
@@ -50,9 +55,24 @@ def add_heatmaps(
     remove_heatmaps(mesh)
     names = _attribute_names(activities, title)
     for name, scores in zip(names, np.column_stack([mean, utility_f1]).T, strict=True):
-        paint_colours(mesh.data, name, scale(scores).colours(patches, scores))
+        paint_colours(mesh.data, name, map_colours(mesh, scale(scores), patches, scores))
     show_heatmap(mesh, names[0])
     return names
+
+
+def dress(mesh: bpy.types.Object, body: Body) -> None:
+    """Show a body without a map as a mannequin."""
+    paint_colours(mesh.data, MANNEQUIN, mannequin_colours(body))
+    mesh.data.materials.append(heatmap_material())
+    show_heatmap(mesh, MANNEQUIN)
+
+
+def map_colours(mesh: bpy.types.Object, scale: Scale, patches: PatchSet, scores: np.ndarray) -> np.ndarray:
+    """Colours (V, 3) of a map of scores (N,) on a body, or the mannequin's where all places do alike."""
+    plain = mesh.data.color_attributes.get(MANNEQUIN)
+    if not scale.is_alike or plain is None:
+        return scale.colours(patches, scores)
+    return painted_colours(plain)
 
 
 def add_difference(mesh: bpy.types.Object, patches: PatchSet, scores: np.ndarray) -> None:
@@ -84,6 +104,8 @@ def remove_heatmaps(mesh: bpy.types.Object) -> None:
     """Remove all heatmaps of a mesh, and no other attribute."""
     for name in heatmap_names(mesh):
         mesh.data.color_attributes.remove(mesh.data.color_attributes[name])
+    if MANNEQUIN in mesh.data.color_attributes:
+        show_heatmap(mesh, MANNEQUIN)
 
 
 def heatmap_material() -> bpy.types.Material:

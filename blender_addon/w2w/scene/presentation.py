@@ -1,25 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of a posed body as Blender renders it: evenly lit, from a camera of its own, on nothing."""
+"""A body as pictures show it: in a neutral pose or as it is posed, with its colours."""
 
-import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 
 import numpy as np
-from mathutils import Matrix, Vector
-from PIL import Image
+from mathutils import Matrix
 
 from ..core.body.skeleton import JOINT_NAMES
 from .base.actions import show_action
-from .base.body import armature_of, matrix
+from .base.body import armature_of, matrix, moved, painted_colours, read_values, triangles_of
 from .base.module import bpy
 
 ARMS_DOWN = {"left_shoulder": np.radians(62), "right_shoulder": np.radians(-62)}
 """Turns about the axis from back to front of the bones that hang in a neutral pose, radians."""
 
-AWAY = 10.0
-"""Distance of the camera, in widths of its picture."""
+CLOTH = (0.86, 0.87, 0.89)
+"""sRGB colour of what is not painted."""
 
 
 def facing(mesh: bpy.types.Object) -> float:
@@ -32,63 +29,43 @@ def facing(mesh: bpy.types.Object) -> float:
 
 
 @contextmanager
-def neutral(mesh: bpy.types.Object) -> Iterator[None]:
-    """Inside, a body stands upright with its arms down; its clip and its pose come back at the end."""
+def posed(mesh: bpy.types.Object, action: bpy.types.Action | None = None) -> Iterator[None]:
+    """Inside, a body plays an action, or stands upright with its arms down; at the end all is as it was."""
     armature, scene = armature_of(mesh), bpy.context.scene
     bones, data = armature.pose.bones, armature.animation_data
-    action, before = data and data.action, [bone.matrix_basis.copy() for bone in bones]
+    playing, before = data and data.action, [bone.matrix_basis.copy() for bone in bones]
     try:
         if action:
+            show_action(armature, action)
+        elif playing:
             data.action = None
-        for bone in bones:
+        for bone in bones if action is None else ():
             own, turn = bone.bone.matrix_local.to_3x3(), ARMS_DOWN.get(bone.name, 0.0)
             bone.matrix_basis = (own.inverted() @ Matrix.Rotation(turn, 3, "Y") @ own).to_4x4()
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
         yield
     finally:
+        if data := armature.animation_data:
+            data.action = None
         for bone, basis in zip(bones, before, strict=True):
             bone.matrix_basis = basis
-        if action:
-            show_action(armature, action)
+        if playing:
+            show_action(armature, playing)
         scene.frame_set(scene.frame_current, subframe=scene.frame_subframe)
 
 
-@contextmanager
-def stage(
-    items: Sequence[bpy.types.Object], size: int, light: str = "STUDIO"
-) -> Iterator[Callable[..., np.ndarray]]:
-    """A scene of its own that holds objects as they are now.
-
-    It gives a function that renders it as seen from a direction (3,), a `width` in metres around a centre
-    (3,), as a picture (size, size, 4), uint8, with straight alpha.
-    """
-    shown, scene = bpy.context.scene, bpy.data.scenes.new("W2W Presentation")
-    camera = bpy.data.objects.new("W2W Presentation", bpy.data.cameras.new("W2W Presentation"))
-    for item in (camera, *items):
-        scene.collection.objects.link(item)
-    scene.camera, camera.data.type = camera, "ORTHO"
-    render, shading = scene.render, scene.display.shading
-    render.engine, render.film_transparent = "BLENDER_WORKBENCH", True
-    render.image_settings.color_mode = "RGBA"
-    render.resolution_x = render.resolution_y = size
-    render.fps, render.fps_base = shown.render.fps, shown.render.fps_base
-    shading.light, shading.color_type = light, "VERTEX"
-    scene.view_settings.view_transform = "Standard"
-    scene.frame_set(shown.frame_current, subframe=shown.frame_subframe)
-
-    def picture(towards: np.ndarray, centre: np.ndarray, width: float) -> np.ndarray:
-        camera.data.ortho_scale, camera.data.clip_end = width, 2 * AWAY * width
-        camera.location = Vector(centre + AWAY * width * np.asarray(towards))
-        camera.rotation_euler = Vector(towards).to_track_quat("Z", "Y").to_euler()
-        with tempfile.TemporaryDirectory(prefix="w2w_render_") as folder:
-            render.filepath = str(Path(folder) / "view.png")
-            bpy.ops.render.render(write_still=True, scene=scene.name)
-            with Image.open(render.filepath) as drawn:
-                return np.array(drawn.convert("RGBA"))
-
-    try:
-        yield picture
-    finally:
-        data = camera.data
-        bpy.data.scenes.remove(scene)
-        bpy.data.batch_remove([camera, data])
+def shown_surface(items: Sequence[bpy.types.Object]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points (V, 3) in the world, triangles (F, 3) and sRGB colours (V, 3) of objects as they are now."""
+    depsgraph, points, faces, colours, count = bpy.context.evaluated_depsgraph_get(), [], [], [], 0
+    for item in items:
+        shown = item.evaluated_get(depsgraph)
+        vertices, painted = shown.data.vertices, shown.data.color_attributes.active_color
+        size = len(vertices)
+        own = read_values(vertices, "co", 3 * size, np.float32).reshape(size, 3)
+        points.append(moved(own.astype(float), matrix(shown.matrix_world)))
+        faces.append(triangles_of(shown.data) + count)
+        colours.append(np.tile(CLOTH, (size, 1)))
+        if painted is not None and painted.domain == "POINT":
+            colours[-1] = painted_colours(painted)
+        count += size
+    return np.concatenate(points), np.concatenate(faces), np.concatenate(colours)

@@ -83,14 +83,20 @@ def split_name(garment: str) -> tuple[str, str]:
 
 def _shirt(body: Body) -> np.ndarray:
     """Vertices of the skin below a T-shirt."""
-    trunk = _in_part(body, "torso") & (body.vertices[:, 2] > midpoint(body.joints, "hip")[2])
-    sleeves = np.zeros(len(trunk), dtype=bool)
+    hip = midpoint(body.joints, "hip")[2]
+    return (in_part(body, "torso") & (body.vertices[:, 2] > hip)) | (sleeves(body) > 0)
+
+
+def sleeves(body: Body) -> np.ndarray:
+    """How far each vertex (V,) of the upper arms is from the end of a sleeve, metres; negative elsewhere."""
+    depth = np.full(len(body.vertices), -np.inf)
     for side in SIDES:
         shoulder, elbow = (body.joints[JOINT_INDEX[f"{side}_{name}"]] for name in ("shoulder", "elbow"))
         bone = elbow - shoulder
         along = (body.vertices - shoulder) @ bone / (bone @ bone)
-        sleeves |= _named(body, (f"{side} shoulder", f"{side} upper arm")) & (along < SLEEVE)
-    return trunk | sleeves
+        covered = _named(body, (f"{side} shoulder", f"{side} upper arm"))
+        depth[covered] = (SLEEVE - along[covered]) * np.linalg.norm(bone)
+    return depth
 
 
 def _trousers(body: Body) -> np.ndarray:
@@ -99,10 +105,11 @@ def _trousers(body: Body) -> np.ndarray:
     waist = hip + WAIST * (shoulder - hip)
     ankle = max(body.joints[JOINT_INDEX[f"{side}_ankle"]][2] for side in SIDES) + ANKLE
     height = body.vertices[:, 2]
-    return (_in_part(body, "torso") | _in_part(body, "leg")) & (height > ankle) & (height < waist)
+    return (in_part(body, "torso") | in_part(body, "leg")) & (height > ankle) & (height < waist)
 
 
-def _in_part(body: Body, part: str) -> np.ndarray:
+def in_part(body: Body, part: str) -> np.ndarray:
+    """Whether each vertex (V,) lies in a part of the body, either side."""
     codes, names = regions_of(body)
     plain = [name.removeprefix("left ").removeprefix("right ") for name in names]
     return np.isin(codes, [code for code, name in enumerate(plain) if name in PARTS[part]])

@@ -246,3 +246,10 @@ def read_values(items: bpy.types.bpy_prop_collection, name: str, size: int, dtyp
     values: np.ndarray = np.empty(size, dtype=dtype)
     items.foreach_get(name, values)
     return values
+
+
+def painted_colours(attribute: bpy.types.Attribute) -> np.ndarray:
+    """sRGB colours (V, 3) of a colour attribute."""
+    return read_values(attribute.data, "color_srgb", 4 * len(attribute.data), np.float32).reshape(-1, 4)[
+        :, :3
+    ]

@@ -167,14 +167,13 @@ class W2W_OT_export_signals(operators.AsksForFolder, operators.StartsJob, bpy.ty
 
 
 class W2W_MT_export(bpy.types.Menu):
-    """All that can be taken out of a study."""
+    """What can be taken out of a study besides picture and film."""
 
     bl_label = "Export"
 
     def draw(self, context: bpy.types.Context) -> None:
         layout = self.layout
         layout.operator_context = "INVOKE_DEFAULT"
-        layout.operator("w2w.export_presentation", icon="RENDER_STILL")
         layout.operator("w2w.export_table", text="Table (utility.csv)", translate=False, icon="SPREADSHEET")
         for which, text in (("PICKED", "Signals of Picked Spot"), ("ALL", "Signals of All Spots")):
             layout.operator("w2w.export_signals", text=text, translate=False, icon="GRAPH").which = which

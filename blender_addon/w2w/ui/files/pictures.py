@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Picture: the body with its map as Blender renders it, for a slide; it opens when it is done."""
+"""Picture: the body with its map for a slide; it opens when it is done."""
 
+from collections.abc import Callable
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import bpy
 import numpy as np
@@ -13,99 +14,115 @@ from PIL import Image
 
 from ...core.files import atomic_write
 from ...scene.base.playback import EvaluatedVertices
-from ...scene.presentation import facing, neutral, stage
+from ...scene.presentation import facing, posed, shown_surface
 from ..jobs.jobs import Step, Steps, in_thread, on_body, views
 from ..study import lists, scores, state
-from ..viewport.framing import DRAWN_AFTER, dressed, extent
+from ..viewport.framing import DRAWN_AFTER, dressed
 from ..viewport.legend import legend
 from .exports import Export, heading
 
 MARGIN = 1.06
-"""How much larger than the body the rendered part of the scene is."""
+"""How much larger than the body the part of the scene is that is shown."""
+
+LARGEST = 2.0
+"""Most pixels across, in those of an upright body's height: one that lies is drawn coarser."""
 
 SHAPES = {"WIDE": 16 / 9, "SQUARE": 1.0}
 """Widths of pictures, in their heights."""
 
 
-class Look(NamedTuple):
-    """How a picture shows the body."""
-
-    pose: str = "NEUTRAL"
-    seen: str = "FRONT_AND_BACK"
-    content: str = "PAGE"
-    shape: str = "WIDE"
-    light: str = "STUDIO"
-
-
 @on_body
-def picture_steps(mesh: bpy.types.Object, path: Path, look: Look) -> Steps:
-    """Render the body from the front and from behind, or as the view sees it; lay a page around it."""
-    from ...drawing.body import ViewFrame, common_crop
-    from ...drawing.heatmap import VIEW_PIXELS, subset_figure  # matplotlib is slow to import
-    from ...drawing.page import SensorList
+def picture_steps(
+    mesh: bpy.types.Object, path: Path, pose: str, seen: str, content: str, shape: str, light: str
+) -> Steps:
+    """Draw the body from the front and from behind, or as the view sees it; lay a page around it."""
+    yield from in_thread(load_drawing, "preparing", 0.0, 0.2)
+    from ...drawing.body import Surface, ViewFrame, common_crop, locate
+    from ...drawing.heatmap import VIEW_PIXELS, subset_figure
+    from ...drawing.page import canvas_of, drawn_on
 
-    study, patches = mesh.w2w, state.placed_patches(mesh)
-    rows, pictures = list(lists.leading(study)), []
-    with neutral(mesh) if look.pose == "NEUTRAL" else nullcontext():
-        yield Step(0.1, "posing")
-        corners = EvaluatedVertices(mesh, patches.triangles[[row.patch for row in rows]]).positions()
-        low, high = extent([mesh])
-        width = MARGIN * float(np.linalg.norm(high - low) if look.seen == "THIS_VIEW" else (high - low).max())
-        size = round(VIEW_PIXELS * width / (high[2] - low[2]))
-        frames = [ViewFrame(turn, (low + high) / 2, width, size) for turn in _turns(mesh, look)]
-        shown_with = [mesh] if look.pose == "NEUTRAL" else [*dressed(mesh)]
-        with stage(shown_with, size, look.light) as picture:
-            for number, frame in enumerate(frames):
-                yield Step(0.2 + 0.3 * number, "rendering")
-                pictures.append(picture(frame.towards_camera, frame.centre, frame.width))
-        yield Step(0.8, "drawing")
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    facing_us = normals @ np.stack([frame.towards_camera for frame in frames], axis=1)
-    markers = []
-    for view, spot, seen in zip(facing_us.argmax(axis=1), corners.mean(axis=1), facing_us, strict=True):
-        if seen[view] > 0:
-            column, row = frames[view].to_pixels(spot)
-            markers.append((int(view), float(column), float(row)))
-    shown, advice = legend(study, state.ranking_of(mesh)), lists.advice_of(study) or {}
-    words = {card["patch"]: card["in_words"] for card in advice.get("cards") or ()}
-    cards = [words.get(row.patch, "") for row in rows]
-    sensors = SensorList([row.label for row in rows], [row.f1 for row in rows], cards)
-    title, subtitle = heading(mesh)
-    if scores.view_index(study) == 0 and scores.minus_index(study) < 0:  # the badges are of this answer
-        subtitle = lists.answer_of(study).get("sentence", subtitle)
+    words = words_on(mesh)
+    with posed(mesh) if pose == "NEUTRAL" else nullcontext():
+        yield Step(0.3, "posing")
+        spots = chosen_spots(mesh)()
+        surface = Surface(*shown_surface([mesh] if pose == "NEUTRAL" else [*dressed(mesh)]))
+        turns = _turns(mesh, seen)
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    width = MARGIN * float(np.linalg.norm(high - low) if seen == "THIS_VIEW" else (high - low).max())
+    size = round(VIEW_PIXELS * min(width / (high[2] - low[2]), LARGEST))
+    frames = [ViewFrame(turn, (low + high) / 2, width, size) for turn in turns]
 
-    def draw(_: object) -> None:
-        if look.content == "PAGE":
-            subset_figure(path, pictures, title, shown, markers, sensors, subtitle)
-            with Image.open(path) as page:
-                save_shaped(path, page.convert("RGBA"), look.shape, "white")
+    def draw(progress: Callable[[float], None]) -> None:
+        pictures = []
+        for number, frame in enumerate(frames):
+            progress(number / 3)
+            pictures.append(surface.picture(frame, light == "STUDIO"))
+        progress(2 / 3)
+        if content == "PAGE":
+            figure = subset_figure(None, pictures, markers=locate(frames, *spots), **words)
+            canvas_of(figure).draw()
+            whole = shaped(drawn_on(figure), shape, "white")
         else:
             top, bottom, first, last = common_crop(pictures)
             alone = np.concatenate([each[top:bottom, first:last] for each in pictures], axis=1)
-            save_shaped(path, Image.fromarray(alone), look.shape, "#ffffff00")
+            whole = shaped(Image.fromarray(alone), shape, "#ffffff00")
+        with atomic_write(path) as stream:
+            whole.save(stream, format="png", compress_level=1)
 
-    yield from in_thread(draw, f"drawing {path.name}", 0.8, 1.0)
+    yield from in_thread(draw, f"drawing {path.name}", 0.3, 1.0)
     open_soon(path)
     return f"Saved the picture: {path}"
 
 
-def _turns(mesh: bpy.types.Object, look: Look) -> list[float]:
+def load_drawing(_: object) -> None:
+    """Import what draws pages, which takes a second: for a thread."""
+    from ...drawing import heatmap  # noqa: F401
+
+
+def words_on(mesh: bpy.types.Object) -> dict[str, Any]:
+    """Title, subtitle, scale and list of sensors of a page of the map that is shown."""
+    from ...drawing.page import SensorList
+
+    study, rows = mesh.w2w, list(lists.leading(mesh.w2w))
+    advice = lists.advice_of(study) or {}
+    words = {card["patch"]: card["in_words"] for card in advice.get("cards") or ()}
+    cards = [words.get(row.patch, "") for row in rows]
+    title, subtitle = heading(mesh)
+    if scores.view_index(study) == 0 and scores.minus_index(study) < 0:  # the badges are of this answer
+        subtitle = lists.answer_of(study).get("sentence", subtitle)
+    sensors = SensorList([row.label for row in rows], [row.f1 for row in rows], cards)
+    scale = legend(study, state.ranking_of(mesh))
+    return {"title": title, "subtitle": subtitle, "scale": scale, "sensors": sensors}
+
+
+def chosen_spots(mesh: bpy.types.Object) -> Callable[[], tuple[np.ndarray, np.ndarray]]:
+    """A function that reads points and normals (N, 3) of the chosen sensors, in the order of their choice."""
+    chosen = [row.patch for row in lists.leading(mesh.w2w)]
+    corners = EvaluatedVertices(mesh, state.placed_patches(mesh).triangles[chosen])
+
+    def spots() -> tuple[np.ndarray, np.ndarray]:
+        first, second, third = corners.positions().swapaxes(0, 1)
+        return (first + second + third) / 3, np.cross(second - first, third - first)
+
+    return spots
+
+
+def _turns(mesh: bpy.types.Object, seen: str) -> list[float]:
     """Turns about z of the cameras: from before and behind the body, or as the first 3D view looks."""
     spaces = [area.spaces.active for area in views(bpy.context)]
-    if look.seen == "THIS_VIEW" and spaces:
+    if seen == "THIS_VIEW" and spaces:
         x, y, _ = spaces[0].region_3d.view_rotation.to_matrix().col[2]
         return [float(np.arctan2(x, -y))]
     return [facing(mesh), facing(mesh) + np.pi]
 
 
-def save_shaped(path: Path, picture: Image.Image, shape: str, around: str) -> None:
-    """Write a picture, with room of a colour around it where its shape is another."""
+def shaped(picture: Image.Image, shape: str, around: str) -> Image.Image:
+    """A picture with room of a colour around it where its shape is another."""
     (width, height), ratio = picture.size, SHAPES[shape]
     size = max(width, round(height * ratio)), max(height, round(width / ratio))
-    whole = Image.new("RGBA", size, around)
+    whole = Image.new(picture.mode, size, around)
     whole.paste(picture, ((size[0] - width) // 2, (size[1] - height) // 2))
-    with atomic_write(path) as stream:
-        whole.save(stream, format="png")
+    return whole
 
 
 def open_soon(path: Path) -> None:
@@ -134,10 +151,14 @@ def _open(path: Path) -> None:
     bpy.app.timers.register(show_whole, first_interval=DRAWN_AFTER)
 
 
-def _choice(name: str, about: str, **items: str) -> Any:
+def choice(name: str, about: str, **items: str) -> Any:
     """A menu of items, each called like its key, with what it means."""
     shown = [(key, key.replace("_", " ").title(), text) for key, text in items.items()]
     return EnumProperty(name=name, description=about, items=shown)
+
+
+SHAPE = choice("Shape", "Width and height", WIDE="16:9, for a slide", SQUARE="For a post")
+LIGHT = choice("Light", "How the body is lit", STUDIO="With shades", FLAT="As the legend")
 
 
 class W2W_OT_export_presentation(Export, bpy.types.Operator):
@@ -146,21 +167,20 @@ class W2W_OT_export_presentation(Export, bpy.types.Operator):
     bl_label = "Picture"
 
     usual = "picture.png"
-    pose: _choice(
+    pose: choice(
         "Pose", "How the body stands", NEUTRAL="Upright, the arms down", THIS_FRAME="As now, in what it wears"
     )
-    seen: _choice(
+    seen: choice(
         "Seen From", "From where", FRONT_AND_BACK="Both sides", THIS_VIEW="As the 3D view, at its own height"
     )
-    content: _choice(
+    content: choice(
         "Content",
         "What is in it",
         PAGE="With title and legend, on white",
         BODY_ALONE="On nothing",
     )
-    shape: _choice("Shape", "Width and height", WIDE="16:9, for a slide", SQUARE="For a post")
-    light: _choice("Light", "How the body is lit", STUDIO="With shades", FLAT="As the legend")
+    shape: SHAPE
+    light: LIGHT
 
-    def steps(self, body: bpy.types.Object) -> Steps:
-        path = Path(bpy.path.ensure_ext(str(self.path()), ".png"))
-        return picture_steps(body, path, Look(self.pose, self.seen, self.content, self.shape, self.light))
+    def write(self, body: bpy.types.Object, path: Path) -> Steps:
+        return picture_steps(body, path, self.pose, self.seen, self.content, self.shape, self.light)

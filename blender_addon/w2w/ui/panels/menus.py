@@ -43,7 +43,7 @@ STEPS = (
     ("start_sensor", "load_sensor", "save_sensor"),
     ("run_all", "bake_signals", "rank_patches", "fit_range", "side_by_side", "clear_pick", "show_others"),
     ("wish_picked", "choose_sensors", "find_needs", "add_pilot"),
-    ("export_presentation", "export_table", "export_report", "export_signals", "save_results"),
+    ("export_presentation", "export_film", "export_table", "export_report", "export_signals", "save_results"),
 )  # fmt: skip
 """Operators by the steps of the panel."""
 

@@ -60,6 +60,7 @@ class W2W_PT_findings(ResultPanel, bpy.types.Panel):
                 draw_text(layout, context, caution.sentence())
         row = self.layout.row(align=True)
         row.operator("w2w.export_presentation", text="Picture", translate=False, icon="RENDER_STILL")
+        row.operator("w2w.export_film", text="Film", translate=False, icon="RENDER_ANIMATION")
         row.menu("W2W_MT_export", text="Export", icon="EXPORT")
 
 

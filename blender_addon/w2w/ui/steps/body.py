@@ -19,11 +19,13 @@ from ...scene.base.actions import reshape_body
 from ...scene.base.body import add_body, armature_of, body_of, select
 from ...scene.body.adopt import adopt_mesh
 from ...scene.files.study_file import has_record
+from ...scene.heatmap import dress
 from ..jobs import jobs
 from ..jobs.text import styled
 from ..results.restore import restore
 from ..study import operators, state
 from ..viewport.framing import frame, stand_clear
+from ..viewport.legend import show_colours
 
 ALWAYS = ("gender", "muscle", "age", "arms", "legs")
 OPTIONAL = ("height", "weight")
@@ -208,6 +210,8 @@ def add_study(context: bpy.types.Context, body: Body, name: str) -> bpy.types.Ob
     collection = bpy.data.collections.new(f"W2W {name}")
     context.scene.collection.children.link(collection)
     objects = add_body(body, collection, name)
+    dress(objects.mesh, body)
+    show_colours()
     objects.armature.location = context.scene.cursor.location
     stand_clear(objects.armature, objects.mesh)
     make_study(context, objects.mesh)

@@ -62,7 +62,8 @@ def paint(body: bpy.types.Object) -> None:
         remove_beside([study.beside])
         study.beside = add_beside(body, model)
     follow(study.beside, body, model)
-    paint_beside(study.beside, heatmap.MEAN, scores.scale_of(study, own).colours(patches, values))
+    colours = heatmap.map_colours(study.beside, scores.scale_of(study, own), patches, values)
+    paint_beside(study.beside, heatmap.MEAN, colours)
 
 
 def bodies_beside(body: bpy.types.Object) -> list[bpy.types.Object]:
