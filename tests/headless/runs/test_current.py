@@ -10,6 +10,7 @@ from dataclasses import replace
 import pytest
 from typer.testing import CliRunner
 
+from w2w.core.study import results
 from w2w.headless.app import APP
 from w2w.headless.commands import execute
 from w2w.headless.study_options import StudyOptions
@@ -219,6 +220,7 @@ def test_motions_that_are_read_otherwise_are_ranked_anew(ranked):
 
 def test_a_new_parameter_has_signals_made_anew_with_no_more_than_its_declaration(ranked, monkeypatch):
     library, out, times = ranked
+    monkeypatch.setattr(results, "StudyConfig", WithDrift)  # where a folder's own parameters are read
     config, features = StudyOptions.config, sorted((out / ".w2w" / "features").iterdir())
     for drift, made, ranked_times in ((0.0, True, 1), (0.0, False, 1), (2.0, True, 2)):
         monkeypatch.setattr(
