@@ -23,7 +23,7 @@ def test_every_door_says_the_same_words(sparse_results):
     study = StudyResults.load(sparse_results)
     said = [Caution(**each).sentence() for each in study.summary["cautions"]]
     assert len(said) >= 2
-    details = [entry for entry in study.listed if is_used(entry)]
+    details = [entry for entry in study.entries if is_used(entry)]
     ranking = w2w.Ranking(
         study.utility,
         study.patches,
@@ -70,7 +70,7 @@ def test_what_stops_an_answer_stands_in_its_place_at_every_door(drawn_results):
 
 def test_a_map_that_repeats_below_a_half_is_cautioned_of(drawn_results):
     study = StudyResults.load(drawn_results)
-    clips, facts = study.clips, [entry for entry in study.listed if is_used(entry)]
+    clips, facts = study.clips, [entry for entry in study.entries if is_used(entry)]
     for reliability in (0.5, 0.49):
         utility = replace(study.utility, reliability=reliability, beats_average=0.95)
         found = cautions(utility, clips, facts, study.config())
@@ -81,7 +81,7 @@ def test_a_map_that_repeats_below_a_half_is_cautioned_of(drawn_results):
 
 def test_the_heaviest_caution_comes_first_and_what_a_few_clips_had_is_named(drawn_results):
     study = StudyResults.load(drawn_results)
-    clips, facts = study.clips, [dict(entry) for entry in study.listed if is_used(entry)]
+    clips, facts = study.clips, [dict(entry) for entry in study.entries if is_used(entry)]
     facts[0] |= {"cut": "frame 0 cut off: a rest pose", "at_full_scale": 0.2, "up_guessed": "y"}
     facts[1] |= {"rest_guessed": "from 8 clips of it"}
     facts[2] |= {"rest_guessed": ITS_OWN}

@@ -21,7 +21,7 @@ from w2w.scene.base.body import body_of
 from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs
 from w2w.ui.panels.wearing import in_short, in_words
-from w2w.ui.results.own_placements import is_pending, listed, patch_of_own, scores_of_own
+from w2w.ui.results.own_placements import by_name, is_pending, patch_of_own, scores_of_own
 from w2w.ui.steps import baking
 from w2w.ui.study import signal_cache
 from w2w.ui.study.state import (
@@ -82,13 +82,13 @@ def test_a_clicked_spot_is_named_and_waits_for_the_patches_to_be_placed(library:
     click(body, 1234)
     before = (body.w2w.patches_key, body.w2w.utility_key)
     assert bpy.ops.w2w.add_placement(name=" Strap  pod") == {"FINISHED"}
-    assert listed(body.w2w) == {"Strap pod": 1234}
+    assert by_name(body.w2w) == {"Strap pod": 1234}
     assert is_pending(body.w2w)
     assert (body.w2w.patches_key, body.w2w.utility_key) == before
     assert in_short(scores_of_own(body, body.w2w.own[0]), patch_of_own(body, body.w2w.own[0])) == "new"
     bpy.ops.w2w.select_patch(patch=9)
     bpy.ops.w2w.add_placement(name="middle")
-    assert listed(body.w2w)["middle"] == patches_of(body).vertices[9]
+    assert by_name(body.w2w)["middle"] == patches_of(body).vertices[9]
 
 
 @pytest.mark.slow
@@ -157,7 +157,7 @@ def test_they_go_through_a_results_folder_and_back(ranked: bpy.types.Object, tmp
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
     assert bpy.ops.w2w.open_results(filepath=str(saved)) == {"FINISHED"}
     again = bpy.context.scene.w2w.body
-    assert listed(again.w2w) == {"Strap pod": 1234, "ring": patches_of(again).vertices[5]}
+    assert by_name(again.w2w) == {"Strap pod": 1234, "ring": patches_of(again).vertices[5]}
     assert not is_pending(again.w2w)
     assert [scores_of_own(again, own) for own in again.w2w.own] == shown
     bpy.ops.w2w.save_results(directory=str(tmp_path / "again"))
@@ -194,7 +194,7 @@ def test_another_name_keeps_signals_and_ranking_and_wishes_follow(ranked: bpy.ty
 
 
 def test_a_name_or_a_vertex_that_is_taken_is_refused(ranked: bpy.types.Object) -> None:
-    before = listed(ranked.w2w)
+    before = by_name(ranked.w2w)
     for name, vertex, why in (
         ("strap POD", 20, "called 'strap POD'"),
         ("cuff", 1234, "both at vertex 1234"),
@@ -205,14 +205,14 @@ def test_a_name_or_a_vertex_that_is_taken_is_refused(ranked: bpy.types.Object) -
         bpy.ops.w2w.select_patch(patch=0)
         with pytest.raises(RuntimeError, match=why):
             bpy.ops.w2w.add_placement(name=name, vertex=vertex)
-    assert listed(ranked.w2w) == before
+    assert by_name(ranked.w2w) == before
 
 
 def test_a_removed_one_goes_when_the_patches_are_placed_again(ranked: bpy.types.Object) -> None:
     ranked.w2w.own_index = 0
     assert ranked.w2w.picked == N_PATCHES
     assert bpy.ops.w2w.remove_placement() == {"FINISHED"}
-    assert list(listed(ranked.w2w)) == ["ring"]
+    assert list(by_name(ranked.w2w)) == ["ring"]
     assert is_pending(ranked.w2w)
     bpy.ops.w2w.select_patch(patch=0)
     assert bpy.ops.w2w.add_placement(name="Strap pod", vertex=77) == {"FINISHED"}  # its name is free again
@@ -226,14 +226,14 @@ def test_a_removed_one_goes_when_the_patches_are_placed_again(ranked: bpy.types.
 
 @pytest.mark.slow
 def test_they_survive_another_shape_and_a_saved_file(ranked: bpy.types.Object, tmp_path: Path) -> None:
-    before = listed(ranked.w2w)
+    before = by_name(ranked.w2w)
     ranked.w2w.shape.gender = 1.0
-    assert listed(ranked.w2w) == before
+    assert by_name(ranked.w2w) == before
     bpy.ops.w2w.place_patches()
     assert patches_of(ranked).vertices[patch_of_own(ranked, ranked.w2w.own[0])] == 1234
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "study.blend"))
     again = open_file(tmp_path / "study.blend")
-    assert listed(again.w2w) == before
+    assert by_name(again.w2w) == before
     assert not is_pending(again.w2w)
 
 
@@ -241,16 +241,16 @@ def test_a_table_is_read_as_the_command_line_reads_it(library: Path, tmp_path: P
     body = make_study(library, "")
     assert bpy.ops.w2w.load_placements(filepath=table(tmp_path)) == {"FINISHED"}
     assert jobs.message.text.startswith("Read 2 placements from own.csv")
-    vertex = listed(body.w2w)["clip"]
+    vertex = by_name(body.w2w)["clip"]
     where = body_of(body).vertices[vertex]
     away = np.linalg.norm(body_of(body).vertices - read_placements(tmp_path / "own.csv")["clip"], axis=1)
     assert np.linalg.norm(where - body_of(body).vertices[away.argmin()]) == 0
     bpy.ops.w2w.load_placements(filepath=table(tmp_path, "name,vertex\nstrap POD,99\nring,5\n"))
-    assert listed(body.w2w) == {"Strap pod": 99, "clip": vertex, "ring": 5}
+    assert by_name(body.w2w) == {"Strap pod": 99, "clip": vertex, "ring": 5}
     for text, why in (("name,x,y,z\nkite,0,0,9\n", "'kite' lies"), ("name,vertex\n", "names no placement")):
         with pytest.raises(RuntimeError, match=why):
             bpy.ops.w2w.load_placements(filepath=table(tmp_path, text))
-    assert list(listed(body.w2w)) == ["Strap pod", "clip", "ring"]
+    assert list(by_name(body.w2w)) == ["Strap pod", "clip", "ring"]
 
 
 @pytest.mark.slow

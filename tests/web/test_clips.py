@@ -156,9 +156,10 @@ def test_a_demo_has_its_labels(tmp_path):
 def test_reasons_hold_no_paths_of_the_server(client, tmp_path):
     study = study_at(made(client), tmp_path)
     reason = f"{study.folder}/input/walk/a.bvh breaks off; see '/opt/w2w/site-packages/x/y.py' or /home/lab/z"
-    said = study.shown(reason)
+    said = study.without_paths(reason)
     assert said == "walk/a.bvh breaks off; see 'y.py' or z"
     assert (
-        study.shown("12 frames/s, 9.8 m/s2 and/or 1 / 2 clips") == "12 frames/s, 9.8 m/s2 and/or 1 / 2 clips"
+        study.without_paths("12 frames/s, 9.8 m/s2 and/or 1 / 2 clips")
+        == "12 frames/s, 9.8 m/s2 and/or 1 / 2 clips"
     )
     assert os.fspath(tmp_path) not in said

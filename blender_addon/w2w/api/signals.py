@@ -161,7 +161,7 @@ def open_results(folder: str | Path) -> Ranking:
         utility=study.utility, patches=study.patches, body=study.body(),
         inputs=study.inputs(config.classifier), labels=study.labels(), config=config,
         classifier=config.classifier, folder=study.out, clips=study.clips,
-        details=[entry for entry in study.listed if is_used(entry)], stream=stream_in(study, config),
+        details=[entry for entry in study.entries if is_used(entry)], stream=stream_in(study, config),
     )  # fmt: skip
 
 

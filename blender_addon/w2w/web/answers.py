@@ -88,7 +88,9 @@ class Answers:
     async def _worked(self, study: Study, worker: Reader, how: Callable[..., Any], asked: Any) -> Any:
         if not study.answer() or self.work.waits(study):
             raise RefusedError(409, NO_RESULTS)
-        with restated(lambda error: study.shown(sentence_of(error)), (ValueError, OSError), refused(400)):
+        with restated(
+            lambda error: study.without_paths(sentence_of(error)), (ValueError, OSError), refused(400)
+        ):
             found = await worker.ask(how, study.results, asked)
         if found is None:
             raise RefusedError(503, "There is too little memory to choose again")

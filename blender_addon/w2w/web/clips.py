@@ -47,7 +47,7 @@ class Labelled(Requested):
 
     def library(self) -> Library:
         """The study's clips as its run finds them; a RefusedError if there are none."""
-        with restated(lambda error: self.shown(str(error)), LibraryError, refused(400)):
+        with restated(lambda error: self.without_paths(str(error)), LibraryError, refused(400)):
             return read_library(self.folder / INPUT, self.edited if self.edited.exists() else None)
 
     def clips(self) -> dict[str, Given]:
@@ -101,7 +101,7 @@ class Labelled(Requested):
         try:
             labels = self.labels()
         except LibraryError as error:
-            problem = self.shown(str(error))
+            problem = self.without_paths(str(error))
         rows, first = [], dict[str, str]()
         for clip, one in self.clips().items():
             row = labels.get(clip)
@@ -161,7 +161,7 @@ class Labelled(Requested):
         try:
             own, clips = self.came_with(), self.clips()
         except LibraryError as error:
-            return self.shown(str(error))
+            return self.without_paths(str(error))
         new = (
             own if LABELS in files else {clip: row for clip, row in own.items() if clips[clip].file in files}
         )

@@ -23,7 +23,7 @@ def operates(doors: Doors, owner: str) -> bool:
 
 def operator_page(work: Work, doors: Doors, uploads: Mapping[str, int]) -> str:
     """The page, with a row for each person; `uploads` that arrive now by their folders."""
-    names = {folder_of_person(name): name for name in doors.people.listed()} | {"local": "this machine"}
+    names = {folder_of_person(name): name for name in doors.people.hashes()} | {"local": "this machine"}
     rows, total = [], 0
     came = {folder for name in names if (folder := work.data / name).is_dir()}
     for folder in sorted({study.folder.parent for study in work.studies()} | came):

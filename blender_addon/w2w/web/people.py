@@ -23,9 +23,9 @@ class People:
     file: Path | None
 
     def __bool__(self) -> bool:
-        return bool(self.listed())
+        return bool(self.hashes())
 
-    def listed(self) -> dict[str, str]:
+    def hashes(self) -> dict[str, str]:
         """The hash of each person's token by name."""
         with suppress(OSError, ValueError):
             lines = self.file.read_text(encoding="utf-8").splitlines() if self.file else []
@@ -38,7 +38,7 @@ class People:
         given = _hash(token)
         found = [
             name
-            for name, digest in self.listed().items()
+            for name, digest in self.hashes().items()
             if hmac.compare_digest(given.encode(), digest.encode())
         ]
         return folder_of_person(found[0]) if found else ""
@@ -48,7 +48,7 @@ class People:
         if self.file is None or not name.strip() or not name.isprintable() or name.startswith("#"):
             raise ValueError(f"{name!r} is no name of a person")
         token = secrets.token_urlsafe(24)
-        people = {**self.listed(), name.strip(): _hash(token)}
+        people = {**self.hashes(), name.strip(): _hash(token)}
         write_text(self.file, "".join(f"{one}\t{digest}\n" for one, digest in people.items()))
         self.file.chmod(0o600)
         return token

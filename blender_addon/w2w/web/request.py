@@ -47,7 +47,7 @@ class Requested:
     def change(self, **changes: Any) -> None:
         write_json(self.folder / REQUEST, self.request() | changes)
 
-    def shown(self, text: str) -> str:
+    def without_paths(self, text: str) -> str:
         """A sentence without the server's own paths, files under the names that they were given."""
         names = {}
         with suppress(RefusedError):

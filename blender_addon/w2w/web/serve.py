@@ -104,7 +104,7 @@ def unseen(work: "Work", doors: "Doors") -> str:
     """How many studies in a data folder belong to nobody who can come in, in words; "" if none does."""
     from .people import folder_of, folder_of_person
 
-    owners = {*map(folder_of, doors.tokens), *map(folder_of_person, doors.people.listed())}
+    owners = {*map(folder_of, doors.tokens), *map(folder_of_person, doors.people.hashes())}
     others = [study for study in work.studies() if study.folder.parent.name not in (owners or {"local"})]
     return (
         f"{count('study', len(others))} in {work.data} {'is' if len(others) == 1 else 'are'} of another token"

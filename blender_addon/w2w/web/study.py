@@ -182,7 +182,7 @@ class Study(Labelled):
             return {"state": "draft", "sentence": "", "answer": answer}
         if end is not None:
             word = "failed" if end["exit_code"] else "finished"
-            return {"state": word, "sentence": self.shown(end.get("problem", "")), "answer": answer}
+            return {"state": word, "sentence": self.without_paths(end.get("problem", "")), "answer": answer}
         if not running:
             others = f" {before} before it." if before else ""
             sentence = f"Waiting for other studies to end.{others}"

@@ -305,7 +305,7 @@ class Work:
         facts = await self.readers.of(path).ask(judge, path, file, rate) or {"problem": CRASHED}
         if file in (request := study.request())["files"]:
             if "problem" in facts:
-                facts["problem"] = study.shown(facts["problem"])
+                facts["problem"] = study.without_paths(facts["problem"])
             if shown := facts.pop("figure", None):
                 study.keep_figure(file, shown)
             study.change(judged={**request["judged"], file: facts})

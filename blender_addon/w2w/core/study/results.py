@@ -162,7 +162,7 @@ class StudyResults:
         return kept
 
     @cached_property
-    def listed(self) -> tuple[Entry, ...]:
+    def entries(self) -> tuple[Entry, ...]:
         """The folder's list of clips: entries of `clips`, then of those skipped."""
         return tuple(read_clip_list(self.out))
 

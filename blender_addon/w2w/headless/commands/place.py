@@ -159,7 +159,7 @@ def place(
 def _cautions(study: StudyResults, config: StudyConfig, advice: Advice) -> list[Caution]:
     """The cautions on a folder's clips, ranked again."""
     on_cloth = cover_sentence(study.summary, len(study.patches))
-    facts = (entry for entry in study.listed if is_used(entry))
+    facts = (entry for entry in study.entries if is_used(entry))
     return cautions(study.utility, study.clips, facts, config, on_cloth, advice.answer.patch)
 
 

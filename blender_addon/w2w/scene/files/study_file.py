@@ -175,7 +175,7 @@ def read_record(mesh: bpy.types.Object) -> tuple[StudyResults, SceneNames]:
             for name in FILES:  # and no other that the file may name
                 archive.extract(name, folder)
             study = StudyResults.load(Path(folder))
-            study.summary, study.listed  # noqa: B018 - kept, for the folder does not stay
+            study.summary, study.entries  # noqa: B018 - kept, for the folder does not stay
             names = json.loads(archive.read(NAMES))
             placed, chosen = map(str, names["collections"])
             actions, signals = (

@@ -46,7 +46,7 @@ class W2W_OT_add_placement(operators.OnPatches, bpy.types.Operator):
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         body = state.polled_body(context)
         region = state.placed_patches(body).regions[picks(context, body)[-1]]
-        self.name = free_name(f"my {region}", {name.lower() for name in own_placements.listed(body.w2w)})
+        self.name = free_name(f"my {region}", {name.lower() for name in own_placements.by_name(body.w2w)})
         return context.window_manager.invoke_props_dialog(self)
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:

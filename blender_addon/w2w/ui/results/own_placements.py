@@ -23,14 +23,14 @@ from ..study import lists, state
 from . import results
 
 
-def listed(study: bpy.types.PropertyGroup) -> dict[str, int]:
+def by_name(study: bpy.types.PropertyGroup) -> dict[str, int]:
     """The list: each placement's vertex by its name."""
     return {own.name: own.vertex for own in study.own}
 
 
 def is_pending(study: bpy.types.PropertyGroup) -> bool:
     """Whether the list differs from the placements in the patch set."""
-    return listed(study) != dict(state.own_placed(study))
+    return by_name(study) != dict(state.own_placed(study))
 
 
 def patch_of_own(body: bpy.types.Object, own: bpy.types.PropertyGroup) -> int:
@@ -59,7 +59,7 @@ def scores_of_own(body: bpy.types.Object, own: bpy.types.PropertyGroup) -> dict[
 
 def add(body: bpy.types.Object, name: str, vertex: int) -> None:
     """Add a placement to the list, and make it the active one; ValueError if name or vertex is taken."""
-    _list(body, [*listed(body.w2w).items(), (name, vertex)])
+    _list(body, [*by_name(body.w2w).items(), (name, vertex)])
     body.w2w.own_index = len(body.w2w.own) - 1
 
 
@@ -69,9 +69,9 @@ def load(body: bpy.types.Object, path: Path) -> int:
     A table or placement that is not possible is a ValueError and leaves the list as it was.
     """
     found = core.placement_vertices(body_of(body), core.read_placements(path))
-    known = {name.lower(): name for name in listed(body.w2w)}
+    known = {name.lower(): name for name in by_name(body.w2w)}
     moved = {known.get(name.lower(), name): vertex for name, vertex in found.items()}
-    _list(body, (listed(body.w2w) | moved).items())
+    _list(body, (by_name(body.w2w) | moved).items())
     return len(found)
 
 

@@ -100,14 +100,14 @@ def clips_of(
                 "source_sha256": str(entry.get("sha256", "")),
                 "facts": json.dumps({name: entry[name] for name in KEPT & entry.keys()}),
             }
-            for entry, clip in zip(filter(is_used, run.listed), run.clips, strict=True)
+            for entry, clip in zip(filter(is_used, run.entries), run.clips, strict=True)
         ]
     except KeyError as error:
         reason = f"{run.out}: {CLIP_LIST} does not say {error} of a clip: run the study again"
         raise ValueError(reason) from error
     except (TypeError, ValueError) as error:
         raise ValueError(f"{run.out}: what {CLIP_LIST} says of clips is damaged: {error}") from error
-    skipped = [(_shown_file(entry), entry["skipped"]) for entry in run.listed if not is_used(entry)]
+    skipped = [(_shown_file(entry), entry["skipped"]) for entry in run.entries if not is_used(entry)]
     return used + [{"name": clean(Path(file).name), "file": file, "problem": why} for file, why in skipped]
 
 

@@ -41,7 +41,7 @@ class ImportItem(Clip):
     up: Up | None = None  # axis of the file that points up, where that is given
 
     @property
-    def shown(self) -> str:
+    def called(self) -> str:
         """Its name for people."""
         return self.name if self.take is not None or self.animation else clean(self.path.name)
 
@@ -91,7 +91,7 @@ def import_steps(
     failed = unlabelled = 0
     down: list[tuple[int, bool]] = []
     cut: list[tuple[str, dict[str, str]]] = []
-    files = [(item.shown, item.path) for item in items if item.take is None]
+    files = [(item.called, item.path) for item in items if item.take is None]
     pose = PoseFacts(up=next((item.up for item in items if item.up), None))
     try:
         with Reader() as reader:
@@ -100,18 +100,18 @@ def import_steps(
             how = How(bone_maps=tuple(maps), pose=pose, ups=ups, rests=rests, blender=read_by_blender)
             for number, item in enumerate(items):
                 low, high = number / len(items), (number + 1) / len(items)
-                yield Step(low, item.shown)
+                yield Step(low, item.called)
                 try:
                     retargeted = yield from part(_retarget(reader, item, body, how), low, high)
                     add_clip(mesh, retargeted, item)
                     if retargeted.cut:
-                        cut.append((item.shown, {"cut": retargeted.cut}))
+                        cut.append((item.called, {"cut": retargeted.cut}))
                     if item.take is None and item.up is None:
                         down.append((retargeted.motion.n_frames, retargeted.motion.head_down))
                     unlabelled += not item.activity
                 except Exception as error:  # even a fault of ours costs this clip alone
                     failed += 1
-                    _add_failed(mesh, replace(item, name=item.shown), reason_of(error))
+                    _add_failed(mesh, replace(item, name=item.called), reason_of(error))
         if mostly_head_down(down):
             raise ValueError(f"Nothing is imported: {UPSIDE_DOWN}")
         for name, reason in left_out:
@@ -132,10 +132,10 @@ def _retarget(
     how = replace(how, pose=PoseFacts(up=item.up))
     if item.take is None:
         work = partial(open_clip, item, body, how)
-        return (yield from in_thread(lambda _: reader.read(item.path, work), item.shown, 0.0, 1.0))
+        return (yield from in_thread(lambda _: reader.read(item.path, work), item.called, 0.0, 1.0))
     # Blender must play it to read it: the window gets its turn after each frame
-    source = yield from as_steps(read_scene_take(item.take), item.shown, 0.0, 0.8)
-    return (yield from in_thread(lambda _: fit_clip(source, item, body, how), item.shown, 0.8, 1.0))
+    source = yield from as_steps(read_scene_take(item.take), item.called, 0.0, 0.8)
+    return (yield from in_thread(lambda _: fit_clip(source, item, body, how), item.called, 0.8, 1.0))
 
 
 def _spelled_as_listed(study: bpy.types.PropertyGroup, items: Sequence[ImportItem]) -> list[ImportItem]:
@@ -158,7 +158,7 @@ def _listed_already(mesh: bpy.types.Object, items: Sequence[ImportItem]) -> list
     takes = {clip.taken_from for clip in mesh.w2w.clips} - {""}
     copies = same_files([*listed, *(item.path for item in items if item.take is None)])
     return [
-        item.shown
+        item.called
         for item in items
         if item.taken_from in takes or item.path in listed or copies.get(item.path) in listed
     ]

@@ -32,7 +32,7 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     """Sample in a thread, then replace the empties."""
     body, study = state.body_as_run(mesh), mesh.w2w
     before, key = state.patches_of(mesh), study.patches_key
-    own, count = list(own_placements.listed(study).items()), study.patch_count
+    own, count = list(own_placements.by_name(study).items()), study.patch_count
     config = replace(state.config_of(study), seed=study.patch_seed, placements=tuple(own))
     text = f"spreading {count} spots"
 

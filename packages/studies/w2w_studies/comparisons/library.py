@@ -104,7 +104,7 @@ def mixed_windows(study: StudyResults) -> MixedWindows:
 
     Raises ValueError if the run's labels name no sources.
     """
-    used = [entry for entry in study.listed if is_used(entry)]
+    used = [entry for entry in study.entries if is_used(entry)]
     if not all(entry.get("source") for entry in used):
         raise ValueError("every clip needs its source: give --labels a column 'source'")
     labels = study.labels()
