@@ -17,16 +17,20 @@ tables_of() { sed -n '/^|/p' "$1"; }
 tests_of() { tables_of "$1" | grep -E '^\| data set|^\|---|\| all |sitting'; }
 columns() { cut -d'|' -f"$1" | sed 's/|*$/|/'; }
 
-# Rows of `w2w study repeatability` by the names of their columns.
+# Rows of `w2w study repeatability`, of whole or drawn libraries, by the names of their columns.
 halves() {
   python - "$@" <<'PY'
+import os
 import sys
 
-wanted = sys.argv[1:]
+kind, *wanted = sys.argv[1:]
 print("| library, halved |", " | ".join(wanted), "|")
 print("|---" * (1 + len(wanted)) + "|")
-for file, name in (("hdm05", "HDM05 by clip"), ("hdm05 --by-subject", "HDM05 by performer")):
-    cells = [" ".join(cell.split()) for cell in open(f"halves {file}.txt").read().split("|")[1:]]
+libraries = {"hdm05": "HDM05 by clip", "hdm05 --by-subject": "HDM05 by performer", "bandai_namco": "Bandai-Namco by clip"}
+for file, name in libraries.items():
+    if not os.path.exists(f"{kind} {file}.txt"):
+        continue
+    cells = [" ".join(cell.split()) for cell in open(f"{kind} {file}.txt").read().split("|")[1:]]
     cells = [cell for cell in cells if cell]  # lines are broken where a console ends
     size = cells.index("---")
     found = dict(zip(cells[:size], cells[2 * size :]))
@@ -114,10 +118,16 @@ spot)
     # shellcheck disable=SC2086
     w2w study repeatability run_$each --halvings 4 >"halves $each.txt"
   done
-  halves expected delivered gain "by raw F1" holds
+  halves halves expected delivered gain "by raw F1" holds
   ;;
-costs) halves "as well" lose within heavy "cost holds" ;;
-against) halves recommended "belt clip" watch most ;;
+costs) halves halves "as well" lose within heavy "cost holds" ;;
+against)
+  quietly w2w run bandai_namco --out run_bandai_namco --no-pictures --no-report
+  w2w study repeatability run_hdm05 --drawn --halvings 12 >"drawn hdm05.txt"
+  w2w study repeatability run_hdm05 --drawn --halvings 24 --by-subject >"drawn hdm05 --by-subject.txt"
+  w2w study repeatability run_bandai_namco --drawn --halvings 12 >"drawn bandai_namco.txt"
+  halves drawn recommended "belt clip" watch energy random most worse
+  ;;
 broad)
   echo "| method | nothing fitted: acc r | gyr r | shift, ms | shift and lever arm fitted: acc r | acc RMSE, m/s² |"
   python -m w2w_studies.experiments.broad 2>/dev/null | sed -n '/^|/p' | sed 1d | columns 1-3,5-6,10-11

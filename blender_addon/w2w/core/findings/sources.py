@@ -11,10 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..ranking.classifiers.ridge import Ridge
-from ..ranking.f1 import window_f1
-from ..ranking.utility import UtilityMap
-from ..ranking.weights import mean_over
+from ..ranking.utility import UtilityMap, utility_map
+from ..study.clip_files import NO_SIGNATURE, ClipWindows
 from ..study.config import StudyConfig
 from ..study.ranking import LabelledClip, WindowLabels
 from ..wording import NAMED, join_words
@@ -125,22 +123,12 @@ def f1_alone(
     """
     sources = [origin.source or origin.system for origin in origins]
     known = [source for source, _ in Counter(sources).most_common(MOST_SOURCES)]
-    features = {
-        "duration": np.log(np.maximum(durations, 1e-3))[:, None],
-        "source": np.array(sources)[:, None] == known,
-    }
+    features = np.zeros((len(clips), 2, len(known)), dtype=np.float32)
+    features[:, 0, 0] = np.log(np.maximum(durations, 1e-3))
+    features[:, 1] = np.array(sources)[:, None] == known
     some = [number for number, clip in enumerate(clips) if clip.activity in utility.activities]
-    of_clips = [(clips[n].activity, clips[n].motion_key, clips[n].subject) for n in some]
-    activity, motion, subject = map(np.array, zip(*of_clips, strict=True))
-    labels = WindowLabels(activity, motion, subject, np.ones(len(some), dtype=bool))
-    planned = labels.protocol(config).plan(halvings=0)
-    how = planned.labels, planned.fold, planned.is_test
-    found = {}
-    for what, values in features.items():
-        seen = values[some][planned.used, None].astype(np.float32)
-        if np.ptp(seen, axis=0).any():
-            alpha = Ridge().choose_alpha(seen, *how)
-            predicted = Ridge(alphas=(alpha,)).predict_folds(seen, *how)[:, 0]
-            f1 = window_f1(predicted, planned.labels[planned.is_test], len(planned.activities))
-            found[what] = float(mean_over(f1, planned.weights))
-    return found
+    whole = [ClipWindows(np.ones(1, dtype=bool), NO_SIGNATURE)] * len(some)
+    labels, features = WindowLabels.of([clips[number] for number in some], whole), features[some]
+    f1 = utility_map(features, labels.protocol(config), resamples=1, halvings=0).mean.tolist()
+    differs = np.ptp(features, axis=0).any(axis=1)
+    return {what: f1[row] for row, what in enumerate(("duration", "source")) if differs[row]}

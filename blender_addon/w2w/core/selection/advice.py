@@ -99,12 +99,8 @@ def advise(
     products unless a constraint says which patches to use, by F1 in a `stream` if there is one. A
     ValueError says which constraints cannot be met.
     """
-    constraints, utility, patches, body = (
-        constraints or Constraints(),
-        scored.utility,
-        scored.patches,
-        scored.body,
-    )
+    constraints = constraints or Constraints()
+    utility, patches, body = scored.utility, scored.patches, scored.body
     terms = constraints.terms(patches, max_places)
     scored = replace(scored, limits=terms.allowed)
     to_one, products = find_answer(scored), product_patches(patches, body)

@@ -144,13 +144,8 @@ class ScoredMap:
     def _at(self, name: str, phrase: str, side: str, patch: int, under: Sequence[int]) -> PlaceScore:
         """A sensor that moves over the patches `under`, before its cost is known."""
         expected, low, high = (float(values[list(under)].mean()) for values in self.utility.expected)
-        f1 = dict(
-            zip(
-                self.utility.activities,
-                self.utility.expected_f1[list(under)].mean(axis=0).tolist(),
-                strict=True,
-            )
-        )
+        of_each = self.utility.expected_f1[list(under)].mean(axis=0).tolist()
+        f1 = dict(zip(self.utility.activities, of_each, strict=True))
         none = Cost(0.0, 0.0, 0.0)
         return PlaceScore(name, phrase, side, patch, tuple(under), expected, low, high, none, by_activity=f1)
 
