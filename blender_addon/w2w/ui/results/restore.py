@@ -16,7 +16,7 @@ from ...core.study.clip_files import STORED
 from ...core.study.clip_list import CLIP_LIST, Entry, is_used
 from ...core.study.config import StudyConfig
 from ...core.study.results import StudyResults
-from ...core.wording import clean
+from ...core.wording import clean, restated
 from ...scene.base.body import armature_of, in_body_space
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
@@ -70,10 +70,8 @@ def check_fits(mesh: bpy.types.Object, run: StudyResults) -> None:
         raise ValueError(f"the spots are of another body than '{mesh.name}'")
     if utility.f1.shape != (len(patches), len(utility.activities)):
         raise ValueError(f"the ranking is of other spots than those of '{mesh.name}'")
-    try:
+    with restated("the parameters of the run cannot be understood:", ValueError):
         StudyConfig.from_dict(run.parameters)
-    except ValueError as error:
-        raise ValueError(f"the parameters of the run cannot be understood: {error}") from error
 
 
 def clips_of(

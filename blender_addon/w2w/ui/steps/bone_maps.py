@@ -17,7 +17,7 @@ from ...core.reading.clips import How, read_clip, to_body
 from ...core.reading.reader import Reader
 from ...core.retargeting.bone_maps import REQUIRED_JOINTS, BoneMap, best_match
 from ...core.retargeting.retarget import matched_joints
-from ...core.wording import capital
+from ...core.wording import capital, restated
 from ...scene.base.body import body_of
 from ...scene.motion.load import read_by_blender
 from ..jobs import jobs
@@ -90,11 +90,9 @@ class W2W_OT_map_bones(operators.OnClips, bpy.types.Operator):
         path = _path_of(rig)
         write_json(path, {"name": rig, "joints": joints})
         clip = mesh.w2w.clips[mesh.w2w.clip_index]
-        try:
+        with restated(f"{clip.name}:", jobs.EXPECTED):
             retargeted = to_body(_with_bones(clip), body_of(mesh), [BoneMap.load(path)])
             clip.source_sha256 = file_sha256(Path(clip.file))
-        except jobs.EXPECTED as error:
-            raise ValueError(f"{clip.name}: {error}") from error
         set_motion(clip, retargeted)
         return f"{clip.name} was read by the bone map '{rig}', kept in {path}"
 

@@ -11,6 +11,7 @@ from ...core.library.import_plan import ImportPlan, plan_files, plan_folder
 from ...core.library.labels import LibraryError
 from ...core.motion.source import UnusableMotion
 from ...core.reading.formats import MOTION_SUFFIXES
+from ...core.wording import restated
 from ...scene.base.actions import FIRST_FRAME, keep_pace, key_rate, show_action
 from ...scene.base.body import armature_of
 from ...scene.motion import source_beside
@@ -150,11 +151,9 @@ class W2W_OT_show_source(operators.OnBody, bpy.types.Operator):
             source_beside.remove_source(clip.name)
             return
         source_beside.remove_source()
-        try:
+        with restated(f"{clip.name}:", UnusableMotion):
             known = PoseFacts(clip.given_rate or None, up=clip.given_up or None)
             source_beside.show_source(mesh, clip.name, Path(clip.file), clip.scale, known)
-        except UnusableMotion as error:
-            raise ValueError(f"{clip.name}: {error}") from error
         show_clip(context.scene, mesh)
 
 
