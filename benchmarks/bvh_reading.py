@@ -22,7 +22,7 @@ from w2w.core.body.body import Body
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.readers.bvh import read_bvh
-from w2w.core.reading.output import quiet_output
+from w2w.core.reading.guard import quiet_output
 from w2w.core.retargeting.repair import repaired
 from w2w.core.retargeting.retarget import retarget
 from w2w.scene.motion.takes import read_clip

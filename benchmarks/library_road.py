@@ -17,7 +17,7 @@ from unittest import mock
 from tests.robustness.fbx_variants import LABELS
 from w2w.core.body.body import Body
 from w2w.core.library.library import read_library
-from w2w.core.reading.output import quiet_output
+from w2w.core.reading.guard import quiet_output
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.signals import place_patches
 from w2w.headless.runs import clip as clip_work, clip_task

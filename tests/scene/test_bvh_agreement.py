@@ -8,7 +8,7 @@ import pytest
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.readers.bvh import as_it_stands, read_bvh
 from w2w.core.readers.bvh_text import read_bvh_text
-from w2w.core.reading.output import quiet_output
+from w2w.core.reading.guard import quiet_output
 from w2w.scene.motion.takes import find_takes, imported, read_clip, read_take
 
 from ..made_bvh import MadeJoint, bvh_text, draw_joints, draw_values

@@ -25,8 +25,8 @@ from ..core.motion.source import UnusableMotion, reason_of
 from ..core.motion.up import UPSIDE_DOWN, mostly_head_down
 from ..core.readers.animations import animations_in
 from ..core.reading.clips import How, open_clip, to_body
+from ..core.reading.guard import quiet_output
 from ..core.reading.look import look_up
-from ..core.reading.output import quiet_output
 from ..core.reading.reader import Reader
 from ..core.reading.rests import look_rests
 from ..core.retargeting.bone_maps import BoneMap

@@ -18,7 +18,7 @@ from ..motion.up import BY_ITSELF, Ups
 from ..retargeting.bone_maps import BoneMap
 from ..retargeting.retarget import retarget
 from .formats import BLENDER_SUFFIXES, Read, Source, read_motion
-from .output import quiet_output
+from .guard import quiet_output
 
 
 class RetargetedMotion(NamedTuple):

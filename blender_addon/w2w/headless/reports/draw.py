@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ...core.colours import Scale
 from ...core.files import folder_beside
-from ...core.reading.output import output_to
+from ...core.reading.guard import output_to
 from ...core.selection.headline import doubted, mean_title
 from ...core.selection.scored import best_single
 from ...core.study.results import StudyResults

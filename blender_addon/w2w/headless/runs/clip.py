@@ -19,8 +19,7 @@ from ...core.motion.source import UnusableMotion, readable_size, reason_of, unre
 from ...core.patches.patches import PatchSet
 from ...core.reading.clips import fit_clip, read_clip
 from ...core.reading.formats import Source
-from ...core.reading.guard import allowed_memory, crashed, guarded, timed_out, untimed
-from ...core.reading.output import quiet_output
+from ...core.reading.guard import allowed_memory, crashed, guarded, quiet_output, timed_out, untimed
 from ...core.reading.reader import Death
 from ...core.study.clip_files import WORK, mark_changing, write_features
 from ...core.study.signals import describe, measured, simulate

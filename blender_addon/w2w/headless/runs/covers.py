@@ -9,8 +9,7 @@ from ...core.garments.cut import BLEND, KINDS, cut, split_name
 from ...core.imu.cover import FITTED, Cover, cover, save_covers, without_overlap
 from ...core.inside import inside
 from ...core.patches.patches import PatchSet
-from ...core.reading.guard import guarded
-from ...core.reading.output import quiet_output
+from ...core.reading.guard import guarded, quiet_output
 from ...core.study.clip_files import mark_changing
 from ...core.study.config import StudyConfig
 from ..blender import needs_blender

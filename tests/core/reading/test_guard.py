@@ -6,7 +6,7 @@ import sys
 
 SCRIPT = """
 import os
-from w2w.core.reading.output import quiet_output
+from w2w.core.reading.guard import quiet_output
 print("before")
 with quiet_output():
     os.write(1, b"an importer")
