@@ -4,6 +4,7 @@
 import asyncio
 import io
 import json
+import shutil
 import zipfile
 from errno import ENOSPC
 
@@ -217,10 +218,16 @@ def answered(study):
     (study.folder / EVENTS).write_text('{"event": "finished", "exit_code": 0}\n')
 
 
-def test_an_answer_of_what_was_there_before_is_marked(client, motions, tmp_path):
+@pytest.mark.parametrize("old", [True, False])
+def test_an_answer_of_what_was_there_before_is_marked(client, motions, tmp_path, old):
     address, _ = sent(client, {"slow/a.npz": motions[1]["slow/slow_0.npz"], "fast/b.npz": b"1"})
     study = Study(folder_of(address, tmp_path))
     answered(study)
+    if old:  # an earlier version did not write down what its answers are of
+        request = json.loads((study.folder / "request.json").read_text())
+        (study.folder / "request.json").write_text(
+            json.dumps({name: request[name] for name in ("made", "asked", "parameters", "files", "judged")})
+        )
     assert client.get(address).json()["stale"] == ""
     rows = client.get(address).json()["table"]
     client.put(f"{address}/labels", json=[row | {"activity": row["activity"] * 2} for row in rows])
@@ -361,6 +368,15 @@ def test_a_clip_shows_as_a_small_figure_and_copies_are_named(client, motions):
     assert len({tuple(frame) for frame in frames}) > 3
     assert client.get(f"{address}/figure", params={"file": "bad.bvh"}).status_code == 404
     assert client.get(f"{address}/figure", params={"file": "../../request"}).status_code == 404
+
+
+def test_a_clip_that_a_version_without_pictures_judged_gets_its_figure(client, motions, tmp_path):
+    address, _ = sent(client, {"slow/a.npz": motions[1]["slow/slow_0.npz"]})
+    judged(client, address)
+    (folder,) = tmp_path.glob("**/figures")
+    shutil.rmtree(folder)
+    assert client.get(f"{address}/figure", params={"file": "slow/a.npz"}).json()
+    assert [*folder.iterdir()]
 
 
 def test_openapi_describes_every_address(client):

@@ -2,6 +2,7 @@
 """Which clips a study has and how they are called and labelled: its list says it, never its folder."""
 
 import io
+import json
 import os
 import unicodedata
 from zipfile import ZIP_STORED, ZipFile
@@ -142,8 +143,12 @@ def test_a_labels_csv_that_is_none_or_huge_is_refused_and_not_kept(client, motio
         assert labels_of(client, address) == {"x/a.npz": "x"}
 
 
-def test_a_demo_has_its_labels(tmp_path):
+def test_a_demo_of_an_earlier_version_keeps_its_labels(tmp_path):
     study = Study.make(tmp_path / "data/local", demo=True)
+    request = json.loads((study.folder / "request.json").read_text())
+    del request["sums"], request["files"]["labels.csv"]
+    request |= {"asked": None, "judged": {}}
+    (study.folder / "request.json").write_text(json.dumps(request))
     study.checked({})
     rows = study.table()[0]
     assert all(row["subject"] for row in rows)

@@ -130,12 +130,14 @@ class App:
 
     async def label(self, request: Request) -> Response:
         study, rows = self._idle(request), await content_of(request)
+        study.note_answered()
         await asyncio.to_thread(study.label, rows)
         return JSONResponse({"stale": await asyncio.to_thread(study.stale)})
 
     async def wish(self, request: Request) -> Response:
         """Keep wishes for the next run as they are typed."""
         study, given = self._idle(request), await content_of(request)
+        study.note_answered()
         study.change(parameters=checked_parameters(given))
         return JSONResponse({"stale": await asyncio.to_thread(study.stale)})
 
@@ -176,12 +178,16 @@ class App:
         study, given = self._idle(request), await content_of(request)
         if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
             raise RefusedError(400, "what to delete is a list of files")
+        study.note_answered()
         study.remove(given)
         return JSONResponse({})
 
     async def figure(self, request: Request) -> Response:
         """The small picture of a clip's motion."""
-        path = self._study(request).figure_of(request.query_params.get("file", ""))
+        study, file = self._study(request), request.query_params.get("file", "")
+        path = study.figure_of(file)
+        if not path.is_file():
+            await self.work.draw(study, file)
         if not path.is_file():
             raise RefusedError(404, "There is no picture of it")
         return FileResponse(path, headers={"cache-control": "private, max-age=86400"})

@@ -141,6 +141,7 @@ class Receiver:
         async with self._arrived(items, study) as arrived:
             if arrived.files and study.waits:
                 raise RefusedError(409, BUSY)
+            study.note_answered()
             files = arrived.move() if arrived.files else {}
             return {"files": files, "refused": arrived.refused, "replaced": arrived.replaced, **found}
 

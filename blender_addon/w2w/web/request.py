@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.files import write_json
+from ..core.library.library import LABELS
 from .uploads import RefusedError
 
 INPUT, RESULTS, EVENTS, REQUEST, IDLE = "input", "results", "events.jsonl", "request.json", "idle"
@@ -21,7 +22,7 @@ PARTS: dict[str, tuple[type | tuple[type, ...], Any]] = {
     "files": (dict, {}), "judged": (dict, {}), "sums": (dict, {}), "ran": (dict, {}), "answered": (dict, {}),
     "shared": (str, ""),
 }  # fmt: skip
-"""What a request holds, each with its kind and what it is before anything wrote it."""
+"""What a request holds, each with its kind and what it is where an earlier version wrote none."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ class Requested:
         try:
             found = json.loads((self.folder / REQUEST).read_text(encoding="utf-8"))
             request = {name: found.get(name, empty) for name, (_, empty) in PARTS.items()}
+            if "sums" not in found and (self.folder / INPUT / LABELS).is_file():
+                request["files"] = {LABELS: LABELS, **request["files"]}  # the demo's were not listed once
             damaged = not all(isinstance(request[name], kind) for name, (kind, _) in PARTS.items())
         except FileNotFoundError as error:
             raise RefusedError(404, NO_STUDY) from error

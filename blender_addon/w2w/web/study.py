@@ -129,7 +129,13 @@ class Study(Labelled):
         if not self.answer():
             return {}
         ended = request["asked"] is not None and self.end() is not None
-        return request["ran"] if ended else request["answered"]
+        return (request["ran"] if ended else request["answered"]) or self.sums()
+
+    def note_answered(self) -> None:
+        """Write down what the answer is of, before the first change by a version that knows it."""
+        request = self.request()
+        if not (request["ran"] or request["answered"]) and self.answer():
+            self.change(ran=self.sums(), answered=self.sums())
 
     def stale(self) -> str:
         """Why the answer at hand is not that of what is asked now, in a sentence; "" if it is."""

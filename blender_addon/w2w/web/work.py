@@ -300,6 +300,12 @@ class Work:
                 rates = await asyncio.to_thread(study.rates)
             await self._look(study, file, rates.get(file, 0.0))
 
+    async def draw(self, study: Study, file: str) -> None:
+        """Make the small picture of a clip that a version without pictures has judged."""
+        if "problem" not in study.request()["judged"].get(file, {"problem": ""}):
+            rates = await asyncio.to_thread(study.rates)
+            await self._look(study, file, rates.get(file, 0.0))
+
     async def _look(self, study: Study, file: str, rate: float) -> None:
         path = study.folder / INPUT / file
         facts = await self.readers.of(path).ask(judge, path, file, rate) or {"problem": CRASHED}
