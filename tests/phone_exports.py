@@ -222,6 +222,7 @@ def doubtful() -> dict[str, tuple[Write, str]]:
         "watch, rate without a unit": (lambda p: table(p / "a.csv", ["Timestamp", *(f"Acceleration{a}" for a in "XYZ"), *(f"RotationRate{a}" for a in "XYZ"), "HeartRate"], iso("Z"), ACC / G, GYR, 60 + T), "unit"),
         "turns a minute": (lambda p: table(p / "a.csv", ["time (s)", *XYZ_ACC, *(f"gyro_{a} (rpm)" for a in "xyz")], T, ACC, 9.55 * GYR), "unit"),
         "gravity's direction alone": (lambda p: table(p / "a.csv", ["time (s)", *(f"gravity_{a} (m/s^2)" for a in "xyz")], T, GRAVITY), "with gravity"),
+        "m/s2 called g, waved": (lambda p: table(p / "a.csv", ["time", "gFx", "gFy", "gFz"], T, G * np.stack([np.sin(12 * T), np.cos(12 * T), 0 * T + 0.25], axis=1)), "with gravity"),
         "ten times too large": (lambda p: table(p / "a.csv", ["time (s)", "acc_x", "acc_y", "acc_z"], T, 10 * ACC), "with gravity"),
         "too short": (lambda p: table(p / "a.csv", ["time (s)", *XYZ_ACC], T[:50], ACC[:50]), "less than 2 s"),
     }  # fmt: skip

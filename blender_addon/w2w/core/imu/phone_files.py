@@ -50,10 +50,10 @@ TIMES = re.compile(
     r"|(accelerometer|motion|gyro)timestamp_sincereboot",
     re.IGNORECASE,
 )
-LEAST_G, MOST_G = 0.6, 3.0
-"""What acceleration with gravity is in the mean over a second, in g; without it next to nothing.
+LEAST_G, MOST_G = 0.6, 3.3
+"""What acceleration with gravity is in the mean over a second at least, in g; without it next to nothing.
 
-Wrists reach 1.8 g in jumping jacks, as arms swing round; in m/s2 even .6 g is more than 3.
+And its mean size at most: real recordings have .5 to 2.2 g, so none less than 4.8 in m/s2.
 """
 
 FASTEST_TURN, LONGEST_TURN = 70.0, 12.0
@@ -199,7 +199,8 @@ def _with_gravity(groups: Sequence[_Group]) -> _Group:
         if group.kind in ("acc", "gravity", "linear"):
             size = float(np.median(np.linalg.norm(group.means(1.0), axis=1)))
             units = (group.unit,) if np.isfinite(group.unit) else (1.0, G)
-            fit = next((unit for unit in units if LEAST_G <= size * unit / G <= MOST_G), np.nan)
+            most = float(np.linalg.norm(group.values, axis=1).mean())
+            fit = next((u for u in units if size * u / G >= LEAST_G and most * u / G <= MOST_G), np.nan)
             if group.kind == "acc" and np.isfinite(fit):
                 return group.si(fit)
             sizes[group.kind] = group, size, fit
