@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The app's page in headless Chromium: clips go up, labels are edited, the answer's report is alive."""
 
+import base64
 import re
 import shutil
 import threading
@@ -9,6 +10,7 @@ from html import escape
 from pathlib import Path
 
 import axe_core_python
+import pypdfium2 as pdfium
 import pytest
 import uvicorn
 from starlette.responses import JSONResponse, StreamingResponse
@@ -555,3 +557,17 @@ def test_axe_finds_nothing(quiet, server, drawn_results, scheme, width):
         settle(quiet)
         assert not violations(quiet)
         assert quiet.execute_script("return document.documentElement.scrollWidth <= innerWidth")
+
+
+def test_paper_has_the_answer_alone(quiet, server, drawn_results):
+    address, owner = server
+    study = finished(owner, drawn_results)
+    quiet.get(f"{address}/studies/{study.id}")
+    wait(lambda: find(quiet, "#report").get_attribute("src"))
+    drawn = "return document.getElementById('report').contentDocument.querySelector('h1') !== null"
+    wait(lambda: quiet.execute_script(drawn))
+    made = quiet.execute_cdp_cmd("Page.printToPDF", {"printBackground": False})["data"]
+    first = pdfium.PdfDocument(base64.b64decode(made))[0].get_textpage().get_text_bounded()
+    assert " ".join(study.answer().split()) in " ".join(first.split())
+    assert "Expected F1" in first
+    assert "What if" not in first

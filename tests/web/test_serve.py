@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """`w2w serve`: one server a data folder, a token that is kept, and what is asked of the app."""
 
+from socket import create_server
+
 import uvicorn
 from filelock import FileLock
 from typer.testing import CliRunner
@@ -44,3 +46,11 @@ def test_days_and_megabytes_reach_the_app_in_its_units(tmp_path, monkeypatch):
     ((work, doors),) = made
     assert work.keep_s == 2 * 24 * 60 * 60
     assert doors.most == 3_000_000
+
+
+def test_a_port_that_is_taken_is_said_before_any_address(tmp_path):
+    with create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        code, said = serve("--data", tmp_path, "--port", port)
+    assert code == 2
+    assert said == f"http://127.0.0.1:{port}/ is taken by another program: give another --port\n"

@@ -2,7 +2,9 @@
 """`w2w serve`: the web app."""
 
 import secrets
+from errno import EADDRINUSE
 from pathlib import Path
+from socket import AF_INET, AF_INET6, create_server
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -80,9 +82,11 @@ def serve(
             return
         lock = FileLock(data / "lock")
         lock.acquire(timeout=0)
+        create_server((host, port), family=AF_INET6 if ":" in host else AF_INET).close()
     except (OSError, ValueError, Timeout) as error:
-        busy = isinstance(error, Timeout)
-        console.print(f"Another server uses {data}" if busy else sentence_of(error), style="red")
+        busy, taken = isinstance(error, Timeout), getattr(error, "errno", 0) == EADDRINUSE
+        other = f"{address} is taken by another program: give another --port" if taken else sentence_of(error)
+        console.print(f"Another server uses {data}" if busy else other, style="red")
         raise typer.Exit(BUSY if busy else USAGE) from error
     if not tokens and not people and not (is_local(host) and not name):
         tokens = [_kept_token(data / "token")]
