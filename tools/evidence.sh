@@ -20,16 +20,12 @@ columns() { cut -d'|' -f"$1" | sed 's/|*$/|/'; }
 # Rows of `w2w study repeatability`, of whole or drawn libraries, by the names of their columns.
 halves() {
   python - "$@" <<'PY'
-import os
 import sys
 
 kind, *wanted = sys.argv[1:]
 print("| library, halved |", " | ".join(wanted), "|")
 print("|---" * (1 + len(wanted)) + "|")
-libraries = {"hdm05": "HDM05 by clip", "hdm05 --by-subject": "HDM05 by performer", "bandai_namco": "Bandai-Namco by clip"}
-for file, name in libraries.items():
-    if not os.path.exists(f"{kind} {file}.txt"):
-        continue
+for file, name in (("hdm05", "HDM05 by clip"), ("hdm05 --by-subject", "HDM05 by performer")):
     cells = [" ".join(cell.split()) for cell in open(f"{kind} {file}.txt").read().split("|")[1:]]
     cells = [cell for cell in cells if cell]  # lines are broken where a console ends
     size = cells.index("---")
@@ -122,10 +118,8 @@ spot)
   ;;
 costs) halves halves "as well" lose within heavy "cost holds" ;;
 against)
-  quietly w2w run bandai_namco --out run_bandai_namco --no-pictures --no-report
   w2w study repeatability run_hdm05 --drawn --halvings 12 >"drawn hdm05.txt"
   w2w study repeatability run_hdm05 --drawn --halvings 24 --by-subject >"drawn hdm05 --by-subject.txt"
-  w2w study repeatability run_bandai_namco --drawn --halvings 12 >"drawn bandai_namco.txt"
   halves drawn recommended "belt clip" watch energy random most worse
   ;;
 broad)

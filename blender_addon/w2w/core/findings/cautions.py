@@ -92,7 +92,8 @@ def cautions(
     ranked = [origin for origin in origins if origin.activity in utility.activities]
     place = best_single(utility) if patch is None else patch
     told = f1_alone(utility, clips, origins, durations, config)
-    alone = join_words([f"a clip's {what} alone gives F1 {short(f1)}" for what, f1 in told.items()])
+    by = join_words([f"{short(f1)} by its {what}" for what, f1 in told.items()])
+    alone = f"guessing a clip without its movement gives F1 {by}" if told else ""
     told |= {} if patch is None else {"posture": by_posture(utility, patch)}
     shared = subjects_sentence(clips) if config.by_subject else ""
     found = [

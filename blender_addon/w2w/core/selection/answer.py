@@ -126,10 +126,10 @@ class Answer(InShort):
         """What the F1 is measured on, in a sentence."""
         if not self.in_stream:
             return "Each window holds one clip alone; in use, F1 is lower"
-        text = "Clips follow each other with standing between them"
+        text = "F1 is of clips one after another, with standing between them"
         if np.isnan(self.posture):
             return text
-        return f"{text}; by posture alone, the direction of gravity, F1 is {short(self.posture)}"
+        return f"{text}; posture alone, the direction of gravity, gives {short(self.posture)}"
 
 
 def find_answer(scored: ScoredMap) -> Answer:
