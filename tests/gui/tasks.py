@@ -98,7 +98,7 @@ def compare_two_spots(driver: Driver) -> Script:
     """Click two spots with the tool, the second with Shift: two cards, of which none covers the body."""
     yield from driver.key("W", ctrl=True, alt=True)
     yield from driver.click(*spot(driver))
-    yield from driver.click(*spot(driver, 0.6), shift=True)
+    yield from driver.click(*spot(driver, 0.75), shift=True)
     yield from driver.turns(10)
     yield from driver.look("3_two_spots")
     report["two"] = {"picked": [study().picked, study().compared], "covers": cover(driver)}
