@@ -11,10 +11,12 @@ import pytest
 
 from w2w.core.colours import LEAST_SPAN, Scale
 from w2w.scene.heatmap import BESIDE, DIFFERENCE
+from w2w.ui.panels import results as panel
 from w2w.ui.results import upkeep
 from w2w.ui.steps.patches import spot_at
 from w2w.ui.study.scores import beside_of
 from w2w.ui.study.state import patches_of, utility_of
+from w2w.ui.viewport.framing import surface
 from w2w.ui.viewport.legend import legend, owner_of
 
 from .made_study import make_study
@@ -59,6 +61,15 @@ def test_two_activities_stand_side_by_side_on_one_scale(library: Path) -> None:
     assert not copies()
     assert legend(study, utility).beside == ""
     np.testing.assert_allclose(colours(body), alone, atol=STEP)
+
+
+def test_the_copy_stands_in_its_place_when_both_are_framed(
+    library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body, framed = make_study(library), []
+    monkeypatch.setattr(panel, "frame", lambda items: framed.extend(map(surface, items)))
+    assert bpy.ops.w2w.side_by_side() == {"FINISHED"}
+    np.testing.assert_array_equal(framed[1], surface(body.w2w.beside))
 
 
 def test_it_follows_weights_and_takes_a_difference_s_place(library: Path) -> None:

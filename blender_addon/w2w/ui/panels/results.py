@@ -191,8 +191,8 @@ class W2W_OT_side_by_side(operators.OnRanking, bpy.types.Operator):
     bl_label = "Side by Side"
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
-        study = body.w2w
-        if scores.beside_of(study) is not None:
+        study, is_double = body.w2w, scores.beside_of(body.w2w) is not None
+        if is_double:
             legend.remove(body)
         else:
             remove_source()  # it would stand where the copy does
@@ -201,9 +201,10 @@ class W2W_OT_side_by_side(operators.OnRanking, bpy.types.Operator):
                 study.beside = add_beside(body, body)
                 if not study.is_property_set("beside_view"):  # at first another map than the body's
                     study.beside_view = scores.MEAN_VIEW if scores.view_index(study) else "A1"
+        results.paint(body)
+        if not is_double:  # painted, it stands in its place
             frame([body, study.beside])
             hide_others([body, study.beside])
-        results.paint(body)
         jobs.redraw(context)
 
 
