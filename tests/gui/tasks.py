@@ -11,6 +11,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Generator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -119,14 +120,21 @@ def forbid_the_head(driver: Driver) -> Script:
     yield from driver.look("4_forbidden")
 
 
+def longest_of_job(driver: Driver) -> Generator[None, None, tuple[float, str]]:
+    """Wait until a job has begun and ended; its longest standstill."""
+    jobs = module("jobs.jobs")
+    yield from driver.until(lambda: jobs.running is not None)
+    freeze = yield from longest_freeze(driver.until(lambda: jobs.running is None, 600))
+    yield from idle(driver)
+    return freeze
+
+
 def save_a_picture(driver: Driver) -> Script:
     """Press Picture, take the name that is offered: the file is there, and opens."""
     yield from to_page(driver, "Answer")
     yield from driver.press("w2w.export_presentation")
     yield from driver.choose_folder(OUT / "pictures", "5_picture.png")
-    jobs = module("jobs.jobs")
-    report["picture_freeze"] = yield from longest_freeze(driver.until(lambda: jobs.running is None, 600))
-    yield from idle(driver)
+    report["picture_freeze"] = yield from longest_of_job(driver)
     windows = bpy.context.window_manager.windows
     yield from driver.until(lambda: len(windows) > 1, 60)
     yield from driver.turns(60)
@@ -158,8 +166,7 @@ def film(driver: Driver) -> Script:
     maker.TURN = 6 / maker.RATE
     yield from driver.press("w2w.export_film", MIDDLE)
     yield from driver.choose_folder(folder, "film.mp4")
-    freeze = yield from longest_freeze(driver.until(lambda: jobs.running is None, 600))
-    yield from idle(driver)
+    freeze = yield from longest_of_job(driver)
     image = bpy.data.images.load(str(folder / "film.mp4"))
     report["film"] |= {
         "files": [path.name for path in folder.iterdir()],

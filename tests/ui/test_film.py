@@ -81,6 +81,14 @@ def test_a_clip_moves_above_its_signals_and_comes_back(body, drawn, tmp_path, mo
     assert all(bone.matrix_basis.is_identity for bone in armature_of(body).pose.bones)
 
 
+def test_without_a_sensor_a_clip_is_filmed_without_signals(body, drawn, tmp_path, monkeypatch):
+    monkeypatch.setattr(film, "RATE", 1)
+    body.w2w.worn.clear()
+    body.w2w.chosen.clear()
+    made(film_steps(body, tmp_path / "film.mp4", "CLIP", "WIDE", "STUDIO"))
+    assert all(coloured(frame).sum() > 500 for frame in drawn)
+
+
 def test_a_film_that_is_stopped_leaves_nothing(body, tmp_path):
     steps = film_steps(body, tmp_path / "film.mp4", "TURNTABLE", "WIDE", "STUDIO")
     while "frame 2" not in next(steps).text:

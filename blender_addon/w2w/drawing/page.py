@@ -188,7 +188,7 @@ def draw_list(
     """
     names, scores, cards, target = sensors
     width = LIST_COLUMN - 0.3
-    room = (height - 0.55) / len(names)
+    room = (height - 0.55) / max(len(names), 1)
     if room < CARD_ROW:
         cards = ()
     row = min(CARD_ROW if cards else ROW, room)

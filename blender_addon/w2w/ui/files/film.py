@@ -63,7 +63,8 @@ def _plan(mesh: bpy.types.Object, what: str) -> Plan:
     frames = FIRST_FRAME + key_rate(clip.action) * np.arange(0, max(seconds, 1 / RATE), 1 / RATE)
     recording = signal_cache.recording(clip) if clip.signals else None
     if recording is not None:
-        recording = replace(recording.at([row.patch for row in lists.leading(study)]), clip=clip.name)
+        chosen = [row.patch for row in lists.leading(study) if row.patch < recording.n_sensors]
+        recording = replace(recording.at(chosen), clip=clip.name) if chosen else None
     turns = np.full(len(frames), ASIDE)
     return Plan(posed(mesh, clip.action), [*dressed(mesh)], frames, turns, recording)
 
