@@ -251,7 +251,7 @@ def test_a_source_for_each_activity_is_warned_of(ran, tmp_path):
         "the ranking may tell the sources of the clips apart, not the activities: bow comes from bow suit "
         "alone, run from run suit alone, walk from walk suit alone; take all activities from the same sources"
     )
-    assert f"Stops the answer: {caution}" in " ".join(done.output.split())
+    assert f"No answer yet: {caution}" in " ".join(done.output.split())
     first = json.loads((tmp_path / "out" / "summary.json").read_text())["cautions"][0]
     assert first["weight"] == "stops the answer"
     assert first["text"].startswith(caution)
