@@ -25,12 +25,13 @@ import sys
 kind, *wanted = sys.argv[1:]
 print("| library, halved |", " | ".join(wanted), "|")
 print("|---" * (1 + len(wanted)) + "|")
-for file, name in (("hdm05", "HDM05 by clip"), ("hdm05 --by-subject", "HDM05 by performer")):
+names = {"hdm05": "HDM05 by clip", "hdm05 --by-subject": "HDM05 by performer", "bandai_namco": "Bandai-Namco by clip"}
+for file in [*names][: 3 if kind == "drawn" else 2]:
     cells = [" ".join(cell.split()) for cell in open(f"{kind} {file}.txt").read().split("|")[1:]]
     cells = [cell for cell in cells if cell]  # lines are broken where a console ends
     size = cells.index("---")
     found = dict(zip(cells[:size], cells[2 * size :]))
-    print("|", name, "|", " | ".join(found[one] for one in wanted), "|")
+    print("|", names[file], "|", " | ".join(found[one] for one in wanted), "|")
 PY
 }
 
@@ -118,6 +119,8 @@ spot)
   ;;
 costs) halves halves "as well" lose within heavy "cost holds" ;;
 against)
+  quietly w2w run bandai_namco --out run_bandai_namco --no-pictures --no-report
+  w2w study repeatability run_bandai_namco --drawn --halvings 12 >"drawn bandai_namco.txt"
   w2w study repeatability run_hdm05 --drawn --halvings 12 >"drawn hdm05.txt"
   w2w study repeatability run_hdm05 --drawn --halvings 24 --by-subject >"drawn hdm05 --by-subject.txt"
   halves drawn recommended "belt clip" watch energy random most worse
