@@ -21,7 +21,7 @@ import bpy
 
 import w2w as extension
 from w2w.core.library.import_plan import plan_folder
-from w2w.core.reading.output import quiet_output
+from w2w.core.reading.guard import quiet_output
 from w2w.ui.jobs import jobs, preferences
 from w2w.ui.jobs.windows import BUDGET
 from w2w.ui.steps.motion_import import import_items, import_steps

@@ -30,7 +30,7 @@ ELSEWHERE = {
     "core/motion": "axes moments shared_stretches sight source",
     "core/ranking/classifiers": "estimator",
     "core/readers": "import_checks",
-    "core/reading": "guard worker",
+    "core/reading": "worker",
     "core/retargeting": "limb_joints repair",
     "core/selection": "scored",
     "core/study": "choosing config signals variants",

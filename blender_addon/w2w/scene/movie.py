@@ -4,6 +4,7 @@
 from collections.abc import Generator, Sequence
 from pathlib import Path
 
+from ..core.wording import restated
 from .base.module import bpy
 from .base.playback import kept
 
@@ -35,7 +36,7 @@ def movie(
     try:
         _set_up(scene, pictures, path, size, rate)
         bpy.app.handlers.render_complete.append(note)
-        with kept((bpy.context.preferences.view, "render_display_type")):
+        with kept((bpy.context.preferences.view, "render_display_type")), restated(UNFINISHED, RuntimeError):
             bpy.context.preferences.view.render_display_type = "NONE"
             how = "EXEC_DEFAULT" if bpy.app.background else "INVOKE_DEFAULT"
             bpy.ops.render.render(how, animation=True, scene=scene.name)
