@@ -60,6 +60,7 @@ def test_conda_s_recipe_asks_for_what_pip_does():
     assert recipe["about"]["license"] == asked["license"]
     assert recipe["about"]["license_file"] == asked["license-files"]
     assert text("release/conda/recipe.yaml").count("HASH_OF_THE_SDIST") == 1
+    assert recipe["source"]["url"] == "ADDRESS_OF_THE_SDIST"  # written in once the sdist has one
 
 
 def test_what_waits_for_an_address_is_said(monkeypatch):
