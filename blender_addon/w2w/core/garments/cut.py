@@ -101,11 +101,15 @@ def sleeves(body: Body) -> np.ndarray:
 
 def _trousers(body: Body) -> np.ndarray:
     """Vertices of the skin below trousers."""
-    hip, shoulder = midpoint(body.joints, "hip")[2], midpoint(body.joints, "shoulder")[2]
-    waist = hip + WAIST * (shoulder - hip)
     ankle = max(body.joints[JOINT_INDEX[f"{side}_ankle"]][2] for side in SIDES) + ANKLE
     height = body.vertices[:, 2]
-    return (in_part(body, "torso") | in_part(body, "leg")) & (height > ankle) & (height < waist)
+    return (in_part(body, "torso") | in_part(body, "leg")) & (height > ankle) & (height < waist(body))
+
+
+def waist(body: Body) -> float:
+    """Height of a body's waist, metres."""
+    hip, shoulder = (midpoint(body.joints, name)[2] for name in ("hip", "shoulder"))
+    return hip + WAIST * (shoulder - hip)
 
 
 def in_part(body: Body, part: str) -> np.ndarray:

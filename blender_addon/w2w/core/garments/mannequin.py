@@ -5,7 +5,7 @@ import numpy as np
 
 from ..body.body import Body
 from ..body.skeleton import midpoint
-from .cut import WAIST, in_part, sleeves
+from .cut import in_part, sleeves, waist
 
 SKIN, SHIRT, SHORTS = (0.84, 0.80, 0.765), (0.62, 0.68, 0.74), (0.30, 0.36, 0.43)
 """sRGB colours."""
@@ -19,10 +19,10 @@ SOFT = 0.03
 
 def mannequin_colours(body: Body) -> np.ndarray:
     """Colours (V, 3) of a body's vertices."""
-    hip, shoulder, knee = (midpoint(body.joints, name)[2] for name in ("hip", "shoulder", "knee"))
+    hip, knee = (midpoint(body.joints, name)[2] for name in ("hip", "knee"))
     height = body.vertices[:, 2]
     shirt = np.maximum(in_part(body, "torso"), _inside(sleeves(body)))
-    below, above = hip + WAIST * (shoulder - hip) - height, height - (hip + LENGTH * (knee - hip))
+    below, above = waist(body) - height, height - (hip + LENGTH * (knee - hip))
     shorts = (in_part(body, "torso") | in_part(body, "leg")) * _inside(np.minimum(below, above))
     colours = np.tile(SKIN, (len(height), 1))
     for share, colour in ((shirt, SHIRT), (shorts, SHORTS)):
