@@ -48,7 +48,7 @@ ELSEWHERE = {
     "ui/jobs": "text windows",
     "ui/panels": "base placement properties results rows sensor top wearing",
     "ui/results": "results",
-    "ui/steps": "body motions patches scene_results",
+    "ui/steps": "body motions patches",
     "ui/study": "lists operators pages scores sensors signal_cache state",
     "ui/viewport": "card drawing overlay places",
     "web": "answers archive receiving request study",

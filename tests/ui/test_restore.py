@@ -27,7 +27,6 @@ from w2w.scene.heatmap import MEAN, heatmap_names
 from w2w.ui.jobs import jobs, preferences
 from w2w.ui.panels.steps import W2W_PT_utility
 from w2w.ui.results import restore
-from w2w.ui.results.restore import clips_of
 from w2w.ui.steps.patches import spot_at
 from w2w.ui.study import signal_cache
 from w2w.ui.study.lists import answer_of
@@ -229,12 +228,3 @@ def test_use_active_mesh_brings_the_study_with_it(finished_run: Path) -> None:
     study = bpy.context.scene.w2w.body.w2w
     assert len(study.clips) == 10
     assert utility_of(study) is not None
-
-
-def test_a_clip_whose_motion_the_file_does_not_hold_says_where_it_is(finished_run: Path) -> None:
-    run = StudyResults.load(finished_run)
-    held = {clip.name: bpy.data.actions.new(clip.name) for clip in run.clips[:3]}
-    first, second, third, *others = clips_of(run, {}, {**held, run.clips[1].name: None})
-    assert (first["problem"], third["problem"]) == ("", "")
-    assert "no longer where the run left it" in second["problem"]
-    assert all("Open Results" in clip["problem"] for clip in others[: len(run.clips) - 3])

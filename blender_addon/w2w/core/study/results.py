@@ -103,6 +103,16 @@ class StudyResults:
         with restated(f"{self.out / 'config.json'}:", ValueError):
             return StudyConfig.from_dict(self.parameters)
 
+    def check_fits(self, body: str, n_vertices: int) -> None:
+        """Refuse, by a ValueError, a run whose parts do not belong together on a body of so many vertices."""
+        patches, utility = self.patches, self.utility
+        if len(patches.labels) != n_vertices or patches.triangles.max() >= n_vertices:
+            raise ValueError(f"the spots are of another body than '{body}'")
+        if utility.f1.shape != (len(patches), len(utility.activities)):
+            raise ValueError(f"the ranking is of other spots than those of '{body}'")
+        with restated("the parameters of the run cannot be understood:", ValueError):
+            StudyConfig.from_dict(self.parameters)
+
     def body(self) -> Body:
         """The body of the study; ValueError if it is not there or no body."""
         try:
@@ -185,6 +195,30 @@ class StudyResults:
     def labels(self) -> WindowLabels:
         """Labels of each window."""
         return WindowLabels.of(self.clips, self.windows)
+
+
+@dataclass(frozen=True, eq=False)
+class HeldResults(StudyResults):
+    """A finished study in memory; the files of its clips may lie in several folders."""
+
+    stored: tuple[tuple[Path, str], ...]
+    shown: Body
+
+    @property
+    def places(self) -> tuple[tuple[Path, str], ...]:
+        """Folder of each clip's files, and their name in it."""
+        return self.stored
+
+    def body(self) -> Body:
+        """The body of the study."""
+        return self.shown
+
+    def renamed(self, names: Sequence[str]) -> Self:
+        """The same with other names of the clips."""
+        name_of = dict(zip((clip.name for clip in self.clips), names, strict=True))
+        pairs = zip(self.clips, names, strict=True)
+        clips = (replace(clip, name=name, motion_key=name_of[clip.motion_key]) for clip, name in pairs)
+        return replace(self, clips=tuple(clips))
 
 
 def stored_recording(out: Path, clip: str) -> ImuRecording:

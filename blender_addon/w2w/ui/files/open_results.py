@@ -11,6 +11,7 @@ from bpy.props import StringProperty
 
 from ...core.body.body import Body
 from ...core.body.regions import regions_of
+from ...core.findings.listed import clips_of
 from ...core.inside import ForeignFileError
 from ...core.study.clip_files import STORED
 from ...core.study.results import StudyResults
@@ -20,7 +21,7 @@ from ...scene.files.packing import pack
 from ...scene.files.study_file import has_record, keys_of
 from ...scene.motion.takes import existing_data, new_data
 from ..jobs import jobs
-from ..results.restore import SUMMARY, check_fits, clips_of, fill, find_folder, opened_text, restore
+from ..results.restore import SUMMARY, fill, find_folder, opened_text, restore
 from ..results.results import hide_patches
 from ..steps.body import add_study, make_study
 from ..study import operators, signal_cache, state
@@ -115,7 +116,7 @@ def open_steps(folder: Path) -> jobs.Steps:
     try:
         mesh = add_study(bpy.context, body, folder.resolve().name)
         mesh.w2w.results_folder = str(folder.resolve())
-        check_fits(mesh, run)
+        run.check_fits(mesh.name, len(mesh.data.vertices))
         yield jobs.Step(0.25, "placing spots")
         study, name = mesh.w2w, f"Patches: {mesh.name}"
         study.show_patches = False  # hundreds of axes need not follow while motions come in

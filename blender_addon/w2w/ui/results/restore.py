@@ -4,19 +4,17 @@
 import json
 import os
 from collections.abc import Mapping
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import Any
 
 import bpy
 import numpy as np
 
 from ...core.body.body import Body
-from ...core.findings.cautions import ODD
+from ...core.findings.listed import clips_of
 from ...core.study.clip_files import STORED
-from ...core.study.clip_list import CLIP_LIST, Entry, is_used
 from ...core.study.config import StudyConfig
 from ...core.study.results import StudyResults
-from ...core.wording import clean, restated
 from ...scene.base.body import armature_of, in_body_space
 from ...scene.base.patches import empties_by_patch
 from ...scene.files.packing import pack
@@ -26,14 +24,8 @@ from ..viewport.framing import fold_soon
 from ..viewport.legend import show_colours
 from . import own_placements, results
 
-KEPT = {*ODD, "source", "cloth_frames"}
-"""Facts of a clip that it keeps without a property of its own."""
-
 SUMMARY = "summary.json"
 """File that a results folder is known by."""
-
-GONE = "its motion is no longer where the run left it"
-UNHELD = "its motion is not in this file, which holds three an activity: 'Open Results' has all"
 
 
 def restore(mesh: bpy.types.Object) -> str:
@@ -47,7 +39,7 @@ def restore(mesh: bpy.types.Object) -> str:
     empties = list(found.values())
     if not empties or max(found) >= len(run.patches) or any(item.parent is not mesh for item in empties):
         raise ValueError(f"the spots of '{mesh.name}' are no longer in the file as the run left them")
-    check_fits(mesh, run)
+    run.check_fits(mesh.name, len(mesh.data.vertices))
     actions = {clip: bpy.data.actions.get(action) for clip, action in names.actions.items()}
     clips = clips_of(run, names.signals, actions)
     study = mesh.w2w
@@ -61,58 +53,6 @@ def restore(mesh: bpy.types.Object) -> str:
     remove_record(mesh)
     fold_soon()
     return opened_text(mesh)
-
-
-def check_fits(mesh: bpy.types.Object, run: StudyResults) -> None:
-    """Refuse, by a ValueError, a run whose parts do not belong together."""
-    patches, utility = run.patches, run.utility
-    if len(patches.labels) != len(mesh.data.vertices) or patches.triangles.max() >= len(patches.labels):
-        raise ValueError(f"the spots are of another body than '{mesh.name}'")
-    if utility.f1.shape != (len(patches), len(utility.activities)):
-        raise ValueError(f"the ranking is of other spots than those of '{mesh.name}'")
-    with restated("the parameters of the run cannot be understood:", ValueError):
-        StudyConfig.from_dict(run.parameters)
-
-
-def clips_of(
-    run: StudyResults, signals: Mapping[str, str], actions: Mapping[str, bpy.types.Action | None]
-) -> list[dict[str, Any]]:
-    """The clips of a run by the panel's properties, those that could not be used last.
-
-    ValueError if the run's list does not say what is needed of a clip.
-    """
-    held = {clip: "" if action is not None else GONE for clip, action in actions.items()}
-    try:
-        used = [
-            {
-                "action": actions.get(clip.name),  # before its activity, which is noted on it
-                **vars(clip),
-                "file": _shown_file(entry),
-                "n_frames": int(entry["frames"]),
-                "rate": float(entry["frame_rate"]),
-                "skeleton": str(entry.get("skeleton", "")),
-                "scale": float(entry.get("scale", 1.0)),
-                "signals": signals.get(clip.name, ""),
-                "stored_as": clip.name,
-                "problem": held.get(clip.name, UNHELD),
-                "source_sha256": str(entry.get("sha256", "")),
-                "facts": json.dumps({name: entry[name] for name in KEPT & entry.keys()}),
-            }
-            for entry, clip in zip(filter(is_used, run.entries), run.clips, strict=True)
-        ]
-    except KeyError as error:
-        reason = f"{run.out}: {CLIP_LIST} does not say {error} of a clip: run the study again"
-        raise ValueError(reason) from error
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{run.out}: what {CLIP_LIST} says of clips is damaged: {error}") from error
-    skipped = [(_shown_file(entry), entry["skipped"]) for entry in run.entries if not is_used(entry)]
-    return used + [{"name": clean(Path(file).name), "file": file, "problem": why} for file, why in skipped]
-
-
-def _shown_file(entry: Entry) -> str:
-    """The file of a clip, to show and never to open: the run does not name its library."""
-    file = PurePath(entry["file"])
-    return file.name if file.is_absolute() else entry["file"]
 
 
 def fill(mesh: bpy.types.Object, run: StudyResults, clips: list[dict[str, Any]]) -> None:

@@ -23,6 +23,7 @@ from ...core.ranking.utility import UtilityMap
 from ...core.study.choosing import in_stream, stream_in
 from ...core.study.clip_files import ClipWindows, ranking_inputs
 from ...core.study.ranking import LabelledClip, rank_clips, same_motions
+from ...core.study.results import HeldResults
 from ...core.study.signals import describe, record_baked
 from ...core.wording import capital, count, join_words
 from ...scene.bake import PatchBaker
@@ -32,7 +33,6 @@ from ..jobs.preferences import cache_folder
 from ..results import results
 from ..study import covers, operators, signal_cache, state
 from ..viewport.legend import show_colours
-from .scene_results import SceneResults
 
 OF_SIGNALS = {"at_full_scale", "cloth_caught", "cloth_frames"}
 """Facts of a clip that a bake finds."""
@@ -147,7 +147,7 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
         inputs = ranking_inputs(places, windows, config.classifier, config.windows)
         ranked = same_motions(used, windows)
         utility = rank_clips(ranked, windows, inputs, config, Pooling.on(body, patches), progress=progress)
-        found = SceneResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
+        found = HeldResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
         utility = in_stream(found, stream_in(found, config)).utility
         pack(utility)  # kept, as the regions are: here they stop no window
         regions_of(body)

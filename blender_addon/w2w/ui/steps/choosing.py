@@ -20,12 +20,12 @@ from ...core.study.choosing import choose
 from ...core.study.clip_files import ClipWindows
 from ...core.study.config import StudyConfig
 from ...core.study.ranking import rank_clips, same_motions
+from ...core.study.results import HeldResults
 from ...core.wording import capital
 from ..jobs.jobs import Step, Steps, in_thread, on_body
 from ..results import results
 from ..study import counting, lists, operators, signal_cache, state
 from .baking import as_labelled, ranked_clips
-from .scene_results import SceneResults
 
 _poolings: dict[str, Pooling] = {}
 
@@ -73,7 +73,7 @@ def counted_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGrou
 
 def advised_steps(
     mesh: bpy.types.Object, config: StudyConfig
-) -> Generator[Step, None, tuple[SceneResults, Advice]]:
+) -> Generator[Step, None, tuple[HeldResults, Advice]]:
     """The ranked study in the scene as `StudyResults`, and the sensors chosen in it.
 
     Excluded activities are ignored. The study is ranked again if there are any, or if weights have changed.
@@ -84,9 +84,9 @@ def advised_steps(
     clips = counted_clips(study)
     places, labelled = signal_cache.places_of(clips), [as_labelled(clip) for clip in clips]
 
-    def gather(_: object) -> SceneResults:
+    def gather(_: object) -> HeldResults:
         ranked = same_motions(labelled, [ClipWindows.read(*place) for place in places])
-        return SceneResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
+        return HeldResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
 
     found = yield from in_thread(gather, "gathering windows", 0.0, 0.05)
     pooling = yield from in_thread(lambda _: _pooling(found), "measuring the skin", 0.05, 0.2)
@@ -102,7 +102,7 @@ def advised_steps(
     return (yield from in_thread(lambda _: choose(found, config, pooling), text, 0.3, 1.0))
 
 
-def _pooling(finished: SceneResults) -> Pooling:
+def _pooling(finished: HeldResults) -> Pooling:
     """Pooling over the study's skin, cached: wishes change more often than bodies."""
     body, patches = finished.body(), finished.patches
     digest = hashlib.sha256(body.vertices.tobytes() + np.asarray(patches.vertices).tobytes()).hexdigest()
