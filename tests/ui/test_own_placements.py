@@ -20,7 +20,6 @@ from w2w.headless.app import APP
 from w2w.scene.base.body import body_of
 from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs
-from w2w.ui.panels.wearing import in_short, in_words
 from w2w.ui.results.own_placements import by_name, is_pending, patch_of_own, scores_of_own
 from w2w.ui.steps import baking
 from w2w.ui.study import signal_cache
@@ -85,7 +84,8 @@ def test_a_clicked_spot_is_named_and_waits_for_the_patches_to_be_placed(library:
     assert by_name(body.w2w) == {"Strap pod": 1234}
     assert is_pending(body.w2w)
     assert (body.w2w.patches_key, body.w2w.utility_key) == before
-    assert in_short(scores_of_own(body, body.w2w.own[0]), patch_of_own(body, body.w2w.own[0])) == "new"
+    assert scores_of_own(body, body.w2w.own[0]) is None
+    assert patch_of_own(body, body.w2w.own[0]) == -1
     bpy.ops.w2w.select_patch(patch=9)
     bpy.ops.w2w.add_placement(name="middle")
     assert by_name(body.w2w)["middle"] == patches_of(body).vertices[9]
@@ -108,7 +108,6 @@ def test_placements_are_patches_with_signals_scores_and_a_rank(
     others = np.setdiff1d(np.arange(N_PATCHES), 5)
     assert pod["rank"] == 1 + int((utility.expected_mean[others] > utility.expected_mean[N_PATCHES]).sum())
     assert pod["of"] == N_PATCHES
-    assert f"rank {pod['rank']} of {N_PATCHES}" in in_words(pod, utility)
     study.max_places = 1
     assert bpy.ops.w2w.save_results(directory=str(tmp_path / "saved")) == {"FINISHED"}
     summary = json.loads((tmp_path / "saved" / "summary.json").read_text())

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from w2w.core.colours import LEAST_SPAN, Scale
+from w2w.core.findings import in_words
 from w2w.core.ranking.utility import CLASSIFIERS
 from w2w.core.selection import headline
 from w2w.core.selection.answer import find_answer
@@ -139,7 +140,7 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     body = make_study(library)
     study, utility, patches = body.w2w, utility_of(body.w2w), patches_of(body)
     best = best_single(utility)
-    sentences = results.findings(study, utility)
+    sentences = in_words.sure_sentences(answer_of(study), utility)
     found = find_answer(ScoredMap(utility, patches, body_of(body)))
     assert answer_of(study)["sentence"] == found.sentence()
     assert sentences[-1] == f"{repeat_sentence(utility)}."
@@ -149,7 +150,7 @@ def test_the_panel_says_what_the_console_and_the_report_say(
     assert first == f"expected F1 {utility.expected_mean[best]:.2f} (too few clips for an interval)"
     assert second == f"rank 1 of {len(patches)}, as good; on these clips {utility.mean[best]:.2f}"
     assert study.regions[0].high == 0
-    for module in (headline, scores):
+    for module in (headline, in_words):
         monkeypatch.setattr(module, "mean_caution", lambda _: "")
     first, second = scores.patch_lines(study, utility, best)
     low, high = utility.expected_low[best], utility.expected_high[best]

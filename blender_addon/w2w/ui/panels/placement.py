@@ -6,8 +6,8 @@ from typing import Any
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
-from ...core.selection.headline import mean_caution, short
-from ...core.wording import capital, join_words
+from ...core.findings.in_words import as_sentence, may_move, pilot_sentences, sensor_sentences
+from ...core.wording import capital
 from ..jobs.text import draw_text, styled
 from ..results import results
 from ..results.own_placements import spot_name
@@ -119,15 +119,11 @@ def draw_worn(layout: bpy.types.UILayout, context: bpy.types.Context, body: bpy.
     draw_sensors(layout, context, study, content)
     layout.operator("w2w.find_needs", text="How Cheap May They Be?", translate=False, icon="TRIA_DOWN_BAR")
     layout.operator("w2w.add_pilot", text="Add a Pilot...", translate=False, icon="COMMUNITY")
-    if found := content.get("pilot"):
-        left = join_words([": ".join(map(str, each)) for each in found.get("skipped", ())])
-        said = (*(each["text"] for each in found["cautions"]), found["next"], left and f"left out: {left}")
-        for text in filter(None, (found["sentence"], *said)):
-            draw_text(layout, context, _sentence(text))
-    draw_text(layout, context, _sentence(worn["sentence"]))
-    following = worn["next_sensor"]
-    if following:
-        draw_text(layout, context, _sentence(following["sentence"]))
+    said = pilot_sentences(content["pilot"]) if content.get("pilot") else []
+    for found in filter(None, (worn, worn["next_sensor"])):
+        said.append(as_sentence(found["sentence"]))
+    for sentence in said:
+        draw_text(layout, context, sentence)
     if counting.left_out(study):
         draw_info(layout, context, "Chosen from a ranking without the activities that are left out.")
 
@@ -147,19 +143,8 @@ def draw_sensors(
         row.prop(entry, "is_open", text="", icon=icon, emboss=False)
         split = row.split(factor=0.65, align=True)
         draw_spot(split, study, entry, f"{number}  {capital(card.get('sensor', entry.label))}")
-        far = {" cm": card.get("slip_cm"), "°": card.get("turn_deg")}
-        limits = ", ".join(f"{limit:.0f}{unit}" for unit, limit in far.items() if limit is not None)
-        styled(split.row(), alignment="RIGHT").label(text=limits, translate=False)
+        styled(split.row(), alignment="RIGHT").label(text=may_move(card), translate=False)
         if entry.is_open:
-            few = mean_caution(state.ranking_of(study.id_data))
-            about = few or f"{short(entry.low)} to {short(entry.high)}"
-            interval = f"F1 with the sensors so far: {short(entry.f1)} ({about})."
-            draw_text(column, context, f"{entry.label}. {interval} {card.get('in_words', '')}")
-            if needs := card.get("needs", {}).get("sentence"):
-                draw_text(column, context, f"{needs}.")
-            if names:
-                draw_text(column, context, f"Or instead: {' or '.join(names)}.")
-
-
-def _sentence(text: str) -> str:
-    return capital(text) if text.endswith(".") else f"{capital(text)}."
+            f1, utility = (entry.f1, entry.low, entry.high), state.ranking_of(study.id_data)
+            for sentence in sensor_sentences(entry.label, f1, card, names, utility):
+                draw_text(column, context, sentence)

@@ -6,16 +6,14 @@ from typing import Any
 
 import bpy
 
-from ...core.findings.cautions import OPEN, STOPS, WEAKENS, Caution, below
-from ...core.ranking.costs import IS_AS_GOOD
+from ...core.findings.cautions import KNOW, OPEN, STOPS, WEAKENS, Caution, below
+from ...core.findings.in_words import product_row, sure_sentences
 from ...core.selection.headline import short
-from ...core.wording import capital
 from ...scene.heatmap import add_beside
 from ...scene.motion.source_beside import remove_source
 from ..jobs import jobs
 from ..jobs.text import draw_text, styled
 from ..results import results
-from ..results.results import findings
 from ..study import counting, lists, operators, scores, state
 from ..study.counting import Group
 from ..study.pages import CLIPS
@@ -28,6 +26,9 @@ WEIGHT_WIDTH, SCORE_WIDTH = 2.6, 2.0
 
 GREEN, YELLOW, RED = "COLORSET_03_VEC", "COLORSET_09_VEC", "COLORSET_01_VEC"
 """Icons of a good answer, a weak one and none."""
+
+LIGHTS = {KNOW: (GREEN, "Good answer"), WEAKENS: (YELLOW, "Weak answer"), STOPS: (RED, "No answer yet")}
+"""Icon and words over an answer, by the weight of the heaviest caution on it."""
 
 PRODUCTS = 3
 """Products shown."""
@@ -68,15 +69,9 @@ def draw_light(
     layout: Layout, context: bpy.types.Context, body: bpy.types.Object, cautions: Sequence[Caution]
 ) -> None:
     """Draw whether the answer is good, weak or none yet, and where that can be mended."""
-    weights = {caution.weight for caution in cautions}
+    icon, words = LIGHTS[cautions[0].weight if cautions else KNOW]
     if state.outdated_at_a_glance(body):
         icon, words = RED, "Out of date"
-    elif STOPS in weights:
-        icon, words = RED, "No answer yet"
-    elif WEAKENS in weights:
-        icon, words = YELLOW, "Weak answer"
-    else:
-        icon, words = GREEN, "Good answer"
     row = layout.row(align=True)
     row.label(text=words, icon=icon, translate=False)
     if icon != GREEN:
@@ -88,12 +83,9 @@ def draw_products(layout: Layout, products: Sequence[dict[str, Any]]) -> None:
     column = layout.column(align=True)
     for product in products:
         row = column.split(factor=0.5, align=True)
-        row.label(text=capital(f"{product['side']} {product['name']}".strip()), translate=False)
-        f1 = product["expected_f1"]
-        text = short(f1)
-        if product["verdict"] != IS_AS_GOOD:
-            text += f", {'may cost' if product['verdict'] else 'costs'} {short(product['costs'])}"
-        row.progress(factor=f1, text=text)
+        name, f1 = product_row(product)
+        row.label(text=name, translate=False)
+        row.progress(factor=product["expected_f1"], text=f1)
 
 
 class W2W_PT_sure(ResultPanel, bpy.types.Panel):
@@ -103,7 +95,11 @@ class W2W_PT_sure(ResultPanel, bpy.types.Panel):
         body = state.polled_body(context)
         layout = self.column(context)
         known = [each.sentence() for each in below(lists.cautions_of(body.w2w))[OPEN:]]
-        for sentence in (*findings(body.w2w, state.ranking_of(body)), *known):
+        if counting.is_as_ranked(body.w2w, utility := state.ranking_of(body)):
+            found = sure_sentences(lists.answer_of(body.w2w), utility)
+        else:
+            found = ["Intervals are of all activities alone."]
+        for sentence in (*found, *known):
             draw_text(layout, context, sentence)
 
 

@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Under Patches: your placements, spots that you name by a click or a table; and what the body wears."""
 
-from typing import Any
-
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
+from ...core.findings.in_words import placement_row, placement_sentence
 from ...core.garments.cut import KINDS
-from ...core.ranking.utility import UtilityMap
-from ...core.selection.headline import mean_caution, short
 from ...core.wording import count, free_name
 from ...scene.cloth.bake import check_garment
 from ...scene.cloth.garments import KIND, NAMES, dress, lie_on, lies_on_nothing
@@ -101,7 +98,7 @@ class W2W_UL_placements(bpy.types.UIList):
         row.prop(item, "title", text="", emboss=False, icon="PINNED")
         scores = scores_of_own(data.id_data, item)
         value = styled(row.row(), alignment="RIGHT", active=scores is not None)
-        value.label(text=in_short(scores, patch_of_own(data.id_data, item)), translate=False)
+        value.label(text=placement_row(scores, patch_of_own(data.id_data, item)), translate=False)
 
 
 class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
@@ -126,26 +123,9 @@ class W2W_PT_own_placements(W2WPanel, bpy.types.Panel):
         elif 0 <= study.own_index < len(study.own):
             scores = scores_of_own(body, study.own[study.own_index])
             if scores is not None:
-                draw_text(layout, context, in_words(scores, state.ranking_of(body)))
+                draw_text(layout, context, placement_sentence(scores, state.ranking_of(body)))
         if is_pending(study):
             draw_info(layout, context, "Press Place Again or Run All to apply this list")
-
-
-def in_short(scores: dict[str, Any] | None, patch: int) -> str:
-    """A placement in a row of the list."""
-    if scores is None:
-        return "new" if patch < 0 else "not ranked"
-    return f"{scores['expected_f1']:.2f}   {scores['rank']} of {scores['of']}"
-
-
-def in_words(scores: dict[str, Any], utility: UtilityMap) -> str:
-    """Scores of a placement in a sentence, as the console gives them after a run."""
-    low, high = scores["expected_f1_interval"]
-    interval = mean_caution(utility) or f"{low:.2f} to {high:.2f}"
-    loss = scores["verdict"] or f"costs {short(scores['costs'])}"
-    rank = f"rank {scores['rank']} of {scores['of']} among the sampled spots"
-    score = f"expected F1 {scores['expected_f1']:.3f} ({interval})"
-    return f"{scores['region'].capitalize()}: {score}, {rank}, {loss}."
 
 
 class W2W_OT_add_garment(operators.OnBody, bpy.types.Operator):

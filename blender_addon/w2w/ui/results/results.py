@@ -71,16 +71,6 @@ def clear(body: bpy.types.Object) -> None:
         bpy.data.collections.remove(study.chosen_collection)
 
 
-def findings(study: bpy.types.PropertyGroup, utility: UtilityMap) -> list[str]:
-    """Sentences that say how sure the answer is."""
-    if not counting.is_as_ranked(study, utility):
-        return ["Intervals are of all activities alone."]
-    answer = lists.answer_of(study)
-    said = (answer.get(name, "").removesuffix(".") for name in ("detail", "measured"))
-    sentences = (*said, headline.mean_sentence(utility), headline.repeat_sentence(utility))
-    return [f"{sentence}." for sentence in sentences if sentence]
-
-
 def fit_range(body: bpy.types.Object) -> None:
     """Let one fixed colour range span the scores of all activities."""
     study, utility = body.w2w, state.utility_of(body.w2w)

@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from ...core.colours import LEAST_SPAN, Scale
-from ...core.ranking.costs import costs_at, is_as_good
+from ...core.findings import in_words
 from ...core.ranking.utility import UtilityMap
 from ...core.ranking.weights import mean_over
-from ...core.selection.headline import mean_caution
 from ..jobs.jobs import is_there
 from .counting import Group, is_as_ranked, shown_weights
 from .lists import answer_of
@@ -50,20 +49,10 @@ def mean_scores(study: Group, utility: UtilityMap, kind: str = "") -> np.ndarray
 
 
 def patch_lines(study: Group, utility: UtilityMap, patch: int) -> tuple[str, ...]:
-    """A patch's scores in words: what other clips would show, then what these showed."""
+    """A patch's scores in words."""
     expected, raw = expected_mean(study, utility), mean_scores(study, utility, ON_THESE)
-    rank = f"rank {1 + int((expected > expected[patch]).sum())} of {len(expected)}"
-    score, these = f"expected F1 {expected[patch]:.2f}", f"on these clips {raw[patch]:.2f}"
-    if not is_as_ranked(study, utility):
-        return f"{score} over the activities that count", f"{rank}; {these}"
-    base = answer_of(study).get("costs_are_against")
-    equal = ", as good" if base and is_as_good(costs_at(utility, base)[patch]) else ""
-    if mean_caution(utility):
-        return f"{score} (too few clips for an interval)", f"{rank}{equal}; {these}"
-    _, low, high = utility.expected.at(patch)
-    raw_low, raw_high = utility.mean_low[patch], utility.mean_high[patch]
-    first = f"{score} ({low:.2f} to {high:.2f}){equal}"
-    return first, f"{rank}; {these} ({raw_low:.2f} to {raw_high:.2f})"
+    base = answer_of(study).get("costs_are_against", ())
+    return in_words.patch_lines(patch, utility, expected, raw, base, is_as_ranked(study, utility))
 
 
 def shown_scores(study: Group, utility: UtilityMap) -> np.ndarray:
