@@ -23,8 +23,7 @@ from scipy.spatial.transform import Rotation
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import N_JOINTS
+from w2w.core.body.body import N_JOINTS, Body
 from w2w.core.imu.presets import DEFAULT_SENSOR, preset
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import Synthesis, synthesize

@@ -23,8 +23,7 @@ os.environ.pop("OPENBLAS_CORETYPE", None)
 from threadpoolctl import threadpool_info, threadpool_limits  # noqa: E402
 
 from w2w.core import blas  # noqa: E402
-from w2w.core.body.body import Body  # noqa: E402
-from w2w.core.body.skeleton import N_JOINTS  # noqa: E402
+from w2w.core.body.body import N_JOINTS, Body  # noqa: E402
 from w2w.core.imu import synthesis  # noqa: E402
 from w2w.core.imu.virtual import record_motion  # noqa: E402
 from w2w.core.motion import skinning  # noqa: E402

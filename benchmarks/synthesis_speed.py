@@ -140,8 +140,7 @@ def best_of(work: Callable[[], object], repeats: int) -> tuple[float, float]:
 
 def record_long_clip(minutes: float) -> None:
     """Record the bundled body over a long clip and print the peak memory of this process, MB."""
-    from w2w.core.body.body import Body
-    from w2w.core.body.skeleton import N_JOINTS
+    from w2w.core.body.body import N_JOINTS, Body
     from w2w.core.imu.virtual import record_motion
     from w2w.core.motion.motion import Motion
     from w2w.core.patches.patches import sample_patches

@@ -19,8 +19,7 @@ from filelock import FileLock
 from hypothesis import settings
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import N_JOINTS
+from w2w.core.body.body import N_JOINTS, Body
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.patches import PatchSet, sample_patches
 

@@ -19,7 +19,7 @@ import numpy as np
 import w2w
 from tests.command_line import cli
 from tests.ui.test_panels import draw, view_of_panels
-from w2w.core.body.skeleton import N_JOINTS
+from w2w.core.body.body import N_JOINTS
 from w2w.core.study.config import StudyConfig
 from w2w.headless.commands import run
 from w2w.headless.commands.init import template

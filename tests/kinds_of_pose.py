@@ -8,8 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS, PARENTS, Body
 from w2w.core.motion.motion import Motion
 
 RATE = 30.0

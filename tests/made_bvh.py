@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import N_JOINTS, PARENTS, Y_UP_TO_Z_UP
+from w2w.core.body.body import N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 from w2w.core.motion.skinning import joint_transforms
 
 TO_Z_UP = np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]])

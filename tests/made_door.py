@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import N_JOINTS
+from w2w.core.body.body import N_JOINTS
 from w2w.core.motion.motion import Motion
 
 from .command_line import cli

@@ -17,7 +17,7 @@ PLANTED = {
     "core, drawing and the report never see Blender": ("w2w/drawing/page.py", "bpy"),
     "core knows no console": ("w2w/core/findings/notes.py", "rich.console"),
     "The web app reaches Blender": ("w2w/web/uploads.py", "w2w.scene.heatmap"),
-    "core's rooms follow the data": ("w2w/core/body/skeleton.py", "w2w.core.findings.notes"),
+    "core's rooms follow the data": ("w2w/core/body/body.py", "w2w.core.findings.notes"),
     "selection": ("w2w/core/selection/headline.py", "w2w.core.selection.advice"),
     "study": ("w2w/core/study/variants.py", "w2w.core.study.needs"),
     "api": ("w2w/api/ranked.py", "w2w.api.rank"),

@@ -18,8 +18,8 @@ from w2w.core.body.body import Body
 from w2w.core.files import write_npz
 from w2w.core.library.library import read_library
 from w2w.core.motion.examples import DEMO, DEMO_STEP
-from w2w.core.motion.ground import on_the_ground
 from w2w.core.motion.motion import BODY_JOINTS, Motion
+from w2w.core.motion.skinning import on_the_ground
 from w2w.headless.runs.clip import load_clip
 
 

@@ -35,8 +35,7 @@ def made_by_rigify() -> dict[str, object]:
     import numpy as np
 
     from tests.scene.other_rigs import add_skin, distance_from_itself, fit_metarig
-    from w2w.core.body.body import Body
-    from w2w.core.body.skeleton import JOINT_NAMES
+    from w2w.core.body.body import JOINT_NAMES, Body
     from w2w.core.retargeting.bone_maps import best_match
 
     body = Body.bundled()

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
 
 from .sandbox import RESULTS, inside, newest_zip, run_in_window

@@ -16,8 +16,7 @@ from jinja2 import Environment, FileSystemBytecodeCache
 from scipy.spatial.transform import Rotation
 from typer.main import get_command
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import N_JOINTS
+from w2w.core.body.body import N_JOINTS, Body
 from w2w.core.findings.summary import write_results
 from w2w.core.library.library import Clip, Library
 from w2w.core.motion.motion import Motion

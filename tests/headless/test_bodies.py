@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from w2w.core.body.skeleton import N_JOINTS, PARENTS, Y_UP_TO_Z_UP
+from w2w.core.body.body import N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 from w2w.headless.app import APP
 from w2w.headless.options import parse_bodies
 from w2w_studies.commands.demo_library import ACTIVITIES, write_demo_library

@@ -11,8 +11,8 @@ import pytest
 
 import w2w
 from w2w.core.keypoints.joint_sets import JOINT_SETS
-from w2w.core.motion.ground import on_the_ground
 from w2w.core.motion.motion import Motion, read_amass
+from w2w.core.motion.skinning import on_the_ground
 from w2w_studies.datasets.utd_mhad import UTD_ACTIONS, read_utd_mhad
 
 from ..clip_lists import skipped_clips, used_clips

@@ -28,8 +28,7 @@ from pathlib import Path
 
 import numpy as np
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import JOINT_NAMES
+from w2w.core.body.body import JOINT_NAMES, Body
 from w2w.core.files import write_npz
 from w2w.core.library.library import is_motion
 from w2w.core.motion.examples import demo_motions

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import JOINT_INDEX, PARENTS
+from w2w.core.body.body import JOINT_INDEX, PARENTS, Body
 from w2w.core.retargeting.bone_maps import best_match
 from w2w.scene.body.character import POINT
 

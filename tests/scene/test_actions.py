@@ -7,7 +7,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_NAMES
+from w2w.core.body.body import JOINT_NAMES
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
 from w2w.scene.base.actions import (

@@ -8,8 +8,8 @@ from mathutils import Matrix
 from scipy.spatial.transform import Rotation
 
 from w2w.core.adopt.smpl import BodyError, read_mesh
+from w2w.core.body.body import JOINT_INDEX, JOINT_NAMES, N_JOINTS, Y_UP_TO_Z_UP
 from w2w.core.body.landmarks import has_smpl_topology
-from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, Y_UP_TO_Z_UP
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import skin, skinning_transforms
 from w2w.scene.base.body import add_body

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
-from w2w.core.body.skeleton import JOINT_NAMES, PARENTS
+from w2w.core.body.body import JOINT_NAMES, PARENTS
 from w2w.core.motion.skinning import skin, skinning_transforms
 from w2w.scene.base.actions import show_action, write_action
 from w2w.scene.base.body import add_body, armature_of, body_of

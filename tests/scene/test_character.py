@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
-from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.body.body import JOINT_INDEX
 from w2w.core.patches.correspondence import PARTS
 from w2w.scene.base.body import add_body, rest_vertices
 from w2w.scene.body.character import (

@@ -8,10 +8,10 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.body.skeleton import Y_UP_TO_Z_UP
+from w2w.core.body.body import Y_UP_TO_Z_UP
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.library.library import Clip
-from w2w.core.motion.axes import TO_Z, UPS
+from w2w.core.motion.sight import TO_Z, UPS
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.reading import formats
 from w2w.headless.runs.clip import load_clip

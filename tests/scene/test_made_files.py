@@ -5,7 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.body.body import JOINT_INDEX
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.core.reading.formats import read_motion
 from w2w.core.retargeting.bone_maps import BoneMap

@@ -7,8 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import JOINT_NAMES
+from w2w.core.body.body import JOINT_NAMES, Body
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.retargeting.bone_maps import best_match, missing_joints
 from w2w.scene.body.character import character_meshes, read_character, tie

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.body.body import JOINT_INDEX
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.retargeting.bone_maps import best_match

@@ -13,7 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import w2w as extension
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.ui.jobs import preferences
 from w2w.ui.study import signal_cache, state

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.body.skeleton import JOINT_NAMES
+from w2w.core.body.body import JOINT_NAMES
 from w2w.core.files import file_sha256
 from w2w.core.readers.bvh import read_bvh
 from w2w.core.retargeting.bone_maps import BoneMap

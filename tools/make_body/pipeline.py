@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import MIRRORED_JOINTS
+from w2w.core.body.body import MIRRORED_JOINTS, Body
 
 from . import rig
 from .cavities import close_cavities

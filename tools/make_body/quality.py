@@ -11,9 +11,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.body import Body
+from w2w.core.body.body import JOINT_INDEX, MIRRORED_JOINTS, N_JOINTS, Body
 from w2w.core.body.shapes import volume
-from w2w.core.body.skeleton import JOINT_INDEX, MIRRORED_JOINTS, N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import skin, skinning_transforms
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
+from w2w.core.body.body import JOINT_INDEX, JOINT_NAMES, N_JOINTS, PARENTS
 
 CUBES: dict[str, tuple[str, ...]] = {
     "pelvis": ("pelvis", "spine-4"),

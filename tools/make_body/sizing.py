@@ -7,7 +7,7 @@ import igl
 import numpy as np
 from scipy import sparse
 
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS
 
 SHORTEST = 0.0054
 """Shortest edge wanted, metres: its triangles are 4.7 mm high, and a stable sensor needs 4 mm."""

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from w2w.core.body.body import Body
+from w2w.core.body.body import JOINT_INDEX, MIRRORED_JOINTS, Body
 from w2w.core.body.shapes import LIMB_STEP, ShapeTargets
-from w2w.core.body.skeleton import JOINT_INDEX, MIRRORED_JOINTS
 from w2w.core.files import write_npz
 
 from . import rig

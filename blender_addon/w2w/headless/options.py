@@ -24,7 +24,7 @@ from ..core.imu.sensor import SensorModel
 from ..core.imu.synthesis import CONVENTIONS, Synthesis
 from ..core.keypoints.facts import UNITS, PoseFacts, facts_of
 from ..core.keypoints.joint_sets import JOINT_SETS
-from ..core.motion.axes import UPS
+from ..core.motion.sight import UPS
 from ..core.motion.source import UnusableMotion
 from ..core.reading.reader import Reader
 from ..core.windows.windows import WindowSpec

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 import numpy as np
 from mathutils import Matrix
 
-from ..core.body.skeleton import JOINT_NAMES
+from ..core.body.body import JOINT_NAMES
 from .base.actions import show_action
 from .base.body import armature_of, matrix, moved, painted_colours, read_values, triangles_of
 from .base.module import bpy

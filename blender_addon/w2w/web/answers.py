@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from ..core.inside import inside
+from ..core.given import inside
 from ..core.wording import restated
 from ..headless.console import sentence_of
 from ..report.page import REPORT

@@ -11,7 +11,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response
 from starlette.routing import Route
 
-from ..core.inside import inside
+from ..core.given import inside
 from ..report.page import PAGE, REPORT
 from .guard import PAGES, Doors, enter_page, entered, report_policy
 from .study import PARAMETERS, WISHES, Study

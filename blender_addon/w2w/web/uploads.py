@@ -17,10 +17,9 @@ from zipfile import ZipFile, ZipInfo
 
 import numpy as np
 
-from ..core.body.body import Body
-from ..core.body.skeleton import BODY_HANDS, posed_joints
+from ..core.body.body import BODY_HANDS, Body, posed_joints
 from ..core.files import DAMAGED, atomic_write, most_unpacked, reserved
-from ..core.inside import is_plain
+from ..core.given import is_plain
 from ..core.library.library import LABELS, Clip
 from ..core.motion.motion import Motion
 from ..core.motion.source import reason_of

@@ -17,8 +17,8 @@ from w2w.core.adopt.registration import register
 from w2w.core.adopt.rest_pose import in_t_pose, metres_per_unit, to_axes, with_smpl_shoulders
 from w2w.core.adopt.smpl import load_body, read_mesh
 from w2w.core.adopt.topology import NUMBERING, QUADS_SHA256, TRIANGLES_SHA256, recognise
+from w2w.core.body.body import JOINT_INDEX, MIRRORED_JOINTS, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 from w2w.core.body.landmarks import has_smpl_topology
-from w2w.core.body.skeleton import JOINT_INDEX, MIRRORED_JOINTS, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import skin, skinning_transforms
 

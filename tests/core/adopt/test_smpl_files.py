@@ -14,7 +14,7 @@ import pytest
 from scipy import sparse
 
 from w2w.core.adopt.smpl import BodyError, load_body
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 from w2w.core.files import UNPACKED_FREELY
 from w2w.core.pickles import RefusedPickleError, read_npz_member
 

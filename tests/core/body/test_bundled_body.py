@@ -12,9 +12,8 @@ from scipy.sparse.csgraph import connected_components
 
 from tools.make_body import quality
 from tools.make_body.makehuman import CACHE, WHEEL_NAME
-from w2w.core.body.body import BUNDLED_BODY, TEMPLATES, Body
+from w2w.core.body.body import BUNDLED_BODY, JOINT_INDEX, JOINT_NAMES, MIRRORED_JOINTS, TEMPLATES, Body
 from w2w.core.body.shapes import volume
-from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, MIRRORED_JOINTS
 
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 CUBE_FACES = np.array(

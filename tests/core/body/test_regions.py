@@ -10,10 +10,9 @@ import pytest
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from w2w.core.body.body import Body
+from w2w.core.body.body import JOINT_INDEX, Body
 from w2w.core.body.regions import regions_of
 from w2w.core.body.shapes import shaped
-from w2w.core.body.skeleton import JOINT_INDEX
 
 FINGERS = ("thumb", "index finger", "middle finger", "ring finger", "little finger")
 LIMB_SIDES = ("front", "back", "lateral", "medial")

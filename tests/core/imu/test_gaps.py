@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.imu.gaps import bridge
+from w2w.core.imu.trajectory import bridge
 
 RATE = 120.0
 

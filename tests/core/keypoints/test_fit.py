@@ -5,13 +5,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS
 from w2w.core.keypoints.fit import fit_keypoints, seen_joints
 from w2w.core.keypoints.joint_sets import JOINT_SETS, mirrored
-from w2w.core.motion.axes import UPS
-from w2w.core.motion.ground import on_the_ground
 from w2w.core.motion.motion import Motion, read_amass
-from w2w.core.motion.skinning import joint_transforms
+from w2w.core.motion.sight import UPS
+from w2w.core.motion.skinning import joint_transforms, on_the_ground
 
 from ...seen_joints import seen_as
 

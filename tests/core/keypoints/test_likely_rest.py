@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_NAMES, PARENTS
+from w2w.core.body.body import JOINT_NAMES, PARENTS
 from w2w.core.keypoints.likely_rest import ITS_OWN, RESTS, with_likely_rest
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms

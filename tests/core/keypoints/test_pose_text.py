@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from w2w.core.body.skeleton import JOINT_INDEX, Y_UP_TO_Z_UP
+from w2w.core.body.body import JOINT_INDEX, Y_UP_TO_Z_UP
 from w2w.core.exports.biomechanics import write_trc
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.joint_sets import JOINT_SETS

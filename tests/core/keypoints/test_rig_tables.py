@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_NAMES, N_JOINTS
+from w2w.core.body.body import JOINT_NAMES, N_JOINTS
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.pose_files import read_joints
 from w2w.core.keypoints.recognised import may_hold_joints

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import N_JOINTS, Y_UP_TO_Z_UP
+from w2w.core.body.body import N_JOINTS, Y_UP_TO_Z_UP
 from w2w.core.keypoints.recognised import is_joint_file
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.source import UnusableMotion

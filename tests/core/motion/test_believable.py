@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS
 from w2w.core.files import write_npz
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.motion.believable import believed, moving_part

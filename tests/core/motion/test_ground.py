@@ -4,9 +4,9 @@
 import numpy as np
 import pytest
 
-from w2w.core.body.skeleton import N_JOINTS
-from w2w.core.motion.ground import on_the_ground
+from w2w.core.body.body import N_JOINTS
 from w2w.core.motion.motion import Motion
+from w2w.core.motion.skinning import on_the_ground
 
 RATE = 30.0
 DIP = np.concatenate([np.zeros(20), -0.1 * (1 - np.cos(np.linspace(0, 2 * np.pi, 60))), np.zeros(20)])

@@ -4,10 +4,9 @@
 import numpy as np
 import pytest
 
-from w2w.core.body.skeleton import BODY_HANDS, N_JOINTS
-from w2w.core.motion.ground import on_the_ground
+from w2w.core.body.body import BODY_HANDS, N_JOINTS
 from w2w.core.motion.motion import SMPL_PELVIS, Motion, read_amass
-from w2w.core.motion.skinning import skin, skinning_transforms
+from w2w.core.motion.skinning import on_the_ground, skin, skinning_transforms
 from w2w.core.motion.source import UnusableMotion
 
 

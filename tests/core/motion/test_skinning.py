@@ -4,7 +4,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS, PARENTS
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import (
     frames_from_edges,

@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 import w2w
-from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.body.body import JOINT_INDEX
 from w2w.core.keypoints.facts import PoseFacts
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.keypoints.pose_files import JointPositions
-from w2w.core.motion.axes import TO_Z, UPS
 from w2w.core.motion.motion import AMASS, SMPLX, Motion, read_amass
-from w2w.core.motion.sight import LIMBS, Kind, Sight
+from w2w.core.motion.sight import LIMBS, TO_Z, UPS, Kind, Sight
 from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.motion.up import BY_ITSELF
 from w2w.core.reading.clips import to_body

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES, MIRRORED_JOINTS, N_JOINTS
+from w2w.core.body.body import JOINT_INDEX, JOINT_NAMES, MIRRORED_JOINTS, N_JOINTS, Body
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.carriers import (
     MIN_HEIGHT,

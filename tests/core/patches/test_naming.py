@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 from w2w.core.adopt.smpl import load_body
-from w2w.core.body.body import Body
+from w2w.core.body.body import JOINT_INDEX, JOINT_NAMES, Body
 from w2w.core.body.landmarks import SENSOR_SITES, has_smpl_topology
 from w2w.core.body.regions import regions_of
 from w2w.core.body.shapes import shaped
-from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES
 from w2w.core.patches.body_parts import PLACEMENTS
 from w2w.core.patches.naming import place, resolve
 from w2w.core.patches.own_placements import patches_at

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP
-from w2w.core.motion.axes import TO_Z, UPS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP
 from w2w.core.motion.motion import Motion
+from w2w.core.motion.sight import TO_Z, UPS
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.readers.bvh import read_bvh

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import w2w
-from w2w.core.body.skeleton import JOINT_INDEX, Y_UP_TO_Z_UP
+from w2w.core.body.body import JOINT_INDEX, Y_UP_TO_Z_UP
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.readers.import_checks import check_gltf

@@ -6,10 +6,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import w2w
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
-from w2w.core.motion.ground import on_the_ground
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion, read_amass
-from w2w.core.motion.skinning import joint_transforms
+from w2w.core.motion.skinning import joint_transforms, on_the_ground
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.readers.mvnx import CHAINS, read_mvnx
 from w2w.core.retargeting.retarget import retarget

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_NAMES, PARENTS
+from w2w.core.body.body import JOINT_NAMES, PARENTS
 from w2w.core.motion.examples import demo_motions
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion, UnusableMotion

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.body.body import JOINT_INDEX
 from w2w.core.keypoints.facts import PoseFacts
-from w2w.core.motion.axes import UPS
 from w2w.core.motion.examples import demo_motions
+from w2w.core.motion.sight import UPS
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.motion.up import Unasked

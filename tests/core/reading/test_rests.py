@@ -6,9 +6,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import w2w
-from w2w.core.body.body import Body
+from w2w.core.body.body import JOINT_INDEX, Body
 from w2w.core.body.shapes import shaped
-from w2w.core.body.skeleton import JOINT_INDEX
 from w2w.core.keypoints.likely_rest import ALONE, ITS_OWN
 from w2w.core.library.library import Clip
 from w2w.core.motion.skinning import joint_transforms

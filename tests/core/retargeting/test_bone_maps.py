@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES
+from w2w.core.body.body import JOINT_INDEX, JOINT_NAMES
 from w2w.core.readers.bvh import read_bvh
 from w2w.core.retargeting.bone_maps import BoneMap, best_match, bundled_bone_maps, missing_joints, plain_name
 from w2w.core.retargeting.retarget import retarget

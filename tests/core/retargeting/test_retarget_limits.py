@@ -5,11 +5,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS, PARENTS
 from w2w.core.motion.believable import believed
-from w2w.core.motion.ground import on_the_ground
 from w2w.core.motion.motion import Motion
-from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
+from w2w.core.motion.skinning import joint_transforms, on_the_ground, skin, skinning_transforms
 from w2w.core.motion.source import SourceMotion, UnusableMotion
 from w2w.core.retargeting.retarget import rest_alignment, retarget
 

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.body.body import JOINT_INDEX, Body
 from w2w.core.motion.source import SourceMotion
 
 SIDES = (("left", 1.0), ("right", -1.0))

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS
 from w2w.core.imu.formats import write_csv, write_recording
 from w2w.core.imu.presets import read_sensor
 from w2w.core.imu.recording import ImuRecording

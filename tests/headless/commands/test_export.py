@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, JOINT_NAMES
+from w2w.core.body.body import JOINT_INDEX, JOINT_NAMES
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.vendor_formats import read_xsens_txt
 from w2w.core.motion.motion import SMPL_PELVIS, Motion, at_rate, read_amass

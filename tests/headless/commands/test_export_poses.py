@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import PARENTS
+from w2w.core.body.body import PARENTS
 
 from .test_export import exported, results  # noqa: F401 - a fixture
 

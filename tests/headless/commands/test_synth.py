@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import N_JOINTS
+from w2w.core.body.body import N_JOINTS
 from w2w.core.imu.formats import read_csv, read_recording
 from w2w.core.imu.presets import PRESETS
 from w2w.core.motion.motion import Motion

@@ -10,7 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import w2w
-from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.body.body import JOINT_INDEX
 from w2w.core.garments.cut import cut
 from w2w.core.imu.presets import DEFAULT_SENSOR, preset
 from w2w.core.imu.recording import ImuRecording

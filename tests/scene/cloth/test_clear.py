@@ -7,7 +7,7 @@ from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.scene.cloth.clear import ARM, LEG, closed, inside, limb, pushed_out, times_inside, trunk
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS
 from w2w.core.garments.cut import cut
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.run_up import with_run_up

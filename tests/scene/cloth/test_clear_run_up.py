@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.scene.cloth import follow as following
 from w2w.scene.cloth.bake import cover_of

@@ -16,8 +16,16 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from ..body.body import Body, edges_of, face_normals, neighbours, vertex_normals
-from ..body.skeleton import MIRRORED_JOINTS, N_JOINTS, PARENTS
+from ..body.body import (
+    MIRRORED_JOINTS,
+    N_JOINTS,
+    PARENTS,
+    Body,
+    edges_of,
+    face_normals,
+    neighbours,
+    vertex_normals,
+)
 from ..rotations import unit
 
 N_POSE = 3 * N_JOINTS

@@ -4,8 +4,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..body.body import Body
-from ..body.skeleton import JOINT_INDEX, N_JOINTS, PARENTS
+from ..body.body import JOINT_INDEX, N_JOINTS, PARENTS, Body
 from ..rotations import frame_of, smallest_rotation
 
 UNITS = (1.0, 0.01, 0.001)

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from plyfile import PlyData, PlyParseError
 
-from ..body.body import Body
+from ..body.body import BODY_HANDS, JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP, Body
 from ..body.landmarks import SENSOR_SITES
-from ..body.skeleton import BODY_HANDS, JOINT_INDEX, N_JOINTS, PARENTS, Y_UP_TO_Z_UP
 from ..files import array_names
 from ..pickles import read_arrays, read_npz_member
 from ..wording import restated

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..rotations import unit
-from .body import Body, template
-from .skeleton import JOINT_INDEX
+from .body import JOINT_INDEX, Body, template
 
 SMPL_FACES_SHA256 = "9e96e167056f19d9dc0fe3533177ebd5230b203297c219cab15e9e72b313aed1"
 """Digest of SMPL's triangles (see `has_smpl_topology`): the vertices that are joined, not their positions."""

@@ -5,9 +5,8 @@ import numpy as np
 from scipy.sparse.csgraph import dijkstra
 
 from ..rotations import frame_of
-from .body import Body, edge_lengths, edges_of, template
+from .body import JOINT_INDEX, Body, edge_lengths, edges_of, template
 from .region_trunk import in_bands
-from .skeleton import JOINT_INDEX
 
 ARM_SECTIONS: dict[str, float] = template("regions.json")["arm"]
 """Ends of the sections of the arm, in bones from the shoulder joint: 1 the elbow, 2 the wrist."""

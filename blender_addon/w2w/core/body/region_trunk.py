@@ -3,8 +3,7 @@
 
 import numpy as np
 
-from .body import Body, edges_of, template
-from .skeleton import JOINT_INDEX, midpoint
+from .body import JOINT_INDEX, Body, edges_of, midpoint, template
 
 TRUNK_BANDS: dict[str, dict[str, float]] = template("regions.json")["trunk"]
 """Regions of the trunk by side and height, 0 at the hip joints and 1 at the shoulder joints.

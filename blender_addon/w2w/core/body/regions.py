@@ -13,10 +13,9 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from .body import Body, edges_of, neighbours
+from .body import JOINT_INDEX, Body, edges_of, neighbours
 from .region_limbs import arm_names, leg_names
 from .region_trunk import across, groin_height, head_names, neck_names, trunk_names
-from .skeleton import JOINT_INDEX
 
 PARTS: dict[str, tuple[str, ...]] = {
     "head": ("head",),

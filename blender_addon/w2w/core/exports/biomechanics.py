@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..body.skeleton import JOINT_NAMES, Y_UP_TO_Z_UP
+from ..body.body import JOINT_NAMES, Y_UP_TO_Z_UP
 from ..files import write_text
+from ..given import file_name
 from ..imu.vendor_formats import write_orientation_sto, write_xsens_txt
-from ..inside import file_name
 from ..motion.skinning import joint_transforms
 from ..rotations import continuous_quaternions
 from .study_signals import WornClip, WornSignals

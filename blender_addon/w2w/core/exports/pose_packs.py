@@ -16,9 +16,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..body.body import Body
+from ..body.body import JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP, Body
 from ..body.landmarks import SENSOR_SITES
-from ..body.skeleton import JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP
 from ..files import atomic_write, write_json
 from ..motion.motion import SMPL_PELVIS
 from ..motion.skinning import joint_transforms

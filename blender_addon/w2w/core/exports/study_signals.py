@@ -10,8 +10,7 @@ from functools import cached_property
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..body.body import Body
-from ..body.skeleton import N_JOINTS
+from ..body.body import N_JOINTS, Body
 from ..imu.recording import ImuRecording
 from ..imu.sensor import SensorModel
 from ..motion.motion import Motion, at_rate

@@ -8,9 +8,8 @@ from scipy.sparse import csr_matrix, diags
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import KDTree
 
-from ..body.body import Body, edge_lengths, edges_of, neighbours
+from ..body.body import JOINT_INDEX, Body, edge_lengths, edges_of, midpoint, neighbours
 from ..body.regions import regions_of
-from ..body.skeleton import JOINT_INDEX, midpoint
 from ..patches.body_parts import PARTS, SIDES
 from ..rotations import unit
 

@@ -3,8 +3,7 @@
 
 import numpy as np
 
-from ..body.body import Body
-from ..body.skeleton import midpoint
+from ..body.body import Body, midpoint
 from .cut import in_part, sleeves, waist
 
 SKIN, SHIRT, SHORTS = (0.84, 0.80, 0.765), (0.62, 0.68, 0.74), (0.30, 0.36, 0.43)

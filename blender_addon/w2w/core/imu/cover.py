@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from ..body.body import Body, vertex_normals
 from ..files import load_arrays, write_npz
-from ..inside import inside
+from ..given import inside
 from ..library.library import WORK_FOLDER
 from ..motion.skinning import triangle_frames
 from ..patches.carriers import carrier_triangles

@@ -14,11 +14,10 @@ from ..parameters import parameter
 from ..rotations import decompose
 from ..threads import chunks
 from .errors import SensorStreams
-from .gaps import bridge
 from .recording import FURTHER
 from .sensor import SensorModel
 from .synthesis import CHUNK_SENSORS, Poses, Synthesis
-from .trajectory import spline_windows
+from .trajectory import bridge, spline_windows
 
 ORIENTATION, MAGNETOMETER, BAROMETER = FURTHER
 

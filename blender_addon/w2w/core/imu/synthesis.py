@@ -17,9 +17,8 @@ from ..filtering import count_resampled
 from ..parameters import parameter
 from ..rotations import decompose, double_inverse, into_frame, rate_in_frame
 from ..threads import chunks, for_each
-from .gaps import bridge
 from .recording import ImuRecording
-from .trajectory import MIN_FRAMES, spline_windows
+from .trajectory import MIN_FRAMES, bridge, spline_windows
 
 STANDARD_GRAVITY = 9.80665
 """m/s2, by definition (CGPM 1901)."""

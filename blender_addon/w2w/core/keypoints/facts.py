@@ -10,7 +10,7 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, Self
 
-from ..motion.axes import UPS, Up
+from ..motion.sight import UPS, Up
 from ..motion.source import UnusableMotion
 from ..wording import clean, restated
 from .joint_sets import JOINT_SETS

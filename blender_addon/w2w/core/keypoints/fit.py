@@ -12,13 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..body.body import Body
-from ..body.skeleton import JOINT_INDEX, N_JOINTS
-from ..motion.axes import TO_Z, Up
-from ..motion.ground import on_the_ground
+from ..body.body import JOINT_INDEX, N_JOINTS, Body
 from ..motion.motion import Motion
-from ..motion.sight import LIMBS, Sight
-from ..motion.skinning import relative_to_parents
+from ..motion.sight import LIMBS, TO_Z, Sight, Up
+from ..motion.skinning import on_the_ground, relative_to_parents
 from ..rotations import frame_of, turn_about, unit
 from .joint_sets import SIDES, JointSet
 from .limbs import cone_swing, hinge_bend, swing_and_twist

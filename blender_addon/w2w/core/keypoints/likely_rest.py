@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..body.body import Body, template
-from ..body.skeleton import JOINT_INDEX, JOINT_NAMES
+from ..body.body import JOINT_INDEX, JOINT_NAMES, Body, template
 from ..motion.skinning import joint_transforms
 from ..motion.source import SourceMotion, unscaled_rotations
 from ..retargeting.bone_maps import BoneMap, plain_name

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..body.skeleton import JOINT_INDEX
-from ..motion.axes import Up
+from ..body.body import JOINT_INDEX
+from ..motion.sight import Up
 from ..motion.source import UnusableMotion
 from ..retargeting.bone_maps import best_match, missing_joints
 from ..wording import clean, join_words

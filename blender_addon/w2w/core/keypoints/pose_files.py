@@ -9,8 +9,7 @@ import numpy as np
 
 from ..body.body import Body
 from ..files import array_names, read_arrays, read_npy
-from ..motion.axes import UPS, Up
-from ..motion.sight import Kind
+from ..motion.sight import UPS, Kind, Up
 from ..motion.smpl_layouts import chosen_person
 from ..motion.source import (
     SAY_RATE,

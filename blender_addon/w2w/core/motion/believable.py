@@ -7,11 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import median_filter
 
-from ..body.body import Body
-from ..body.skeleton import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS
-from .ground import on_the_ground
+from ..body.body import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS, Body
 from .motion import Motion
-from .skinning import joint_transforms
+from .skinning import joint_transforms, on_the_ground
 from .source import UnusableMotion, refuse_few_frames, refuse_still
 
 FASTEST_PELVIS = 12.4

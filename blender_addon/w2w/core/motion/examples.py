@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..body.body import TEMPLATES
-from ..body.skeleton import N_JOINTS
+from ..body.body import N_JOINTS, TEMPLATES
 from .motion import Motion
 
 DEMO = TEMPLATES / "demo.npz"

@@ -11,16 +11,14 @@ import numpy as np
 import scipy
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from ..body.body import Body
-from ..body.skeleton import BODY_HANDS, JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP, posed_joints
+from ..body.body import BODY_HANDS, JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP, Body, posed_joints
 from ..files import array_names, read_arrays, read_npy, write_npz
 from ..filtering import butterworth, count_resampled
 from ..given import given_path
 from ..pickles import read_result
 from ..rotations import in_axes
 from ..wording import in_python
-from .axes import Up, turned
-from .sight import LIMBS, MOSTLY, SEEN_FRAMES, Kind, Sight
+from .sight import LIMBS, MOSTLY, SEEN_FRAMES, Kind, Sight, Up, turned
 from .smpl_layouts import (
     MOTION_X,
     RESULT_KEYS,

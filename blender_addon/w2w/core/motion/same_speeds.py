@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 
-from ..body.skeleton import MIRRORED_JOINTS
+from ..body.body import MIRRORED_JOINTS
 from .moments import Moments, candidates, few_of_each
 from .shared_stretches import SHARE
 from .signature import JOINTS, RATE, WIDTH

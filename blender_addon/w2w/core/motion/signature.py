@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ..body.skeleton import JOINT_INDEX, MIRRORED_JOINTS
+from ..body.body import JOINT_INDEX, MIRRORED_JOINTS
 from .motion import Motion
 
 JOINTS = tuple(

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..body.skeleton import Y_UP_TO_Z_UP
+from ..body.body import Y_UP_TO_Z_UP
 from ..wording import clean, count, harmless, restated
 
 

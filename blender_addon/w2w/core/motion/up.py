@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from ..wording import count
-from .axes import UPS, Up
-from .sight import MOSTLY, Kind, Sight
+from .sight import MOSTLY, UPS, Kind, Sight, Up
 from .source import UnusableMotion
 
 SURE, SEVERAL = 2, 3

@@ -11,8 +11,7 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..body.body import Body
-from ..body.skeleton import JOINT_NAMES, N_JOINTS, PARENTS
+from ..body.body import JOINT_NAMES, N_JOINTS, PARENTS, Body
 from ..motion.motion import Motion
 from ..motion.skinning import frames_from_edges, joint_transforms, skin, skinning_transforms
 from ..rotations import unit

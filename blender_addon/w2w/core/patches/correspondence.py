@@ -18,9 +18,18 @@ from scipy.spatial import cKDTree
 
 from ..adopt.registration import closest_on, shares_on
 from ..adopt.rest_pose import metres_per_unit
-from ..body.body import Body, vertex_normals
+from ..body.body import (
+    JOINT_INDEX,
+    JOINT_NAMES,
+    LEG,
+    N_JOINTS,
+    PARENTS,
+    Body,
+    limb_length,
+    trunk_line,
+    vertex_normals,
+)
 from ..body.shapes import RANGES, shaped
-from ..body.skeleton import JOINT_INDEX, JOINT_NAMES, LEG, N_JOINTS, PARENTS, limb_length, trunk_line
 from ..retargeting.retarget import SEGMENT_END, rest_alignment
 from ..rotations import unit
 

@@ -19,11 +19,10 @@ import numpy as np
 from scipy.ndimage import map_coordinates
 from scipy.spatial import ConvexHull, QhullError
 
-from ..body.body import Body, edges_of, template
+from ..body.body import JOINT_INDEX, Body, edges_of, template
 from ..body.landmarks import SensorSite
 from ..body.regions import regions_of
 from ..body.shapes import bundled_targets
-from ..body.skeleton import JOINT_INDEX
 from ..rotations import frame_of
 from .body_parts import PARTS, SIDES, great_part, side_of
 

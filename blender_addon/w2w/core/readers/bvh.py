@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..motion.axes import Up
+from ..motion.sight import Up
 from ..motion.source import TO_Z_UP, SourceMotion, UnusableMotion, people_in, refuse_pose
 from ..motion.up import BY_ITSELF, Ups
 from ..retargeting.repair import repaired

@@ -12,8 +12,8 @@ from ..keypoints.fit import UNSMOOTHED_HZ
 from ..keypoints.likely_rest import ALONE, Rests, with_likely_rest
 from ..keypoints.pose_files import NO_FACTS, JointPositions
 from ..motion.believable import believed, unbroken
-from ..motion.ground import on_the_ground
 from ..motion.motion import Motion
+from ..motion.skinning import on_the_ground
 from ..motion.up import BY_ITSELF, Ups
 from ..retargeting.bone_maps import BoneMap
 from ..retargeting.retarget import retarget

@@ -13,8 +13,8 @@ from pathlib import Path
 from ..keypoints.facts import PoseFacts, side_car, up_beside
 from ..keypoints.pose_files import NO_FACTS, JointPositions, read_joints
 from ..keypoints.recognised import is_joint_file, may_hold_joints
-from ..motion.axes import Up, stood
 from ..motion.motion import Motion, read_amass
+from ..motion.sight import Up, stood
 from ..motion.smpl_layouts import RESULT_SUFFIXES
 from ..motion.source import SourceMotion, UnusableMotion, reason_of
 from ..motion.up import BY_ITSELF, Ups

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 
-from ..body.body import TEMPLATES
-from ..body.skeleton import JOINT_INDEX, JOINT_NAMES
+from ..body.body import JOINT_INDEX, JOINT_NAMES, TEMPLATES
 
 BONE_MAPS = TEMPLATES / "bone_maps"
 

@@ -11,15 +11,14 @@ from zlib import crc32
 
 import numpy as np
 
-from ..body.skeleton import BODY_HANDS, JOINT_INDEX, trunk_line
-from ..motion.axes import UPS, Up, stood
+from ..body.body import BODY_HANDS, JOINT_INDEX, trunk_line
 from ..motion.believable import REST_POSE, cut_words, moving_part, shows_rest
-from ..motion.sight import LIMBS, SEEN_FRAMES, Kind, Sight
+from ..motion.sight import LIMBS, SEEN_FRAMES, UPS, Kind, Sight, Up, stood
 from ..motion.source import TO_Z_UP, SourceMotion, unscaled_rotations
 from ..motion.up import BY_ITSELF, Ups
 from ..rotations import smallest_rotation, unit
 from .bone_maps import best_match, missing_joints
-from .four_legs import refuse_four_legs
+from .retarget import refuse_four_legs
 from .structure_match import match_by_structure
 
 STANDING = np.cos(np.radians(50))

@@ -14,7 +14,7 @@ from operator import itemgetter
 
 import numpy as np
 
-from ..body.skeleton import JOINT_INDEX
+from ..body.body import JOINT_INDEX
 from ..motion.source import SourceMotion, unscaled_rotations
 from ..rotations import unit
 from .limb_joints import ARM_BUILD, LEG_BUILD, MOST_COST, Joints, Limb, limb_joints

@@ -14,7 +14,7 @@ from zipfile import ZipFile
 import numpy as np
 
 from ..files import DAMAGED, load_arrays, write_npz, write_text
-from ..inside import inside
+from ..given import inside
 from ..library.library import WORK_FOLDER
 from ..ranking.utility import inputs_of
 from ..windows.inputs import FeatureFiles, PatchBlocks, WindowFiles

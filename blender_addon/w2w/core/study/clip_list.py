@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..files import atomic_write
-from ..inside import checked, inside
+from ..given import checked, inside
 
 CLIP_LIST = "clips.jsonl"
 

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any, Self
 
 from ..body.body import Body
+from ..given import ForeignFileError, inside
 from ..imu.cover import covered
 from ..imu.recording import ImuRecording
-from ..inside import ForeignFileError, inside
 from ..library.library import Clip, Library
 from ..motion.motion import Motion
 from ..patches.patches import PatchSet

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..body.body import Body
-from ..body.skeleton import JOINT_INDEX, N_JOINTS
+from ..body.body import JOINT_INDEX, N_JOINTS, Body
 from ..imu.recording import ImuRecording
 from ..imu.sensor import SensorModel
 from ..imu.synthesis import Synthesis

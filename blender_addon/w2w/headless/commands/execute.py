@@ -16,7 +16,7 @@ from ...core.files import json_number, write_json
 from ...core.findings.advice_content import patch_content
 from ...core.findings.cautions import Caution, below, window_caution
 from ...core.findings.summary import study_counts, write_failure, write_results
-from ...core.inside import ForeignFileError, inside
+from ...core.given import ForeignFileError, inside
 from ...core.ranking.agreement import rank_agreement
 from ...core.ranking.folds import check_testable
 from ...core.study.clip_files import WORK, mark_changing, mark_whole

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from ...core.exports import arrays, bids, biomechanics, parquet, pose_packs
 from ...core.exports.study_signals import ALL, StudySignals, WornSignals, placed
-from ...core.inside import inside
+from ...core.given import inside
 from ...core.study.results import StudyResults
 from ...core.wording import capital, clean
 from ..console import NOTHING_TO_DO, USAGE, console_beside, ending, print_json

@@ -12,8 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from ...core.body.body import Body
-from ...core.body.skeleton import JOINT_INDEX
+from ...core.body.body import JOINT_INDEX, Body
 from ...core.keypoints.facts import UNITS
 from ...core.keypoints.joint_sets import unseen
 from ...core.keypoints.pose_files import JointPositions

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from filelock import FileLock, Timeout
 
-from ...core.inside import ForeignFileError, inside
+from ...core.given import ForeignFileError, inside
 from ...core.study.clip_files import WORK
 from ...core.study.results import check_finished
 from ..console import USAGE, Terminal, ending

@@ -6,8 +6,8 @@ from pathlib import Path
 from ...core.body.body import Body
 from ...core.files import file_sha256
 from ...core.garments.cut import BLEND, KINDS, cut, split_name
+from ...core.given import inside
 from ...core.imu.cover import FITTED, Cover, cover, save_covers, without_overlap
-from ...core.inside import inside
 from ...core.patches.patches import PatchSet
 from ...core.reading.guard import guarded, quiet_output
 from ...core.study.clip_files import mark_changing

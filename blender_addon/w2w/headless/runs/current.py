@@ -17,7 +17,7 @@ from typing import Any
 from ...core.body.body import Body
 from ...core.files import file_sha256, stamp, write_json
 from ...core.findings.summary import versions
-from ...core.inside import inside
+from ...core.given import inside
 from ...core.library.library import Clip
 from ...core.study.clip_files import WORK
 from .clip_task import digest_of_path, look

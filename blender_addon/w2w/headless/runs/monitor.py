@@ -23,7 +23,7 @@ from rich.progress import (
 )
 
 from ...core.files import write_json
-from ...core.inside import inside
+from ...core.given import inside
 from ...core.library.library import Library
 from ...core.study.clip_files import WORK
 from ...core.study.results import ClipResult

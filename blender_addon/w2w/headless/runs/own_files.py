@@ -18,7 +18,7 @@ from pathlib import Path, PurePosixPath
 from tempfile import mkdtemp
 
 from ...core.files import UNFINISHED, atomic_write, file_sha256, told_of_writes
-from ...core.inside import ForeignFileError, checked, inside
+from ...core.given import ForeignFileError, checked, inside
 from ...core.study.clip_files import WORK
 from ...core.wording import clean, join_words as listed_words
 

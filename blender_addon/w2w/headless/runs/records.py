@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.files import UNFINISHED, file_sha256, stamp, write_text
-from ...core.inside import ForeignFileError, checked, inside, is_plain
+from ...core.given import ForeignFileError, checked, inside, is_plain
 from ...core.library.library import Clip, Library
 from ...core.reading.reader import Death
 from ...core.study.clip_files import WORK, mark_changing, motion_file, signals_file

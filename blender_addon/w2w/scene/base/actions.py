@@ -6,8 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ...core.body.body import Body
-from ...core.body.skeleton import JOINT_NAMES
+from ...core.body.body import JOINT_NAMES, Body
 from ...core.motion.examples import as_example
 from ...core.motion.motion import LABELS, Motion
 from ...core.rotations import continuous_quaternions, in_axes

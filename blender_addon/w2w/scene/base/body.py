@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.body.body import Body
-from ...core.body.skeleton import JOINT_INDEX, JOINT_NAMES, PARENTS
+from ...core.body.body import JOINT_INDEX, JOINT_NAMES, PARENTS, Body
 from ...core.motion.examples import SINGLE
 from .module import bmesh, bpy
 

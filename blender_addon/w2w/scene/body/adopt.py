@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ...core.adopt.smpl import MOST_CORNERS, BodyError, body_from_mesh, body_from_rig, load_body, padded
-from ...core.body.body import Body
-from ...core.body.skeleton import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS
+from ...core.body.body import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS, Body
 from ...core.motion.source import UnusableMotion
 from ...core.retargeting.bone_maps import BONE_MAPS, BoneMap
 from ...core.wording import restated

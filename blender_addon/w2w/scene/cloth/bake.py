@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.body.body import Body
-from ...core.body.skeleton import JOINT_NAMES
+from ...core.body.body import JOINT_NAMES, Body
 from ...core.garments.cut import split_name
 from ...core.imu.cover import Cover, cover, without_overlap
 from ...core.imu.on_cloth import ClothSensors, caught_sentence

@@ -13,8 +13,7 @@ from mathutils import Vector
 from mathutils.bvhtree import BVHTree
 from scipy.spatial.transform import Rotation
 
-from ...core.body.body import Body
-from ...core.body.skeleton import JOINT_INDEX
+from ...core.body.body import JOINT_INDEX, Body
 from ...core.motion.motion import Motion
 from ...core.motion.run_up import reached_back
 from ...core.motion.skinning import skin, skinning_transforms

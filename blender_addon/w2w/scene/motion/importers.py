@@ -6,7 +6,7 @@ import struct
 import tempfile
 from pathlib import Path
 
-from ...core.motion.axes import UPS, Up
+from ...core.motion.sight import UPS, Up
 from ...core.motion.source import SAY_RATE, UnusableMotion, size_and_head
 from ...core.readers.import_checks import VRM_SUFFIXES, check_gltf, with_skin
 from ..base.actions import set_scene_rate

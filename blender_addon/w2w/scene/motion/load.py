@@ -4,7 +4,7 @@
 from pathlib import Path
 
 from ...core.keypoints.facts import PoseFacts
-from ...core.motion.axes import stood
+from ...core.motion.sight import stood
 from ...core.motion.source import SourceMotion
 from ...core.motion.up import Ups
 

@@ -7,7 +7,7 @@ from mathutils import Matrix
 
 from ...core.keypoints.facts import PoseFacts
 from ...core.keypoints.pose_files import NO_FACTS
-from ...core.motion.axes import TO_Z
+from ...core.motion.sight import TO_Z
 from ...core.motion.source import motion_amount
 from ...core.readers.bvh import BVH_SUFFIX, read_bvh
 from ..base.actions import FIRST_FRAME, KEYED_AT, key_rate, scene_rate

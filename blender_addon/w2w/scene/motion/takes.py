@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.motion.axes import Up
+from ...core.motion.sight import Up
 from ...core.motion.source import (
     LOWEST_RATE,
     NOT_FINITE,

@@ -10,8 +10,8 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 
 from ...core.files import write_text
 from ...core.findings.summary import patch_table
+from ...core.given import file_name
 from ...core.imu.formats import FORMATS, HELD, write_recording
-from ...core.inside import file_name
 from ...core.library.library import unique_names
 from ...core.selection.advice import redundancy_clusters
 from ...core.selection.headline import doubted, mean_title

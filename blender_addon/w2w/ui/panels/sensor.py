@@ -7,10 +7,10 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
+from ...core.given import file_name
 from ...core.imu.presets import preset, read_sensor, write_sensor
 from ...core.imu.recording import FURTHER
 from ...core.imu.synthesis import FOLDED_BACK
-from ...core.inside import file_name
 from ...core.ranking.utility import inputs_of
 from ...core.wording import capital
 from ..jobs import jobs

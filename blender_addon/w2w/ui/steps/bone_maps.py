@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 from bpy.props import CollectionProperty, StringProperty
 
-from ...core.body.skeleton import JOINT_INDEX, JOINT_NAMES
+from ...core.body.body import JOINT_INDEX, JOINT_NAMES
 from ...core.files import file_sha256, write_json, write_text
 from ...core.keypoints.facts import PoseFacts
 from ...core.library.library import Clip

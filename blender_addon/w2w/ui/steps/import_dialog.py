@@ -21,7 +21,7 @@ from ...core.findings.notes import label_notes
 from ...core.keypoints.facts import PoseFacts
 from ...core.library import import_plan
 from ...core.library.labels import LibraryError
-from ...core.motion.axes import UPS, Up
+from ...core.motion.sight import UPS, Up
 from ...core.motion.source import HIGHEST_RATE
 from ...core.motion.up import BY_ITSELF, Ups
 from ...core.reading.look import look_up

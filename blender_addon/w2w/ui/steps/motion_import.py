@@ -16,7 +16,7 @@ from ...core.keypoints.facts import PoseFacts
 from ...core.library.import_plan import ImportPlan, same_files
 from ...core.library.labels import same_label
 from ...core.library.library import Clip
-from ...core.motion.axes import Up
+from ...core.motion.sight import Up
 from ...core.motion.source import reason_of
 from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
 from ...core.reading.clips import How, RetargetedMotion, fit_clip, open_clip

@@ -10,8 +10,8 @@ from typing import Any, TypeAlias, TypeVar
 import bpy
 
 from ...core.garments.cut import cut
+from ...core.given import inside
 from ...core.imu.cover import FITTED, Cover, cover, load_covers
-from ...core.inside import inside
 from ...core.patches.patches import PatchSet
 from ...core.study.config import StudyConfig
 from ...scene.bake import PatchBaker

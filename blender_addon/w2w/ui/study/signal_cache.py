@@ -14,8 +14,8 @@ import bpy
 import numpy as np
 
 from ...core.files import load_arrays
+from ...core.given import ForeignFileError
 from ...core.imu.recording import ImuRecording
-from ...core.inside import ForeignFileError
 from ...core.study.clip_files import STORED, features_file, signals_file, signals_key, write_features
 from ...core.study.results import stored_recording
 from ..jobs.preferences import SIGNALS_SUFFIX, cache_folder

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.body.shapes import RANGES
-from ...core.inside import inside
+from ...core.given import inside
 from ...core.parameters import parameters_at
 from ...core.patches.patches import PatchSet
 from ...core.ranking.utility import UtilityMap, unavailable

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...core.body.skeleton import JOINT_NAMES
+from ...core.body.body import JOINT_NAMES
 from ...scene import heatmap
 from ...scene.base.body import armature_of, body_of, matrix, moved, read_values, select
 from ..jobs.jobs import views

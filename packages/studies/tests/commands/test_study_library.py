@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 from tests.clip_lists import used_clips
-from w2w.core.body.skeleton import N_JOINTS
+from w2w.core.body.body import N_JOINTS
 from w2w.core.motion.motion import Motion
 from w2w.headless.app import APP
 

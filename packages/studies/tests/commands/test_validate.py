@@ -8,8 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import JOINT_INDEX, N_JOINTS
+from w2w.core.body.body import JOINT_INDEX, N_JOINTS, Body
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.motion.motion import Motion

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.body.body import JOINT_INDEX, Body
 from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel

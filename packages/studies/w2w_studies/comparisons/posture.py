@@ -3,8 +3,7 @@
 
 import numpy as np
 
-from w2w.core.body.body import Body
-from w2w.core.body.skeleton import JOINT_INDEX
+from w2w.core.body.body import JOINT_INDEX, Body
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
 

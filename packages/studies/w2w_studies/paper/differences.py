@@ -6,9 +6,9 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from w2w.core.filtering import butterworth, count_resampled
-from w2w.core.imu.gaps import bridge
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.synthesis import Synthesis
+from w2w.core.imu.trajectory import bridge
 from w2w.core.rotations import decompose
 
 FILTER_ORDER = 4

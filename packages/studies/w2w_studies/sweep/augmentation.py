@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from w2w.core.body.skeleton import JOINT_NAMES, MIRRORED_JOINTS
+from w2w.core.body.body import JOINT_NAMES, MIRRORED_JOINTS
 from w2w.core.motion.motion import Motion
 
 ACROSS = np.diag([-1.0, 1.0, 1.0])

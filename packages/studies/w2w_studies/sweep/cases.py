@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import partial
 
-from w2w.core.body.skeleton import JOINT_NAMES
+from w2w.core.body.body import JOINT_NAMES
 from w2w.core.motion.motion import Motion
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.variants import FORCE_RANGE, KNOBS, TURN_RANGE, variants, with_model

@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from w2w.core.inside import ForeignFileError, checked, file_name, inside
+from w2w.core.given import ForeignFileError, checked, file_name, inside
 
 LEADING_OUT = [
     *("", ".", "..", "../a", "a/..", "a/../../b", "./a", "a//b", "a/", "/a", "/", "...", ".. /a", ". ./a"),
