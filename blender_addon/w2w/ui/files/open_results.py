@@ -12,7 +12,7 @@ from bpy.props import StringProperty
 from ...core.body.body import Body
 from ...core.body.regions import regions_of
 from ...core.findings.listed import clips_of
-from ...core.inside import ForeignFileError
+from ...core.given import ForeignFileError
 from ...core.study.clip_files import STORED
 from ...core.study.results import StudyResults
 from ...scene.base.actions import show_action, write_action
