@@ -33,7 +33,7 @@ def test_the_page_shows_what_its_code_prints(shared_data, tmp_path, monkeypatch)
     some_clips(shared_data / "library" / "hdm05.tar.xz", tmp_path / "HDM05")
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", PAGE.read_text("utf-8"), re.DOTALL)
-    assert len(blocks) == 6
+    assert len(blocks) == 5
     names: dict = {}
     for code, shown in blocks:
         printed = io.StringIO()

@@ -52,20 +52,33 @@ def test_activities_that_differ_by_duration_alone_are_cautioned_against():
     assert any(text.endswith(" by its duration") for text in texts[KNOW])
 
 
-def test_activities_that_differ_by_source_alone_are_cautioned_against_and_stop_the_answer():
+def test_activities_that_differ_by_source_alone_stop_the_answer_or_are_cautioned_against():
     about = facts()
     for clip, each in zip(CLIPS, about, strict=True):
         each["source"] = f"lab of {clip.activity}"
     texts = said(UTILITY, CLIPS, about)
-    assert any(
-        text.startswith("a clip's source alone gives F1 1.00, the whole signal .90: ")
-        for text in texts[WEAKENS]
-    )
     assert len(texts[STOPS]) == 1
+    assert not any("source" in text for text in texts[WEAKENS])  # said once, by what stops the answer
+    for each in about[::4]:
+        each["source"] = "studio"  # three of four are told by their lab: too few to stop the answer
+    texts = said(replace(UTILITY, expected_mean=np.full(2, 0.7)), CLIPS, about)
+    assert not texts[STOPS]
+    assert any(text.startswith("a clip's source alone gives F1 ") for text in texts[WEAKENS]), texts
     texts = said(UTILITY, CLIPS, facts(systems=("studio", "film")))
     assert not texts[STOPS]
     assert not any("source" in text for text in texts[WEAKENS])
     assert any("by its duration and " in text and text.endswith(" by its source") for text in texts[KNOW])
+
+
+def test_the_figures_are_told_to_programs_by_one_caution():
+    found = cautions(
+        UTILITY, CLIPS, facts(seconds=(3.0, 5.0, 9.0), systems=("studio", "film")), StudyConfig()
+    )
+    told = [each for each in found if each.f1]
+    assert [each.weight for each in told] == [KNOW]
+    assert set(told[0].f1) == {"duration", "source"}
+    assert told[0].f1["duration"] == pytest.approx(1)
+    assert all(f"{f1:.2f}".lstrip("0") in told[0].text for f1 in told[0].f1.values())
 
 
 def test_labels_dealt_by_chance_tell_nothing():

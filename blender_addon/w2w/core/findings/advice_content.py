@@ -35,7 +35,6 @@ def advice_content(
         "best_single_patch": {
             **patch_content(advice.best, utility, patches),
             "clips_rank_placements": utility.can_rank,
-            "chance_of_gain": round(utility.beats_average, 3),
         },
         "mean": {
             "weights": dict(zip(utility.activities, utility.weights.tolist(), strict=True)),

@@ -22,7 +22,7 @@ from ..selection.scored import best_single
 from ..study.config import StudyConfig
 from ..study.ranking import LabelledClip, copies_among
 from ..wording import capital, count, join_words
-from .sources import f1_alone, origin_of, source_caution
+from .sources import SOURCES, f1_alone, origin_of, source_caution
 
 STOPS, WEAKENS, KNOW = "stops the answer", "weakens the answer", "good to know"
 """Weights of a caution, the heaviest first."""
@@ -65,6 +65,7 @@ class Caution(NamedTuple):
 
     weight: str
     text: str
+    f1: Mapping[str, float] = {}  # what each thing that it says tells alone, for programs
 
     def sentence(self) -> str:
         """The caution as every door says it."""
@@ -93,20 +94,23 @@ def cautions(
     place = best_single(utility) if patch is None else patch
     told = f1_alone(utility, clips, origins, durations, config)
     by = join_words([f"{short(f1)} by its {what}" for what, f1 in told.items()])
-    alone = f"guessing a clip without its movement gives F1 {by}" if told else ""
+    guessed = Caution(KNOW, f"guessing a clip without its movement gives F1 {by}" if by else "", dict(told))
     told |= {} if patch is None else {"posture": by_posture(utility, patch)}
+    stops = source_caution(ranked)
+    said = {"source"} if stops.startswith(SOURCES) else set()
     shared = subjects_sentence(clips) if config.by_subject else ""
     found = [
         window_caution(config.windows.length_s, durations),
-        Caution(STOPS, source_caution(ranked)),
-        *(alone_caution(utility, what, f1, place) for what, f1 in told.items()),
+        Caution(STOPS, stops),
+        *(alone_caution(utility, what, f1, place) for what, f1 in told.items() if what not in said),
         Caution(WEAKENS, _reliability(utility)),
         Caution(WEAKENS, _few_clips(utility)),
         Caution(WEAKENS, _left_out(utility)),
         *(Caution(WEAKENS, text) for text in (shared, full_scale_sentence(odd), config.synthesis.caution)),
         *(Caution(WEAKENS, text) for text in caught_sentences(odd)),
         Caution(WEAKENS if utility.left_out else KNOW, copies_sentence(copies_among(clips, clips))),
-        *(Caution(KNOW, text) for text in (alone, _up(odd), _rests(odd), cut_sentence(odd), on_cloth)),
+        guessed,
+        *(Caution(KNOW, text) for text in (_up(odd), _rests(odd), cut_sentence(odd), on_cloth)),
     ]
     return heaviest_first(found)
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..files import DIGITS
 from ..ranking.utility import UtilityMap, utility_map
 from ..study.clip_files import NO_SIGNATURE, ClipWindows
 from ..study.config import StudyConfig
@@ -19,6 +20,9 @@ from ..wording import NAMED, join_words
 
 ALONE = 0.8
 """Share of an activity's clips above which it is practically from one source alone."""
+
+SOURCES = "the ranking may tell the sources of the clips"
+"""Beginning of the caution on them."""
 
 STRANGERS = 0.2
 """Two activities whose shares by source overlap by less than this have no source in common."""
@@ -55,8 +59,8 @@ def source_caution(clips: Sequence[Origin]) -> str:
     for groups in _ways(clips):
         if source_of := confined(activities, groups):
             return (
-                "the ranking may tell the sources of the clips apart, not the activities: "
-                f"{_sources(source_of)}; take all activities from the same sources, or compare within each"
+                f"{SOURCES} apart, not the activities: {_sources(source_of)}; take all activities from the "
+                "same sources, or compare within each"
             )
     people = [clip.subject for clip in clips]
     person_of = confined(activities, people) if all(people) else {}
@@ -131,4 +135,4 @@ def f1_alone(
     labels, features = WindowLabels.of([clips[number] for number in some], whole), features[some]
     f1 = utility_map(features, labels.protocol(config), resamples=1, halvings=0).mean.tolist()
     differs = np.ptp(features, axis=0).any(axis=1)
-    return {what: f1[row] for row, what in enumerate(("duration", "source")) if differs[row]}
+    return {what: round(f1[row], DIGITS) for row, what in enumerate(("duration", "source")) if differs[row]}
