@@ -256,7 +256,8 @@ def test_a_source_for_each_activity_is_warned_of(ran, tmp_path):
     assert first["weight"] == "stops the answer"
     assert first["text"].startswith(caution)
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert f"<b>Stops the answer:</b> {caution}" in page
+    assert f"No answer yet: {caution}" in page
+    assert f"<b>Stops the answer:</b> {caution}" not in page
 
 
 TOO_ALIKE = [("rank_clips", "rank patches"), ("choose", "choose sensors")]

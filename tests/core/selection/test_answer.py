@@ -146,7 +146,9 @@ def test_a_gain_that_is_not_shown_is_no_figure(patches, bundled_body):
     assert " A belt clip may cost .04" in spoken.detail()
 
 
-@pytest.mark.parametrize(("ahead", "product"), [(0.003, "belt clip"), (0.024, "belt clip"), (0.03, "earbud")])
+@pytest.mark.parametrize(
+    ("ahead", "product"), [(0.003, "belt clip"), (0.034, "belt clip"), (0.036, "earbud")]
+)
 def test_the_habit_is_kept_unless_a_gain_can_be_counted_on(patches, bundled_body, ahead, product):
     expected = np.where(where(patches, "head"), 0.6 + ahead, 0.6)
     assert find_answer(scored(ranked(expected), patches, bundled_body)).product == product

@@ -12,6 +12,9 @@ from .utility import UtilityMap
 AS_GOOD = 0.02
 """Largest expected cost of a place that is as good as another."""
 
+KEPT = 0.03
+"""Largest expected lead over what people wear anyway that leaves that the answer (docs/evidence/habit.md)."""
+
 EQUAL = 0.0025
 """Expected F1 by which places differ no more than another seed of the folds makes them differ."""
 

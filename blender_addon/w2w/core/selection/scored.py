@@ -11,7 +11,7 @@ from ..body.body import Body
 from ..patches.body_parts import HABIT, PRODUCT_NAMED, PRODUCTS, Product, product_called, side_of
 from ..patches.naming import FAR_M, nearest_patch, place, resolve
 from ..patches.patches import PatchSet
-from ..ranking.costs import EQUAL, Cost, cost_of, is_as_good
+from ..ranking.costs import EQUAL, KEPT, Cost, as_shown, cost_of, is_as_good
 from ..ranking.utility import ExpectedF1, UtilityMap
 from ..wording import InShort, plain_words
 from .headline import short
@@ -81,12 +81,12 @@ class ScoredMap:
     def base(self) -> PlaceScore:
         """The recommended place, which all costs are against.
 
-        It is the best product or a better region, or the habit if that is as good.
+        It is the best product or a better region, or the habit if that is hardly worse.
         """
         found, habit = self._chosen, self.kept
         if habit is None:
             return found
-        return habit if cost_of(self.utility, found.under, habit.under).as_good else found
+        return habit if as_shown(cost_of(self.utility, found.under, habit.under).expected) <= KEPT else found
 
     @property
     def _chosen(self) -> PlaceScore:

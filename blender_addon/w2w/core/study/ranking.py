@@ -29,7 +29,7 @@ from ..windows.stream import standing_reading
 from .clip_files import ClipWindows
 from .config import StudyConfig
 
-RANKING_VERSION = 7
+RANKING_VERSION = 8
 """Version of maps, choices and what is told of them: raise it with a change that gives others."""
 
 
