@@ -18,7 +18,7 @@ from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs
 from w2w.ui.steps.choosing import choose_steps
 from w2w.ui.study import signal_cache
-from w2w.ui.study.lists import advice_of, answer_of, comparison_of, is_understood, leading, suggestions
+from w2w.ui.study.lists import advice_of, answer_of, comparison_of, leading
 from w2w.ui.study.state import FORBID, config_of, constraints_of, patches_of, utility_of
 
 from .made_study import make_study
@@ -171,20 +171,6 @@ def test_a_wish_that_nothing_meets_says_so_and_one_without_a_place_is_none(finis
     assert not study.chosen
     with pytest.raises(RuntimeError, match="no patch is called 'tail'"):
         bpy.ops.w2w.choose_sensors()
-
-
-def test_names_are_offered_for_what_is_typed(finished_run: Path) -> None:
-    patches = patches_of(open_file(finished_run / "study.blend"))
-    assert suggestions(patches, "")[:3] == ["left", "right", "middle"]
-    found = suggestions(patches, "Left thi")
-    assert found
-    assert all("left" in name and "thi" in name for name in found)
-    assert "left leg" in suggestions(patches, "leg")
-
-
-def test_every_name_that_is_offered_is_understood(finished_run: Path) -> None:
-    patches = patches_of(open_file(finished_run / "study.blend"))
-    assert [name for name in suggestions(patches, "") if not is_understood(patches, name)] == []
 
 
 def test_a_limit_can_be_switched_on_and_off(finished_run: Path) -> None:

@@ -9,9 +9,12 @@ from w2w.core.library.import_plan import (
     BY_FILE,
     BY_FOLDER,
     activity_of_action,
+    by_activity,
+    outcome_sentence,
     plan_files,
     plan_folder,
     same_files,
+    taken_before,
     without_known,
 )
 from w2w.core.library.library import LibraryError
@@ -141,3 +144,22 @@ def test_files_of_one_folder_whose_names_all_differ_are_labelled_by_it(tmp_path)
     assert set(labels(plan_files(paths[:3], BY_FILE)).values()) == {"anna", "ben", "carl"}
     assert labels(plan_files(paths[2:])) == {"carl.bvh": "carl", "Jump.bvh": "jump", "Jump (1).bvh": "jump"}
     assert labels(plan_files(paths[:1])) == {"anna.bvh": "anna"}
+
+
+def test_a_copy_of_a_known_file_was_taken_before(tmp_path):
+    for name, text in (("known", "one"), ("copy", "one"), ("new", "two")):
+        (tmp_path / name).write_text(text)
+    files = [tmp_path / name for name in ("known", "copy", "new", "missing")]
+    assert taken_before(files, [tmp_path / "known"]) == {tmp_path / "known", tmp_path / "copy"}
+
+
+def test_clips_without_an_activity_come_last():
+    clips = [("walk", "b"), ("", "c"), ("run", "d"), ("walk", "a")]
+    assert list(by_activity(clips).items()) == [("run", ["d"]), ("walk", ["b", "a"]), ("", ["c"])]
+
+
+def test_an_import_says_what_to_look_at():
+    assert outcome_sentence(2, 0, 0, 0, []) == "Imported 2 motions"
+    said = outcome_sentence(3, 1, 2, 1, ["walk", "run"])
+    assert said.startswith("Imported 3 motions; 1 file cannot be used: the list says why; 2 left out")
+    assert said.endswith("'walk' and 1 more was in the list already: one motion twice flatters a ranking")

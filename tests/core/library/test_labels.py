@@ -9,7 +9,7 @@ import pytest
 
 from w2w.core.findings.notes import label_notes
 from w2w.core.library.import_plan import BY_CSV, plan_files
-from w2w.core.library.labels import LibraryError, by_label, same_label
+from w2w.core.library.labels import LibraryError, by_label, same_label, speller
 from w2w.core.library.library import read_library
 
 ROWS = (("file", "activity", "subject"), ("a.fbx", "Gehen, müde", "Zoë"), ("b.fbx", "Laufen", "Jörg"))
@@ -270,3 +270,8 @@ def test_files_chosen_by_hand_are_labelled_by_their_own_rows(people):
     labels.write_text("file,activity\nsubject01/001.bvh,walk\nsubject02/001.bvh,run\n")
     (clip,) = plan_files([people / "subject02" / "001.bvh"], BY_CSV, labels).clips
     assert clip.activity == "run"
+
+
+def test_a_label_is_spelled_as_it_is_listed():
+    spell = speller(["Sit down", "sit_down", "walk"])
+    assert [spell(typed) for typed in ("sit-down", "WALK", " jump ")] == ["Sit down", "walk", "jump"]

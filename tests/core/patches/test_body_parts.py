@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.body.regions import regions_of
-from w2w.core.patches.body_parts import PARTS, find_patches
+from w2w.core.patches.body_parts import PARTS, find_patches, is_understood, suggestions
 
 
 def found(patches, wish):
@@ -58,3 +58,21 @@ def test_words_sides_names_and_placements(patches):
         find_patches(patches.regions, patches.names, "rigth arm")
     with pytest.raises(ValueError, match=r"no patch is called 'tail': write a part of the body \(left"):
         found(patches, "tail")
+
+
+OFFERED = (("left wrist", "sternum"), ("left wrist", "my ring"))
+"""Regions and names of two patches."""
+
+
+def test_names_are_offered_for_what_is_typed():
+    assert suggestions(*OFFERED, "")[:3] == ["left", "right", "middle"]
+    assert suggestions(*OFFERED, "Left wri") == ["left wrist"]
+    assert {"left leg", "right leg"} <= set(suggestions(*OFFERED, "leg"))
+    assert suggestions(*OFFERED, "ring")[-1] == "my ring"
+
+
+def test_every_name_that_is_offered_is_understood(patches):
+    known = patches.regions, patches.names
+    assert [name for name in suggestions(*known, "") if not is_understood(*known, name)] == []
+    assert is_understood(*OFFERED, "left wrist, belt")
+    assert not is_understood(*OFFERED, "left wrist, tail")

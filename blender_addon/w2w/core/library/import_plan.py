@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..readers.animations import contents, telling_part
 from ..reading.formats import MOTION_SUFFIXES, is_motion
-from ..wording import clean
+from ..wording import clean, count, join_words
 from .labels import NO_LABELS, LabelCheck, LibraryError, read_labels
 from .library import LABELS, Clip, activity_of, as_label, not_read_sentence, read_library, unique_names
 
@@ -34,10 +34,15 @@ class ImportPlan:
     @property
     def activities(self) -> dict[str, list[str]]:
         """Files by activity in alphabetical order; those without one come last, under the empty name."""
-        files_of: dict[str, list[str]] = {}
-        for clip in sorted(self.clips, key=lambda clip: (not clip.activity, clip.activity)):
-            files_of.setdefault(clip.activity, []).append(clip.file)
-        return files_of
+        return by_activity((clip.activity, clip.file) for clip in self.clips)
+
+
+def by_activity(clips: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+    """Names of clips, given with their activities, by these; see `ImportPlan.activities`."""
+    names_of: dict[str, list[str]] = {}
+    for activity, name in sorted(clips, key=lambda clip: (not clip[0], clip[0])):
+        names_of.setdefault(activity, []).append(name)
+    return names_of
 
 
 def plan_folder(folder: Path, by: str = AUTOMATIC, csv: Path | None = None) -> ImportPlan:
@@ -92,11 +97,16 @@ def plan_files(paths: Iterable[Path], by: str = AUTOMATIC, csv: Path | None = No
 
 def without_known(plan: ImportPlan, known: Iterable[Path]) -> ImportPlan:
     """A plan less the files that were taken before, be it under another name."""
-    taken = dict.fromkeys(path.absolute() for path in known)
-    first = same_files([*taken, *(clip.path.absolute() for clip in plan.clips)])
-    again = [clip for clip in plan.clips if {path := clip.path.absolute(), first.get(path)} & taken.keys()]
-    new = tuple(clip for clip in plan.clips if clip not in again)
-    return replace(plan, clips=new, known=tuple(clip.file for clip in again))
+    taken = taken_before((clip.path for clip in plan.clips), known)
+    new = tuple(clip for clip in plan.clips if clip.path not in taken)
+    return replace(plan, clips=new, known=tuple(clip.file for clip in plan.clips if clip.path in taken))
+
+
+def taken_before(paths: Iterable[Path], known: Iterable[Path]) -> set[Path]:
+    """Those of some files that are, or are a copy of, one that is known."""
+    whole, taken = {path: path.absolute() for path in paths}, {path.absolute() for path in known}
+    first = same_files([*taken, *whole.values()])
+    return {path for path, found in whole.items() if {found, first.get(found)} & taken}
 
 
 def same_files(paths: Sequence[Path]) -> dict[Path, Path]:
@@ -115,6 +125,21 @@ def same_files(paths: Sequence[Path]) -> dict[Path, Path]:
                 if first.setdefault(digest, path) != path:
                     copies[path] = first[digest]
     return copies
+
+
+def outcome_sentence(used: int, failed: int, left_out: int, unlabelled: int, twice: Sequence[str]) -> str:
+    """What an import did, in numbers and the names of what was there before, and what to look at."""
+    parts = [f"Imported {count('motion', used)}"]
+    if failed:
+        parts.append(f"{count('file', failed)} cannot be used: the list says why")
+    if left_out:
+        parts.append(f"{left_out} left out: the list says why")
+    if unlabelled:
+        parts.append(f"{unlabelled} without an activity, which no ranking counts: type it in the list")
+    if twice:
+        names = join_words([f"'{name}'" for name in twice], most=1)
+        parts.append(f"{names} was in the list already: one motion twice flatters a ranking")
+    return "; ".join(parts)
 
 
 def activity_of_action(action: str, armature: str = "") -> str:

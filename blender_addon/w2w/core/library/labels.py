@@ -137,6 +137,14 @@ def same_label(label: str) -> str:
     return re.sub(r"[ _]+", "_", re.sub(r"(?<=\w)-(?=\w)", "_", words)).strip("_") or words
 
 
+def speller(listed: Iterable[str]) -> Callable[[str], str]:
+    """A function that spells a label as it is listed, else as it is given."""
+    known: dict[str, str] = {}
+    for label in listed:
+        known.setdefault(same_label(label), label)
+    return lambda given: known.get(same_label(given), composed(given))
+
+
 def spelled_once(
     rows: Mapping[Key, Row], exact: bool = False, form: Callable[[str], str] = composed
 ) -> tuple[dict[Key, Row], LabelCheck]:

@@ -160,6 +160,25 @@ def find_patches(regions: Sequence[str], names: Sequence[str], wish: str) -> np.
         return _on_side(regions, side, meant)
 
 
+def is_understood(regions: Sequence[str], names: Sequence[str], wishes: str) -> bool:
+    """Whether all wishes, separated by commas, mean something on a body; see `find_patches`."""
+    try:
+        for wish in filter(str.strip, wishes.split(",")):
+            find_patches(regions, names, wish)
+    except ValueError:
+        return False
+    return True
+
+
+def suggestions(regions: Sequence[str], names: Sequence[str], typed: str) -> list[str]:
+    """Sides, parts, products, placements and regions whose names contain all typed words."""
+    sided = [f"{side} {part}" for part in ("arm", "hand", "leg", "foot") for side in SIDES]
+    common = [*PRODUCT_NAMED, *(placement.name for placement in PLACEMENTS)]
+    every = [*SIDES, MIDDLE, *PARTS, *sided, *common, *sorted(set(regions)), *names]
+    words = typed.lower().split()
+    return [name for name in dict.fromkeys(every) if all(word in name for word in words)]
+
+
 def _on_side(regions: Sequence[str], side: str, stems: Sequence[str]) -> np.ndarray:
     wanted = {f"{s} {stem}".strip() for stem in stems for s in ((side,) if side else ("", *SIDES))}
     return np.array([patch for patch, region in enumerate(regions) if region in wanted], dtype=int)

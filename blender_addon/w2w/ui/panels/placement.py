@@ -7,6 +7,7 @@ import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
 from ...core.findings.in_words import as_sentence, may_move, pilot_sentences, sensor_sentences
+from ...core.patches.body_parts import is_understood
 from ...core.wording import capital
 from ..jobs.text import draw_text, styled
 from ..results import results
@@ -87,7 +88,8 @@ def draw_wishes(layout: bpy.types.UILayout, context: bpy.types.Context, body: bp
     for number, wish in enumerate(study.wishes):
         row = column.row(align=True)
         styled(row.row(align=True), ui_units_x=4).prop(wish, "kind", text="")
-        where = styled(row.row(align=True), alert=not lists.is_understood(patches, wish.place))
+        is_known = is_understood(patches.regions, patches.names, wish.place)
+        where = styled(row.row(align=True), alert=not is_known)
         where.prop(wish, "place", text="", placeholder="where")
         if wish.kind == state.COST:
             styled(row.row(align=True), ui_units_x=3).prop(wish, "cost", text="")

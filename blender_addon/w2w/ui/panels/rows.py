@@ -9,6 +9,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from ...core.findings.notes import merged_sentence
+from ...core.patches.body_parts import suggestions
 from ...core.wording import capital
 from ...scene import heatmap
 from ...scene.base.body import armature_of
@@ -221,7 +222,7 @@ class W2W_PG_activity(Group):
 def _suggest(wish: W2W_PG_wish, _context: bpy.types.Context, typed: str) -> list[str]:
     """Parts, products and patches whose names contain what was typed."""
     patches = state.patches_of(wish.id_data)
-    return lists.suggestions(patches, typed) if patches is not None else []
+    return suggestions(patches.regions, patches.names, typed) if patches is not None else []
 
 
 class W2W_PG_place(Group):

@@ -272,9 +272,7 @@ class W2W_OT_use_scene_animation(ImportDialog, bpy.types.Operator):
                     known.append(take.name)
                 else:
                     items.append(item)
-        activities: dict[str, list[str]] = {}
-        for item in sorted(items, key=lambda item: item.activity):
-            activities.setdefault(item.activity, []).append(item.name)
+        activities = import_plan.by_activity((item.activity, item.name) for item in items)
         return ImportList(items, activities, known, left_out)
 
     def takes(self, armature: bpy.types.Object) -> tuple[list[SceneTake], list[SkippedTake]]:

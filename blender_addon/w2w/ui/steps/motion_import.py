@@ -13,8 +13,8 @@ from ...core.body.body import Body
 from ...core.files import file_sha256
 from ...core.findings.cautions import ODD, cut_sentence
 from ...core.keypoints.facts import PoseFacts
-from ...core.library.import_plan import ImportPlan, same_files
-from ...core.library.labels import same_label
+from ...core.library.import_plan import ImportPlan, outcome_sentence, taken_before
+from ...core.library.labels import speller
 from ...core.library.library import Clip
 from ...core.motion.sight import Up
 from ...core.motion.source import reason_of
@@ -23,7 +23,7 @@ from ...core.reading.clips import How, RetargetedMotion, fit_clip, open_clip
 from ...core.reading.reader import Reader
 from ...core.reading.rests import look_rests
 from ...core.retargeting.bone_maps import BoneMap
-from ...core.wording import clean, count, free_name, join_words
+from ...core.wording import clean, free_name
 from ...scene.base.actions import write_action
 from ...scene.base.body import armature_of, body_of
 from ...scene.motion.load import read_by_blender
@@ -87,7 +87,9 @@ def import_steps(
     body, maps = body_of(mesh), saved_maps()
     before = len(mesh.w2w.clips)
     twice = _listed_already(mesh, items)
-    items = _spelled_as_listed(mesh.w2w, items)
+    activity = speller(clip.activity for clip in mesh.w2w.clips)
+    subject = speller(clip.subject for clip in mesh.w2w.clips)
+    items = [replace(item, activity=activity(item.activity), subject=subject(item.subject)) for item in items]
     failed = unlabelled = 0
     down: list[tuple[int, bool]] = []
     cut: list[tuple[str, dict[str, str]]] = []
@@ -121,8 +123,8 @@ def import_steps(
         raise
     mesh.w2w.clip_index = before
     lists.list_labels(mesh.w2w)
-    parts = [_outcome(len(items) - failed, failed, len(left_out), unlabelled, twice), cut_sentence(cut)]
-    return "; ".join(filter(None, parts))
+    done = outcome_sentence(len(items) - failed, failed, len(left_out), unlabelled, twice)
+    return "; ".join(filter(None, (done, cut_sentence(cut))))
 
 
 def _retarget(
@@ -138,45 +140,11 @@ def _retarget(
     return (yield from in_thread(lambda _: fit_clip(source, item, body, how), item.called, 0.8, 1.0))
 
 
-def _spelled_as_listed(study: bpy.types.PropertyGroup, items: Sequence[ImportItem]) -> list[ImportItem]:
-    """Motions with their activities and subjects spelled as the list has them already."""
-    activities = {same_label(clip.activity): clip.activity for clip in study.clips}
-    subjects = {same_label(clip.subject): clip.subject for clip in study.clips}
-    return [
-        replace(
-            item,
-            activity=activities.get(same_label(item.activity), item.activity),
-            subject=subjects.get(same_label(item.subject), item.subject),
-        )
-        for item in items
-    ]
-
-
 def _listed_already(mesh: bpy.types.Object, items: Sequence[ImportItem]) -> list[str]:
     """Names of motions that the list has already, from the same file or a copy of it, or the same take."""
-    listed = listed_files(mesh)
     takes = {clip.taken_from for clip in mesh.w2w.clips} - {""}
-    copies = same_files([*listed, *(item.path for item in items if item.take is None)])
-    return [
-        item.called
-        for item in items
-        if item.taken_from in takes or item.path in listed or copies.get(item.path) in listed
-    ]
-
-
-def _outcome(used: int, failed: int, left_out: int, unlabelled: int, twice: list[str]) -> str:
-    """Result of an import, and what the user should look at, in a sentence."""
-    parts = [f"Imported {count('motion', used)}"]
-    if failed:
-        parts.append(f"{count('file', failed)} cannot be used: the list says why")
-    if left_out:
-        parts.append(f"{left_out} left out: the list says why")
-    if unlabelled:
-        parts.append(f"{unlabelled} without an activity, which no ranking counts: type it in the list")
-    if twice:
-        names = join_words([f"'{name}'" for name in twice], most=1)
-        parts.append(f"{names} was in the list already: one motion twice flatters a ranking")
-    return "; ".join(parts)
+    files = taken_before((item.path for item in items if item.take is None), listed_files(mesh))
+    return [item.called for item in items if item.taken_from in takes or item.path in files]
 
 
 def add_clip(mesh: bpy.types.Object, retargeted: RetargetedMotion, item: ImportItem) -> None:

@@ -12,11 +12,8 @@ from typing import Any
 import bpy
 
 from ...core.findings.cautions import Caution
-from ...core.library.labels import same_label
-from ...core.patches.body_parts import MIDDLE, PARTS, PLACEMENTS, PRODUCT_NAMED, SIDES, find_patches
-from ...core.patches.patches import PatchSet
+from ...core.library.labels import speller
 from ...core.selection.constraints import Constraints
-from ...core.wording import composed
 from .counting import list_activities
 from .state import COST, FORBID, MUST, ONLY, advice_settings, run_of, usable, without_updates
 
@@ -34,10 +31,7 @@ def list_labels(study: bpy.types.PropertyGroup) -> None:
 
 def listed_spelling(study: bpy.types.PropertyGroup, typed: str, what: str, but: Container[str]) -> str:
     """The spelling of an ``activity`` or ``subject`` in the list, `but` for clips with these names."""
-    listed = (getattr(clip, what) for clip in study.clips if clip.name not in but)
-    return next(
-        (label for label in listed if same_label(label) == same_label(typed)), composed(typed).strip()
-    )
+    return speller(getattr(clip, what) for clip in study.clips if clip.name not in but)(typed)
 
 
 def list_wishes(study: bpy.types.PropertyGroup, constraints: Constraints) -> None:
@@ -58,25 +52,6 @@ def add_wish(study: bpy.types.PropertyGroup, kind: str, place: str = "") -> bpy.
         wish = study.wishes.add()
         wish.kind, wish.place = kind, place
     return wish
-
-
-def is_understood(patches: PatchSet, place: str) -> bool:
-    """Whether all words of a wish mean something on a body."""
-    try:
-        for words in filter(str.strip, place.split(",")):
-            find_patches(patches.regions, patches.names, words)
-    except ValueError:
-        return False
-    return True
-
-
-def suggestions(patches: PatchSet, typed: str) -> list[str]:
-    """Sides, parts, products, placements and regions whose names contain all typed words."""
-    sided = [f"{side} {part}" for part in ("arm", "hand", "leg", "foot") for side in SIDES]
-    common = [*PRODUCT_NAMED, *(placement.name for placement in PLACEMENTS)]
-    names = [*SIDES, MIDDLE, *PARTS, *sided, *common, *sorted(set(patches.regions)), *patches.names]
-    words = typed.lower().split()
-    return [name for name in dict.fromkeys(names) if all(word in name for word in words)]
 
 
 def keep_advice(study: bpy.types.PropertyGroup, content: Mapping[str, Any]) -> None:
