@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from w2w.core.body.body import Body
 from w2w.core.colours import Scale
@@ -15,7 +16,7 @@ from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study.config import StudyConfig
 from w2w.drawing import heatmap, signal_figure
-from w2w.drawing.page import SensorList
+from w2w.drawing.page import SensorList, shaped
 from w2w_studies.comparisons import figures
 from w2w_studies.placements import placement_figure
 from w2w_studies.placements.score_table import ScoreRow
@@ -95,3 +96,14 @@ def test_a_name_that_looks_like_a_formula_is_drawn_as_it_stands(kind, tmp_path):
     for number, name in enumerate(HOSTILE if kind is _heatmap else HOSTILE[:1]):
         kind(tmp_path / f"{number}.png", name)
         assert (tmp_path / f"{number}.png").stat().st_size > 0
+
+
+@pytest.mark.parametrize("size", [(300, 400), (900, 100)])
+@pytest.mark.parametrize(("shape", "ratio"), [("WIDE", 16 / 9), ("SQUARE", 1.0)])
+def test_a_picture_gets_room_around_it_and_loses_nothing(size, shape, ratio):
+    pixels = np.array(shaped(Image.new("RGBA", size, "#ff0000ff"), shape, "#ffffff00"))
+    height, width, _ = pixels.shape
+    assert width / height == pytest.approx(ratio, abs=0.01)
+    shown = pixels[..., 3] > 0
+    assert shown.sum() == size[0] * size[1]
+    assert (pixels[shown] == (255, 0, 0, 255)).all()

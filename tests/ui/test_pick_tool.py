@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from w2w.scene.base.patches import patch_empties
-from w2w.ui.steps.patches import spot_at
+from w2w.scene.base.playback import spot_at
 from w2w.ui.study.state import patches_of
 
 from .made_study import make_study
@@ -29,10 +29,10 @@ def test_a_click_finds_the_patch_of_the_posed_surface(library: Path) -> None:
     for face in range(0, len(evaluated.data.polygons), 997):
         vertex = evaluated.data.polygons[face].vertices[0]
         place = np.array(evaluated.matrix_world @ evaluated.data.vertices[vertex].co)
-        assert spot_at(depsgraph, body, face, place) == (labels[vertex], vertex)
+        assert spot_at(depsgraph, body, patches_of(body), face, place) == (labels[vertex], vertex)
     # with other vertices than the patches know, the nearest empty decides
     body.modifiers.new("Subdivision", "SUBSURF").levels = 1
     depsgraph.update()
     empty = patch_empties(body.w2w.patch_collection)[7]
     place = np.array(empty.evaluated_get(depsgraph).matrix_world.translation)
-    assert spot_at(depsgraph, body, 0, place) == (7, -1)
+    assert spot_at(depsgraph, body, patches_of(body), 0, place) == (7, -1)

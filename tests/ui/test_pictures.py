@@ -11,22 +11,8 @@ import pytest
 from PIL import Image
 
 from w2w.scene.base.body import armature_of
-from w2w.ui.files.pictures import shaped
 
 from .made_study import make_study
-
-
-@pytest.mark.parametrize("size", [(300, 400), (900, 100)])
-@pytest.mark.parametrize(("shape", "ratio"), [("WIDE", 16 / 9), ("SQUARE", 1.0)])
-def test_a_picture_gets_room_around_it_and_loses_nothing(
-    size: tuple[int, int], shape: str, ratio: float
-) -> None:
-    pixels = np.array(shaped(Image.new("RGBA", size, "#ff0000ff"), shape, "#ffffff00"))
-    height, width, _ = pixels.shape
-    assert width / height == pytest.approx(ratio, abs=0.01)
-    shown = pixels[..., 3] > 0
-    assert shown.sum() == size[0] * size[1]
-    assert (pixels[shown] == (255, 0, 0, 255)).all()
 
 
 def saved(path: Path, **look: str) -> np.ndarray:

@@ -22,12 +22,12 @@ from w2w.core.study.clip_files import STORED, features_file, signals_file
 from w2w.core.study.results import StudyResults
 from w2w.scene.base.body import armature_of
 from w2w.scene.base.patches import patch_empties
+from w2w.scene.base.playback import spot_at
 from w2w.scene.files.study_file import RECORD, read_record
 from w2w.scene.heatmap import MEAN, heatmap_names
 from w2w.ui.jobs import jobs, preferences
 from w2w.ui.panels.steps import W2W_PT_utility
 from w2w.ui.results import restore
-from w2w.ui.steps.patches import spot_at
 from w2w.ui.study import signal_cache
 from w2w.ui.study.lists import answer_of
 from w2w.ui.study.state import (
@@ -121,7 +121,7 @@ def test_a_click_on_the_skin_picks_the_runs_patch(opened: bpy.types.Object, fini
     for face in range(0, len(mesh.polygons), 1999):
         corner = mesh.polygons[face].vertices[0]
         place = np.array(opened.matrix_world @ mesh.vertices[corner].co)
-        assert spot_at(depsgraph, opened, face, place)[0] == run.patches.labels[corner]
+        assert spot_at(depsgraph, opened, patches_of(opened), face, place)[0] == run.patches.labels[corner]
     assert bpy.ops.w2w.select_patch(patch=7) == {"FINISHED"}
     assert opened.w2w.picked == 7
 

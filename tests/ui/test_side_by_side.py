@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from w2w.core.colours import LEAST_SPAN, Scale
+from w2w.scene.base.playback import spot_at
 from w2w.scene.heatmap import BESIDE, DIFFERENCE
 from w2w.ui.panels import results as panel
 from w2w.ui.results import upkeep
-from w2w.ui.steps.patches import spot_at
 from w2w.ui.study.scores import beside_of
 from w2w.ui.study.state import patches_of, utility_of
 from w2w.ui.viewport.framing import surface
@@ -138,7 +138,10 @@ def test_a_spot_on_the_copy_is_the_same_spot_of_the_body(library: Path) -> None:
     corner = copy.data.polygons[face].vertices[0]
     evaluated = copy.evaluated_get(depsgraph)
     place = np.array(evaluated.matrix_world @ evaluated.data.vertices[corner].co)
-    assert spot_at(depsgraph, body, face, place, copy) == (int(patches_of(body).labels[corner]), corner)
+    assert spot_at(depsgraph, body, patches_of(body), face, place, copy) == (
+        int(patches_of(body).labels[corner]),
+        corner,
+    )
 
 
 def test_taken_out_by_hand_it_is_off_and_can_be_shown_again(library: Path) -> None:

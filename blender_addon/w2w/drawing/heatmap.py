@@ -3,6 +3,7 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,6 +14,7 @@ from PIL import Image
 
 from ..core.body.body import Body
 from ..core.colours import Scale, colour_table
+from ..core.files import atomic_write
 from ..core.imu.recording import ImuRecording
 from ..core.patches.patches import PatchSet
 from . import page
@@ -107,6 +109,23 @@ def subset_figure(
     if path is not None:
         page.save(figure, path)
     return figure
+
+
+def draw_slide(path: Path, views: Sequence[np.ndarray], shape: str, on_page: dict[str, Any] | None) -> None:
+    """Write pictures of a body side by side as a PNG file of one of `page.SHAPES`.
+
+    They stand on a `subset_figure` with its other arguments `on_page`, or on nothing.
+    """
+    if on_page is None:
+        top, bottom, first, last = common_crop(views)
+        alone = np.concatenate([each[top:bottom, first:last] for each in views], axis=1)
+        whole = page.shaped(Image.fromarray(alone), shape, "#ffffff00")
+    else:
+        figure = subset_figure(None, views, **on_page)
+        page.canvas_of(figure).draw()
+        whole = page.shaped(page.drawn_on(figure), shape, "white")
+    with atomic_write(path) as stream:
+        whole.save(stream, format="png", compress_level=1)
 
 
 @page.OWN_STYLE

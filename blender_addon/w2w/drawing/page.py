@@ -36,6 +36,9 @@ FONT = ["DejaVu Sans", *(name for name in OTHER_SCRIPTS if name in fontManager.g
 """The first comes with matplotlib, so that figures look the same everywhere; the others have letters that it
 lacks."""
 
+SHAPES = {"WIDE": 16 / 9, "SQUARE": 1.0}
+"""Widths of slides, in their heights."""
+
 MARGIN = 0.45
 """White edge around everything, inches."""
 
@@ -98,6 +101,15 @@ def canvas_of(figure: Figure) -> FigureCanvasAgg:
 def drawn_on(figure: Figure) -> Image.Image:
     """What was drawn on the figure's canvas; opaque, which is a quarter less to pack."""
     return Image.fromarray(np.asarray(canvas_of(figure).buffer_rgba())).convert("RGB")
+
+
+def shaped(picture: Image.Image, shape: str, around: str) -> Image.Image:
+    """A picture with room of a colour around it where its shape is another."""
+    (width, height), ratio = picture.size, SHAPES[shape]
+    size = max(width, round(height * ratio)), max(height, round(width / ratio))
+    whole = Image.new(picture.mode, size, around)
+    whole.paste(picture, ((size[0] - width) // 2, (size[1] - height) // 2))
+    return whole
 
 
 def fit(figure: Figure, text: Text, width: float) -> None:

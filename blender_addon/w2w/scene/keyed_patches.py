@@ -37,3 +37,9 @@ def keyed_empties(
             for channel in ("location", "rotation_quaternion"):
                 empty.keyframe_insert(channel, frame=time)
         yield (number + 1) / len(names)
+
+
+def remove_keyed(collection: bpy.types.Collection) -> None:
+    """Remove keyed empties, their actions and their collection."""
+    keyed = [item.animation_data.action for item in collection.objects if item.animation_data]
+    bpy.data.batch_remove([*filter(None, keyed), *collection.objects, collection])

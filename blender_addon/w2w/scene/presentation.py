@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 from mathutils import Matrix
@@ -69,3 +70,24 @@ def shown_surface(items: Sequence[bpy.types.Object]) -> tuple[np.ndarray, np.nda
             colours[-1] = painted_colours(painted)
         count += size
     return np.concatenate(points), np.concatenate(faces), np.concatenate(colours)
+
+
+def show_picture(path: Path, drawn_after: float) -> None:
+    """Show a picture whole in a window of its own, which is drawn so many seconds after it opens."""
+    windows = bpy.context.window_manager.windows
+    image = bpy.data.images.load(str(path), check_existing=True)
+    image.reload()
+    with bpy.context.temp_override(window=windows[0]):
+        bpy.ops.wm.window_new()
+    window = windows[-1]
+    area = window.screen.areas[0]
+    area.type = "IMAGE_EDITOR"
+    area.spaces.active.image = image
+
+    def show_whole() -> None:
+        if window in windows[:]:
+            region = next(each for each in area.regions if each.type == "WINDOW")
+            with bpy.context.temp_override(window=window, area=area, region=region):
+                bpy.ops.image.view_all(fit_view=True)
+
+    bpy.app.timers.register(show_whole, first_interval=drawn_after)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Patches in the scene: empties that ride on the triangles of a body's mesh."""
 
+from collections.abc import Collection, Iterator, Sequence
+
 import numpy as np
 
 from ...core.patches.patches import PatchSet
@@ -14,6 +16,9 @@ REGION = "region"
 
 EMPTY_SIZE = 0.012
 """Length of an empty's axes, metres."""
+
+MARKED_SCALE = 1.4
+"""Radius of a marked empty's sphere, in lengths of its axes."""
 
 
 def place_patches(
@@ -52,6 +57,34 @@ def check_patches(mesh: bpy.types.Object, patches: PatchSet) -> None:
 def remove_patches(collection: bpy.types.Collection) -> None:
     """Remove a collection of empties that `place_patches` made, and all that is in it."""
     bpy.data.batch_remove([*patch_empties(collection), collection])
+
+
+def lost_empties(kept: Collection[bpy.types.Object]) -> Iterator[bpy.types.Object]:
+    """Empties whose body is not one of those kept; those without a parent are judged by their collection."""
+    lost: dict[object, bool] = {}
+    for item in bpy.data.objects:
+        if PATCH not in item or item.library is not None:
+            continue
+        is_lost = item.parent not in kept
+        if item.parent is None:  # one that people set free is parented as an OBJECT is
+            is_lost = lost.setdefault(item.users_collection[:1], item.parent_type != "OBJECT")
+        if is_lost:
+            yield item
+
+
+def mark_empties(collection: bpy.types.Collection, wanted: Sequence[bpy.types.Object], size: float) -> None:
+    """Let a collection hold these empties, as spheres, and no others: those that it held are axes again.
+
+    `size` is the length of an empty's axes, metres.
+    """
+    for empty in list(collection.objects):
+        if empty not in wanted:
+            collection.objects.unlink(empty)
+            empty.empty_display_type, empty.empty_display_size = "ARROWS", size
+    for empty in wanted:
+        if empty.name not in collection.objects:
+            collection.objects.link(empty)
+        empty.empty_display_type, empty.empty_display_size = "SPHERE", MARKED_SCALE * size
 
 
 def patch_empties(collection: bpy.types.Collection) -> list[bpy.types.Object]:

@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager, contextmanager
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from ...core.patches.patches import PatchSet
 from . import actions
 from .body import matrix
 from .module import bpy
@@ -188,3 +189,28 @@ class EvaluatedVertices:
             attributes.remove(attributes[TAG])
             self._depsgraph.update()
         return values
+
+
+def spot_at(
+    depsgraph: bpy.types.Depsgraph,
+    body: bpy.types.Object,
+    patches: PatchSet,
+    face: int,
+    point: np.ndarray,
+    shown: bpy.types.Object | None = None,
+) -> tuple[int, int]:
+    """Patch of a point in the world, on this face of the evaluated body, and the vertex nearest to it.
+
+    `shown` is the clicked object if it is a copy of the body; the vertex is -1 if a modifier has made other
+    vertices than the body's.
+    """
+    evaluated = (shown or body).evaluated_get(depsgraph)
+    mesh, world = evaluated.data, matrix(evaluated.matrix_world)
+    if len(mesh.vertices) == len(patches.labels):
+        corners = list(mesh.polygons[face].vertices)
+        points = np.array([mesh.vertices[corner].co for corner in corners]) @ world[:3, :3].T + world[:3, 3]
+        vertex = corners[int(np.linalg.norm(points - point, axis=1).argmin())]
+        return int(patches.labels[vertex]), vertex
+    # a modifier has made other vertices: the nearest carrier triangle stands for its patch
+    points = EvaluatedVertices(body, patches.triangles).positions().mean(axis=1)
+    return int(np.linalg.norm(points - point, axis=1).argmin()), -1

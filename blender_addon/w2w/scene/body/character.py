@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Somebody's own character in the scene: our body's map on its meshes, our sensors on its skin."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -167,6 +167,13 @@ def _points(body: bpy.types.Object, mesh: bpy.types.Object) -> tuple[np.ndarray,
         raise ValueError(f"'{mesh.name}' is tied to another body: use the character again")
     shares = np.column_stack([values[:, 1:], 1 - values[:, 1:].sum(axis=1)])
     return triangles[faces], shares
+
+
+def lost_marks(shown: Collection[bpy.types.Collection | None]) -> Iterator[bpy.types.Object]:
+    """Sensors on characters in no collection that a study shows; people may keep them among other things."""
+    for home in bpy.data.collections:
+        if home.library is None and home not in shown and all(MARK in item for item in home.objects):
+            yield from home.objects
 
 
 def _weights(mesh: bpy.types.Object, bones: list[bpy.types.Bone], matched: dict[int, int]) -> np.ndarray:

@@ -22,7 +22,7 @@ from ..jobs.jobs import Step, Steps, as_steps, in_thread, on_body, part
 from ..study import lists, signal_cache
 from ..viewport.framing import dressed, surface
 from .exports import Export
-from .pictures import LIGHT, MARGIN, SHAPE, choice, chosen_spots, load_drawing, shaped, words_on
+from .pictures import LIGHT, MARGIN, SHAPE, choice, chosen_spots, load_drawing, words_on
 
 RATE = 24
 """Frames per second of films."""
@@ -76,6 +76,7 @@ def film_steps(mesh: bpy.types.Object, path: Path, what: str, shape: str, light:
     yield from in_thread(load_drawing, "preparing", 0.0, 0.0)
     from ...drawing.body import Surface, ViewFrame, locate
     from ...drawing.heatmap import VIEW_PIXELS, moving_figure
+    from ...drawing.page import shaped
 
     plan, page = _plan(mesh, what), partial(moving_figure, **words_on(mesh))
     count = len(plan.frames)

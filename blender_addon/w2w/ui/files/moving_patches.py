@@ -10,7 +10,7 @@ from bpy.props import EnumProperty
 from ...core.imu.virtual import at_patches
 from ...scene.bake import PatchBaker
 from ...scene.base.body import same_selection, select
-from ...scene.keyed_patches import keyed_empties
+from ...scene.keyed_patches import keyed_empties, remove_keyed
 from ..jobs.jobs import Step, Steps, as_steps, on_body, part
 from ..study import lists, operators, scores, state
 from ..viewport.framing import fold_soon
@@ -36,16 +36,10 @@ def key_steps(mesh: bpy.types.Object, chosen: Sequence[int]) -> Generator[Step, 
         keys = keyed_empties(collection, names, bake.matrices, bake.rate, given)
         yield from as_steps(keys, "setting keys", 0.3, 1.0)
     except BaseException:
-        remove(collection)
+        remove_keyed(collection)
         raise
     fold_soon()
     return collection
-
-
-def remove(collection: bpy.types.Collection) -> None:
-    """Remove keyed empties, their actions and their collection."""
-    keyed = [item.animation_data.action for item in collection.objects if item.animation_data]
-    bpy.data.batch_remove([*filter(None, keyed), *collection.objects, collection])
 
 
 @on_body
@@ -74,7 +68,7 @@ def usd_steps(mesh: bpy.types.Object, path: Path) -> Steps:
                 export_custom_properties=True,
             )
     finally:
-        remove(collection)
+        remove_keyed(collection)
     return f"Saved {len(chosen)} moving spots: {path}"
 
 

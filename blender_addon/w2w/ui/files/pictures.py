@@ -10,11 +10,9 @@ from typing import Any
 import bpy
 import numpy as np
 from bpy.props import EnumProperty
-from PIL import Image
 
-from ...core.files import atomic_write
 from ...scene.base.playback import EvaluatedVertices
-from ...scene.presentation import facing, posed, shown_surface
+from ...scene.presentation import facing, posed, show_picture, shown_surface
 from ..jobs.jobs import Step, Steps, in_thread, on_body, views
 from ..study import lists, scores, state
 from ..viewport.framing import DRAWN_AFTER, dressed
@@ -27,9 +25,6 @@ MARGIN = 1.06
 LARGEST = 2.0
 """Most pixels across, in those of an upright body's height: one that lies is drawn coarser."""
 
-SHAPES = {"WIDE": 16 / 9, "SQUARE": 1.0}
-"""Widths of pictures, in their heights."""
-
 
 @on_body
 def picture_steps(
@@ -37,9 +32,8 @@ def picture_steps(
 ) -> Steps:
     """Draw the body from the front and from behind, or as the view sees it; lay a page around it."""
     yield from in_thread(load_drawing, "preparing", 0.0, 0.2)
-    from ...drawing.body import Surface, ViewFrame, common_crop, locate
-    from ...drawing.heatmap import VIEW_PIXELS, subset_figure
-    from ...drawing.page import canvas_of, drawn_on
+    from ...drawing.body import Surface, ViewFrame, locate
+    from ...drawing.heatmap import VIEW_PIXELS, draw_slide
 
     words = words_on(mesh)
     with posed(mesh) if pose == "NEUTRAL" else nullcontext():
@@ -58,16 +52,8 @@ def picture_steps(
             progress(number / 3)
             pictures.append(surface.picture(frame, light == "STUDIO"))
         progress(2 / 3)
-        if content == "PAGE":
-            figure = subset_figure(None, pictures, markers=locate(frames, *spots), **words)
-            canvas_of(figure).draw()
-            whole = shaped(drawn_on(figure), shape, "white")
-        else:
-            top, bottom, first, last = common_crop(pictures)
-            alone = np.concatenate([each[top:bottom, first:last] for each in pictures], axis=1)
-            whole = shaped(Image.fromarray(alone), shape, "#ffffff00")
-        with atomic_write(path) as stream:
-            whole.save(stream, format="png", compress_level=1)
+        page = {"markers": locate(frames, *spots), **words} if content == "PAGE" else None
+        draw_slide(path, pictures, shape, page)
 
     yield from in_thread(draw, f"drawing {path.name}", 0.3, 1.0)
     open_soon(path)
@@ -116,39 +102,10 @@ def _turns(mesh: bpy.types.Object, seen: str) -> list[float]:
     return [facing(mesh), facing(mesh) + np.pi]
 
 
-def shaped(picture: Image.Image, shape: str, around: str) -> Image.Image:
-    """A picture with room of a colour around it where its shape is another."""
-    (width, height), ratio = picture.size, SHAPES[shape]
-    size = max(width, round(height * ratio)), max(height, round(width / ratio))
-    whole = Image.new(picture.mode, size, around)
-    whole.paste(picture, ((size[0] - width) // 2, (size[1] - height) // 2))
-    return whole
-
-
 def open_soon(path: Path) -> None:
     """Show a picture in a window of its own, once the job is over: a new window takes its context."""
     if not bpy.app.background:
-        bpy.app.timers.register(partial(_open, path), first_interval=DRAWN_AFTER)
-
-
-def _open(path: Path) -> None:
-    windows = bpy.context.window_manager.windows
-    image = bpy.data.images.load(str(path), check_existing=True)
-    image.reload()
-    with bpy.context.temp_override(window=windows[0]):
-        bpy.ops.wm.window_new()
-    window = windows[-1]
-    area = window.screen.areas[0]
-    area.type = "IMAGE_EDITOR"
-    area.spaces.active.image = image
-
-    def show_whole() -> None:
-        if window in windows[:]:
-            region = next(each for each in area.regions if each.type == "WINDOW")
-            with bpy.context.temp_override(window=window, area=area, region=region):
-                bpy.ops.image.view_all(fit_view=True)
-
-    bpy.app.timers.register(show_whole, first_interval=DRAWN_AFTER)
+        bpy.app.timers.register(partial(show_picture, path, DRAWN_AFTER), first_interval=DRAWN_AFTER)
 
 
 def choice(name: str, about: str, **items: str) -> Any:

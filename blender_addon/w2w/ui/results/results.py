@@ -18,14 +18,12 @@ from ...core.study.choosing import scored_map
 from ...core.study.ranking import LabelledClip
 from ...core.wording import capital
 from ...scene import heatmap
-from ...scene.base.patches import empties_by_patch
+from ...scene.base.patches import empties_by_patch, mark_empties
 from ...scene.files.packing import pack
 from ..study import counting, lists, scores, state
 from ..viewport import legend
 
 TABLE_ROWS = 8
-CHOSEN_SCALE = 1.4
-"""Radius of a chosen sensor's sphere, in lengths of a patch's axes."""
 
 _waiting: set[str] = set()
 """Bodies to paint when they leave Edit Mode."""
@@ -214,17 +212,7 @@ def mark_chosen(body: bpy.types.Object) -> None:
         study.chosen_collection.color_tag = "COLOR_01"
         home = body.users_collection[0] if body.users_collection else bpy.context.scene.collection
         home.children.link(study.chosen_collection)
-    collection = study.chosen_collection
-    for empty in list(collection.objects):
-        if empty not in wanted:
-            collection.objects.unlink(empty)
-            empty.empty_display_type = "ARROWS"
-            empty.empty_display_size = study.patch_size
-    for empty in wanted:
-        if empty.name not in collection.objects:
-            collection.objects.link(empty)
-        empty.empty_display_type = "SPHERE"
-        empty.empty_display_size = CHOSEN_SCALE * study.patch_size
+    mark_empties(study.chosen_collection, wanted, study.patch_size)
     if study.character is not None and patches is not None:
         vertices = [int(patches.vertices[row.patch]) for row in chosen]
         legend.mark_character(body, vertices, [row.label for row in chosen])

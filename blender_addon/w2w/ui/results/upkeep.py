@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What happens by itself when people undo, leave Edit Mode or delete a body."""
 
-from collections.abc import Iterator
-
 import bpy
 
-from ...scene.base.patches import PATCH
-from ...scene.body.character import MARK
+from ...scene.base.patches import lost_empties
+from ...scene.body.character import lost_marks
 from ...scene.heatmap import BESIDE, remove_beside
 from ..jobs import jobs
 from ..study import state
@@ -103,7 +101,8 @@ def take_along() -> float | None:
     shown = {item.w2w.beside for item in kept if item.type == "MESH"}
     copies = [item for item in bpy.data.objects if BESIDE in item and item.library is None]
     beside = [item for item in copies if item not in shown]
-    lost = {*_lost_empties(kept), *_lost_marks(kept)}
+    marks = {item.w2w.marks for item in kept if item.type == "MESH"}
+    lost = {*lost_empties(kept), *lost_marks(marks)}
     homes = {collection for item in lost for collection in item.users_collection}
     emptied = [home for home in homes if not home.children and lost.issuperset(home.objects)]
     bpy.data.batch_remove([*lost, *emptied])
@@ -112,27 +111,6 @@ def take_along() -> float | None:
         if scene.library is None and scene.w2w.body is not None and scene.w2w.body not in kept:
             scene.w2w.body = None
     return None
-
-
-def _lost_empties(kept: set[bpy.types.Object]) -> Iterator[bpy.types.Object]:
-    """Empties whose body is deleted; those without a parent are judged by their collection."""
-    lost: dict[object, bool] = {}
-    for item in bpy.data.objects:
-        if PATCH not in item or item.library is not None:
-            continue
-        is_lost = item.parent not in kept
-        if item.parent is None:  # one that people set free is parented as an OBJECT is
-            is_lost = lost.setdefault(item.users_collection[:1], item.parent_type != "OBJECT")
-        if is_lost:
-            yield item
-
-
-def _lost_marks(kept: set[bpy.types.Object]) -> Iterator[bpy.types.Object]:
-    """Sensors on characters whose body is deleted; people may keep them among other things."""
-    shown = {item.w2w.marks for item in kept if item.type == "MESH" and item.w2w.marks is not None}
-    for home in bpy.data.collections:
-        if home.library is None and home not in shown and all(MARK in item for item in home.objects):
-            yield from home.objects
 
 
 HANDLERS = (

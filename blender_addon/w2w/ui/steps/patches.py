@@ -12,7 +12,7 @@ from ...core.patches.patches import PatchSet
 from ...core.study.signals import place_patches as sample
 from ...scene.base.body import select
 from ...scene.base.patches import PATCH, empties_by_patch, place_patches, remove_patches
-from ...scene.base.playback import EvaluatedVertices
+from ...scene.base.playback import spot_at
 from ...scene.files.packing import pack
 from ..jobs import jobs
 from ..results import own_placements, results
@@ -223,7 +223,8 @@ def pick_spot(
     compare: bool = False,
 ) -> None:
     """Look at the patch of a point (3,) that was clicked on a face of a body, or of what shows it."""
-    patch, vertex = spot_at(context.evaluated_depsgraph_get(), body, face, point, shown)
+    patches = state.placed_patches(body)
+    patch, vertex = spot_at(context.evaluated_depsgraph_get(), body, patches, face, point, shown)
     pick(context, body, patch, compare, vertex)
 
 
@@ -260,31 +261,6 @@ class W2W_WT_pick(bpy.types.WorkSpaceTool):
         ("w2w.pick_patch", CLICK, None),
         ("w2w.pick_patch", {**CLICK, "shift": True}, {"properties": [("compare", True)]}),
     )
-
-
-def spot_at(
-    depsgraph: bpy.types.Depsgraph,
-    body: bpy.types.Object,
-    face: int,
-    point: np.ndarray,
-    shown: bpy.types.Object | None = None,
-) -> tuple[int, int]:
-    """Patch of a point in the world, on this face of the evaluated body, and the vertex nearest to it.
-
-    `shown` is the clicked object if it is a copy of the body; the vertex is -1 if a modifier has made other
-    vertices than the body's.
-    """
-    patches = state.placed_patches(body)
-    evaluated = (shown or body).evaluated_get(depsgraph)
-    mesh, world = evaluated.data, np.array(evaluated.matrix_world)
-    if len(mesh.vertices) == len(patches.labels):
-        corners = list(mesh.polygons[face].vertices)
-        points = np.array([mesh.vertices[corner].co for corner in corners]) @ world[:3, :3].T + world[:3, 3]
-        vertex = corners[int(np.linalg.norm(points - point, axis=1).argmin())]
-        return int(patches.labels[vertex]), vertex
-    # a modifier has made other vertices: the nearest carrier triangle stands for its patch
-    points = EvaluatedVertices(body, patches.triangles).positions().mean(axis=1)
-    return int(np.linalg.norm(points - point, axis=1).argmin()), -1
 
 
 def register() -> None:
