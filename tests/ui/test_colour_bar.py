@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from w2w.drawing.places import Box, Place
 from w2w.ui.viewport import colour_bar
 from w2w.ui.viewport.legend import Legend
-from w2w.ui.viewport.places import Box, Place
 
 from .drawn import drawn_on
 

@@ -10,11 +10,10 @@ import pytest
 
 from w2w.core.colours import Scale
 from w2w.core.imu.recording import ImuRecording
+from w2w.drawing.places import Box, FreeArea, Place, place
 from w2w.ui.viewport import card as card_module, colour_bar
 from w2w.ui.viewport.card import HoverCard, on_one_scale
-from w2w.ui.viewport.framing import FreeArea
 from w2w.ui.viewport.legend import Legend
-from w2w.ui.viewport.places import Box, Place, place
 
 from .drawn import drawn_on
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from ...core.colours import Scale, score_colours
 from ...core.imu.recording import ImuRecording
+from ...drawing.places import Box, Place
 from .drawing import Colour, clipped, polyline, rectangle, text, width_of
-from .places import Box, Place
 
 WIDTH, FOLDED_WIDTH, MARGIN, LINE = 350, 230, 12, 15
 """Sizes at a scale of 1, pixels."""

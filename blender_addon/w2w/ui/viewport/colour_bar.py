@@ -7,10 +7,10 @@ from functools import partial
 import numpy as np
 
 from ...core.colours import colour_table
+from ...drawing.places import Place
 from .card import BACKGROUND, GREY, MARGIN, PALE
 from .drawing import bar_of_colours, clipped, rectangle, text, width_of
 from .legend import Legend
-from .places import Place
 
 BAR_WIDTH, BAR_HEIGHT, BAR_TICKS = 16, 190, 5
 """Size of the upright bar, pixels at a scale of 1, and its numbers."""

@@ -2,13 +2,13 @@
 """Look at the body: 3D views from the side of a spot, the Outliner without a row for each patch."""
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import bpy
 import numpy as np
 from mathutils import Vector
 
 from ...core.body.body import JOINT_NAMES
+from ...drawing.places import FreeArea
 from ...scene import heatmap
 from ...scene.base.body import armature_of, body_of, matrix, moved, read_values, select
 from ..jobs.jobs import views
@@ -56,15 +56,6 @@ _hips: dict[str, Vector] = {}
 
 hidden: set[str] = set()
 """Names of what was hidden to show a body alone."""
-
-
-class FreeArea(NamedTuple):
-    """The part of a region that no panel covers."""
-
-    left: float
-    right: float
-    bottom: float
-    top: float
 
 
 def free_area(area: bpy.types.Area, region: bpy.types.Region) -> FreeArea:

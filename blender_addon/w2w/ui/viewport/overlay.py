@@ -10,6 +10,7 @@ from mathutils import Vector
 
 from ...core.colours import Scale, score_colours
 from ...core.patches.patches import PatchSet
+from ...drawing.places import Box, Place, place
 from ...scene.base.actions import FIRST_FRAME, key_rate
 from ...scene.base.patches import PATCH
 from ..study import lists, scores, signal_cache, state
@@ -18,7 +19,7 @@ from .colour_bar import draw_colour_bar, sizes
 from .drawing import Colour, Surface, disc, dots, rectangle, ring, text, width_of
 from .framing import free_area
 from .legend import Legend, legend, show_colours
-from .places import Box, Place, blenders_own, place, seen
+from .places import blenders_own, seen
 
 MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))
 BADGE: Colour = (0.1, 0.1, 0.1, 1.0)
