@@ -4,7 +4,7 @@
 from pathlib import Path
 from typing import Any
 
-from w2w.core.study.clip_list import is_used, read_clip_list
+from w2w.core.study.clip_files import is_used, read_clip_list
 
 
 def used_clips(out: Path) -> list[dict[str, Any]]:

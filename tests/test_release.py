@@ -10,7 +10,7 @@ import yaml
 
 from w2w.core.ranking.utility import PLUG_INS
 from w2w.core.reading.formats import GROUP as READERS
-from w2w.headless.lazy_group import GROUP as COMMANDS
+from w2w.headless.app import GROUP as COMMANDS
 
 ROOT = Path(__file__).resolve().parents[1]
 NAME = "The W2W authors"

@@ -5,9 +5,9 @@ import json
 
 import pytest
 
-from w2w.core.imu.further import FurtherSensors
 from w2w.core.imu.presets import preset
 from w2w.core.imu.synthesis import Synthesis
+from w2w.core.imu.virtual import FurtherSensors
 from w2w.core.parameters import parameters_of
 from w2w.core.selection.constraints import Constraints
 from w2w.core.study.config import StudyConfig

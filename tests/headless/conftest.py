@@ -35,7 +35,7 @@ from w2w.drawing import heatmap
 from w2w.drawing.body import BodyPictures
 from w2w.headless.runs.folder import make_folders
 from w2w.headless.runs.study import write_config
-from w2w.report import page, still_picture
+from w2w.report import page
 
 from ..command_line import cli
 from ..here import CAREFULLY, clips_here, ranked_roughly
@@ -83,7 +83,7 @@ def made_once_here(dear) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(signals, "sample_patches", place)
         patch.setattr(Body, "load", staticmethod(kept))
-        patch.setattr(still_picture, "BodyPictures", dear["shaded"])
+        patch.setattr(page, "BodyPictures", dear["shaded"])
         patch.setattr(heatmap, "BodyPictures", dear["shaded"])
         patch.setattr(page, "Environment", partial(Environment, bytecode_cache=dear["templates"]))
         patch.setattr(typer.testing, "_get_command", dear["commands"])

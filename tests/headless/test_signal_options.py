@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from w2w.core.files import write_npz
-from w2w.core.imu.further import NOTHING, FurtherSensors
 from w2w.core.imu.presets import preset
 from w2w.core.imu.recording import FURTHER, ImuRecording
+from w2w.core.imu.virtual import NOTHING, FurtherSensors
 from w2w.core.study.clip_files import features_file
 from w2w.core.study.config import StudyConfig
 from w2w.headless.options import further_sensors

@@ -7,7 +7,7 @@ import pytest
 import typer.testing
 from typer.testing import CliRunner
 
-from w2w.headless import lazy_group
+from w2w.headless import app
 from w2w.headless.app import APP
 
 STUDIES = ("tables", "sweep", "challenge", "demo-library", "study", "validate")
@@ -29,8 +29,8 @@ def test_with_the_studies_each_command_has_its_help(command):
 @pytest.mark.parametrize("words", [(), ("--help",), ("mhad", "--out", "OUT", "-x")], ids=str)
 @pytest.mark.parametrize("command", STUDIES)
 def test_without_them_it_says_how_to_get_them(monkeypatch, command, words):
-    others = EntryPoints(point for point in entry_points(group=lazy_group.GROUP) if point.name not in STUDIES)
-    monkeypatch.setattr(lazy_group, "entry_points", lambda **_: others)
+    others = EntryPoints(point for point in entry_points(group=app.GROUP) if point.name not in STUDIES)
+    monkeypatch.setattr(app, "entry_points", lambda **_: others)
     monkeypatch.setattr(typer.testing, "_get_command", typer.main.get_command)  # conftest keeps one
     code, said = w2w(command, *words)
     assert code == 2

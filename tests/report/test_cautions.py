@@ -13,7 +13,7 @@ from w2w.core.findings.cautions import KNOW, STOPS, WEAKENS, Caution, below, cau
 from w2w.core.keypoints.likely_rest import ITS_OWN
 from w2w.core.selection.advice import advise
 from w2w.core.selection.scored import ScoredMap
-from w2w.core.study.clip_list import is_used
+from w2w.core.study.clip_files import is_used
 from w2w.core.study.results import StudyResults
 from w2w.headless.reports.console_tables import show_answer, show_cautions
 from w2w.report.page import report_page

@@ -21,8 +21,7 @@ from w2w.core.ranking.utility import UtilityMap
 from w2w.core.study.choosing import compare_places
 from w2w.core.study.results import StudyResults
 from w2w.headless.commands.report import write_report
-from w2w.report.page import report_page
-from w2w.report.still_picture import still_picture
+from w2w.report.page import report_page, still_picture
 
 from .browser import find, settle, text
 

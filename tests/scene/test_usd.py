@@ -13,7 +13,7 @@ import pytest
 import w2w
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
-from w2w.scene.motion import usd
+from w2w.scene.motion import importers
 
 FORMS = ("usda", "usdc", "usdz")
 HAS_USD = bpy.app.version >= (4, 4)  # its own library, open to Python
@@ -86,7 +86,7 @@ def sdf():
     """USD's own layers, opened to Python by a first import."""
     if not HAS_USD:
         pytest.skip("this Blender's USD is not open to Python")
-    usd.open_library()
+    importers.open_library()
     from pxr import Sdf
 
     return Sdf
@@ -110,7 +110,7 @@ def text(header: str = "", of_prim: str = "", body: str = "") -> str:
 )
 def test_a_file_says_its_time_codes_a_second(tmp_path, header, rate):
     (tmp_path / "a.usd").write_text(text(header))
-    assert usd.usd_rate(tmp_path / "a.usd") == rate
+    assert importers.usd_rate(tmp_path / "a.usd") == rate
 
 
 @pytest.mark.usefixtures("sdf")
@@ -130,7 +130,7 @@ def test_a_file_says_its_time_codes_a_second(tmp_path, header, rate):
 def test_what_is_no_usable_file_is_refused(tmp_path, name, data, message):
     (tmp_path / name).write_bytes(data)
     with pytest.raises(UnusableMotion) as caught:
-        usd.usd_rate(tmp_path / name)
+        importers.usd_rate(tmp_path / name)
     assert message in str(caught.value)
 
 
@@ -175,7 +175,7 @@ def test_a_file_of_parts_in_other_files_is_refused(tmp_path, sdf, part, form):
         with zipfile.ZipFile(path, "w", zipfile.ZIP_STORED) as archive:
             archive.write(whole, whole.name)
     with pytest.raises(UnusableMotion, match=r"parts of it lie in other files \(.*\): save it as one file"):
-        usd.usd_rate(path)
+        importers.usd_rate(path)
 
 
 ALONE = """
@@ -208,7 +208,7 @@ def Xform "root" (
 def test_what_is_read_of_no_other_file_stays(tmp_path):
     (tmp_path / "a.usda").write_text(text(body=ALONE))
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    usd.import_usd(tmp_path / "a.usda")
+    importers.import_usd(tmp_path / "a.usda")
     assert [item.name for item in bpy.data.objects if item.type == "EMPTY"]
     assert not [*bpy.data.volumes, *bpy.data.images, *bpy.data.lights]
 
@@ -217,16 +217,18 @@ def test_what_is_read_of_no_other_file_stays(tmp_path):
 def test_without_usds_library_a_file_is_refused(written, monkeypatch, form):
     monkeypatch.setitem(sys.modules, "pxr", None)
     with pytest.raises(UnusableMotion, match=r"use Blender 4\.4 or later, or export it as \.glb or FBX"):
-        usd.usd_rate(written[1] / f"run.{form}")
+        importers.usd_rate(written[1] / f"run.{form}")
 
 
 @pytest.mark.usefixtures("sdf")
 def test_a_long_text_is_gone_over_once(tmp_path):
     (tmp_path / "long.usda").write_text(text('doc = "' + "references=" * 2**18 + '"', body="\n" * 2**18))
-    assert usd.usd_rate(tmp_path / "long.usda") == 24.0
+    assert importers.usd_rate(tmp_path / "long.usda") == 24.0
 
 
 def test_a_blender_built_without_usd_says_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(usd, "bpy", SimpleNamespace(ops=SimpleNamespace(wm=SimpleNamespace())))  # as Debian's
+    monkeypatch.setattr(
+        importers, "bpy", SimpleNamespace(ops=SimpleNamespace(wm=SimpleNamespace()))
+    )  # as Debian's
     with pytest.raises(UnusableMotion, match=r"built without USD: export the file as \.glb or FBX"):
-        usd.import_usd(tmp_path / "run.usdc")
+        importers.import_usd(tmp_path / "run.usdc")

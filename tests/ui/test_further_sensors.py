@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from w2w.core.imu.formats import read_recording
-from w2w.core.imu.further import NOTHING, FurtherSensors
 from w2w.core.imu.recording import FURTHER, ImuRecording
+from w2w.core.imu.virtual import NOTHING, FurtherSensors
 from w2w.core.study.clip_files import features_file
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.signals import describe, simulate

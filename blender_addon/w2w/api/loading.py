@@ -26,9 +26,8 @@ from ..core.motion.up import UPSIDE_DOWN, mostly_head_down
 from ..core.readers.animations import animations_in
 from ..core.reading.clips import How, open_clip, to_body
 from ..core.reading.guard import quiet_output
-from ..core.reading.look import look_up
+from ..core.reading.look import look_rests, look_up
 from ..core.reading.reader import Reader
-from ..core.reading.rests import look_rests
 from ..core.retargeting.bone_maps import BoneMap
 from ..core.wording import in_python, restated
 from ..scene.motion.load import read_by_blender

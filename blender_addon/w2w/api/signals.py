@@ -20,7 +20,7 @@ from ..core.parameters import parameters_at, with_values
 from ..core.patches.naming import resolve
 from ..core.patches.patches import PatchSet
 from ..core.study.choosing import stream_in
-from ..core.study.clip_list import is_used
+from ..core.study.clip_files import is_used
 from ..core.study.config import StudyConfig
 from ..core.study.results import StudyResults
 from ..core.study.signals import simulate

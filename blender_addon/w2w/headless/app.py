@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The `w2w` command: its commands, and how it ends."""
+"""The `w2w` command: its commands, each imported when it is called, and how it ends."""
 
+import ast
 import atexit
 import gc
 import os
@@ -8,17 +9,86 @@ import shutil
 import sys
 import tempfile
 from contextlib import suppress
-from importlib.metadata import EntryPoint
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from filelock import FileLock, Timeout
+from typer.core import TyperCommand, TyperGroup
 
 from .blender import NoBlenderError
-from .lazy_group import GROUP, LazyGroup
 from .stopping import always_when_stopped, ignore_signals, stop_on_signals
+
+GROUP = "w2w.command"
+"""Entry points by which installed packages add commands, as the studies do: ``name = "module:function"``."""
+
+
+class LazyGroup(TyperGroup):
+    """Commands of entry points: those of `OWN`, then W2W's others, and other packages' under their names.
+
+    A function becomes a command, a `typer.Typer` a group.
+    """
+
+    OWN: tuple[EntryPoint, ...] = ()
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        others = entry_points(group=GROUP)
+        self.points = {point.name: point for point in (*self.OWN, *others)}
+        self.commands: dict[str, Any] = dict.fromkeys(self.points)  # typer suggests one of them
+        self._listing = False
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002 - typer's own arguments
+        if cmd_name not in self.points or self.commands[cmd_name]:
+            return self.commands.get(cmd_name)
+        point = self.points[cmd_name]
+        foreign = point.dist and point.module.partition(".")[0] != __package__.partition(".")[0]
+        panel = point.dist.name if foreign else None
+        if self._listing:
+            return TyperCommand(cmd_name, help=first_line(point), rich_help_panel=panel)
+        self.commands[cmd_name] = _loaded(point, panel)
+        return self.commands[cmd_name]
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        self._listing = True
+        try:
+            super().format_help(ctx, formatter)
+        finally:
+            self._listing = False
+
+
+def _loaded(point: EntryPoint, panel: str | None) -> Any:
+    what = getattr(import_module(point.module), point.attr)
+    app = typer.Typer(add_completion=False, rich_markup_mode="markdown")
+    app.callback()(lambda: None)  # so that it is a group, even of one command
+    if isinstance(what, typer.Typer):
+        app.add_typer(what, name=point.name, rich_help_panel=panel)
+    else:
+        app.command(point.name, rich_help_panel=panel)(what)
+    return typer.main.get_group(app).commands[point.name]
+
+
+def first_line(point: EntryPoint) -> str:
+    """The first line of a command's help, read from its source.
+
+    That is its function's docstring or, of a group, the `help` of its `typer.Typer`. "" if its module is not
+    there.
+    """
+    spec = find_spec(point.module)
+    if spec is None or spec.origin is None:
+        return ""
+    for made in ast.parse(Path(spec.origin).read_bytes()).body:
+        if isinstance(made, ast.FunctionDef) and made.name == point.attr:
+            return (ast.get_docstring(made) or "").partition("\n")[0]
+        if isinstance(made, ast.Assign) and ast.unparse(made.targets[0]) == point.attr:
+            given = {word.arg: word.value for word in getattr(made.value, "keywords", ())}
+            return ast.literal_eval(given["help"]) if "help" in given else ""
+    return ""
+
 
 PATHS = ("--out", "-o", "--plot")
 """Options that name what is written."""

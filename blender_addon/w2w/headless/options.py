@@ -18,10 +18,10 @@ from ..api.loading import adopted
 from ..core.body.body import Body
 from ..core.body.shapes import MORPHOLOGIES, shaped
 from ..core.files import load_arrays, reserved
-from ..core.imu.further import FurtherSensors
 from ..core.imu.presets import PRESETS, preset, read_sensor
 from ..core.imu.sensor import SensorModel
 from ..core.imu.synthesis import CONVENTIONS, Synthesis
+from ..core.imu.virtual import FurtherSensors
 from ..core.keypoints.facts import UNITS, PoseFacts, facts_of
 from ..core.keypoints.joint_sets import JOINT_SETS
 from ..core.motion.sight import UPS

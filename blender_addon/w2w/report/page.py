@@ -2,6 +2,7 @@
 """A finished study as one page that opens in any browser, without a network."""
 
 import base64
+import io
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,13 +11,15 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, UndefinedError
 from markupsafe import Markup
+from PIL import Image
 
 from ..core.body.body import Body
-from ..core.colours import LEAST_SPAN, colour_table
+from ..core.colours import LEAST_SPAN, Scale, colour_table
 from ..core.findings import notes
 from ..core.findings.cautions import OPEN, Caution, below
 from ..core.findings.summary import MOST_REGIONS, best_regions
 from ..core.imu.wearing import wearing_sentences
+from ..core.motion.skinning import triangle_frames
 from ..core.patches.body_parts import PRODUCT_NAMED, PRODUCTS
 from ..core.patches.naming import FAR_M, nearest_patch, places_on
 from ..core.patches.patches import PatchSet
@@ -25,10 +28,11 @@ from ..core.ranking.utility import UtilityMap
 from ..core.selection import headline
 from ..core.selection.advice import Advice
 from ..core.selection.scored import product_places
-from ..core.study.clip_list import is_used, read_clip_list
+from ..core.study.clip_files import is_used, read_clip_list
 from ..core.study.config import StudyConfig
 from ..core.study.results import StudyResults
 from ..core.wording import capital, restated
+from ..drawing.body import BodyPictures, common_crop, size_for
 
 REPORT = "report.html"
 
@@ -52,7 +56,7 @@ def report_page(study: StudyResults, project: str | None = None) -> str:
 
 
 def _page(study: StudyResults, project: str | None) -> str:
-    from .still_picture import still_picture  # Pillow is slow to import
+    from .page import still_picture  # Pillow is slow to import
 
     body, utility, summary = study.body(), study.utility, study.summary
     config = json.loads((study.out / "config.json").read_text(encoding="utf-8"))
@@ -266,3 +270,48 @@ def title(activity: str) -> str:
 def _steps(f1: np.ndarray) -> np.ndarray:
     """F1 in 16 bits: steps of 0.000015."""
     return np.rint(np.clip(np.nan_to_num(f1), 0, 1) * 65535)
+
+
+PIXELS = 560
+"""Height of the body."""
+
+ARROW = 0.17
+"""Length of the arrow along a sensor's x axis, metres; a disc hides the first third."""
+
+COLOURS = 160
+"""Palette size; makes the PNG three times smaller."""
+
+
+def still_picture(study: StudyResults, body: Body, first: list[int], together: list[int]) -> dict[str, Any]:
+    """Front and back, coloured by expected F1, and where numbered discs for two lists of patches belong."""
+    utility, patches = study.utility, study.patches
+    scale = Scale.of(utility.expected_mean)
+    pictures = BodyPictures(body, size_for(body, PIXELS))
+    views = pictures.coloured(scale.colours(patches, utility.expected_mean))
+    top, bottom, left, right = common_crop(views)
+    both = np.concatenate([view[top:bottom, left:right] for view in views], axis=1)
+    stream = io.BytesIO()
+    Image.fromarray(both).quantize(COLOURS, Image.Quantize.FASTOCTREE).save(stream, "PNG", optimize=True)
+
+    def marks(chosen: list[int]) -> list[tuple[float, ...]]:
+        """Where each sensor is drawn, and the tip of its arrow: x, y, x, y."""
+        places = patches.vertices[chosen]
+        arrows = triangle_frames(body.vertices[patches.triangles[chosen]])[:, :3, 0]
+        ends = [body.vertices[places], body.vertices[places] + ARROW * arrows]
+        both = zip(*(pictures.locate(end, body.vertex_normals[places]) for end in ends), strict=True)
+        return [
+            tuple(round(n, 1) for view, x, y in pair for n in (view * (right - left) + x - left, y - top))
+            for pair in both
+        ]
+
+    named = ", ".join(f"{number}: {patches.names[patch]}" for number, patch in enumerate(first, start=1))
+    return {
+        "picture": f"data:image/png;base64,{base64.b64encode(stream.getvalue()).decode('ascii')}",
+        "width": both.shape[1],
+        "height": both.shape[0],
+        "low": scale.low,
+        "high": scale.high,
+        "first": marks(first),
+        "first_named": named,
+        "set": marks(together),
+    }

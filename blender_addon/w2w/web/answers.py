@@ -2,25 +2,28 @@
 """Requests about a study's answer: choosing again, how cheap the sensor may be, files, sharing."""
 
 import mimetypes
+import os
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
+from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 from starlette.requests import Request
 from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from ..core.given import inside
+from ..core.study.clip_files import WORK
 from ..core.wording import restated
 from ..headless.console import sentence_of
 from ..report.page import REPORT
-from .archive import zipped
 from .choosing import cheapest, choose_again, get_ready, pilot_by, report_again, report_needing, signals_of
 from .guard import Doors, report_policy
 from .receiving import Receiver, object_of, parsed, study_of
 from .study import WISHES, Study, checked_parameters
-from .uploads import RefusedError, refused
+from .uploads import PIECE, RefusedError, refused
 from .work import Reader, Work
 
 NO_RESULTS = "The study has no results yet: run it first"
@@ -127,3 +130,39 @@ class Answers:
             raise RefusedError(409, NO_RESULTS)
         headers = {"content-disposition": f'attachment; filename="w2w-{study.id[:8]}.zip"'}
         return StreamingResponse(zipped(study.results), media_type="application/zip", headers=headers)
+
+
+class _Pieces(bytearray):
+    """What a zip has written and nobody has sent yet."""
+
+    def write(self, data: bytes) -> int:
+        self += data
+        return len(data)
+
+    def flush(self) -> None:
+        """Keep all for the reader."""
+
+
+def zipped(folder: Path) -> Iterator[bytes]:
+    """A results folder as a zip, in pieces as they are made.
+
+    Without what belongs to a process at work, and without links: they may lead out of the folder.
+    """
+    pieces = _Pieces()
+    with ZipFile(pieces, "w") as archive:  # type: ignore[call-overload]
+        for path in sorted(_files(folder)):
+            name = path.relative_to(folder).as_posix()
+            if name.startswith((f"{WORK}/lock", f"{WORK}/holder", f"{WORK}/running")):
+                continue
+            with path.open("rb") as stream, archive.open(name, "w", force_zip64=True) as member:
+                while piece := stream.read(PIECE):
+                    member.write(piece)
+                    yield bytes(pieces)
+                    pieces.clear()
+    yield bytes(pieces)
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    for place, _, names in os.walk(folder):
+        paths = (Path(place, name) for name in names)
+        yield from (path for path in paths if path.is_file() and not path.is_symlink())

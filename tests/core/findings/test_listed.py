@@ -6,7 +6,7 @@ import json
 import pytest
 
 from w2w.core.findings.listed import clips_of
-from w2w.core.study.clip_list import write_clip_list
+from w2w.core.study.clip_files import write_clip_list
 from w2w.core.study.ranking import LabelledClip
 from w2w.core.study.results import StudyResults
 

@@ -5,7 +5,7 @@ import json
 
 from w2w.core.findings.summary import write_failure
 from w2w.core.library.library import Library
-from w2w.core.study.clip_list import is_used, read_clip_list
+from w2w.core.study.clip_files import is_used, read_clip_list
 
 
 def test_kinds_that_are_not_read_are_in_the_list_and_do_not_count_as_clips(tmp_path):

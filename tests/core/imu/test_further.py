@@ -7,7 +7,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.imu.further import (
+from w2w.core.imu.presets import preset
+from w2w.core.imu.recording import FURTHER, ImuRecording
+from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.synthesis import Synthesis, synthesize
+from w2w.core.imu.virtual import (
     LAPSE_PER_M,
     NOTHING,
     PRESSURE_EXPONENT,
@@ -17,10 +21,6 @@ from w2w.core.imu.further import (
     north_of,
     pressure_at,
 )
-from w2w.core.imu.presets import preset
-from w2w.core.imu.recording import FURTHER, ImuRecording
-from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.synthesis import Synthesis, synthesize
 
 RATE, SECONDS, SPIN, LIFT = 60.0, 4.0, 1.3, 0.25
 SETTINGS = Synthesis(rate_hz=50.0, cutoff_hz=None)

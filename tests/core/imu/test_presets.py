@@ -10,9 +10,9 @@ import pytest
 
 from w2w.core.body.body import TEMPLATES
 from w2w.core.imu.presets import PRESETS, preset, read_sensor, write_sensor
-from w2w.core.imu.quantities import WRITTEN
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
+from w2w.core.imu.sensor_fields import WRITTEN
 from w2w.core.study.config import StudyConfig
 
 G = 9.80665

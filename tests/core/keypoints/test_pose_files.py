@@ -10,11 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.body import Y_UP_TO_Z_UP
 from w2w.core.files import write_npz
-from w2w.core.keypoints.facts import PoseFacts
+from w2w.core.keypoints.facts import PoseFacts, is_joint_file, may_hold_joints
 from w2w.core.keypoints.joint_sets import JOINT_SETS, JointSet, unseen
 from w2w.core.keypoints.naming import plain_joint
 from w2w.core.keypoints.pose_files import read_joints
-from w2w.core.keypoints.recognised import is_joint_file, may_hold_joints
 from w2w.core.motion.motion import Motion, read_amass
 from w2w.core.motion.skinning import on_the_ground
 from w2w.core.motion.source import UnusableMotion

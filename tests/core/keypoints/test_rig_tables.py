@@ -6,9 +6,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.body import JOINT_NAMES, N_JOINTS
-from w2w.core.keypoints.facts import PoseFacts
+from w2w.core.keypoints.facts import PoseFacts, may_hold_joints
 from w2w.core.keypoints.pose_files import read_joints
-from w2w.core.keypoints.recognised import may_hold_joints
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion

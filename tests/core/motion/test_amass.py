@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.body import N_JOINTS, Y_UP_TO_Z_UP
-from w2w.core.keypoints.recognised import is_joint_file
+from w2w.core.keypoints.facts import is_joint_file
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.source import UnusableMotion
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from w2w.core.keypoints.recognised import is_joint_file
+from w2w.core.keypoints.facts import is_joint_file
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.reading.formats import is_motion, read_motion

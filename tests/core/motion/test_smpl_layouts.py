@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.files import write_npz
-from w2w.core.keypoints.recognised import is_joint_file
+from w2w.core.keypoints.facts import is_joint_file
 from w2w.core.motion.motion import read_amass
 from w2w.core.motion.source import UnusableMotion
 

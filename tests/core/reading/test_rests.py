@@ -13,8 +13,8 @@ from w2w.core.library.library import Clip
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.readers.bvh import read_bvh
 from w2w.core.reading.clips import to_body
+from w2w.core.reading.look import look_rests
 from w2w.core.reading.reader import Reader
-from w2w.core.reading.rests import look_rests
 from w2w.core.study.config import StudyConfig
 from w2w.headless.runs.clip_task import ClipTask, Engine
 

@@ -3,7 +3,7 @@
 
 import pytest
 
-from w2w.core.study.clip_list import CLIP_LIST, is_used, read_clip_list, write_clip_list
+from w2w.core.study.clip_files import CLIP_LIST, is_used, read_clip_list, write_clip_list
 
 CLIPS = [
     {

@@ -12,8 +12,7 @@ from w2w.core.motion.skinning import patch_matrices, skinning_transforms
 from w2w.scene.base.actions import show_action, write_action
 from w2w.scene.base.body import add_skinned, body_of
 from w2w.scene.base.steps import without_pauses
-from w2w.scene.cloth.bake import GarmentBaker, check_garment, cover_of
-from w2w.scene.cloth.follow import DressedBody, follow
+from w2w.scene.cloth.bake import DressedBody, GarmentBaker, check_garment, cover_of, follow
 
 from ..conftest import bake, difference
 

@@ -13,10 +13,9 @@ from w2w.core.motion.run_up import with_run_up
 from w2w.core.motion.skinning import joint_transforms, skin, skinning_transforms
 from w2w.scene.base.body import add_skinned
 from w2w.scene.base.steps import without_pauses
-from w2w.scene.cloth import clear, follow as following
-from w2w.scene.cloth.bake import cover_of
+from w2w.scene.cloth import bake as following, clear
+from w2w.scene.cloth.bake import DressedBody, cover_of, follow
 from w2w.scene.cloth.clear import ANGLES, outward, with_clear_arms
-from w2w.scene.cloth.follow import DressedBody, follow
 from w2w.scene.cloth.garments import KIND, dress
 
 

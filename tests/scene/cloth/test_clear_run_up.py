@@ -7,10 +7,9 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.body.body import JOINT_INDEX, N_JOINTS
 from w2w.core.motion.motion import Motion
-from w2w.scene.cloth import follow as following
-from w2w.scene.cloth.bake import cover_of
+from w2w.scene.cloth import bake as following
+from w2w.scene.cloth.bake import DressedBody, cover_of, follow
 from w2w.scene.cloth.clear import REACHES, clear_reach
-from w2w.scene.cloth.follow import DressedBody, follow
 from w2w.scene.cloth.garments import dress
 
 

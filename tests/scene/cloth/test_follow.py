@@ -7,7 +7,7 @@ import pytest
 
 from w2w.core.imu.cover import Cover
 from w2w.core.imu.on_cloth import CAUGHT
-from w2w.scene.cloth.follow import SensorTriangles
+from w2w.scene.cloth.bake import SensorTriangles
 
 SIDE, FRAMES = 0.1, 6
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path, PurePath
 from typing import Any
 
-from ..study.clip_list import CLIP_LIST, Entry, is_used
+from ..study.clip_files import CLIP_LIST, Entry, is_used
 from ..study.results import StudyResults
 from ..wording import clean
 from .cautions import ODD

@@ -21,8 +21,7 @@ from ..library.library import Library, not_read_sentence
 from ..patches.patches import PatchSet
 from ..ranking.costs import cost_of, costs_at, is_as_good
 from ..ranking.utility import UtilityMap
-from ..study.clip_files import WORK
-from ..study.clip_list import CLIP_LIST, Entry, write_clip_list
+from ..study.clip_files import CLIP_LIST, WORK, Entry, write_clip_list
 from ..study.results import UTILITY, ClipResult, Study, StudyResults
 from ..windows.windows import WindowSpec
 from ..wording import plain_words

@@ -15,8 +15,7 @@ import numpy as np
 
 from ..csv_tables import SEPARATORS, decoded
 from ..wording import clean, restated
-from .clock import at_times, in_order, shared_times
-from .phone_clocks import LOST_S, number_in, rate_of, seconds_of
+from .clock import LOST_S, at_times, in_order, number_in, rate_of, seconds_of, shared_times
 from .recording import ImuRecording
 from .text_tables import ACC_UNITS, GYR_UNITS
 

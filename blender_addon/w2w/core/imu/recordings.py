@@ -14,7 +14,7 @@ import numpy as np
 from ..given import Clips, given_numbers, given_path
 from ..motion.motion import LABELS
 from ..wording import clean, join_words, plain_words
-from .clock import SAME_RATE, at_rate
+from .clock import SAME_RATE, at_rate, resampled, seconds, triples
 from .formats import PHONE, format_of, read_recording
 from .recording import ImuRecording
 from .recording_folder import (
@@ -28,7 +28,6 @@ from .recording_folder import (
     tapped,
     without_hands,
 )  # fmt: skip
-from .recording_table import resampled, seconds, triples
 
 if TYPE_CHECKING:
     from pandas import DataFrame

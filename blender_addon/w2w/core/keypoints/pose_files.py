@@ -24,13 +24,12 @@ from ..motion.source import (
 from ..motion.up import BY_ITSELF, Ups
 from ..pickles import read_npy_object
 from ..wording import clean, restated
-from .facts import IN_FILES, SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
+from .facts import IN_FILES, POSITION_KEYS, SPELLINGS, UNITS, PoseFacts, facts_of, side_car_facts
 from .fit import CUTOFF_HZ, KeypointFit, fit_keypoints, seen_joints
 from .joint_sets import JOINT_SETS, JointSet
 from .naming import FEATURES, RawPose, joint_set_of, plain_joint
 from .paths import REQUIRED
 from .pose_text import read_csv_pose, read_json_pose, read_trc_pose
-from .recognised import POSITION_KEYS
 
 C3D_JOINTS = "joint-centres"
 

@@ -14,9 +14,8 @@ import numpy as np
 from ..csv_tables import SEPARATORS, decoded
 from ..motion.source import UnusableMotion, read_json
 from ..wording import restated
-from .facts import PoseFacts, facts_of
+from .facts import MOTIVE, WORLD_KEYS, PoseFacts, facts_of, joint_columns
 from .naming import RawPose
-from .recognised import MOTIVE, WORLD_KEYS, joint_columns
 
 TIME_COLUMNS = {
     "time": (1.0,), "time_s": (1.0,), "seconds": (1.0,), "time (seconds)": (1.0,), "time_ms": (1e-3,),

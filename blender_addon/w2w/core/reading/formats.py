@@ -10,9 +10,8 @@ from importlib.metadata import EntryPoint, entry_points
 from itertools import chain
 from pathlib import Path
 
-from ..keypoints.facts import PoseFacts, side_car, up_beside
+from ..keypoints.facts import PoseFacts, is_joint_file, may_hold_joints, side_car, up_beside
 from ..keypoints.pose_files import NO_FACTS, JointPositions, read_joints
-from ..keypoints.recognised import is_joint_file, may_hold_joints
 from ..motion.motion import Motion, read_amass
 from ..motion.sight import Up, stood
 from ..motion.smpl_layouts import RESULT_SUFFIXES

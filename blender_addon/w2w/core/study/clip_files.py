@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files that the work on a clip leaves for the ranking: its windows."""
+"""The clips of a results folder: the files that the ranking reads, and the list of those used and skipped."""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryFile
+from typing import Any
 from zipfile import ZipFile
 
 import numpy as np
 
-from ..files import DAMAGED, load_arrays, write_npz, write_text
-from ..given import inside
+from ..files import DAMAGED, atomic_write, load_arrays, write_npz, write_text
+from ..given import checked, inside
 from ..library.library import WORK_FOLDER
 from ..ranking.utility import inputs_of
 from ..windows.inputs import FeatureFiles, PatchBlocks, WindowFiles
@@ -170,3 +172,34 @@ def signals_key(out: Path, clip: str) -> str:
     except (OSError, ValueError, *DAMAGED):
         return ""
     return STORED + digest.hexdigest()[:32]
+
+
+CLIP_LIST = "clips.jsonl"
+
+Entry = dict[str, Any]
+
+
+def write_clip_list(out: Path, entries: Iterable[Entry]) -> None:
+    """Write the list into a results folder, whole or not at all."""
+    with atomic_write(out / CLIP_LIST) as stream:
+        for entry in entries:
+            line = json.dumps(entry, ensure_ascii=False, allow_nan=False) + "\n"
+            stream.write(line.encode("utf-8", "backslashreplace"))
+
+
+def read_clip_list(out: Path) -> Iterator[Entry]:
+    """Each clip of a results folder; ValueError if the list is damaged or names a file elsewhere."""
+    path = inside(out, CLIP_LIST)
+    with path.open(encoding="utf-8") as stream:
+        for number, line in enumerate(stream, start=1):
+            entry = json.loads(line)
+            if not isinstance(entry, dict) or not isinstance(entry.get("file"), str):
+                raise ValueError(f"{CLIP_LIST} is damaged: line {number} names no file")
+            if "clip" in entry:
+                checked(entry["clip"], f"{path}, line {number},")
+            yield entry
+
+
+def is_used(entry: Entry) -> bool:
+    """Whether the clip was turned into signals; others have the reason under `skipped`."""
+    return "skipped" not in entry

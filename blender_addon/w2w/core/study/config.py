@@ -9,10 +9,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from ..imu.further import NOTHING, FurtherSensors
 from ..imu.presets import DEFAULT_SENSOR, preset
 from ..imu.sensor import SensorModel
 from ..imu.synthesis import Synthesis
+from ..imu.virtual import NOTHING, FurtherSensors
 from ..parameters import parameter, parameters_of, read_record
 from ..patches.body_parts import HABIT, product_called
 from ..patches.patches import DEFAULT_PATCHES

@@ -23,8 +23,18 @@ from ..selection.advice import Advice
 from ..threads import unthreaded_products
 from ..windows.inputs import PatchBlocks, StoredArray
 from ..wording import clean, restated
-from .clip_files import CHANGING, WORK, ClipWindows, FilesToRank, motion_file, ranking_inputs, signals_file
-from .clip_list import Entry, is_used, read_clip_list
+from .clip_files import (
+    CHANGING,
+    WORK,
+    ClipWindows,
+    Entry,
+    FilesToRank,
+    is_used,
+    motion_file,
+    ranking_inputs,
+    read_clip_list,
+    signals_file,
+)
 from .config import StudyConfig
 from .ranking import LabelledClip, WindowLabels, copies_among
 from .signals import simulate

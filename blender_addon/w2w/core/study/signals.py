@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 
 from ..body.body import Body
-from ..imu.further import further_signals
 from ..imu.on_cloth import ClothSensors
 from ..imu.recording import ImuRecording
 from ..imu.synthesis import synthesize
-from ..imu.virtual import record_motion
+from ..imu.virtual import further_signals, record_motion
 from ..motion.motion import Motion, low_passed, smoothed_root
 from ..patches.own_placements import with_placements
 from ..patches.patches import PatchSet, sample_patches

@@ -19,8 +19,7 @@ from ...core.findings.summary import study_counts, write_failure, write_results
 from ...core.given import ForeignFileError, inside
 from ...core.ranking.agreement import rank_agreement
 from ...core.ranking.folds import check_testable
-from ...core.study.clip_files import WORK, mark_changing, mark_whole
-from ...core.study.clip_list import CLIP_LIST
+from ...core.study.clip_files import CLIP_LIST, WORK, mark_changing, mark_whole
 from ...core.study.results import Study
 from ...core.wording import restated
 from ...report.page import REPORT

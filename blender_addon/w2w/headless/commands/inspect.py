@@ -24,9 +24,8 @@ from ...core.motion.source import SourceMotion, UnusableMotion
 from ...core.motion.up import BY_ITSELF
 from ...core.readers.animations import animations_in
 from ...core.reading.formats import formats_of
-from ...core.reading.look import look_up
+from ...core.reading.look import look_rests, look_up
 from ...core.reading.reader import Reader
-from ...core.reading.rests import look_rests
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.retargeting.retarget import BY_STRUCTURE
 from ...core.study.config import plain

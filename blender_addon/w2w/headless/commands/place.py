@@ -22,8 +22,7 @@ from ...core.ranking.weights import check_counting
 from ...core.selection.advice import Advice
 from ...core.selection.headline import mean_caution
 from ...core.study.choosing import choose, compare_places, ranked_again
-from ...core.study.clip_files import WORK, mark_changing, mark_whole
-from ...core.study.clip_list import is_used
+from ...core.study.clip_files import WORK, is_used, mark_changing, mark_whole
 from ...core.study.config import StudyConfig
 from ...core.study.results import UTILITY, StudyResults
 from ...report.page import REPORT

@@ -11,9 +11,8 @@ from ...core.findings.cautions import subjects_sentence
 from ...core.library.labels import same_label
 from ...core.library.library import Library, read_library
 from ...core.ranking.weights import check_counting
-from ...core.reading.look import look_up
+from ...core.reading.look import look_rests, look_up
 from ...core.reading.reader import Reader
-from ...core.reading.rests import look_rests
 from ...core.study.ranking import known_motions
 from ..config_file import take_options
 from ..console import NOTHING_TO_DO, Terminal

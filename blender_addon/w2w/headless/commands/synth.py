@@ -6,8 +6,7 @@ from typing import Annotated
 
 from ...core.body.body import Body
 from ...core.imu.formats import FORMATS, HELD, write_csv, write_recording
-from ...core.imu.further import FurtherSensors
-from ...core.imu.virtual import sensor_at
+from ...core.imu.virtual import FurtherSensors, sensor_at
 from ...core.library.library import Clip
 from ...core.study.config import StudyConfig
 from ...core.study.signals import place_patches, simulate as record_at

@@ -19,8 +19,7 @@ from ...core.files import UNFINISHED, file_sha256
 from ...core.findings.summary import PLACEMENTS
 from ...core.imu.cover import FITTED
 from ...core.library.library import Library, unique_names
-from ...core.study.clip_files import MANY_CLIPS, SUBFOLDERS, WORK, divide, mark_changing
-from ...core.study.clip_list import CLIP_LIST
+from ...core.study.clip_files import CLIP_LIST, MANY_CLIPS, SUBFOLDERS, WORK, divide, mark_changing
 from ...core.study.ranking import RANKING_VERSION
 from ...core.study.results import UnfinishedError
 from ...core.study.signals import SIGNALS_VERSION

@@ -16,8 +16,7 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from ...core.files import DAMAGED, folder_beside, most_unpacked
 from ...core.motion.motion import Motion
-from ...core.study.clip_files import WORK, signals_key
-from ...core.study.clip_list import CLIP_LIST
+from ...core.study.clip_files import CLIP_LIST, WORK, signals_key
 from ...core.study.results import UTILITY, StudyResults
 from ...core.wording import restated
 from .. import heatmap

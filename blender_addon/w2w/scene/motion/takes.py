@@ -45,8 +45,7 @@ from ..base.fcurves import (
 from ..base.module import bpy
 from ..base.playback import same_timing
 from .bind_poses import are_scaled, bind_sizes, mend_places, node_sizes
-from .importers import check_fbx, fbx_up, import_fault, import_gltf
-from .usd import import_usd
+from .importers import check_fbx, fbx_up, import_fault, import_gltf, import_usd
 
 LONG_NAME = 58
 """Bytes of an action's name from which on Blender may have cut it off."""

@@ -10,7 +10,7 @@ from bpy.props import EnumProperty
 from ...core.imu.virtual import at_patches
 from ...scene.bake import PatchBaker
 from ...scene.base.body import same_selection, select
-from ...scene.keyed_patches import keyed_empties, remove_keyed
+from ...scene.base.patches import keyed_empties, remove_keyed
 from ..jobs.jobs import Step, Steps, as_steps, on_body, part
 from ..study import lists, operators, scores, state
 from ..viewport.framing import fold_soon

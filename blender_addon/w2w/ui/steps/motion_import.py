@@ -20,8 +20,8 @@ from ...core.motion.sight import Up
 from ...core.motion.source import reason_of
 from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
 from ...core.reading.clips import How, RetargetedMotion, fit_clip, open_clip
+from ...core.reading.look import look_rests
 from ...core.reading.reader import Reader
-from ...core.reading.rests import look_rests
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.wording import clean, free_name
 from ...scene.base.actions import write_action

@@ -13,11 +13,11 @@ from typing import Any
 import bpy
 from bpy.props import BoolVectorProperty, EnumProperty, FloatProperty, StringProperty
 
-from ...core.imu.further import NOTHING, FurtherSensors
 from ...core.imu.presets import DEFAULT_SENSOR, PRESETS, preset, sensor_content, sensor_from
 from ...core.imu.recording import FURTHER
 from ...core.imu.sensor import SensorModel
 from ...core.imu.sensor_fields import FIGURES
+from ...core.imu.virtual import NOTHING, FurtherSensors
 from ...core.ranking.utility import inputs_of
 from .declared import as_given, declared
 

@@ -14,7 +14,7 @@ from w2w.core.files import write_text
 from w2w.core.library.library import Clip, Library, LibraryError, read_library, unique_names
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap
-from w2w.core.study.clip_list import is_used
+from w2w.core.study.clip_files import is_used
 from w2w.core.study.results import StudyResults
 from w2w.core.windows.inputs import as_blocks
 

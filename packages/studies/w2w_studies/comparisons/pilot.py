@@ -12,10 +12,10 @@ import numpy as np
 
 from w2w.core.body.body import Body
 from w2w.core.files import load_arrays, write_npz
+from w2w.core.findings.pilot import macro_f1
 from w2w.core.imu.virtual import at_patches
 from w2w.core.patches.patches import sample_patches
 from w2w.core.ranking.halves import HALVINGS
-from w2w.core.ranking.pilot import macro_f1
 from w2w.core.ranking.pooling import Pooling
 
 from ..validation.protocol import Protocol

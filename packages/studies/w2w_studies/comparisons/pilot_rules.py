@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import expit, logit
 
-from w2w.core.ranking.pilot import half_width, learned, levelled, width_with
+from w2w.core.findings.pilot import half_width, learned, levelled, width_with
 
 from .pilot import Simulated, Worn
 

@@ -7,8 +7,7 @@ import sys
 import typer
 from typer.testing import CliRunner
 
-from w2w.headless.app import APP
-from w2w.headless.lazy_group import first_line
+from w2w.headless.app import APP, first_line
 
 LISTED = """
 import sys

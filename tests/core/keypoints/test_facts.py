@@ -6,7 +6,7 @@ import re
 import pytest
 from hypothesis import given, strategies as st
 
-from w2w.core.keypoints.recognised import COLUMN, joint_columns
+from w2w.core.keypoints.facts import COLUMN, joint_columns
 
 
 @pytest.mark.parametrize("letter", ["_", "-", ".", " ", "a"])

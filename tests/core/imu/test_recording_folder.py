@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 
-from w2w.core.imu import taps
+from w2w.core.imu import recording_folder
 from w2w.core.imu.recording import ImuRecording
+from w2w.core.imu.recording_folder import triple_taps
 from w2w.core.imu.recordings import Recordings
-from w2w.core.imu.taps import triple_taps
 
 from ...phone_exports import G, table
 
@@ -88,7 +88,7 @@ def test_labels_go_before_taps(tmp_path):
 
 
 def test_people_who_clap_knock_and_jump_make_none(shared_data, monkeypatch):
-    monkeypatch.setattr(taps, "SLOWEST_HZ", 0.0)
+    monkeypatch.setattr(recording_folder, "SLOWEST_HZ", 0.0)
     tried = []
     with np.load(shared_data / "imu" / "utd_mhad" / "utd_mhad_subjects_1_4.npz") as held:
         tried += [(held[name][:, :3], 50.0) for name in held.files if name.endswith("_imu")]

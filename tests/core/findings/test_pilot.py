@@ -2,7 +2,7 @@
 import numpy as np
 import pytest
 
-from w2w.core.ranking.pilot import by_chance, half_width, learned, levelled, macro_f1, width_with
+from w2w.core.findings.pilot import by_chance, half_width, learned, levelled, macro_f1, width_with
 
 
 def test_level_moves_by_activity_and_stays_within_0_and_1() -> None:
