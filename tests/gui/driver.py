@@ -26,8 +26,12 @@ ROW = 18
 HEADER, CLOSED = 32, 26
 """Pixels from a panel's outermost button to the next header, and from a closed panel's header to the next."""
 
-BUTTON, MIDDLE, FIELD, LAST, IN_HEADER = 0.3, 0.5, 0.7, 0.835, 0.79
-"""Where across the sidebar stand buttons, the second of three, fields, a row's last, and a header's."""
+MENU = 26
+"""Pixels from a large button to a menu in the row over it, at a scale of 1."""
+
+BUTTON, MIDDLE, LABEL, FIELD, LAST, IN_HEADER = 0.3, 0.5, 0.55, 0.7, 0.835, 0.79
+"""Where across the sidebar stand buttons, the second of three, labels of clips, fields, a row's last, and a
+header's."""
 
 TRIES = 8
 """How often the sidebar is scrolled in search of a button."""
@@ -125,12 +129,12 @@ class Driver:
         yield from self.turns(3)
 
     def scroll_sidebar(self, clicks: int) -> Script:
-        """Turn the mouse wheel over the sidebar, downwards."""
+        """Turn the mouse wheel over the sidebar, downwards, or upwards by a negative number of clicks."""
         region = self.region("UI")
         x, y = region.x + 12, region.y + region.height - 30  # over a panel, or the view would be zoomed
         yield from self.move(x, y)
-        for _ in range(clicks):
-            yield from self.event("WHEELDOWNMOUSE", "PRESS", x, y)
+        for _ in range(abs(clicks)):
+            yield from self.event("WHEELDOWNMOUSE" if clicks > 0 else "WHEELUPMOUSE", "PRESS", x, y)
         yield from self.turns(30)
 
     def scroll_sidebar_to_top(self) -> Script:
@@ -162,9 +166,9 @@ class Driver:
         yield from self.click_header(wanted, HEADER, FIELD)
 
     def click_header(self, wanted: str, distance: int, across: float) -> Script:
-        """Click the header of a panel, so many pixels over a button."""
-        _, y = yield from self.reach(wanted, across)
-        yield from self.click(self.region("UI").x + 60, y + distance)
+        """Click the header of a panel, so many pixels over a button at a scale of 1."""
+        _, y = yield from self.over(wanted, distance, across)
+        yield from self.click(self.region("UI").x + 60, y)
         yield from self.turns(30)
 
     def on_screen(self, place: tuple[float, float, float]) -> tuple[int, int]:
@@ -218,13 +222,16 @@ class Driver:
                     seen.append(under)
                     self.seen[under] = self.in_panel(y)
                 if wanted in under:
-                    # the highlight follows the mouse a redraw later: make sure where the button is
+                    # the highlight follows the mouse some redraws later: be sure by the second place in a row
+                    was_over = False
                     for near in range(y + ROW, y - ROW, -ROW // 3):
                         yield from self.move(x, near - 1)
                         yield from self.move(x, near)
                         yield from self.turns(2)
-                        if wanted in self.under_mouse(region):
+                        is_over = wanted in self.under_mouse(region)
+                        if is_over and was_over:
                             return x, near
+                        was_over = is_over
         raise LookupError(f"the sidebar has no button for {wanted!r}, only {list(dict.fromkeys(seen))}")
 
     def in_panel(self, y: int) -> float:
@@ -246,15 +253,35 @@ class Driver:
                 yield from self.scroll_sidebar(8)
         return (yield from self.find(wanted, (across,), searched))
 
+    def over(
+        self, wanted: str, distance: int, across: float = BUTTON
+    ) -> Generator[None, None, tuple[int, int]]:
+        """Where it is so many pixels over a button at a scale of 1, scrolled into view."""
+        x, y = yield from self.reach(wanted, across)
+        away, region = round(distance * bpy.context.preferences.system.ui_scale), self.region("UI")
+        if not ROW < y + away - region.y < region.height - ROW:
+            yield from self.scroll_sidebar(3 if away < 0 else -3)
+            x, y = yield from self.find(wanted, (across,))
+        return x, y + away
+
     def press(self, wanted: str, across: float = BUTTON) -> Script:
         """Scroll the sidebar down until a button is in view, and click it."""
         x, y = yield from self.reach(wanted, across)
         yield from self.click(x, y)
 
-    def fill_in(self, wanted: str, text: str, across: float = BUTTON) -> Script:
-        """Click into a field, type over what it holds, press Return."""
-        x, y = yield from self.reach(wanted, across)
+    def open_menu_above(self, wanted: str, letter: str) -> Script:
+        """Click the menu over a button at the sidebar's left, press the letter that an item underlines."""
+        x, y = yield from self.over(wanted, MENU)
         yield from self.click(x, y)
+        yield from self.turns(10)
+        yield from self.event(letter, "PRESS", x, y)
+        yield from self.event(letter, "RELEASE", x, y)
+        yield from self.turns(10)
+
+    def fill_in(self, wanted: str, text: str, across: float = BUTTON, **keys: bool) -> Script:
+        """Click into a field, `keys` held down, type over what it holds, press Return."""
+        x, y = yield from self.reach(wanted, across)
+        yield from self.click(x, y, **keys)
         yield from self.turns(5)
         yield from self.event("A", "PRESS", x, y, ctrl=True)
         yield from self.event("A", "RELEASE", x, y, ctrl=True)

@@ -19,7 +19,7 @@ import bpy
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
-from driver import MIDDLE, Driver, Script
+from driver import LABEL, MIDDLE, Driver, Script
 from panel import OUT, idle, install, longest_freeze, module, open_tab, play, report, study, to_page
 
 CLIPS = Path(os.environ["W2W_CLIPS"])
@@ -111,10 +111,12 @@ def compare_two_spots(driver: Driver) -> Script:
 
 
 def forbid_the_head(driver: Driver) -> Script:
-    """Forbid it: the answer is elsewhere."""
-    with driver.in_view():
-        bpy.ops.w2w.add_wish(kind="FORBID", place="head")
+    """Open Sensors Together, add a wish by its menu, type where: the answer is elsewhere."""
+    yield from driver.open_panel_below("w2w.export_presentation")
+    yield from driver.open_menu_above("w2w.choose_sensors", "F")
+    yield from driver.fill_in(".place", "head", MIDDLE)
     yield from driver.turns(10)
+    report["wishes"] = [(wish.kind, wish.place) for wish in study().wishes]
     patch = module("study.lists").answer_of(study())["patch"]
     report["forbidden"] = module("study.state").patches_of(bpy.context.scene.w2w.body).regions[patch]
     yield from driver.look("4_forbidden")
@@ -182,15 +184,13 @@ def film(driver: Driver) -> Script:
 
 
 def mend_a_label(driver: Driver) -> Script:
-    """Type another activity for the first clip: the answer says that it is out of date."""
+    """Type another activity into the list's first row: the answer says that it is out of date."""
     yield from to_page(driver, "Clips")
-    with driver.in_view():
-        bpy.ops.w2w.tick_clips(which="NONE")
-        bpy.ops.w2w.relabel_clips(activity="mended")
+    yield from driver.fill_in("w2w.clip_index", "mended", LABEL, ctrl=True)
     yield from driver.turns(10)
     yield from driver.look("6_label")
     report["mended"] = [
-        study().clips[study().clip_index].activity,
+        [clip.activity for clip in study().clips].count("mended"),
         module("study.state").outdated(bpy.context.scene.w2w.body),
     ]
     yield from driver.key("Z", ctrl=True)

@@ -10,7 +10,7 @@ import pytest
 
 from w2w.core.colours import Scale
 from w2w.core.imu.recording import ImuRecording
-from w2w.drawing.places import Box, FreeArea, Place, place
+from w2w.drawing.places import Box, FreeArea, Place, place_all
 from w2w.ui.viewport import card as card_module, colour_bar
 from w2w.ui.viewport.card import HoverCard, on_one_scale
 from w2w.ui.viewport.legend import Legend
@@ -66,10 +66,9 @@ def test_cards_and_legend_stand_at_the_edges_over_no_body_nor_each_other(
         return [free.left + gap, free.right - gap - width]
 
     for forms in (card(None, 0).sizes(), [lambda scale: (LEGEND * scale, 230 * scale)]):
-        stand = place(forms, free, body, taken, scale, at_the_edges)
-        width, height = forms[stand.form](stand.scale)
+        (stand,) = place_all([forms], free, body, taken, scale, at_the_edges)
+        box = stand.box(forms)
         assert not stand.covers
-        box = Box(stand.x, stand.y, stand.x + width, stand.y + height)
         assert stand.scale <= scale
         assert free.left <= box.left < box.right <= free.right
         assert free.bottom <= box.bottom < box.top <= free.top
@@ -78,23 +77,44 @@ def test_cards_and_legend_stand_at_the_edges_over_no_body_nor_each_other(
         taken.append(box)
 
 
-def test_in_a_view_as_narrow_as_at_scale_two_the_legend_lies_and_the_card_is_folded() -> None:
-    free = FreeArea(118.0, 485.0, 0.0, 525.0)  # what a window of 1280 x 800 leaves beside the sidebar
-    axes, buttons = Box(285.0, 325.0, 485.0, 525.0), Box(389.0, 89.0, 485.0, 525.0)
-    standing = np.column_stack([np.tile((135.0, 275.0), 50), np.repeat(np.linspace(12, 500, 50), 2)])
+NARROW = FreeArea(118.0, 485.0, 0.0, 525.0)
+"""What a window of 1280 x 800 leaves beside the sidebar at a scale of 2."""
+
+AXES, BUTTONS = Box(285.0, 325.0, 485.0, 525.0), Box(389.0, 89.0, 485.0, 525.0)
+"""Blender's own in it."""
+
+STANDING = np.column_stack([np.tile((135.0, 275.0), 50), np.repeat(np.linspace(12, 500, 50), 2)])
+SIGNALS = ImuRecording(np.zeros((50, 1, 3)), np.zeros((50, 1, 3)), 60.0, ("wrist",))
+
+
+def at_narrow_edges(width: float, gap: float) -> list[float]:
+    return [NARROW.left + gap, NARROW.right - gap - width]
+
+
+@pytest.mark.parametrize("body", [BODY * (230.0, 260.0) + (253.0, 92.0), STANDING])
+def test_in_a_view_as_narrow_as_at_scale_two_the_legend_lies_and_the_card_is_folded(body: np.ndarray) -> None:
     shown = Legend(0.17, 0.87, name="Mean of activities")
-    signals = ImuRecording(np.zeros((50, 1, 3)), np.zeros((50, 1, 3)), 60.0, ("wrist",))
-
-    def at_the_edges(width: float, gap: float) -> list[float]:
-        return [free.left + gap, free.right - gap - width]
-
-    for body in (BODY * (230.0, 260.0) + (253.0, 92.0), standing):
-        for forms in (colour_bar.sizes(shown), card(signals, 0).sizes()):
-            stand = place(forms, free, body, [axes, buttons], 2.0, at_the_edges)
-            assert (stand.form, stand.covers) == (1, 0)
+    for forms in (colour_bar.sizes(shown), card(SIGNALS, 0).sizes()):
+        (stand,) = place_all([forms], NARROW, body, [AXES, BUTTONS], 2.0, at_narrow_edges)
+        assert (stand.form, stand.covers) == (1, 0)
 
 
-@pytest.mark.parametrize("form", [0, 1])
+def test_two_cards_that_would_cover_the_body_are_titles_one_above_the_other() -> None:
+    body = BODY * (230.0, 260.0) + (253.0, 92.0)
+    two = [card(SIGNALS, 0).sizes()] * 2
+    stands = place_all(two, NARROW, body, [AXES, BUTTONS], 2.0, at_narrow_edges)
+    assert [(stand.form, stand.covers) for stand in stands] == [(2, 0), (2, 0)]
+    assert min(stand.scale for stand in stands) >= 1.2
+    below, above = (stand.box(forms) for stand, forms in zip(stands, two, strict=True))
+    assert below.top < above.bottom
+    wide = FreeArea(50.0, 1850.0, 20.0, 920.0)
+    alone = place_all(
+        two, wide, BODY * 720 + (950, 110), [], 2.0, lambda width, gap: [50 + gap, 1850 - gap - width]
+    )
+    assert [stand.form for stand in alone] == [0, 0]
+
+
+@pytest.mark.parametrize("form", [0, 1, 2])
 @pytest.mark.parametrize("is_baked", [True, False])
 def test_all_of_a_card_is_drawn_inside_it(monkeypatch: pytest.MonkeyPatch, form: int, is_baked: bool) -> None:
     drawn = drawn_on(monkeypatch, card_module)
@@ -102,7 +122,7 @@ def test_all_of_a_card_is_drawn_inside_it(monkeypatch: pytest.MonkeyPatch, form:
     recording = ImuRecording(np.ones((50, 1, 3)), np.ones((50, 1, 3)), 60.0, ("wrist",)) if is_baked else None
     about = replace(
         card(recording, 0), lines=("expected F1 .62", "rank 3 of 512"), activities=("bow", "run"),
-        f1=np.array([0.4, 0.9]), clip="bow: a clip", title="right wrist " * 9,
+        f1=np.array([0.4, 0.9]), clip="bow: a clip", score="0.62", title="right wrist " * 9,
     )  # fmt: skip
     stand = Place(100.0, 50.0, 0.8, form)
     on_one_scale([about])[0].draw(stand)

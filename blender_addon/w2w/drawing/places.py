@@ -3,7 +3,7 @@
 
 from collections.abc import Callable, Sequence
 from itertools import product
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -15,6 +15,10 @@ HEIGHTS = 7
 
 GAP = 12
 """Pixels from the edge, at a scale of 1."""
+
+
+Forms: TypeAlias = Sequence[Callable[[float], tuple[float, float]]]
+"""Width and height of a thing in each of its forms, the best first, pixels, at a scale."""
 
 
 class FreeArea(NamedTuple):
@@ -48,17 +52,21 @@ class Place(NamedTuple):
     form: int = 0
     covers: float = 0.0
 
+    def box(self, forms: Forms) -> Box:
+        """The rectangle that a thing of these forms fills there."""
+        width, height = forms[self.form](self.scale)
+        return Box(self.x, self.y, self.x + width, self.y + height)
 
-def place(
-    forms: Sequence[Callable[[float], tuple[float, float]]], free: FreeArea, clear: np.ndarray,
-    taken: Sequence[Box], scale: float, lefts: Callable[[float, float], Sequence[float]],
-) -> Place:  # fmt: skip
-    """The first place that covers nothing, the largest there is; else the one that covers least.
+
+def place_all(
+    things: Sequence[Forms], free: FreeArea, clear: np.ndarray, taken: Sequence[Box], scale: float,
+    lefts: Callable[[float, float], Sequence[float]],
+) -> list[Place]:  # fmt: skip
+    """Where things stand, one after the other; where one would cover something, all in their last form.
 
     Parameters
     ----------
-    forms : sequence of callable
-        Width and height of the thing in each of its forms, the best first, pixels, at a scale.
+    things : sequence of Forms
     free : FreeArea
     clear : ndarray, shape (K, 2)
         Points of the region to keep clear.
@@ -69,19 +77,38 @@ def place(
     lefts : callable
         Left edges to try for a width and a gap to the view's edge, the best first.
     """
+    shares = [share for share in (*SCALES, *SMALL) if share * max(scale, 1.0) >= LEGIBLE]
+    usual = sorted(product((0, 1), shares), key=lambda way: way[1] in SMALL)
+    tried: list[list[Place]] = []
+    for ways in (usual, *([(-1, share)] for share in shares)):
+        stands, boxes = [], [*taken]
+        for forms in things:
+            stands.append(_place(forms, ways, free, clear, boxes, scale, lefts))
+            boxes.append(stands[-1].box(forms))
+        tried.append(stands)
+        if not any(stand.covers for stand in stands):
+            break
+    return min(tried, key=lambda stands: sum(stand.covers for stand in stands))
+
+
+def _place(
+    forms: Forms, ways: Sequence[tuple[int, float]], free: FreeArea, clear: np.ndarray, taken: Sequence[Box],
+    scale: float, lefts: Callable[[float, float], Sequence[float]],
+) -> Place:  # fmt: skip
+    """The first place that covers nothing, by forms and shares of the scale; else the best there is."""
     tried: list[Place] = []
-    ways = [*product(range(len(forms)), SCALES), *product(range(len(forms)), SMALL)]
-    for form, share in [way for way in ways if way[1] * max(scale, 1.0) >= LEGIBLE]:
-        tried_at = share * scale
-        width, height = forms[form](tried_at)
+    for form, share in ways:
+        number, tried_at = form % len(forms), share * scale
+        width, height = forms[number](tried_at)
         gap = GAP * tried_at
         top = max(free.top - gap - height, free.bottom + gap)
-        for x in lefts(width, gap):
-            for y in np.linspace(free.bottom + gap, top, HEIGHTS).tolist():
-                covers = _covers(Box(x, y, x + width, y + height), free, clear, taken)
-                tried.append(Place(x, y, tried_at, form, covers))
-                if not covers:
-                    return tried[-1]
+        on_others = [each.top + gap / 4 for each in taken if each.top + gap / 4 < top]
+        heights = [*np.linspace(free.bottom + gap, top, HEIGHTS).tolist(), *on_others]
+        for x, y in product(lefts(width, gap), heights):
+            stand = Place(x, y, tried_at, number)
+            tried.append(stand._replace(covers=_covers(stand.box(forms), free, clear, taken)))
+            if not tried[-1].covers:
+                return tried[-1]
     return min(tried, key=lambda each: each.covers)
 
 

@@ -14,8 +14,11 @@ from .drawing import Colour, clipped, polyline, rectangle, text, width_of
 WIDTH, FOLDED_WIDTH, MARGIN, LINE = 350, 230, 12, 15
 """Sizes at a scale of 1, pixels."""
 
-CLOSER = 32
-"""Width of the corner that closes a card, pixels at a scale of 1."""
+TITLE = np.array([280, 27])
+"""Width and height of a card that is but a title, pixels at a scale of 1."""
+
+CLOSER, SCORED = 32, 58
+"""Width of the corner that closes a card, with the score beside it, pixels at a scale of 1."""
 
 PLOT_HEIGHT, FOLDED_PLOT, PLOT_GAP = 52, 32, 21
 PLOTS = ("Acceleration, m/s²", "Angular velocity, rad/s")
@@ -47,6 +50,7 @@ class HoverCard:
     patch: int
     clip: str  # what the signals show, or why there are none
     time: float  # playhead, seconds from the clip's start
+    score: str = ""  # beside the title of a card that is no more than that
     limits: tuple[tuple[float, float], ...] = ()  # of the plots, one pair a signal: see `on_one_scale`
 
     def signals(self) -> tuple[np.ndarray, ...]:
@@ -55,8 +59,8 @@ class HoverCard:
         return () if shown is None else (shown.acc[:, self.patch], shown.gyr[:, self.patch])
 
     def sizes(self) -> list[Callable[[float], tuple[float, float]]]:
-        """Width and height, pixels, of the whole card and of one folded to the essential, at a scale."""
-        return [self._whole, self._folded]
+        """Width and height, pixels, of the whole card, a folded one and a mere title, at a scale."""
+        return [self._whole, self._folded, lambda scale: tuple(TITLE * scale)]
 
     def _whole(self, scale: float) -> tuple[float, float]:
         n_plots = 2 if self.recording is not None else 0
@@ -72,19 +76,23 @@ class HoverCard:
         """Where the card stands, and where a click closes it."""
         width, height = self.sizes()[stand.form](stand.scale)
         right, top, corner = stand.x + width, stand.y + height, CLOSER * stand.scale
-        return Box(stand.x, stand.y, right, top), Box(right - corner, top - corner, right, top)
+        return Box(stand.x, stand.y, right, top), Box(right - corner, top - min(corner, height), right, top)
 
     def draw(self, stand: Place) -> None:
         """Draw the card."""
-        x, y, scale, is_folded, _ = stand
-        width, height = self.sizes()[stand.form](scale)
+        x, y, scale, form, _ = stand
+        (width, height), is_title = self.sizes()[form](scale), form == 2
         rectangle(x, y, width, height, BACKGROUND)
         rectangle(x, y, 4 * scale, height, self.colour)
         left, right = x + MARGIN * scale, x + width - MARGIN * scale
         top = y + height - (MARGIN + 8) * scale
-        title = clipped(self.title, right - left - 24 * scale, 14 * scale)
-        text(left, top, f"{self.mark}  {title}", 14 * scale, PALE)
+        room = right - left - (SCORED if is_title else CLOSER) * scale
+        text(left, top, clipped(f"{self.mark}  {self.title}", room, 14 * scale), 14 * scale, PALE)
         text(right, top, "✕", 13 * scale, PALE, "RIGHT")
+        if is_title:
+            text(right - 20 * scale, top, self.score, 14 * scale, PALE, "RIGHT")
+            return
+        is_folded = bool(form)
         top -= 0.2 * LINE * scale
         for line in self.lines[: 1 if is_folded else None]:
             top -= LINE * scale
@@ -101,7 +109,7 @@ class HoverCard:
         for number, (signal, limits) in enumerate(zip(self.signals(), self.limits, strict=True)):
             if number == 0 or not is_folded:
                 top -= ((FOLDED_PLOT if is_folded else PLOT_HEIGHT) + PLOT_GAP) * scale
-            self._plot(number, (*across[number], top), scale, signal, limits, is_folded=bool(is_folded))
+            self._plot(number, (*across[number], top), scale, signal, limits, is_folded)
 
     def _rows(self) -> int:
         count = len(self.f1)

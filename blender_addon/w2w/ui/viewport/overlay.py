@@ -10,7 +10,7 @@ from mathutils import Vector
 
 from ...core.colours import Scale, score_colours
 from ...core.patches.patches import PatchSet
-from ...drawing.places import Box, Place, place
+from ...drawing.places import Box, Place, place_all
 from ...scene.base.actions import FIRST_FRAME, key_rate
 from ...scene.base.patches import PATCH
 from ..study import lists, scores, signal_cache, state
@@ -97,25 +97,25 @@ def _places(
     cards: Sequence[HoverCard], heads: Sequence[Vector],
 ) -> list[Place]:  # fmt: skip
     """Where each card, then the legend if there is one, stands; while a clip plays they stay there."""
-    things = [card.sizes() for card in cards] + ([] if shown is None else [sizes(shown)])
+    of_cards, of_legend = [card.sizes() for card in cards], [] if shown is None else [sizes(shown)]
     scale, region = context.preferences.system.ui_scale, context.region
+    things = [*of_cards, *of_legend]
     key = (region.as_pointer(), region.width, region.height, *(forms[0](scale) for forms in things))
     if context.screen.is_animation_playing and key in _stood:
         return list(_stood[key])
     free = free_area(context.area, region)
-    clear, taken, stands = seen(context, bodies), blenders_own(context, free, scale), []
     middle = [sum(head.x for head in heads) / 2] if len(heads) == 2 else []
-    for number, forms in enumerate(things):
-        is_legend = number == len(cards)
 
-        def lefts(width: float, gap: float, is_legend: bool = is_legend) -> list[float]:
-            edges = [free.left + gap, free.right - width - gap]
-            return [*(x - width / 2 for x in middle), *edges[::-1]] if is_legend else edges
+    def at_edges(width: float, gap: float) -> list[float]:
+        return [free.left + gap, free.right - width - gap]
 
-        stand = place(forms, free, clear, taken, scale, lefts)
-        width, height = forms[stand.form](stand.scale)
-        taken.append(Box(stand.x, stand.y, stand.x + width, stand.y + height))
-        stands.append(stand)
+    def for_legend(width: float, gap: float) -> list[float]:
+        return [*(x - width / 2 for x in middle), *at_edges(width, gap)[::-1]]
+
+    clear, taken = seen(context, bodies), blenders_own(context, free, scale)
+    stands = place_all(of_cards, free, clear, taken, scale, at_edges)
+    taken += [stand.box(forms) for stand, forms in zip(stands, of_cards, strict=True)]
+    stands += place_all(of_legend, free, clear, taken, scale, for_legend)
     _stood.clear()
     _stood[key] = tuple(stands)
     return stands
@@ -237,15 +237,15 @@ def _card(
     else:
         shows = f"{clip.activity}: {clip.name}" if clip.activity else clip.name
     lines: tuple[str, ...] = (f"spot {patch}, not ranked yet",)
-    f1, colours = np.zeros(0), Scale(0.0, 1.0, colour_map=study.colour_map)
+    f1, colours, score = np.zeros(0), Scale(0.0, 1.0, colour_map=study.colour_map), ""
     if utility is not None:
         lines, values = scores.patch_lines(study, utility, patch), scores.activity_scores(study, utility)
-        f1 = values[patch]
+        f1, score = values[patch], f"{scores.expected_mean(study, utility)[patch]:.2f}"
         colours = scores.scale_of(study, utility) if study.fix_range else colours
     return HoverCard(
         mark=mark, colour=colour, title=patches.names[patch], lines=lines,
         activities=utility.activities if utility is not None else (),
-        f1=f1, scale=colours, recording=recording, patch=patch, clip=shows,
+        f1=f1, scale=colours, score=score, recording=recording, patch=patch, clip=shows,
         time=(context.scene.frame_current_final - FIRST_FRAME) / key_rate(clip and clip.action),
     )  # fmt: skip
 
