@@ -120,10 +120,10 @@ spot)
 costs) halves halves "as well" lose within heavy "cost holds" ;;
 against)
   quietly w2w run bandai_namco --out run_bandai_namco --no-pictures --no-report
-  w2w study repeatability run_bandai_namco --drawn --halvings 12 >"drawn bandai_namco.txt"
+  w2w study repeatability run_bandai_namco --drawn --halvings 20 >"drawn bandai_namco.txt"
   w2w study repeatability run_hdm05 --drawn --halvings 12 >"drawn hdm05.txt"
-  w2w study repeatability run_hdm05 --drawn --halvings 24 --by-subject >"drawn hdm05 --by-subject.txt"
-  halves drawn recommended "belt clip" watch energy random most worse
+  w2w study repeatability run_hdm05 --drawn --halvings 48 --by-subject >"drawn hdm05 --by-subject.txt"
+  halves drawn recommended "belt clip" watch energy random most worse "cost holds"
   ;;
 broad)
   echo "| method | nothing fitted: acc r | gyr r | shift, ms | shift and lever arm fitted: acc r | acc RMSE, m/s² |"

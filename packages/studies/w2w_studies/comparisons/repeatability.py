@@ -12,7 +12,7 @@ from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.halves import deal_halves
 from w2w.core.ranking.pooling import Pooling
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.selection.scored import ScoredMap
+from w2w.core.selection.scored import PlaceScore, ScoredMap
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import WindowLabels
 from w2w.core.windows.features import CHANNELS, STATISTICS
@@ -152,22 +152,31 @@ def _products_judged(
     """
     if here.patches.labels.max() >= len(here.patches):
         return (np.nan,) * OF_PRODUCTS
-    others = [score for score in here.products if score.patch != here.base.patch]
-    loses = np.array([there.mean[here.base.patch] - there.mean[score.patch] for score in others])
+    others = [score for score in here.products if score.under != here.base.under]
+    loses = np.array([_lost(there, here.base, score) for score in others])
     as_good = np.array([score.cost.as_good for score in others])
     held = [score.cost.low <= lose <= score.cost.high for score, lose in zip(others, loses, strict=True)]
     knowing: tuple[np.ndarray, ...] = (np.array([]),) * 3
     if whole is not None:
-        known = [whole.mean[here.base.patch] - whole.mean[score.patch] for score in others]
-        knowing = _worded(loses, np.array(known) <= GOOD)
+        knowing = _worded(loses, np.array([_lost(whole, here.base, score) for score in others]) <= GOOD)
     parts = [*_worded(loses, as_good), held, *knowing]
-    worn = {score.name: score.patch for score in here.products}
-    at = [here.base.patch, *(worn.get(name) for name in ALWAYS)]
-    at.append(None if energy is None else max(worn.values(), key=lambda patch: energy[patch]))
-    gains = [np.nan if patch is None else there.mean[patch] for patch in at]
-    above = np.array([*gains, there.mean[[*worn.values()]].mean(), there.mean.max()]) - there.mean.mean()
+    worn = {score.name: score for score in here.products}
+    at = [here.base, *(worn.get(name) for name in ALWAYS)]
+    at.append(None if energy is None else max(worn.values(), key=lambda score: energy[score.patch]))
+    gains = [np.nan if score is None else _delivered(there, score) for score in at]
+    anyone = np.mean([_delivered(there, score) for score in worn.values()])
+    above = np.array([*gains, anyone, there.mean.max()]) - there.mean.mean()
     worse = np.nan if at[1] is None else float(gains[0] < gains[1] - HEAVY)
     return (as_good.mean(), *(np.mean(part) if len(part) else np.nan for part in parts), *above, worse)
+
+
+def _delivered(there: UtilityMap, score: PlaceScore) -> float:
+    """The raw F1 of a product on other clips, over all patches that it moves over."""
+    return float(there.mean[list(score.under)].mean())
+
+
+def _lost(there: UtilityMap, base: PlaceScore, score: PlaceScore) -> float:
+    return _delivered(there, base) - _delivered(there, score)
 
 
 def _worded(loses: np.ndarray, as_good: np.ndarray) -> tuple[np.ndarray, ...]:
