@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Scores as colours: one perceptual colour map for every heatmap, colour bar and overlay."""
+"""Scores as colours: one perceptual colour map for all pictures; without scores, a plain mannequin."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,8 +8,9 @@ from typing import Self
 
 import numpy as np
 
-from .body.body import TEMPLATES
+from .body.body import TEMPLATES, Body, midpoint
 from .files import load_arrays
+from .patches.body_parts import in_part, sleeves, waist
 from .patches.patches import PatchSet
 
 COLOUR_MAP = "viridis"
@@ -30,6 +31,15 @@ LEAST_SPAN = 0.1
 """Least F1 that the colours of a map span: scores that hardly differ shall not look far apart."""
 
 ROUNDING = 1e-6
+
+SKIN, SHIRT, SHORTS = (0.84, 0.80, 0.765), (0.62, 0.68, 0.74), (0.30, 0.36, 0.43)
+"""sRGB colours of a mannequin."""
+
+LENGTH = 0.65
+"""How far down its shorts reach, as a share of the thigh."""
+
+SOFT = 0.03
+"""Width of a hem, metres: about an edge of the mesh, or it would show the triangles."""
 
 
 def score_colours(scores: np.ndarray, low: float, high: float, colour_map: str = COLOUR_MAP) -> np.ndarray:
@@ -128,3 +138,21 @@ def colour_table(colour_map: str = COLOUR_MAP, steps: int = 1024) -> np.ndarray:
 def _tables() -> dict[str, np.ndarray]:
     """Each colour map at even steps, shape (256, 3), by its name."""
     return load_arrays(TEMPLATES / "colour_maps.npz", COLOUR_MAPS, "does not hold the colour maps")
+
+
+def mannequin_colours(body: Body) -> np.ndarray:
+    """Colours (V, 3) of a body in a shirt and shorts, which anyone can show."""
+    hip, knee = (midpoint(body.joints, name)[2] for name in ("hip", "knee"))
+    height = body.vertices[:, 2]
+    shirt = np.maximum(in_part(body, "torso"), _inside(sleeves(body)))
+    below, above = waist(body) - height, height - (hip + LENGTH * (knee - hip))
+    shorts = (in_part(body, "torso") | in_part(body, "leg")) * _inside(np.minimum(below, above))
+    colours = np.tile(SKIN, (len(height), 1))
+    for share, colour in ((shirt, SHIRT), (shorts, SHORTS)):
+        colours += share[:, None] * (colour - colours)
+    return colours
+
+
+def _inside(depth: np.ndarray) -> np.ndarray:
+    """How much cloth there is, 0 to 1, at a depth from its hem, metres."""
+    return np.clip(0.5 + depth / SOFT, 0, 1)

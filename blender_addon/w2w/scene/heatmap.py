@@ -6,8 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..core.body.body import Body
-from ..core.colours import Scale
-from ..core.garments.mannequin import mannequin_colours
+from ..core.colours import Scale, mannequin_colours
 from ..core.patches.patches import PatchSet
 from .base.body import matrix, moved, painted_colours, rest_vertices
 from .base.module import bpy

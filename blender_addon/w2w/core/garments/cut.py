@@ -9,8 +9,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import KDTree
 
 from ..body.body import JOINT_INDEX, Body, edge_lengths, edges_of, midpoint, neighbours
-from ..body.regions import regions_of
-from ..patches.body_parts import PARTS, SIDES
+from ..patches.body_parts import SIDES, in_part, sleeves, waist
 from ..rotations import unit
 
 KINDS = ("tshirt", "trousers")
@@ -27,8 +26,8 @@ SNUG, TAPER = 0.006, 0.08
 HELD = 0.025
 """Cloth this near to that edge stays where the skin carries it, metres."""
 
-SLEEVE, WAIST, ANKLE = 0.7, 0.22, 0.03
-"""Ends: the sleeve's on the upper arm, the waistband's from hips to shoulders, above the ankle in metres."""
+ANKLE = 0.03
+"""Where trousers end above the ankle, metres."""
 
 SMOOTHINGS, NORMALS_SMOOTHED = 12, 4
 
@@ -86,41 +85,11 @@ def _shirt(body: Body) -> np.ndarray:
     return (in_part(body, "torso") & (body.vertices[:, 2] > hip)) | (sleeves(body) > 0)
 
 
-def sleeves(body: Body) -> np.ndarray:
-    """How far each vertex (V,) of the upper arms is from the end of a sleeve, metres; negative elsewhere."""
-    depth = np.full(len(body.vertices), -np.inf)
-    for side in SIDES:
-        shoulder, elbow = (body.joints[JOINT_INDEX[f"{side}_{name}"]] for name in ("shoulder", "elbow"))
-        bone = elbow - shoulder
-        along = (body.vertices - shoulder) @ bone / (bone @ bone)
-        covered = _named(body, (f"{side} shoulder", f"{side} upper arm"))
-        depth[covered] = (SLEEVE - along[covered]) * np.linalg.norm(bone)
-    return depth
-
-
 def _trousers(body: Body) -> np.ndarray:
     """Vertices of the skin below trousers."""
     ankle = max(body.joints[JOINT_INDEX[f"{side}_ankle"]][2] for side in SIDES) + ANKLE
     height = body.vertices[:, 2]
     return (in_part(body, "torso") | in_part(body, "leg")) & (height > ankle) & (height < waist(body))
-
-
-def waist(body: Body) -> float:
-    """Height of a body's waist, metres."""
-    hip, shoulder = (midpoint(body.joints, name)[2] for name in ("hip", "shoulder"))
-    return hip + WAIST * (shoulder - hip)
-
-
-def in_part(body: Body, part: str) -> np.ndarray:
-    """Whether each vertex (V,) lies in a part of the body, either side."""
-    codes, names = regions_of(body)
-    plain = [name.removeprefix("left ").removeprefix("right ") for name in names]
-    return np.isin(codes, [code for code, name in enumerate(plain) if name in PARTS[part]])
-
-
-def _named(body: Body, beginnings: tuple[str, ...]) -> np.ndarray:
-    codes, names = regions_of(body)
-    return np.isin(codes, [code for code, name in enumerate(names) if name.startswith(beginnings)])
 
 
 def _largest_piece(faces: np.ndarray, n_vertices: int) -> tuple[np.ndarray, np.ndarray]:

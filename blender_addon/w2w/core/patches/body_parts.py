@@ -13,10 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from ..body.body import template
+from ..body.body import JOINT_INDEX, Body, midpoint, template
+from ..body.regions import regions_of
 from ..wording import plain_words
 
 SIDES = ("left", "right")
+
+SLEEVE, WAIST = 0.7, 0.22
+"""A sleeve's end along the upper arm, and the waist from hips to shoulders, as shares."""
 
 
 @dataclass(frozen=True)
@@ -232,3 +236,33 @@ def patches_named(regions: Sequence[str], words: str) -> np.ndarray:
         known = ", ".join(sorted(set(regions)))
         raise ValueError(f"no patch lies in a region named {words!r}; the regions are: {known}")
     return np.array(patches)
+
+
+def in_part(body: Body, part: str) -> np.ndarray:
+    """Whether each vertex (V,) lies in a part of the body, either side."""
+    codes, names = regions_of(body)
+    plain = [name.removeprefix("left ").removeprefix("right ") for name in names]
+    return np.isin(codes, [code for code, name in enumerate(plain) if name in PARTS[part]])
+
+
+def sleeves(body: Body) -> np.ndarray:
+    """How far each vertex (V,) of the upper arms is from the end of a sleeve, metres; negative elsewhere."""
+    depth = np.full(len(body.vertices), -np.inf)
+    for side in SIDES:
+        shoulder, elbow = (body.joints[JOINT_INDEX[f"{side}_{name}"]] for name in ("shoulder", "elbow"))
+        bone = elbow - shoulder
+        along = (body.vertices - shoulder) @ bone / (bone @ bone)
+        covered = _named(body, (f"{side} shoulder", f"{side} upper arm"))
+        depth[covered] = (SLEEVE - along[covered]) * np.linalg.norm(bone)
+    return depth
+
+
+def waist(body: Body) -> float:
+    """Height of a body's waist, metres."""
+    hip, shoulder = (midpoint(body.joints, name)[2] for name in ("hip", "shoulder"))
+    return hip + WAIST * (shoulder - hip)
+
+
+def _named(body: Body, beginnings: tuple[str, ...]) -> np.ndarray:
+    codes, names = regions_of(body)
+    return np.isin(codes, [code for code, name in enumerate(names) if name.startswith(beginnings)])

@@ -5,7 +5,7 @@ import pytest
 
 from w2w.core.body.regions import regions_of
 from w2w.core.body.shapes import shaped
-from w2w.core.garments.mannequin import SHIRT, SHORTS, SKIN, SOFT, mannequin_colours
+from w2w.core.colours import SHIRT, SHORTS, SKIN, SOFT, mannequin_colours
 
 
 @pytest.mark.parametrize("shape", [{}, {"gender": -1.0}, {"gender": 1.0, "height": 1.95}])
