@@ -10,7 +10,7 @@ from rich.console import Console
 import w2w
 from w2w.core.findings.advice_content import advice_content
 from w2w.core.findings.cautions import KNOW, STOPS, WEAKENS, Caution, below, cautions, head
-from w2w.core.keypoints.likely_rest import ITS_OWN
+from w2w.core.reading.clips import ITS_OWN
 from w2w.core.selection.advice import advise
 from w2w.core.selection.scored import ScoredMap
 from w2w.core.study.clip_files import is_used

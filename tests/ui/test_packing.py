@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.utility import UtilityMap
-from w2w.scene.files import packing
+from w2w.scene.files import study_file
 from w2w.ui.study import signal_cache
 from w2w.ui.study.state import BAKED, bake_settings, patches_of, state_of, utility_of
 
@@ -28,7 +28,7 @@ def test_a_saved_file_reopens_complete(library: Path, tmp_path: Path) -> None:
     path = str(tmp_path / "study.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
-    packing._unpacked.clear()
+    study_file._unpacked.clear()
     bpy.ops.wm.open_mainfile(filepath=path)
     body = bpy.context.scene.w2w.body
     np.testing.assert_array_equal(utility_of(body.w2w).f1, utility.f1)
@@ -83,7 +83,7 @@ def test_damaged_results_are_refused(library: Path) -> None:
     text = make_study(library).w2w.utility_text
     for damaged in (text[:-400], "eJ" + text[6:], "nothing of the kind", ""):
         with pytest.raises(ValueError, match="packed results are damaged"):
-            packing.unpack(damaged, damaged.__str__, UtilityMap.load)
+            study_file.unpack(damaged, damaged.__str__, UtilityMap.load)
 
 
 def pixels(attribute: bpy.types.Attribute) -> np.ndarray:

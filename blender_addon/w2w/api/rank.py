@@ -23,7 +23,7 @@ from ..core.ranking.weights import check_counting
 from ..core.study.clip_files import NO_SIGNATURE, ClipWindows
 from ..core.study.config import StudyConfig
 from ..core.study.ranking import LabelledClip, WindowLabels, rank_clips, same_motions, stream_of
-from ..core.windows.of_recordings import cut_recordings
+from ..core.windows.inputs import cut_recordings
 from ..core.windows.windows import WindowSpec
 from ..core.wording import join_words
 from .loading import warn_of_spellings

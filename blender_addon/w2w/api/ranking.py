@@ -34,7 +34,7 @@ from ..core.study.clip_files import WORK, features_file, motion_file, write_feat
 from ..core.study.needs import Need
 from ..core.study.ranking import set_tests_of
 from ..core.study.results import ClipResult, Study, StudyResults
-from ..core.windows.of_recordings import cut_recordings
+from ..core.windows.inputs import cut_recordings
 from .ranked import Ranked
 
 

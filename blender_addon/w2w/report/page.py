@@ -18,7 +18,7 @@ from ..core.colours import LEAST_SPAN, Scale, colour_table
 from ..core.findings import notes
 from ..core.findings.cautions import OPEN, Caution, below
 from ..core.findings.summary import MOST_REGIONS, best_regions
-from ..core.imu.wearing import wearing_sentences
+from ..core.imu.presets import wearing_sentences
 from ..core.motion.skinning import triangle_frames
 from ..core.patches.body_parts import PRODUCT_NAMED, PRODUCTS
 from ..core.patches.naming import FAR_M, nearest_patch, places_on

@@ -23,10 +23,9 @@ from ..core.patches.body_parts import ALL, PARTS, PRODUCTS, SIDES
 from ..core.ranking.f1 import FEWEST_CLIPS
 from .answers import Answers
 from .guard import Doors, Guard
-from .operating import operates, operator_page
 from .receiving import Receiver, content_of, object_of, study_of
 from .request import INPUT
-from .shown import Pages
+from .shown import Pages, operates, operator_page
 from .study import Study, checked_parameters, damaged
 from .uploads import DISK_FULL, NO_DISK, SUFFIXES, RefusedError
 from .work import DAY_S, Work

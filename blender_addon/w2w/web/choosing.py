@@ -10,7 +10,7 @@ from typing import Any
 from ..core.findings.advice_content import advice_content, need_content, place_content, with_needs
 from ..core.findings.cautions import Caution
 from ..core.findings.pilot import of_folder
-from ..core.imu.outlines import outlines
+from ..core.imu.recording_folder import outlines
 from ..core.parameters import with_values
 from ..core.ranking.stream import Stream
 from ..core.selection.advice import Advice

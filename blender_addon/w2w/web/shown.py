@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pages of the web app: its own, the door, and answers that were shared."""
+"""The pages of the web app: its own, the door, shared answers, the operator's."""
 
 import asyncio
 import json
+import shutil
+from collections.abc import Mapping
 from contextlib import suppress
 from html import escape
 from typing import Any
@@ -14,9 +16,11 @@ from starlette.routing import Route
 from ..core.given import inside
 from ..report.page import PAGE, REPORT
 from .guard import PAGES, Doors, enter_page, entered, report_policy
+from .people import OPERATOR, folder_of_person
+from .receiving import IN_ALL, OF_ONE, folder_size
 from .study import PARAMETERS, WISHES, Study
 from .uploads import RefusedError
-from .work import Work
+from .work import DAY_S, Work
 
 WRONG_S = 1.0
 """Seconds that whoever guesses a token waits."""
@@ -107,3 +111,40 @@ def with_preview(page: str, study: Study, address: str, picture: str) -> str:
     facts = {"title": title, "description": study.answer(), "url": address, "image": picture}
     metas = (f'<meta property="og:{name}" content="{escape(fact)}">\n' for name, fact in facts.items())
     return page.replace("</head>", f"{''.join(metas)}</head>", 1)
+
+
+MEGABYTE = 1e6
+
+
+def operates(doors: Doors, owner: str) -> bool:
+    """Whether an owner runs the server: whoever is on this machine, else the person `operator`."""
+    return not doors.asks or owner == folder_of_person(OPERATOR)
+
+
+def operator_page(work: Work, doors: Doors, uploads: Mapping[str, int]) -> str:
+    """The page, with a row for each person; `uploads` that arrive now by their folders."""
+    names = {folder_of_person(name): name for name in doors.people.hashes()} | {"local": "this machine"}
+    rows, total = [], 0
+    came = {folder for name in names if (folder := work.data / name).is_dir()}
+    for folder in sorted({study.folder.parent for study in work.studies()} | came):
+        studies = [study for study in work.studies() if study.folder.parent == folder]
+        size = folder_size(folder)
+        running = sum(study.id in work.running for study in studies)
+        waiting = sum(_waits(work, study) for study in studies) - running
+        idle = min((max(0.0, study.idle_s()) for study in studies), default=0.0) / DAY_S
+        megabytes, arriving = f"{size / MEGABYTE:.0f}", uploads.get(folder.name, 0)
+        cells = [len(studies), megabytes, arriving, running, waiting, f"{idle:.0f}"]
+        numbers = "".join(f'<td class="n">{cell}</td>' for cell in cells)
+        rows.append(f'<tr><th scope="row">{escape(names.get(folder.name, "a token"))}</th>{numbers}</tr>')
+        total += size
+    most, free = doors.most / MEGABYTE, shutil.disk_usage(work.data).free / MEGABYTE
+    used = f"{total / MEGABYTE:.0f} of {IN_ALL * most:.0f} MB are used"
+    sentence = f"{used}; one person may use {OF_ONE * most:.0f} MB. The disk has {free:.0f} MB left."
+    text = (PAGES / "operator.html").read_text(encoding="utf-8")
+    return text.replace("{{ sentence }}", sentence).replace("{{ rows }}", "\n".join(rows))
+
+
+def _waits(work: Work, study: Study) -> bool:
+    with suppress(RefusedError):
+        return work.waits(study)
+    return False

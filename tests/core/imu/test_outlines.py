@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from w2w.core.imu.outlines import PIECES, outlines
+from w2w.core.imu.recording_folder import PIECES, outlines
 
 from ...phone_exports import motion, table
 

@@ -3,9 +3,8 @@
 
 import pytest
 
-from w2w.core.imu.presets import preset
+from w2w.core.imu.presets import preset, wearing_sentences
 from w2w.core.imu.sensor import SensorModel
-from w2w.core.imu.wearing import wearing_sentences
 
 
 @pytest.mark.parametrize(

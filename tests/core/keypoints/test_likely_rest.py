@@ -8,11 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from w2w.core.body.body import JOINT_NAMES, PARENTS
-from w2w.core.keypoints.likely_rest import ITS_OWN, RESTS, with_likely_rest
+from w2w.core.keypoints.likely_rest import RESTS
 from w2w.core.motion.motion import Motion
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import SourceMotion
 from w2w.core.readers.bvh import read_bvh
+from w2w.core.reading.clips import ITS_OWN, with_likely_rest
 from w2w.core.retargeting.bone_maps import bundled_bone_maps, plain_name
 from w2w.core.retargeting.retarget import retarget
 

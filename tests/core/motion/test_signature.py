@@ -17,11 +17,10 @@ from w2w.core.body.body import Body
 from w2w.core.motion.examples import demo_motions
 from w2w.core.motion.motion import at_rate
 from w2w.core.motion.signature import WIDTH, mirrored_poses, motion_signature
-from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.core.ranking.utility import utility_map
 from w2w.core.study.clip_files import ClipWindows
 from w2w.core.study.config import StudyConfig
-from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motions
+from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motion_groups, same_motions
 from w2w.core.study.signals import describe, place_patches, simulate
 from w2w_studies.sweep.augmentation import at_tempo, mirrored, scaled
 

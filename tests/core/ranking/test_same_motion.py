@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from w2w.core.motion import moments, shared_stretches
 from w2w.core.motion.signature import WIDTH, mirrored_poses
-from w2w.core.ranking.same_motion import same_motion_groups
+from w2w.core.study.ranking import same_motion_groups
 
 
 def made_poses(rng, frames=80):

@@ -8,11 +8,10 @@ from scipy.spatial.transform import Rotation
 import w2w
 from w2w.core.body.body import JOINT_INDEX, Body
 from w2w.core.body.shapes import shaped
-from w2w.core.keypoints.likely_rest import ALONE, ITS_OWN
 from w2w.core.library.library import Clip
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.readers.bvh import read_bvh
-from w2w.core.reading.clips import to_body
+from w2w.core.reading.clips import ALONE, ITS_OWN, to_body
 from w2w.core.reading.look import look_rests
 from w2w.core.reading.reader import Reader
 from w2w.core.study.config import StudyConfig

@@ -7,8 +7,8 @@ import numpy as np
 
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.motion.signature import WIDTH
-from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.core.study.clip_files import ClipWindows, Signatures, features_file, ranking_inputs, write_features
+from w2w.core.study.ranking import same_motion_groups
 from w2w.core.windows.windows import WindowSpec, cut_windows
 
 SPEC = WindowSpec(length_s=1.0, stride_s=0.5)

@@ -248,8 +248,8 @@ def test_parquet(results, tmp_path):
 def test_parquet_in_parts_holds_the_same(results, tmp_path, monkeypatch):
     parquet = pytest.importorskip("pyarrow.parquet", exc_type=ImportError)
     whole = parquet.read_table(exported(results, tmp_path / "whole", "parquet") / "data")
-    monkeypatch.setattr("w2w.core.exports.parquet.PART_BYTES", 1)
-    monkeypatch.setattr("w2w.core.exports.parquet.GROUP_BYTES", 1)
+    monkeypatch.setattr("w2w.core.exports.arrays.PART_BYTES", 1)
+    monkeypatch.setattr("w2w.core.exports.arrays.GROUP_BYTES", 1)
     folder = exported(results, tmp_path / "parts", "parquet") / "data"
     assert len(list(folder.iterdir())) == 8
     assert parquet.read_table(folder).equals(whole)

@@ -10,13 +10,13 @@ import numpy as np
 
 from ..imu.on_cloth import caught_sentences
 from ..imu.sensor import FULL_SCALE
-from ..keypoints.likely_rest import ITS_OWN
 from ..library.labels import same_label
 from ..motion.up import SAY_UP
 from ..ranking.expected import HALF
 from ..ranking.f1 import FEWEST_CLIPS
 from ..ranking.folds import left_out_sentences
 from ..ranking.utility import UtilityMap
+from ..reading.clips import ITS_OWN
 from ..selection.headline import by_posture, short
 from ..selection.scored import best_single
 from ..study.config import StudyConfig

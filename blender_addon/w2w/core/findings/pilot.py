@@ -29,8 +29,7 @@ from ..study.choosing import scored_map
 from ..study.config import StudyConfig
 from ..study.ranking import WindowLabels
 from ..study.results import StudyResults
-from ..windows.inputs import PatchBlocks, as_blocks
-from ..windows.of_recordings import cut_recordings
+from ..windows.inputs import PatchBlocks, as_blocks, cut_recordings
 from ..wording import InShort, join_words, restated
 from .cautions import KNOW, WEAKENS, Caution
 

@@ -15,10 +15,23 @@ import numpy as np
 
 from ..given import given_path
 from ..motion.motion import LABELS
-from . import text_tables
 from .phone_files import read_phone
 from .recording import FURTHER, READINGS, ImuRecording
-from .vendor_formats import read_x_io, read_xsens_txt, write_x_io, write_xsens_txt
+from .vendor_formats import (
+    ACC_UNITS,
+    GYR_UNITS,
+    one_sensor,
+    parse_fact,
+    rate_of_stamps,
+    read_table,
+    read_x_io,
+    read_xsens_txt,
+    text_lines,
+    unit_factor,
+    write_table,
+    write_x_io,
+    write_xsens_txt,
+)
 
 COLUMNS = ("time_s", *(channel for reading in READINGS[:2] for channel in reading.channels))
 """Columns that a CSV must have."""
@@ -49,8 +62,8 @@ def write_csv(
     """
     readings = {reading.name: reading for reading in recording.readings}
     values = {name: getattr(recording, name)[:, sensor].astype(np.float64) for name in readings}
-    values["acc"] /= text_tables.unit_factor(text_tables.ACC_UNITS, acc_unit, "acc_unit")
-    values["gyr"] /= text_tables.unit_factor(text_tables.GYR_UNITS, gyr_unit, "gyr_unit")
+    values["acc"] /= unit_factor(ACC_UNITS, acc_unit, "acc_unit")
+    values["gyr"] /= unit_factor(GYR_UNITS, gyr_unit, "gyr_unit")
     facts = {
         **{f"{name}_unit": reading.unit for name, reading in readings.items()},
         "acc_unit": acc_unit,
@@ -62,7 +75,7 @@ def write_csv(
     lines = [f"# {name}: {json.dumps(value, ensure_ascii=False)}" for name, value in facts.items()]
     names = ["time_s", *(channel for reading in readings.values() for channel in reading.channels)]
     table = np.concatenate(list(values.values()), axis=1)
-    text_tables.write_table(path, lines, names, recording.time.tolist(), table, ",")
+    write_table(path, lines, names, recording.time.tolist(), table, ",")
 
 
 def read_csv(path: str | Path) -> ImuRecording:
@@ -70,10 +83,10 @@ def read_csv(path: str | Path) -> ImuRecording:
 
     Raises ValueError if columns or units are missing, or the time stamps are not regular.
     """
-    lines = text_tables.text_lines(path)
+    lines = text_lines(path)
     n_facts = next((k for k, line in enumerate(lines) if not line.startswith("#")), len(lines))
-    facts: dict[str, Any] = dict(text_tables.parse_fact(line) for line in lines[:n_facts] if ":" in line)
-    columns = text_tables.read_table(lines[n_facts:], ",", COLUMNS, path)
+    facts: dict[str, Any] = dict(parse_fact(line) for line in lines[:n_facts] if ":" in line)
+    columns = read_table(lines[n_facts:], ",", COLUMNS, path)
     if not {"acc_unit", "gyr_unit"} <= facts.keys():
         raise ValueError(
             f"{path} does not name its units: begin it with lines such as '# acc_unit: m/s2' and "
@@ -85,13 +98,12 @@ def read_csv(path: str | Path) -> ImuRecording:
         if facts.get(f"{reading.name}_unit") == reading.unit and set(reading.channels) <= set(columns)
     ]
     held: dict[str, Any] = {
-        reading.name: text_tables.one_sensor(columns, reading.channels)
-        for reading in (*READINGS[:2], *further)
+        reading.name: one_sensor(columns, reading.channels) for reading in (*READINGS[:2], *further)
     }
-    held["acc"] *= text_tables.unit_factor(text_tables.ACC_UNITS, facts["acc_unit"], "acc_unit")
-    held["gyr"] *= text_tables.unit_factor(text_tables.GYR_UNITS, facts["gyr_unit"], "gyr_unit")
+    held["acc"] *= unit_factor(ACC_UNITS, facts["acc_unit"], "acc_unit")
+    held["gyr"] *= unit_factor(GYR_UNITS, facts["gyr_unit"], "gyr_unit")
     return ImuRecording(
-        rate=float(facts.get("rate_hz") or text_tables.rate_of_stamps(columns["time_s"], path, 1e-6)),
+        rate=float(facts.get("rate_hz") or rate_of_stamps(columns["time_s"], path, 1e-6)),
         sites=(facts["site"],) if facts.get("site") else (),
         **held,
         **{name: facts.get(name, "") for name in LABELS},

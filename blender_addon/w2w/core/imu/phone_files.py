@@ -17,7 +17,7 @@ from ..csv_tables import SEPARATORS, decoded
 from ..wording import clean, restated
 from .clock import LOST_S, at_times, in_order, number_in, rate_of, seconds_of, shared_times
 from .recording import ImuRecording
-from .text_tables import ACC_UNITS, GYR_UNITS
+from .vendor_formats import ACC_UNITS, GYR_UNITS
 
 SENSOR_FILES = re.compile(
     r"(wrist ?motion|raw data|gravity|((total|linear|user)[ _]?)?acc(eleration|elerometer)?|gyro(scope)?)"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sensor models of real parts, and the user's own sensor as a JSON file: the figures of its datasheet.
+"""Sensor models of real parts, in figures and in words, and the user's own sensor as a JSON file.
 
 `sensors.json` has the figures of the presets and the datasheet that each comes from.
 
@@ -27,7 +27,7 @@ from typing import Any
 from ..body.body import template
 from ..files import write_json
 from ..given import given_path
-from ..wording import clean, restated
+from ..wording import clean, join_words, restated
 from .sensor import SensorModel
 from .sensor_fields import GIVEN_ELSEWHERE, sensor_with
 
@@ -163,3 +163,33 @@ def _content(path: Path) -> Any:
 
 def _refuse_constant(name: str) -> None:
     raise ValueError(f"it holds {name}, which is no figure of a sensor")
+
+
+def wearing_sentences(model: SensorModel) -> str:
+    """How much of the way a sensor is worn its signals contain, and how much they do not.
+
+    Examples
+    --------
+    >>> wearing_sentences(SensorModel.ideal())
+    'Loose straps, soft tissue and clothes are not in it.'
+    """
+    held, missing = [], []
+    if model.mounting_turn_deg or model.mounting_shift_m:
+        off = f"{model.mounting_turn_deg:g}° and {1000 * model.mounting_shift_m:g} mm"
+        held.append(f"sits {off} off its place, anew in every clip (one standard deviation)")
+    else:
+        missing.append("loose straps")
+    if model.fixed_misalignment_deg:
+        held.append(f"is turned by {model.fixed_misalignment_deg:g}° for good (one standard deviation)")
+    if any(model.worn_turn_deg):
+        held.append("is turned as the sensor was that it was calibrated with")
+    if model.soft_tissue_hz:
+        share = f"{model.soft_tissue_gain:.0%}".replace("%", " %")
+        held.append(f"rides on soft tissue ({model.soft_tissue_hz:g} Hz, {share} of its motion)")
+    else:
+        missing.append("soft tissue")
+    if model.drop_fraction:
+        held.append(f"loses {100 * model.drop_fraction:g} % of its samples")
+    missing.append("clothes")
+    lacks = f"{join_words(missing).capitalize()} are not in it."
+    return f"It {join_words(held)}. {lacks}" if held else lacks

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A folder of recordings: its files, and their labels by a csv, by folders or by triple taps."""
+"""A folder of recordings: its files, and their labels by a csv, folders or by triple taps, and outlines."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -13,6 +13,7 @@ import scipy
 from ..csv_tables import read_table
 from ..library.labels import same_label
 from ..wording import clean, count, join_words, restated
+from .formats import read_recording
 from .phone_files import is_phone_folder
 from .recording import ImuRecording
 
@@ -194,3 +195,27 @@ def triple_taps(recording: ImuRecording) -> list[tuple[float, float]]:
         if np.quantile(np.abs(still - np.median(still)), 0.95) <= REST:
             found.append((float(three[0]) - HAND_S, float(three[2]) + HAND_S))
     return found
+
+
+PIECES = 400
+
+
+def outlines(folder: Path) -> dict[str, Any]:
+    """Each recording in a folder as plain values, and what cannot be read, with the reason."""
+    shown, skipped = [], []
+    for path in recording_files(folder, folder / LABEL_FILE):
+        file = path.relative_to(folder).as_posix()
+        try:
+            shown.append({"file": file} | _outline(read_recording(path)))
+        except (ValueError, OSError, KeyError) as error:
+            skipped.append((file, str(error)))
+    return {"recordings": shown, "skipped": skipped}
+
+
+def _outline(recording: ImuRecording) -> dict[str, Any]:
+    """Seconds of a recording, and least and most specific force of its first sensor in each piece, m/s2."""
+    size = np.linalg.norm(recording.acc[:, 0].astype(float), axis=1)
+    first = np.unique(np.arange(PIECES) * len(size) // PIECES)
+    ends = np.stack([of.reduceat(size, first) for of in (np.fmin, np.fmax)], axis=1).round(2)
+    known = [pair.tolist() if np.isfinite(pair).all() else None for pair in ends]
+    return {"seconds": round(recording.n_samples / recording.rate, 2), "signal": known}

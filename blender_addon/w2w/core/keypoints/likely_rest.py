@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The likely rest pose of a skeleton whose file has none: by its own motion, and that of a known rig."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -14,7 +14,6 @@ from ..motion.source import SourceMotion, unscaled_rotations
 from ..retargeting.bone_maps import BoneMap, plain_name
 from ..retargeting.repair import flat_footed
 from ..retargeting.retarget import matched_joints
-from ..wording import count
 from .fit import fit_keypoints
 from .joint_sets import JOINT_SETS, JointSet
 
@@ -26,56 +25,6 @@ as a rotation vector in degrees, z up and facing -y."""
 
 NEAR = 30.0
 """Degrees by which limbs of a known rest pose may differ from those by the motion, which finds them to 25."""
-
-
-@dataclass(frozen=True)
-class Rests:
-    """Guessed rest poses of a library's skeletons whose files have none, one for all clips of a skeleton."""
-
-    poses: tuple[tuple[str, bytes, str], ...] = ()  # `SourceMotion.skeleton`, matrices and origin of each
-    files: Mapping[str, str] = field(default_factory=dict, repr=False)  # skeletons by files in the library
-
-    def of_file(self, file: str) -> "Rests":
-        """The rest pose of one file's skeleton."""
-        if (skeleton := self.files.get(file)) is None:
-            return ALONE
-        return Rests(tuple(pose for pose in self.poses if pose[0] == skeleton), {file: skeleton})
-
-    def of(self, source: SourceMotion) -> tuple[np.ndarray | None, str]:
-        """Rest matrices (B, 4, 4) of a motion's skeleton, and where they come from."""
-        for skeleton, pose, origin in self.poses:
-            if skeleton == source.skeleton:
-                return np.frombuffer(pose).reshape(source.rest.shape), origin
-        return None, ""
-
-    def sentence(self) -> str:
-        """How many skeletons have a guess, and how many files; "" without any."""
-        skeletons, files = (
-            count(what, len(of)) for what, of in (("skeleton", self.poses), ("file", self.files))
-        )
-        return f"one guess for each of {skeletons} without one, in {files}" if self.poses else ""
-
-
-ALONE = Rests()
-"""The `Rests` for a file that is part of no library."""
-
-ITS_OWN = "from its own motion"
-
-
-def with_likely_rest(
-    source: SourceMotion, body: Body, maps: Sequence[BoneMap] = (), rests: Rests = ALONE
-) -> tuple[SourceMotion, str]:
-    """The motion, with a likely rest pose if the file's own is not known, and where that comes from, else "".
-
-    It is its skeleton's in the library, else the body's T-pose by the clip itself. Raises UnusableMotion if
-    the skeleton cannot be matched.
-    """
-    if source.rest_is_known:
-        return source, ""
-    rest, origin = rests.of(source)
-    if rest is None:
-        rest, origin = likely_rest([source], body, maps), ITS_OWN
-    return source if rest is None else replace(source, rest=rest), origin
 
 
 def likely_rest(clips: Sequence[SourceMotion], body: Body, maps: Sequence[BoneMap] = ()) -> np.ndarray | None:

@@ -1,22 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Any motion file to a motion on the body, whatever wrote it: the one place where clips are opened."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from ..body.body import Body
 from ..keypoints.facts import PoseFacts
 from ..keypoints.fit import UNSMOOTHED_HZ
-from ..keypoints.likely_rest import ALONE, Rests, with_likely_rest
+from ..keypoints.likely_rest import likely_rest
 from ..keypoints.pose_files import NO_FACTS, JointPositions
 from ..motion.believable import believed, unbroken
 from ..motion.motion import Motion
 from ..motion.skinning import on_the_ground
+from ..motion.source import SourceMotion
 from ..motion.up import BY_ITSELF, Ups
 from ..retargeting.bone_maps import BoneMap
 from ..retargeting.retarget import retarget
+from ..wording import count
 from .formats import BLENDER_SUFFIXES, Read, Source, read_motion
 from .guard import quiet_output
 
@@ -53,6 +57,40 @@ class RetargetedMotion(NamedTuple):
             "people": self.people if self.people > 1 else 0, "head_down": self.head_down,
         }  # fmt: skip
         return about | {name: value for name, value in some.items() if value}
+
+
+@dataclass(frozen=True)
+class Rests:
+    """Guessed rest poses of a library's skeletons whose files have none, one for all clips of a skeleton."""
+
+    poses: tuple[tuple[str, bytes, str], ...] = ()  # `SourceMotion.skeleton`, matrices and origin of each
+    files: Mapping[str, str] = field(default_factory=dict, repr=False)  # skeletons by files in the library
+
+    def of_file(self, file: str) -> "Rests":
+        """The rest pose of one file's skeleton."""
+        if (skeleton := self.files.get(file)) is None:
+            return ALONE
+        return Rests(tuple(pose for pose in self.poses if pose[0] == skeleton), {file: skeleton})
+
+    def of(self, source: SourceMotion) -> tuple[np.ndarray | None, str]:
+        """Rest matrices (B, 4, 4) of a motion's skeleton, and where they come from."""
+        for skeleton, pose, origin in self.poses:
+            if skeleton == source.skeleton:
+                return np.frombuffer(pose).reshape(source.rest.shape), origin
+        return None, ""
+
+    def sentence(self) -> str:
+        """How many skeletons have a guess, and how many files; "" without any."""
+        skeletons, files = (
+            count(what, len(of)) for what, of in (("skeleton", self.poses), ("file", self.files))
+        )
+        return f"one guess for each of {skeletons} without one, in {files}" if self.poses else ""
+
+
+ALONE = Rests()
+"""The `Rests` for a file that is part of no library."""
+
+ITS_OWN = "from its own motion"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,3 +169,19 @@ def to_body(
     kept = believed(body, found.motion, found.rest, source.first_frame, source.cut, found.path)
     about = (source.take, found.bone_map, found.scale, kept.cut, source.up_guessed, origin)
     return RetargetedMotion(kept.motion, *about)
+
+
+def with_likely_rest(
+    source: SourceMotion, body: Body, maps: Sequence[BoneMap] = (), rests: Rests = ALONE
+) -> tuple[SourceMotion, str]:
+    """The motion, with a likely rest pose if the file's own is not known, and where that comes from, else "".
+
+    It is its skeleton's in the library, else the body's T-pose by the clip itself. Raises UnusableMotion if
+    the skeleton cannot be matched.
+    """
+    if source.rest_is_known:
+        return source, ""
+    rest, origin = rests.of(source)
+    if rest is None:
+        rest, origin = likely_rest([source], body, maps), ITS_OWN
+    return source if rest is None else replace(source, rest=rest), origin

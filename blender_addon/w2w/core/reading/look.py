@@ -15,7 +15,7 @@ import numpy as np
 
 from ..body.body import Body
 from ..keypoints.facts import PoseFacts
-from ..keypoints.likely_rest import Rests, likely_rest
+from ..keypoints.likely_rest import likely_rest
 from ..keypoints.pose_files import NO_FACTS
 from ..motion.sight import Kind, Sight
 from ..motion.source import HIGHEST_RATE, SourceMotion
@@ -25,6 +25,7 @@ from ..readers.bvh_text import BvhJoint, digest_of, read_skeleton
 from ..retargeting.bone_maps import BoneMap
 from ..retargeting.repair import are_rest_pose
 from ..wording import count, name_bytes
+from .clips import Rests
 from .formats import UP_SUFFIXES, read_motion
 from .reader import Reader
 

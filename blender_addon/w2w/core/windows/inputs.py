@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Features or windows of a whole library, read from its clips' files some patches at a time."""
+"""Features or windows of a whole library, from its clips' files some patches at a time, or of recordings."""
 
 import math
 import struct
@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, Self, runtime_checkable
+from typing import NamedTuple, Protocol, Self, runtime_checkable
 from zipfile import ZIP_STORED, ZipFile
 
 import numpy as np
@@ -16,7 +16,8 @@ from ..files import DAMAGED, load_arrays, read_header
 from ..imu.recording import ImuRecording
 from ..threads import chunks
 from ..wording import restated
-from .windows import WindowSpec, cut_windows, window_starts
+from .features import window_features
+from .windows import TooShortError, WindowSpec, cut_windows, window_starts
 
 ITEM_BYTES = np.dtype(np.float32).itemsize
 
@@ -254,3 +255,37 @@ class WindowFiles:
         if clip not in self._chosen:
             self._chosen[clip] = window_starts(ImuRecording.load(self._paths[clip]), spec)
         return self._chosen[clip]
+
+
+class CutRecordings(NamedTuple):
+    """Windows of the recordings that give some."""
+
+    used: list[int]  # the numbers of these recordings
+    inputs: list[np.ndarray]  # of each: features (W, N, D), or windows (W, N, samples, 6)
+    is_test: list[np.ndarray]  # of each: the mask (W,) of test windows
+    skipped: dict[int, str]  # the numbers of the others, each with the reason
+
+
+def cut_recordings(
+    recordings: Sequence[ImuRecording],
+    spec: WindowSpec,
+    inputs: str = "features",
+    view: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> CutRecordings:
+    """Cut recordings into windows and describe these.
+
+    `inputs` {"features", "windows"} is what the classifier takes (`utility.inputs_of`); `view` is what is
+    made of windows (W, N, samples, 6) before anything else looks at them.
+    """
+    found = CutRecordings([], [], [], {})
+    for number, recording in enumerate(recordings):
+        try:
+            windows = cut_windows(recording, spec)
+        except TooShortError as error:
+            found.skipped[number] = str(error)
+            continue
+        cut = windows.signals if view is None else view(windows.signals)
+        found.inputs.append(window_features(cut, recording.rate) if inputs == "features" else cut)
+        found.is_test.append(windows.is_test)
+        found.used.append(number)
+    return found

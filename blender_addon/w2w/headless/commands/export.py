@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
-from ...core.exports import arrays, bids, biomechanics, parquet, pose_packs
+from ...core.exports import arrays, bids, biomechanics, pose_packs
 from ...core.exports.study_signals import ALL, StudySignals, WornSignals, placed
 from ...core.given import inside
 from ...core.study.results import StudyResults
@@ -18,7 +18,7 @@ from ..runs.own_files import check_whole, published
 WRITERS: dict[str, Callable[[Path, Any], int]] = {
     "aeon": arrays.write_arrays,
     "torch": arrays.write_torch,
-    "parquet": parquet.write_parquet,
+    "parquet": arrays.write_parquet,
     **{method: partial(pose_packs.write_pose_pack, method=method) for method in pose_packs.METHODS},
     "bids": bids.write_bids,
     "opensim": biomechanics.write_opensim,

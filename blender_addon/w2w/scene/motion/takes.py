@@ -44,8 +44,17 @@ from ..base.fcurves import (
 )
 from ..base.module import bpy
 from ..base.playback import same_timing
-from .bind_poses import are_scaled, bind_sizes, mend_places, node_sizes
-from .importers import check_fbx, fbx_up, import_fault, import_gltf, import_usd
+from .importers import (
+    are_scaled,
+    bind_sizes,
+    check_fbx,
+    fbx_up,
+    import_fault,
+    import_gltf,
+    import_usd,
+    mend_places,
+    node_sizes,
+)
 
 LONG_NAME = 58
 """Bytes of an action's name from which on Blender may have cut it off."""

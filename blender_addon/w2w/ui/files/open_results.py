@@ -17,8 +17,7 @@ from ...core.study.clip_files import STORED
 from ...core.study.results import StudyResults
 from ...scene.base.actions import show_action, write_action
 from ...scene.base.patches import place_patches
-from ...scene.files.packing import pack
-from ...scene.files.study_file import has_record, keys_of
+from ...scene.files.study_file import has_record, keys_of, pack
 from ...scene.motion.takes import existing_data, new_data
 from ..jobs import jobs
 from ..results.restore import SUMMARY, fill, find_folder, opened_text, restore

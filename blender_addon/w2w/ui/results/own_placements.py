@@ -18,7 +18,7 @@ from ...core.study.config import StudyConfig
 from ...core.wording import plain_words
 from ...scene.base.body import body_of
 from ...scene.base.patches import empties_by_patch
-from ...scene.files.packing import pack
+from ...scene.files.study_file import pack
 from ..study import lists, state
 from . import results
 

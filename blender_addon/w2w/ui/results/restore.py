@@ -17,8 +17,7 @@ from ...core.study.config import StudyConfig
 from ...core.study.results import StudyResults
 from ...scene.base.body import armature_of, in_body_space
 from ...scene.base.patches import empties_by_patch
-from ...scene.files.packing import pack
-from ...scene.files.study_file import read_record, remove_record
+from ...scene.files.study_file import pack, read_record, remove_record
 from ..study import declared, lists, sensors, signal_cache, state
 from ..viewport.framing import fold_soon
 from ..viewport.legend import show_colours

@@ -19,7 +19,7 @@ from ...core.study.ranking import LabelledClip
 from ...core.wording import capital
 from ...scene import heatmap
 from ...scene.base.patches import empties_by_patch, mark_empties
-from ...scene.files.packing import pack
+from ...scene.files.study_file import pack
 from ..study import counting, lists, scores, state
 from ..viewport import legend
 

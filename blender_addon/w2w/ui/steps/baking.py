@@ -27,7 +27,7 @@ from ...core.study.results import HeldResults
 from ...core.study.signals import describe, record_baked
 from ...core.wording import capital, count, join_words
 from ...scene.bake import PatchBaker
-from ...scene.files.packing import pack
+from ...scene.files.study_file import pack
 from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body, part
 from ..jobs.preferences import cache_folder
 from ..results import results

@@ -13,7 +13,7 @@ from ...core.study.signals import place_patches as sample
 from ...scene.base.body import select
 from ...scene.base.patches import PATCH, empties_by_patch, place_patches, remove_patches
 from ...scene.base.playback import spot_at
-from ...scene.files.packing import pack
+from ...scene.files.study_file import pack
 from ..jobs import jobs
 from ..results import own_placements, results
 from ..study import operators, state

@@ -28,7 +28,7 @@ from ...core.windows.windows import WindowSpec
 from ...core.wording import capital
 from ...scene.base.body import body_of
 from ...scene.base.patches import PATCH
-from ...scene.files.packing import unpack
+from ...scene.files.study_file import unpack
 from .counting import LEFT_OUT, Group, counted_in, is_reweighed
 from .covers import parameters, wardrobe_text
 from .declared import SHOWN, as_given, config_shown, property_of

@@ -14,7 +14,7 @@ from w2w import Body, load, rank, sample_patches, synthesize
 from w2w.core.body.body import JOINT_INDEX
 from w2w.core.motion.motion import Motion, at_rate
 from w2w.core.motion.signature import motion_signature
-from w2w.core.ranking.same_motion import same_motion_groups
+from w2w.core.study.ranking import same_motion_groups
 from w2w.headless.console import USAGE, ending
 
 from ..sweep.augmentation import at_tempo, mirrored

@@ -6,12 +6,11 @@ from dataclasses import replace
 
 from w2w.core.body.body import Body
 from w2w.core.body.landmarks import SensorSite
-from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS
+from w2w.core.imu.presets import DEFAULT_SENSOR, PRESETS, wearing_sentences
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.imu.sensor import SensorModel
 from w2w.core.imu.synthesis import Synthesis
 from w2w.core.imu.virtual import record_motion
-from w2w.core.imu.wearing import wearing_sentences
 from w2w.core.motion.motion import Motion
 from w2w.core.patches.naming import place
 from w2w.core.patches.own_placements import patches_at

@@ -23,9 +23,9 @@ from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.body_parts import patches_named
 from w2w.core.patches.naming import resolve
 from w2w.core.patches.patches import PatchSet, sample_patches
-from w2w.core.ranking.same_motion import same_motion_groups
 from w2w.core.reading.look import look_up
 from w2w.core.reading.reader import Reader
+from w2w.core.study.ranking import same_motion_groups
 from w2w.headless.runs.clip import load_clip
 from w2w.headless.runs.clip_task import Engine
 

@@ -14,7 +14,7 @@ import numpy as np
 from w2w.core.files import array_names, load_arrays
 from w2w.core.imu.clock import at_times, shared_times
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.imu.text_tables import ACC_UNITS
+from w2w.core.imu.vendor_formats import ACC_UNITS
 
 MHAD_RATE = 30.0
 """Hz that the readings are brought to; the sensors send about 31 samples a second, not evenly."""

@@ -18,8 +18,8 @@ import numpy as np
 from w2w.core.csv_tables import read_table
 from w2w.core.filtering import butterworth
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.imu.text_tables import ACC_UNITS, GYR_UNITS
 from w2w.core.imu.trajectory import runs
+from w2w.core.imu.vendor_formats import ACC_UNITS, GYR_UNITS
 
 MIGHAR_SENSORS = 396
 MIGHAR_ACTIVITIES = (

@@ -16,8 +16,8 @@ import numpy as np
 from w2w.core.files import read_npy
 from w2w.core.filtering import butterworth
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.imu.text_tables import ACC_UNITS, GYR_UNITS
 from w2w.core.imu.trajectory import runs
+from w2w.core.imu.vendor_formats import ACC_UNITS, GYR_UNITS
 from w2w.core.keypoints.joint_sets import JOINT_SETS
 from w2w.core.wording import restated
 

@@ -12,7 +12,7 @@ import numpy as np
 from w2w.core.files import array_names, load_arrays
 from w2w.core.imu.clock import at_times, shared_times
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.imu.text_tables import ACC_UNITS, GYR_UNITS
+from w2w.core.imu.vendor_formats import ACC_UNITS, GYR_UNITS
 
 UMAFALL_RATE = 20.0
 UMAFALL_SITES = ("chest", "waist", "wrist", "ankle")

@@ -15,7 +15,7 @@ import numpy as np
 
 from w2w.core.imu.clock import at_times, shared_times
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.imu.text_tables import ACC_UNITS, GYR_UNITS
+from w2w.core.imu.vendor_formats import ACC_UNITS, GYR_UNITS
 
 UPFALL_FILE = "CompleteDataSet.csv"
 TRIAL_FILES = "Subject*Activity*Trial*.csv"

@@ -13,7 +13,7 @@ import scipy
 
 from w2w.core.files import array_names, load_arrays
 from w2w.core.imu.recording import ImuRecording
-from w2w.core.imu.text_tables import ACC_UNITS, GYR_UNITS
+from w2w.core.imu.vendor_formats import ACC_UNITS, GYR_UNITS
 
 UTD_IMU_RATE = 50.0
 UTD_FIRST_THIGH_ACTION = 22

@@ -10,7 +10,7 @@ import numpy as np
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.ranking.halves import CrossValidation
 from w2w.core.ranking.utility import UtilityMap, utility_map
-from w2w.core.windows.of_recordings import cut_recordings
+from w2w.core.windows.inputs import cut_recordings
 from w2w.core.windows.windows import WindowSpec
 
 from .some_windows import some_windows
