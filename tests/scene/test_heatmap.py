@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Heatmaps as colour attributes, and the file they are saved in."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import bpy
@@ -8,10 +9,18 @@ import numpy as np
 import pytest
 
 from w2w.core.colours import NEUTRAL_GREY, Scale, score_colours
+from w2w.core.garments.mannequin import mannequin_colours
 from w2w.core.motion.skinning import patch_matrices
 from w2w.scene.base.patches import patch_empties
 from w2w.scene.files.study_file import FILES, RECORD, write_study
-from w2w.scene.heatmap import ON_THESE_CLIPS, add_heatmaps, heatmap_names, remove_heatmaps, show_heatmap
+from w2w.scene.heatmap import (
+    ON_THESE_CLIPS,
+    add_heatmaps,
+    heatmap_names,
+    map_colours,
+    remove_heatmaps,
+    show_heatmap,
+)
 
 from .conftest import difference, read_empties
 
@@ -134,6 +143,9 @@ def test_a_study_file_opens_complete(study, bundled_body, patches, scores, wavin
     bpy.ops.wm.open_mainfile(filepath=str(path), use_scripts=False)
     mesh, armature = bpy.data.objects["Body"], bpy.data.objects["Body Armature"]
     assert heatmap_names(mesh) == ["Expected F1", "Expected F1: walking", "Expected F1: sit to stand"]
+    flat = np.full(len(patches), 0.8)
+    alike = map_colours(mesh, replace(Scale.of(flat), is_alike=True), patches, flat)
+    np.testing.assert_allclose(alike, mannequin_colours(bundled_body), atol=0.005)
     assert set(bpy.data.actions.keys()) == {"waving one clip", "sit to stand two chair"}
     assert armature.animation_data.action.name == "waving one clip"
     assert (bpy.context.scene.render.fps, bpy.context.scene.frame_end) == (30, waving.n_frames)

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from mathutils import Vector
 
+from w2w.core.body.body import first_turn
+from w2w.scene.base.body import body_of
 from w2w.ui.jobs import jobs
 from w2w.ui.steps import patches
 from w2w.ui.viewport import framing
@@ -74,6 +76,17 @@ def test_a_body_in_a_hidden_collection_comes_into_sight() -> None:
     layer.exclude = home.hide_viewport = True
     frame_answer(body)
     assert body.visible_get()
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_spot_is_looked_at_as_the_report_does(side: float) -> None:
+    body = add_body()
+    normals = body_of(body).vertex_normals
+    vertex = int((side * normals[:, 1]).argmax())
+    frame([body], vertex)
+    x, y, _ = jobs.views(bpy.context)[0].spaces.active.region_3d.view_rotation.to_matrix().col[2]
+    assert np.arctan2(x, -y) == pytest.approx(first_turn(normals[vertex]), abs=1e-5)
+    assert np.sign(y) == side
 
 
 def test_a_view_through_the_camera_is_left() -> None:

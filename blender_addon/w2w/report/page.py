@@ -13,7 +13,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, UndefinedErro
 from markupsafe import Markup
 from PIL import Image
 
-from ..core.body.body import Body
+from ..core.body.body import Body, first_turn
 from ..core.colours import LEAST_SPAN, Scale, colour_table
 from ..core.findings import notes
 from ..core.findings.cautions import OPEN, Caution, below
@@ -227,6 +227,7 @@ def view_data(
         "products": list(PRODUCTS),
         "base_f1": float(utility.expected_mean[base].mean()),
         "best": base[0],
+        "turn": first_turn(body.vertex_normals[patches.vertices[base[0]]]),
         "colours": packed(np.rint(255 * colour_table(steps=256))),
     }
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.body.body import Body
+from w2w.core.body.body import FROM_ABOVE, Body, first_turn
 
 
 def test_round_trip(bundled_body, tmp_path):
@@ -60,3 +60,16 @@ def test_bodies_with_the_same_arrays_are_equal(bundled_body):
     assert replace(bundled_body, weights=shifted) != bundled_body
     assert replace(bundled_body, mirror=None) != bundled_body
     assert bundled_body != "body"
+
+
+def test_a_spot_is_first_looked_at_from_the_front_unless_it_is_seen_from_behind_alone() -> None:
+    normals = Body.bundled().vertex_normals
+    turns = np.array([first_turn(normal) for normal in normals])
+    towards = np.column_stack([np.sin(turns), -np.cos(turns), np.full(len(turns), FROM_ABOVE)])
+    facing, is_behind = (normals * towards).sum(axis=1), np.cos(turns) < 0
+    assert (facing[normals[:, 2] > -0.1] > 0).all()
+    assert not is_behind[normals[:, 1] < 0].any()
+    assert is_behind[normals[:, 1] > 0.75].all()
+    assert [first_turn(np.array(each)) for each in ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0))] == [0.0, 0.0]
+    left, right = (first_turn(np.array([x, 0.1, 0.0])) for x in (0.99, -0.99))
+    assert 0.5 < left == -right < 0.7

@@ -91,6 +91,9 @@ BUNDLED_BODY = TEMPLATES / "body.npz"
 
 WEIGHT_TOLERANCE = 1e-5
 
+HALF_TURNED, FROM_ABOVE, GRAZING = 0.7, 0.12, 0.05
+"""Turn towards a spot at a body's side, radians, rise of the look at it, and how far it must face that."""
+
 
 def template(name: str) -> Any:
     """Content of one of the JSON files that come with W2W."""
@@ -203,6 +206,17 @@ class Body:
     def bundled(cls) -> Self:
         """The CC0 body that comes with W2W."""
         return cls.load(BUNDLED_BODY)
+
+
+def first_turn(normal: np.ndarray) -> float:
+    """Turn about z of whoever first looks at a spot with a normal (3,), radians; 0 sees the front.
+
+    It is half turned to the spot from the front, or from behind where the spot cannot be seen so.
+    """
+    x, y, z = normal.tolist()
+    aside = HALF_TURNED * x
+    facing = x * np.sin(aside) - y * np.cos(aside) + FROM_ABOVE * z
+    return float(aside if y <= 0 or facing > GRAZING else np.pi - aside)
 
 
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

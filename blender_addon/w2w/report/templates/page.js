@@ -341,8 +341,7 @@ const data = JSON.parse(document.getElementById("w2w-data").textContent);
     live(true); // a canvas that is not shown has no size
     viewer = new Viewer(find("view"), data);
     viewer.onDraw = badges;
-    viewer.open(centres[data.best], false);
-    if (marks()[0].hidden) viewer.open(centres[data.best], true);
+    viewer.open(data.turn);
     handling();
   } catch (error) {
     live(false);

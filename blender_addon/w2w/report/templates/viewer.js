@@ -109,12 +109,8 @@ class Viewer {
 
   home() { this.yaw = 0; this.pitch = 0.06; this.zoom = 1; this.focus = this.middle; this.redraw(); }
 
-  // The whole body from the front or the back, half turned to a vertex.
-  open(vertex, behind) {
-    const x = this.normals[3 * vertex];
-    this.yaw = behind ? Math.PI - 0.7 * x : 0.7 * x;
-    this.draw();
-  }
+  // The whole body, turned by so many radians.
+  open(yaw) { this.yaw = yaw; this.draw(); }
 
   turn(yaw, pitch) {
     this.yaw += yaw;

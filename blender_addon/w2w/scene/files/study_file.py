@@ -118,7 +118,7 @@ def write_study(
     bpy.context.scene.name = "W2W Study"
     body, utility = study.body(), study.utility
     objects = add_body(body, name="Body")
-    objects.mesh.data.materials.append(heatmap.heatmap_material())
+    heatmap.dress(objects.mesh, body)
     heatmap.add_heatmaps(
         objects.mesh, study.patches, utility.expected_f1, utility.activities, utility.expected_mean,
     )  # fmt: skip

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...core.body.body import JOINT_NAMES
+from ...core.body.body import FROM_ABOVE, JOINT_NAMES, first_turn
 from ...drawing.places import FreeArea
 from ...scene import heatmap
 from ...scene.base.body import armature_of, body_of, matrix, moved, read_values, select
@@ -47,10 +47,6 @@ DRAWN_AFTER = 0.3
 LEVELS = 8
 """At least as many as an Outliner has: to fold the deepest alone would unfold it again."""
 
-RISE = 0.12
-"""Height from which the view looks down, as a share of its distance."""
-
-
 _hips: dict[str, Vector] = {}
 """Where the hips of the body were that 3D views go with, but for where its armature stands."""
 
@@ -79,12 +75,9 @@ def free_area(area: bpy.types.Area, region: bpy.types.Region) -> FreeArea:
 
 
 def frame(bodies: Sequence[bpy.types.Object], vertex: int | None = None) -> None:
-    """Show bodies whole in every 3D view, from the front or from the side of a vertex of the first."""
-    towards = Vector((0.0, -1.0, RISE))
-    if vertex is not None:
-        x, y = body_of(bodies[0]).vertex_normals[vertex][:2]
-        if np.hypot(x, y) > 0.2:
-            towards = Vector((x, y, RISE * float(np.hypot(x, y))))
+    """Show bodies whole in every 3D view, from the front or as a vertex of the first is first looked at."""
+    turn = 0.0 if vertex is None else first_turn(body_of(bodies[0]).vertex_normals[vertex])
+    towards = Vector((np.sin(turn), -np.cos(turn), FROM_ABOVE))
     for item in bodies:
         bring_into_view(item)
     points = np.concatenate([surface(item) for item in bodies])
