@@ -7,7 +7,7 @@ import shutil
 from functools import partial
 from pathlib import Path
 
-from w2w.headless.reports.draw import draw_side_by_side, write_blend
+from w2w.headless.reports.draw import draw_alone, write_blend
 
 from .command_line import cli
 from .here import clips_here
@@ -35,7 +35,7 @@ def make_run(data: Path, folder: Path, patches: int = N_PATCHES, *more: str) -> 
         code, said = cli("run", folder / "clips", "--out", out, "--no-pictures", *options.split(), *more)
         if code:
             raise RuntimeError(said)
-        why = draw_side_by_side([partial(write_blend, to=out)], out)[0]
+        why = draw_alone(partial(write_blend, out, to=out))
     if why:
         raise RuntimeError(why)
     return out

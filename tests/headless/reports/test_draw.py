@@ -14,7 +14,10 @@ import pytest
 from w2w.core.colours import Scale, score_range, span_note
 from w2w.core.study.ranking import LabelledClip
 from w2w.core.study.results import StudyResults
-from w2w.headless.reports.draw import draw_side_by_side, marked_set, write_pictures
+from w2w.headless.console import Terminal
+from w2w.headless.reports import draw
+from w2w.headless.reports.draw import BLEND, HEATMAPS, draw_alone, marked_set, write_worn
+from w2w.headless.runs.monitor import RunMonitor
 from w2w_studies.commands.study_rehab import FIGURE, draw_figure
 from w2w_studies.paper.subsets import Subset
 
@@ -23,20 +26,20 @@ pytestmark = pytest.mark.usefixtures("few_orders")
 ROOT = Path(__file__).resolve().parents[3]
 
 
-def _abort(_out):
+def _abort():
     os.write(2, b"Fatal: no display\n")
     os.abort()
 
 
 @pytest.mark.slow
-def test_blender_aborts_while_it_draws(tmp_path):
-    assert draw_side_by_side([_abort], tmp_path)[0] == "Blender crashed; its last words: Fatal: no display"
+def test_blender_aborts_while_it_draws():
+    assert draw_alone(_abort) == "Blender crashed; its last words: Fatal: no display"
 
 
 @pytest.mark.slow
 def test_the_figure_of_a_finished_study_is_drawn_by_a_worker(drawn_results):
     subset = Subset((3, 7), (0.8, 0.9), 0.85, True, 0.95, 2.0)
-    assert draw_side_by_side([partial(draw_figure, subset=subset)], drawn_results)[0] == ""
+    assert draw_alone(partial(draw_figure, drawn_results, subset=subset)) == ""
     assert (drawn_results / FIGURE).read_bytes().startswith(b"\x89PNG")
 
 
@@ -63,7 +66,9 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
     monkeypatch.setattr("w2w.drawing.body.BodyPictures", Pictures)
     monkeypatch.setattr("w2w.drawing.heatmap.heatmap_figure", figure)
     monkeypatch.setattr("w2w.drawing.heatmap.subset_figure", subset)
-    write_pictures(drawn_results, drawn_results)
+    monkeypatch.setattr(draw, "shaded", draw.shaded.__wrapped__)
+    draw.write_maps(study, drawn_results)
+    draw.write_worn(drawn_results, drawn_results)
     utility, best = (
         study.utility,
         json.loads((drawn_results / "summary.json").read_text())["best_single_patch"],
@@ -89,9 +94,32 @@ def test_heatmaps_show_the_expected_f1_and_mark_the_best_spot_of_the_summary(dra
         assert card["arrow"] in text
 
 
+def _dies(*_):
+    os.write(2, b"out of memory\n")
+    os._exit(1)
+
+
+def _saves(_out, to):
+    (to / BLEND).write_text("saved")
+
+
+@pytest.mark.slow
+def test_maps_that_kill_their_worker_cost_themselves_alone(drawn_results, tmp_path, monkeypatch):
+    out = shutil.copytree(drawn_results, tmp_path / "out")
+    study = StudyResults.load(out)
+    monkeypatch.setattr(draw, "write_maps", _dies)
+    monkeypatch.setattr(draw, "write_blend", _saves)
+    with draw.drawing(out) as pictures:
+        pictures.begin(study)
+        failed = pictures.finish(study.utility.activities, RunMonitor(Terminal()))
+    assert failed == {HEATMAPS: "Blender crashed; its last words: out of memory"}
+    assert (out / BLEND).read_text() == "saved"
+    assert not list(out.glob(".*.part"))
+
+
 @pytest.mark.usefixtures("one_worker")
 def test_what_cannot_be_drawn_says_why(tmp_path):
-    said = draw_side_by_side([partial(write_pictures, to=tmp_path)], tmp_path)[0]
+    said = draw_alone(partial(write_worn, tmp_path, tmp_path))
     assert "is not the results folder of a finished run" in said
 
 

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import time
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import cloudpickle
@@ -150,22 +149,9 @@ def test_no_marker_is_left_behind(tasks):
     assert not list((tasks[0].out / WORK / "running").iterdir())
 
 
-def meet(folder, own, other):
-    """Say that this process is there, and wait for the other one; gives this process's number."""
-    (folder / own).touch()
-    until = time.monotonic() + HANG_S
-    while not (folder / other).exists() and time.monotonic() < until:
-        time.sleep(0.02)
-    return os.getpid() if (folder / other).exists() else 0
-
-
-def test_works_side_by_side_are_done_at_once_and_one_that_dies_costs_itself_alone(tmp_path):
-    works = [partial(meet, tmp_path, "a", "b"), partial(os._exit, 1), partial(meet, tmp_path, "b", "a")]
-    first, dead, last = workers.run_side_by_side(works)
-    assert dead is None
-    assert first
-    assert last
-    assert len({first, last, os.getpid()}) == 3
+def test_a_work_that_dies_costs_itself_alone():
+    assert workers.run_alone(os._exit, 1) is None
+    assert workers.run_alone(os.getpid) != os.getpid()
 
 
 def command(library, out, *options):

@@ -135,8 +135,9 @@ def _execute(
             note_current(plan, baked, out, inputs)
             monitor.announce("finished")
             return None, {}
-        with claimed(out, _written_by(plan)):
-            study = rank_study(plan, baked, out, monitor)
+        with claimed(out, _written_by(plan)), draw.drawing(out) as pictures:
+            mapped = pictures.begin if plan.pictures else lambda _: None
+            study = rank_study(plan, baked, out, monitor, mapped)
             with monitor.step("writing results"):
                 mark_changing(out)
                 write_results(study)
@@ -144,7 +145,7 @@ def _execute(
                 if plan.report:
                     write_report(out, by=None)
             # last, for Blender may fail to draw where all else is well
-            failed = draw.draw_folder(out, study.results.utility.activities, monitor) if plan.pictures else {}
+            failed = pictures.finish(study.results.utility.activities, monitor) if plan.pictures else {}
     except NO_RESULT as error:
         monitor.announce("failed", sentence_of(error))
         mark_changing(out)

@@ -209,7 +209,8 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
             for name, change in changes.items():
                 write_json(out / name, {**json.loads((out / name).read_text(encoding="utf-8")), **change})
         write_report(out, by=None)
-        failed = draw.draw_folder(out, study.utility.activities, RunMonitor(console))
+        with draw.drawing(out) as pictures:
+            failed = pictures.finish(study.utility.activities, RunMonitor(console))
         mark_whole(out)
     for name, why in failed.items():
         console.print(f"No {name}: {why}", style="yellow")

@@ -6,24 +6,29 @@ from __future__ import annotations
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from functools import partial
+from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from ...core.body.body import Body
 from ...core.colours import Scale
 from ...core.files import folder_beside
+from ...core.given import inside
 from ...core.reading.guard import output_to
 from ...core.selection.headline import doubted, mean_title
 from ...core.selection.scored import best_single
+from ...core.study.clip_files import WORK
 from ...core.study.results import StudyResults
 from ...core.wording import capital, count
 from ..blender import NoBlenderError, needs_blender
 from ..runs.folder import HEATMAPS, MEAN, SUBSET, picture_files, picture_names
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import move_in, remove_written
-from ..runs.workers import run_side_by_side
+from ..runs.workers import Workers, local_executor, run_alone
+from ..stopping import deaf_children
 from ..system_libraries import missing_library
 
 if TYPE_CHECKING:
@@ -39,35 +44,63 @@ EXPECTED = "Expected F1"
 MAX_LISTED = 12
 """Sensors that fit next to the picture; the summary lists all."""
 
+PRINTED = "printed.txt"
+"""What a worker printed, in case it dies."""
+
 MAX_SAID = 300
 """Characters of Blender's last words that are shown."""
 
 
-def draw_folder(out: Path, activities: Sequence[str], monitor: RunMonitor) -> dict[str, str]:
-    """Draw `heatmaps/*.png` and save `study.blend` in a folder of results; what failed, and why."""
-    files = picture_files(activities)
-    title = f"Drawing heatmaps, saving {BLEND}"
-    with folder_beside(out / HEATMAPS) as temporary:
-        (new := Path(temporary, HEATMAPS)).mkdir()
-        works = {
-            HEATMAPS: partial(write_pictures, to=new.parent), BLEND: partial(write_blend, to=new.parent),
-        }  # fmt: skip
-        pictures = [new / file for file in files]
-        with monitor.bar("drawing", len(files), title) as advance, _counted(pictures, advance):
-            failed = dict(zip(works, draw_side_by_side(list(works.values()), out), strict=True))
-        drawn = {*move_in(out, new.parent)}
-    # those of an earlier run show other results
-    remove_written(out, lambda name: name not in drawn and name.startswith((f"{HEATMAPS}/", BLEND)))
-    return {name: why for name, why in failed.items() if why}
+@dataclass
+class Drawing:
+    """Pictures of a results folder, drawn by a worker process; maps may be begun before there is a choice."""
+
+    out: Path
+    folder: Path
+    worker: Workers
+    begun: list[Future[str]] = field(default_factory=list)
+
+    def begin(self, study: StudyResults) -> None:
+        """Draw a study's maps while this process goes on."""
+        self._submit(partial(write_maps, replace(study, read=None), self.folder / "new"))
+
+    def finish(self, activities: Sequence[str], monitor: RunMonitor) -> dict[str, str]:
+        """Draw what is missing and save `study.blend`, once results are written; what failed, and why."""
+        new, title = self.folder / "new", f"Drawing heatmaps, saving {BLEND}"
+        files = [new / HEATMAPS / file for file in picture_files(activities)]
+        with monitor.bar("drawing", len(files), title) as advance, _counted(files, advance):
+            if not self.begun:
+                self.begin(StudyResults.load(self.out, by=None))
+            self._submit(partial(write_worn, self.out, new))
+            failed = {BLEND: draw_alone(partial(write_blend, self.out, new))}
+            whys = (
+                _crash(self.folder / PRINTED) if isinstance(of.exception(), BrokenExecutor) else of.result()
+                for of in self.begun
+            )
+            failed[HEATMAPS] = next(filter(None, whys), "")
+        drawn = {*move_in(self.out, new)}
+        # those of an earlier run show other results
+        remove_written(self.out, lambda name: name not in drawn and name.startswith((f"{HEATMAPS}/", BLEND)))
+        return {name: why for name, why in failed.items() if why}
+
+    def _submit(self, work: Callable[[], None]) -> None:
+        with deaf_children():
+            self.begun.append(self.worker.submit(_draw, work, self.folder / PRINTED))
 
 
-def draw_side_by_side(works: Sequence[Callable[[Path], None]], out: Path) -> list[str]:
-    """Draw, each in a worker process of its own; returns why each failed, or ""."""
+@contextmanager
+def drawing(out: Path) -> Iterator[Drawing]:
+    """A place and a worker for the pictures of a results folder, until the block ends."""
+    with folder_beside(out / HEATMAPS) as folder, local_executor(1) as worker:
+        Path(folder, "new", HEATMAPS).mkdir(parents=True)
+        yield Drawing(out, Path(folder), worker)
+
+
+def draw_alone(work: Callable[[], None]) -> str:
+    """Draw in a worker process of its own; returns why it failed, or ""."""
     with tempfile.TemporaryDirectory(prefix="w2w_draw_") as folder:
-        printed = [Path(folder) / f"blender_{number}.txt" for number in range(len(works))]
-        calls = [partial(_draw, work, out, file) for work, file in zip(works, printed, strict=True)]
-        reasons = run_side_by_side(calls)
-        return [_crash(file) if why is None else why for why, file in zip(reasons, printed, strict=True)]
+        why = run_alone(_draw, work, printed := Path(folder, PRINTED))
+        return _crash(printed) if why is None else why
 
 
 def _crash(printed: Path) -> str:
@@ -77,11 +110,11 @@ def _crash(printed: Path) -> str:
     return missing_library(last) or f"Blender crashed; its last words: {last[-MAX_SAID:] or 'none'}"
 
 
-def _draw(work: Callable[[Path], None], out: Path, printed: Path) -> str:
+def _draw(work: Callable[[], None], printed: Path) -> str:
     """Draw, in the worker; what Blender prints is written to a file in case the process dies."""
     with output_to(printed):
         try:
-            work(out)
+            work()
         except (NoBlenderError, ValueError, OSError) as error:
             return str(error)
         except Exception as error:  # a fault of ours costs the picture, not the run
@@ -110,32 +143,41 @@ def _counted(files: Sequence[Path], advance: Callable[[int], None]) -> Iterator[
         counter.join()
 
 
-def write_pictures(out: Path, to: Path) -> None:
-    """Draw `heatmaps/*.png` of a finished study, one for each activity, the mean and the set, in a folder."""
-    from ...drawing.body import BodyPictures, size_for
-    from ...drawing.heatmap import VIEW_PIXELS, heatmap_figure  # matplotlib is slow to import
+def write_maps(study: StudyResults, to: Path) -> None:
+    """Draw `heatmaps/*.png` of a ranked study in a folder, one for each activity, and the mean."""
+    from ...drawing.heatmap import heatmap_figure  # matplotlib is slow to import
 
-    study = StudyResults.load(out, by=None)
     utility = study.utility
     titles = [name.replace("_", " ").capitalize() for name in utility.activities]
     best = [int(scores.argmax()) for scores in utility.expected_f1.T]
     maps = [*zip(picture_names(utility.activities), titles, utility.expected_f1.T, best, strict=True)]
     allowed = study.config().constraints.terms(study.patches).allowed
     maps.append((MEAN, mean_title(utility), utility.expected_mean, best_single(utility, allowed)))
-    body = study.body()
-    shaded = BodyPictures(body, size_for(body, VIEW_PIXELS - 3))  # soft edges may take three more
     with ThreadPoolExecutor(1) as pages:  # the next body is coloured while the last one's page is made
         drawn = []
         for name, title, scores, spot in maps:
-            scale = Scale.of(scores, title=EXPECTED)
-            views = shaded.coloured(scale.colours(study.patches, scores))
+            scale, views = _coloured(study, scores)
             best_spot = f"Best spot: {study.patches.names[spot]} ({scores[spot]:.2f} on other clips)"
             subtitle = doubted(utility, best_spot)
             path = to / HEATMAPS / f"{name}.png"
             drawn.append(pages.submit(heatmap_figure, path, views, title, scale, subtitle))
         for page in drawn:
             page.result()
-    _draw_worn(study, to, shaded, views, scale)  # on the last map, the mean
+
+
+def _coloured(study: StudyResults, scores: np.ndarray) -> tuple[Scale, list[np.ndarray]]:
+    scale = Scale.of(scores, title=EXPECTED)
+    return scale, shaded(study.out).coloured(scale.colours(study.patches, scores))
+
+
+@lru_cache(maxsize=1)  # once a worker and study
+def shaded(out: Path) -> BodyPictures:
+    """The body of a results folder, as all of its pictures show it."""
+    from ...drawing.body import BodyPictures, size_for
+    from ...drawing.heatmap import VIEW_PIXELS
+
+    body = Body.load(inside(out, f"{WORK}/body.npz"))
+    return BodyPictures(body, size_for(body, VIEW_PIXELS - 3))  # soft edges may take three more
 
 
 def write_blend(out: Path, to: Path) -> None:
@@ -169,13 +211,15 @@ def marked_set(study: StudyResults) -> MarkedSet:
     return MarkedSet(order, scores, worn["target"], capital(worn["sentence"]))
 
 
-def _draw_worn(
-    study: StudyResults, to: Path, shaded: BodyPictures, views: list[np.ndarray], scale: Scale
-) -> None:
+def write_worn(out: Path, to: Path) -> None:
+    """Draw the picture of a finished study's set, on its mean, in a folder."""
     from ...drawing.heatmap import subset_figure  # matplotlib is slow to import
     from ...drawing.page import SensorList
 
-    shown, body = marked_set(study), shaded.body
+    study = StudyResults.load(out, by=None)
+    scale, views = _coloured(study, study.utility.expected_mean)
+    shown, pictures = marked_set(study), shaded(out)
+    body = pictures.body
     order = shown.order[:MAX_LISTED]
     by_patch = {card["patch"]: card for card in study.cards}
     cards = [by_patch[patch] for patch in order]
@@ -186,5 +230,5 @@ def _draw_worn(
         subtitle += f" (the first {len(order)} of {len(shown.order)} patches shown)"
     names, words = ([card[part] for card in cards] for part in ("sensor", "in_words"))
     sensors = SensorList(names, shown.scores[: len(order)], words, shown.target)
-    title, markers = f"Where to wear {count('sensor', len(shown.order))}", shaded.locate(places, normals)
+    title, markers = f"Where to wear {count('sensor', len(shown.order))}", pictures.locate(places, normals)
     subset_figure(to / HEATMAPS / f"{SUBSET}.png", views, title, scale, markers, sensors, subtitle)

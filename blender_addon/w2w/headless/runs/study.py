@@ -22,7 +22,7 @@ from ...core.patches.patches import PatchSet
 from ...core.ranking.pooling import Pooling
 from ...core.ranking.utility import UtilityMap
 from ...core.reading.reader import Death
-from ...core.study.choosing import choose
+from ...core.study.choosing import choose_with, in_stream, set_tests_in, stream_in
 from ...core.study.clip_files import (
     NO_SIGNATURE,
     WORK,
@@ -126,8 +126,10 @@ def _refuse_head_down(clips: Sequence[ClipResult]) -> None:
         raise StudyError(UPSIDE_DOWN, clips)
 
 
-def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor) -> Study:
-    """Rank every patch by the signals that were made, and choose.
+def rank_study(
+    plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor, mapped: Callable[[StudyResults], None]
+) -> Study:
+    """Rank every patch by the signals that were made, and choose; `mapped` is given the map before that.
 
     Raises a StudyError if there is no result, and an EngineError if the workers cannot go on.
     """
@@ -154,7 +156,10 @@ def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor)
         restated("the constraints cannot be met:", ValueError, StudyError),
         restated(f"{TOO_ALIKE} to choose sensors by", np.linalg.LinAlgError, StudyError),
     ):
-        results, advice = choose(results, config, pooling)
+        stream = stream_in(results, config)
+        results = in_stream(results, stream)
+        mapped(results)
+        advice = choose_with(results, config, set_tests_in(results, config, pooling), stream, {})
     return Study(plan.library, config, baked.body, baked.clips, results, advice)
 
 

@@ -10,7 +10,7 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait as wait_for
-from contextlib import ExitStack, contextmanager, nullcontext, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from functools import partial
 from itertools import islice
 from multiprocessing.connection import wait
@@ -117,17 +117,10 @@ def _on_this_machine(
 
 def run_alone(work: Callable[..., Result], *args: object) -> Result | None:
     """Call a function in a worker process of its own; None if the worker dies of it."""
-    return run_side_by_side([partial(work, *args)])[0]
-
-
-def run_side_by_side(works: Sequence[Callable[[], Result]]) -> list[Result | None]:
-    """Like `run_alone`, for several functions in parallel."""
-    with ExitStack() as stack:
-        executors = [stack.enter_context(local_executor(1)) for _ in works]
+    with local_executor(1) as executor:
         with deaf_children():
-            futures = [executor.submit(work) for executor, work in zip(executors, works, strict=True)]
-        died = [isinstance(future.exception(), BrokenExecutor) for future in futures]
-        return [None if dead else future.result() for dead, future in zip(died, futures, strict=True)]
+            future = executor.submit(work, *args)
+        return None if isinstance(future.exception(), BrokenExecutor) else future.result()
 
 
 def _once(task: ClipTask) -> Record | None:

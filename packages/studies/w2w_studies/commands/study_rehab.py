@@ -20,7 +20,7 @@ from w2w.core.study.results import StudyResults
 from w2w.headless.commands.execute import check_folder, execute, refused
 from w2w.headless.options import sensor_settings
 from w2w.headless.reports.console_tables import show_labels
-from w2w.headless.reports.draw import MAX_LISTED, draw_side_by_side
+from w2w.headless.reports.draw import MAX_LISTED, draw_alone
 from w2w.headless.runs.monitor import RunMonitor
 from w2w.headless.runs.own_files import claimed
 from w2w.headless.runs.study import RunPlan
@@ -98,7 +98,7 @@ def rehab(
         failed = ""
         if pictures:
             subset = paper_sets(study.results, config).greedy
-            failed = draw_side_by_side([partial(draw_figure, subset=subset)], study.results.out)[0]
+            failed = draw_alone(partial(draw_figure, study.results.out, subset=subset))
     if failed:
         console.print(f"No figure: {failed}.", style="red")
     elif pictures:
