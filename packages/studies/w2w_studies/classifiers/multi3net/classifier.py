@@ -79,30 +79,33 @@ class Multi3Net(Settings):
         """
         if problem := self.unavailable():
             raise ValueError(problem)
-        from .group import Group
+        from .group import Group, portions
 
         source = as_blocks(windows)
         if len(source.shape) != 4 or source.shape[3] % 6:
             raise ValueError(f"multi3net takes windows of shape (W, N, samples, 6), not {source.shape}")
         if self.checkpoints is not None:
             self.checkpoints.mkdir(parents=True, exist_ok=True)
-        folds = np.unique(fold[is_test])
+        splits = {
+            int(f): split_windows(labels, fold, f, self.early_stopping) for f in np.unique(fold[is_test])
+        }
+        size = max((self.largest_batch(len(train)) for train, _ in splits.values()), default=0)
+        at_once, held = portions(self, source.shape)
         position = np.cumsum(is_test) - 1
         predictions = np.empty((int(is_test.sum()), source.shape[1]), dtype=np.int16)
         used = set()
-        for first, last in spans(source, self.block_bytes):
+        for first, last in spans(source, held):
             block = source.patches(first, last)
-            for start in range(first, last, self.group):
-                stop = min(start + self.group, last)
+            for start in range(first, last, at_once):
+                stop = min(start + at_once, last)
                 group = np.ascontiguousarray(block[:, start - first : stop - first])
-                for done, f in enumerate(folds, start=1):
-                    train, validation = split_windows(labels, fold, f, self.early_stopping)
+                for done, (f, (train, validation)) in enumerate(splits.items(), start=1):
                     test = np.flatnonzero(is_test & (fold == f))
-                    work = Group(self, group, labels, train, validation, test, int(f))
+                    work = Group(self, group, labels, train, validation, test, f, size)
                     predictions[position[test], start:stop] = work.predict()
                     used.add(work.file)
                     if progress is not None:
-                        progress((start + (stop - start) * done / len(folds)) / source.shape[1])
+                        progress((start + (stop - start) * done / len(splits)) / source.shape[1])
         if self.checkpoints is not None:
             for stale in set(self.checkpoints.glob("*.npz")) - used:
                 stale.unlink(missing_ok=True)

@@ -2,6 +2,7 @@
 """The work of `Multi3Net` that is trained and saved in one piece: some patches and one fold."""
 
 import hashlib
+import math
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 import torch
 
 from w2w.core.files import load_arrays, write_npz
+from w2w.core.windows.inputs import ITEM_BYTES
 
 from .network import Examples, Network
 from .settings import Settings
@@ -17,6 +19,31 @@ from .training import State, name_windows, train
 
 PROGRAM = 3
 """Number of the network and of its training; checkpoints of another one are not resumed."""
+
+
+ON_A_CPU = 32
+"""Patches trained together on a CPU."""
+GPU_SHARE, GPU_COPIES, GPU_NETWORK = 0.9, 6.1, 4 * 2**20
+"""Of a GPU's free memory, what is used; a patch's copies of its windows at most, and bytes of its network."""
+
+
+def device_of(settings: Settings) -> str:
+    """The device asked for, or a GPU where there is one."""
+    return settings.device or ("cuda" if torch.cuda.is_available() else "cpu")
+
+
+def portions(settings: Settings, shape: tuple[int, ...]) -> tuple[int, int]:
+    """Patches to train together on windows of a shape (W, N, samples, channels), and bytes to hold of these.
+
+    As asked, or on a GPU as many patches as fit.
+    """
+    if device_of(settings) == "cpu":
+        return settings.group or ON_A_CPU, settings.block_bytes
+    windows = shape[0] * math.prod(shape[2:]) * ITEM_BYTES
+    free, _ = torch.cuda.mem_get_info(device_of(settings))
+    fit = max(1, int(GPU_SHARE * free / (GPU_COPIES * windows + GPU_NETWORK)))
+    at_once = min(shape[1], settings.group or fit)
+    return at_once, max(settings.block_bytes, at_once * windows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +57,7 @@ class Group:
     validation: np.ndarray
     test: np.ndarray
     fold: int
+    size: int  # windows of a batch on a GPU: the same for all folds
 
     @cached_property
     def file(self) -> Path | None:
@@ -43,14 +71,14 @@ class Group:
         if saved is not None and self._is_outcome(saved):
             return saved
         settings = self.settings
-        device = settings.device or ("cuda" if torch.cuda.is_available() else "cpu")
+        device = device_of(settings)
         given = (self.windows, self.labels, self.train, self.validation)
         examples = Examples.prepare(*given, device, settings.spectrum)
         sizes = (settings.width, settings.hidden, settings.embedding)
         network = Network(*examples.windows.shape[1:3], int(self.labels.max()) + 1, *sizes)
         saved = self._saved(*(field.name for field in fields(State)))
         state = State.restore(saved, device, self.windows.shape[1], network.n_weights) if saved else None
-        state = train(network, examples, settings, self._generator, state, self._save_state)
+        state = train(network, examples, settings, self._generator, state, self._save_state, self.size)
         tested = examples.windows[..., torch.as_tensor(self.test, device=device)]
         named = name_windows(network, state.best, tested).T.cpu().numpy().astype(np.int16)
         if self.file is not None:
@@ -84,7 +112,7 @@ class Group:
     def _key(self) -> str:
         """Hash of all that decides the outcome: signals, labels, splits, settings and the program."""
         settings = self.settings
-        free = ("group", "device", "block_bytes", "checkpoints", "checkpoint_epochs")
+        free = ("group", "device", "compiled", "block_bytes", "checkpoints", "checkpoint_epochs")
         chosen = {name: value for name, value in vars(settings).items() if name not in free}
         facts = (PROGRAM, str(torch.__version__), sorted(chosen.items()), self.fold, self.windows.shape)
         digest = hashlib.sha256(repr(facts).encode())

@@ -214,7 +214,7 @@ class Network:
 
         tokens = _linear(windows.reshape(n_patches, self.samples, -1), w, "embed")
         tokens = tokens.view(n_patches, self.width, self.channels, n_windows)
-        tokens = tokens + _positions(self.channels, self.width).to(windows)
+        tokens = tokens + _positions(self.channels, self.width, windows)
         if drop_embedding is not None:
             tokens = tokens * drop_embedding
         tokens = _norm(tokens + _attend(tokens, w, "channels", drop_channels), w, "channels")
@@ -270,11 +270,13 @@ def _attend(tokens: Tensor, w: dict[str, Tensor], name: str, dropout: Tensor | N
     return _linear(heard.view(n_patches, width, -1), w, f"{name}_out").view(tokens.shape)
 
 
-def _positions(channels: int, width: int) -> Tensor:
+def _positions(channels: int, width: int, like: Tensor) -> Tensor:
     """Sinusoidal positional encoding of the channels, (width, channels, 1) (Vaswani et al. 2017)."""
-    rates = torch.exp(torch.arange(0, width, 2) * (-math.log(10000.0) / width))
-    angles = rates[:, None] * torch.arange(channels)
-    return torch.stack([angles.sin(), angles.cos()], dim=1).reshape(width, channels, 1)
+    evens, numbers = (
+        torch.arange(0, stop, by, device=like.device) for stop, by in ((width, 2), (channels, 1))
+    )
+    angles = torch.exp(evens * (-math.log(10000.0) / width))[:, None] * numbers
+    return torch.stack([angles.sin(), angles.cos()], dim=1).reshape(width, channels, 1).to(like)
 
 
 def _mask(shape: tuple[int, ...], dropped: float, generator: torch.Generator) -> Tensor:

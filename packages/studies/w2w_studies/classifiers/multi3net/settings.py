@@ -30,8 +30,11 @@ class Settings:
     lr_patience: int = 8  # and those after which its learning rate is reduced
     lr_factor: float = 0.5  # by which it is then multiplied
     seed: int = 0  # of the initial weights, batches, mixup and dropout
-    group: int = 32  # patches trained together; changes nothing but memory and time
+    group: int = (
+        0  # patches trained together; 0 for 32 on a CPU, as many as fit on a GPU; only memory and time
+    )
     device: str = ""  # "cuda" or "cpu"; empty for a GPU where there is one
+    compiled: bool = False  # on a GPU by torch.compile, too: half a minute at first for less time a step
     block_bytes: int = BLOCK_BYTES  # windows held at a time; changes nothing but memory
     checkpoints: Path | None = None  # a folder of its own, made if missing; those of other work are removed
     checkpoint_epochs: int = 20  # from one checkpoint to the next
@@ -41,11 +44,19 @@ class Settings:
             size = getattr(self, name)
             if size < 8 or size % 8:
                 raise ValueError(f"{name} must be a multiple of 8, one part for each head, not {size}")
-        counts = ("hidden", "batch_size", "epochs", "patience", "lr_patience", "group", "checkpoint_epochs")
-        shares = ("spectrum", "weight_decay", "label_smoothing", "mixup")
+        counts = ("hidden", "batch_size", "epochs", "patience", "lr_patience", "checkpoint_epochs")
+        shares = ("group", "spectrum", "weight_decay", "label_smoothing", "mixup")
         for name, least in (dict.fromkeys(counts, 1) | dict.fromkeys(shares, 0)).items():
             if getattr(self, name) < least:
                 raise ValueError(f"{name} must be at least {least}, not {getattr(self, name)}")
+
+    def batches(self, n_windows: int) -> int:
+        """Batches that an epoch of so many windows is divided into."""
+        return max(1, round(n_windows / self.batch_size))
+
+    def largest_batch(self, n_windows: int) -> int:
+        """Windows of the largest of them."""
+        return -(-n_windows // self.batches(n_windows))
 
     def schedule(self, step: int, steps: int) -> float:
         """Factor of the learning rate at a step: warm-up, then cosine decay; 1 with early stopping."""

@@ -16,14 +16,12 @@ from torch.nn import functional
 
 from .network import Examples, Network
 from .settings import Settings
+from .step import Replayed, Step, beside, draw_epoch, mean_loss
 
 PREDICTED_AT_ONCE = 256
 """Windows named in one go."""
 TIE_BREAK = 1e-4
 """Share of the loss in a score, too little to outweigh a window named rightly."""
-
-BETA_1, BETA_2, EPSILON = 0.9, 0.999, 1e-8
-"""Adam's constants (Kingma and Ba 2015)."""
 
 OF_TRAINING = (
     "patches", "weights", "first_moment", "second_moment", "learning_rate", "score", "since", "waited",
@@ -109,33 +107,30 @@ def train(
     generator: Callable[[int], torch.Generator],
     state: State | None = None,
     after_epoch: Callable[[State], None] | None = None,
+    size: int = 0,
 ) -> State:
     """Train until every patch has stopped; `State.best` then holds the weights to use.
 
     All patches start from the same weights and meet the same order of windows and the same
     dropout, so that they differ by their signals alone, and each is trained as it would be
     alone. One that has stopped improving leaves the batch. Without a validation split, early stopping is by
-    the training loss. `generator` gives the draws of an epoch, 1 and up; 0 is for the first weights.
+    the training loss. `generator` gives the draws of an epoch, 1 and up; 0 is for the first weights. A GPU
+    pads batches to `size` windows, or to the largest.
     """
-    device = examples.windows.device
     state = state or State.start(
         network.initial(generator(0)).to(examples.windows), len(examples.windows), settings.learning_rate
     )
     target = targets(examples.labels[examples.train], network.classes, settings.label_smoothing)
-    n_batches = max(1, round(len(examples.train) / settings.batch_size))
-    steps = settings.epochs * n_batches
+    target = target.to(examples.windows)
+    size = size or settings.largest_batch(len(examples.train))
     active = examples.of(state.patches)
+    step = _step(network, active, target, state, settings)
     while len(state.patches) and state.epoch < settings.epochs:
-        draws = generator(state.epoch + 1)
-        losses = []
-        order = torch.randperm(len(examples.train), generator=draws)
-        for rows in torch.tensor_split(order, n_batches):  # of about equal size
-            rows = rows.to(device)
-            shown = active.windows[..., examples.train[rows]], target[:, rows]
-            masks = [mask.to(active.windows) for mask in network.masks(len(rows), draws)]
-            if settings.mixup:
-                shown = _mixed(*shown, settings.mixup, draws)
-            losses.append(_step(network, state, *shown, masks, settings, steps))
+        drawn = draw_epoch(
+            network, settings, len(examples.train), state.step, generator(state.epoch + 1), target.dtype
+        )
+        losses = [step(one) for one in beside(drawn, active.windows, size)]
+        state.step += len(losses)
         state.epoch += 1
         if not settings.early_stopping:
             state.best, state.epochs = state.weights, torch.full_like(state.epochs, state.epoch)
@@ -145,33 +140,21 @@ def train(
                 score = validation_score(network, state.weights, active)
             if _judge(state, score, settings):
                 active = examples.of(state.patches)
+                step = _step(network, active, target, state, settings)
         if after_epoch is not None:
             after_epoch(state)
     return state
 
 
 def _step(
-    network: Network,
-    state: State,
-    windows: Tensor,
-    target: Tensor,
-    masks: list[Tensor],
-    settings: Settings,
-    steps: int,
-) -> Tensor:
-    """One of all steps of Adam; the loss of each patch before it."""
-    weights = state.weights.requires_grad_()
-    losses = mean_loss(network.forward(weights, windows, masks), target)
-    (gradient,) = torch.autograd.grad(losses.sum(), weights)
-    state.weights = weights.detach()
-    state.step += 1
-    state.first_moment.lerp_(gradient, 1 - BETA_1)
-    state.second_moment.mul_(BETA_2).addcmul_(gradient, gradient, value=1 - BETA_2)
-    root = (state.second_moment / (1 - BETA_2**state.step)).sqrt_().add_(EPSILON)
-    learning_rate = state.learning_rate * settings.schedule(state.step, steps)
-    state.weights.mul_(1 - learning_rate * settings.weight_decay)
-    state.weights.addcmul_(state.first_moment.div(root), learning_rate, value=-1 / (1 - BETA_1**state.step))
-    return losses.detach()
+    network: Network, active: Examples, target: Tensor, state: State, settings: Settings
+) -> Step | Replayed:
+    """A step of the patches still in training, replayed as a graph on a GPU."""
+    written = state.learning_rate, state.weights, state.first_moment, state.second_moment
+    step = Step(network, settings, active.windows, active.train, target, *written)
+    if not active.windows.is_cuda:
+        return step
+    return Replayed(torch.compile(step, dynamic=False) if settings.compiled else step)
 
 
 def _judge(state: State, score: Tensor, settings: Settings) -> bool:
@@ -184,21 +167,13 @@ def _judge(state: State, score: Tensor, settings: Settings) -> bool:
     state.waited = torch.where(better, 0, state.waited + 1)
     reduced = state.waited >= settings.lr_patience
     lower = state.learning_rate * settings.lr_factor
-    state.learning_rate = torch.where(reduced[:, None], lower, state.learning_rate)
+    state.learning_rate.copy_(torch.where(reduced[:, None], lower, state.learning_rate))  # a step reads it
     state.waited = torch.where(reduced, 0, state.waited)
     going = state.since < settings.patience
     if bool(going.all()):
         return False
     state.keep(going)
     return True
-
-
-def _mixed(windows: Tensor, target: Tensor, alpha: float, draws: torch.Generator) -> tuple[Tensor, Tensor]:
-    """Mixup of windows and their targets; the same pairs at all patches."""
-    seed = int(torch.randint(2**62, (), generator=draws))
-    share = float(np.random.default_rng(seed).beta(alpha, alpha))
-    others = torch.randperm(windows.shape[-1], generator=draws).to(windows.device)
-    return torch.lerp(windows[..., others], windows, share), torch.lerp(target[:, others], target, share)
 
 
 def name_windows(network: Network, weights: Tensor, windows: Tensor) -> Tensor:
@@ -241,8 +216,3 @@ def targets(labels: Tensor, classes: int, label_smoothing: float = 0.0) -> Tenso
     weight = len(labels) / (present * windows.clamp(min=1)).float()
     one_hot = functional.one_hot(labels, classes).float().T
     return (one_hot * (1 - label_smoothing) + label_smoothing / classes) * weight[labels]
-
-
-def mean_loss(scores: Tensor, target: Tensor) -> Tensor:
-    """Mean cross-entropy (P,) of scores (P, classes, B) with their targets (classes, B)."""
-    return -(scores.log_softmax(dim=1) * target.to(scores)).sum(dim=1).mean(dim=1)
