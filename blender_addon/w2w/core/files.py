@@ -13,6 +13,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from errno import EISDIR, ENOENT
+from functools import lru_cache
 from pathlib import Path
 from tokenize import TokenError
 from typing import IO, Any, BinaryIO, Literal
@@ -308,9 +309,14 @@ def _fault(path: str | Path, error: Exception) -> str:
 
 def read_header(stream: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype]:
     """Shape, whether the order is Fortran's, and dtype of an npy stream, left at the first value."""
-    version = npy.read_magic(stream)
-    read = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-    length = stream.read(2 if version == (1, 0) else 4)
+    is_first = npy.read_magic(stream) == (1, 0)
+    length = stream.read(2 if is_first else 4)
     if (size := int.from_bytes(length, "little")) > MOST_HEADER:
         raise ValueError("its header is longer than any")
-    return read(io.BytesIO(length + stream.read(size)))
+    return _parsed(is_first, length + stream.read(size))
+
+
+@lru_cache(maxsize=256)  # a library's files have like headers, and parsing takes longest
+def _parsed(is_first: bool, header: bytes) -> tuple[tuple[int, ...], bool, np.dtype]:
+    """What the header of an npy stream of the first or a later version of the format says."""
+    return (npy.read_array_header_1_0 if is_first else npy.read_array_header_2_0)(io.BytesIO(header))

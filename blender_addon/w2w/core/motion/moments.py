@@ -24,6 +24,12 @@ NEAREST, TRIES = 4, 2
 CELL = 1000.0
 """Distance of cells' numbers; prints' own are far below."""
 
+FIRST = 8
+"""Principal axes of prints along which most are told to be far apart already."""
+
+ROUNDING = 1e-3
+"""Half of a squared distance that single precision may be off."""
+
 ROWS_AT_ONCE = 64
 """Moments for which near ones are sought at a time: so few lie close together."""
 
@@ -77,7 +83,7 @@ class Pairs(Columns):
 def candidates(side: Moments, base: Moments) -> Pairs:
     """Pairs of clips with near moments, by the first."""
     found: list[tuple[np.ndarray, ...]] = [(np.empty(0, np.int32),) * 2 + (np.empty(0, np.float32),)]
-    for level in np.unique(side.level):
+    for level in np.intersect1d(side.level, base.level):
         (one, two), (ours, theirs) = zip(
             *(_at_level(moments, level) for moments in (side, base)), strict=True
         )
@@ -118,24 +124,31 @@ def _cells(prints: np.ndarray) -> np.ndarray:
 def _near(a: np.ndarray, b: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Indices of rows of a and b that are near one another, and how far they are apart, some at a time.
 
-    Of each row of a the closest of b in a cell alone. Both are in the order of `_cells`.
+    Of each row of a the closest of b in a cell of `REACH` along the first number alone.
     """
-    half_a, half_b = ((part**2).sum(axis=1) / 2 for part in (a, b))
+    cell_of = np.floor(b[:, 0] / REACH)
+    about = b - b.mean(axis=0)
+    axes = np.linalg.eigh(about.T @ about)[1][:, ::-1]  # along the first of them most are far apart
+    a, b = a @ axes, b @ axes
     cells_a, cells_b = _cells(a), _cells(b)
+    row_a, row_b = np.argsort(cells_a), np.argsort(cells_b)
+    a, b, cells_a, cells_b = a[row_a], b[row_b], cells_a[row_a], cells_b[row_b]
+    few_a, few_b = a[:, :FIRST], b[:, :FIRST]
+    half_a, half_b = ((few**2).sum(axis=1, keepdims=True) / 2 for few in (few_a, few_b))
+    # so that a product is how much nearer than REACH they are along the first axes
+    few_a = np.concatenate([few_a, REACH**2 / 2 + ROUNDING - half_a, -np.ones_like(half_a)], axis=1)
+    few_b = np.concatenate([few_b, np.ones_like(half_b), half_b], axis=1).T
     ends = np.append(np.flatnonzero(np.diff(np.round(cells_a / CELL))) + 1, len(a))
     for first, last in zip(np.append(0, ends[:-1]), ends, strict=True):
         for start in range(first, last, ROWS_AT_ONCE):
-            block = slice(start, min(start + ROWS_AT_ONCE, last))
+            block, found = slice(start, min(start + ROWS_AT_ONCE, last)), []
             for by in (-CELL, 0, CELL):
-                reach = cells_a[[start, block.stop - 1]] + by + [-REACH, REACH]
-                low, high = np.searchsorted(cells_b, reach)
-                if low == high:
-                    continue
-                apart = half_a[block, None] + half_b[low:high] - a[block] @ b[low:high].T
-                i, j = np.divmod(np.flatnonzero(apart <= REACH**2 / 2), high - low)
-                apart = apart[i, j]
-                if (i[CLOSEST:] == i[:-CLOSEST]).any():
-                    order = np.lexsort((apart, i))
-                    order = order[_rank([i[order]]) < CLOSEST]
-                    i, j, apart = i[order], j[order], apart[order]
-                yield start + i, low + j, apart
+                low, high = np.searchsorted(cells_b, cells_a[[start, block.stop - 1]] + by + [-REACH, REACH])
+                near = np.flatnonzero(few_a[block] @ few_b[:, low:high] >= 0)
+                found.append(np.divmod(near, max(high - low, 1)) + np.array([[start], [low]]))
+            i, j = np.concatenate(found, axis=1)
+            apart = np.linalg.norm(a[i] - b[j], axis=1)
+            i, j, apart = row_a[i[apart <= REACH]], row_b[j[apart <= REACH]], apart[apart <= REACH]
+            order = np.lexsort((apart, cell_of[j], i))
+            order = order[_rank([i[order], cell_of[j[order]]]) < CLOSEST]
+            yield i[order], j[order], apart[order]
