@@ -7,7 +7,7 @@ import pytest
 
 from w2w.core.files import write_json, write_text
 from w2w.core.library.library import read_library, unique_names
-from w2w.core.wording import capital, clean, free_name, name_bytes, plain_words
+from w2w.core.wording import capital, clean, free_name, name_bytes, plain_words, shortened, wrapped
 
 
 def test_only_the_first_letter_becomes_a_capital():
@@ -68,3 +68,16 @@ def test_nothing_that_is_no_unicode_stops_a_result(tmp_path):
     assert (tmp_path / "a.txt").read_bytes() == b"caf\\udce9"
     write_json(tmp_path / "a.json", {"file": "caf\udce9 é"})
     assert (tmp_path / "a.json").read_bytes() == '{\n  "file": "caf\\udce9 é"\n}\n'.encode()
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"), [("walk_001", "walk_001"), ("dataset-1_bow_active_001", "dat…ve_001"), ("", "")]
+)
+def test_names_that_are_too_wide_lose_their_middle(name, shown):
+    assert shortened(name, 10, len) == shown
+
+
+def test_lines_are_as_long_as_fits_and_no_word_is_broken():
+    lines = ["one two", "three", "incomprehensible", "four"]
+    assert wrapped(" ".join(lines), 9, len) == lines
+    assert wrapped("", 9, len) == []

@@ -85,7 +85,7 @@ def read_the_sentence(driver: Driver) -> Script:
     text, region = module("jobs.text"), driver.region("UI")
     said = module("jobs.jobs").message.text
     room = region.width - text.TABS_AND_MARGINS - text.ICON - 56
-    lines = text.wrapped(said, room)
+    lines = text.wrapped(said, room, text.in_panel)
     report["sentence"] = {
         "text": said,
         "answer": module("study.lists").answer_of(study())["sentence"],

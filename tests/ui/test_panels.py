@@ -11,7 +11,7 @@ import bpy
 import pytest
 
 from w2w import ui
-from w2w.ui.jobs import jobs, text
+from w2w.ui.jobs import jobs
 from w2w.ui.panels import steps
 from w2w.ui.panels.steps import FIELD_MARGINS
 from w2w.ui.panels.top import W2W_PT_main
@@ -121,23 +121,13 @@ def test_the_example_motions_give_an_answer_at_once() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "shown"), [("walk_001", "walk_001"), ("dataset-1_bow_active_001", "dat…ve_001"), ("", "")]
-)
-def test_names_that_are_too_wide_lose_their_middle(
-    monkeypatch: pytest.MonkeyPatch, name: str, shown: str
-) -> None:
-    monkeypatch.setattr(text.blf, "dimensions", lambda _font, words: (len(words), 1))
-    assert text.shortened(name, 10) == shown
-
-
-@pytest.mark.parametrize(
     ("longest", "wide"),
     [("bow", 3 + FIELD_MARGINS), ("load_carrying", 13 + FIELD_MARGINS), ("a" * 60, 42)],
 )
 def test_a_row_of_clips_leaves_the_longest_activity_room(
     monkeypatch: pytest.MonkeyPatch, longest: str, wide: float
 ) -> None:
-    monkeypatch.setattr(steps, "width_of", lambda words, _: len(words))
+    monkeypatch.setattr(steps, "in_panel", len)
     study = SimpleNamespace(activities=[SimpleNamespace(name="run"), SimpleNamespace(name=longest)])
     assert steps.activity_share(study, 70, 1.0) == pytest.approx(wide / 70)
 

@@ -73,6 +73,32 @@ def join_words(words: Sequence[str], most: int = NAMED) -> str:
     return " and ".join(filter(None, (", ".join(words[:-1]), *words[-1:])))
 
 
+def wrapped(text: str, width: float, measure: Callable[[str], float]) -> list[str]:
+    """Lines of a text, none wider than `width` by a measure of lines unless a single word is."""
+    lines: list[str] = []
+    for word in text.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and measure(longer) <= width:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines
+
+
+def shortened(text: str, width: float, measure: Callable[[str], float]) -> str:
+    """The text without its middle if it is wider than `width`: names of clips differ at their ends.
+
+    Examples
+    --------
+    >>> shortened("dataset-1_bow_active_001", 10, len)
+    'dat…ve_001'
+    """
+    shown, kept = text, len(text) - 1
+    while kept > 1 and measure(shown) > width:
+        shown, kept = f"{text[: kept // 3]}…{text[kept // 3 - kept :]}", kept - 1
+    return shown
+
+
 INVISIBLE = re.compile("[\u00ad\u200b\u2060\ufeff]")
 """Characters without a width that programs leave in text: soft hyphens, byte order marks and the like."""
 

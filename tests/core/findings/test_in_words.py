@@ -8,6 +8,7 @@ import numpy as np
 from tests.core.selection.made_map import ranked
 from w2w.core.findings.in_words import (
     as_sentence,
+    baked_sentence,
     may_move,
     patch_lines,
     pilot_sentences,
@@ -17,6 +18,7 @@ from w2w.core.findings.in_words import (
     sensor_sentences,
     sure_sentences,
 )
+from w2w.core.imu.on_cloth import HAS_CAUGHT
 from w2w.core.selection.headline import repeat_sentence
 
 UTILITY = ranked([0.9, 0.8, 0.5])
@@ -88,3 +90,12 @@ def test_a_pilot_says_all_that_it_found_in_order():
     assert pilot_sentences(pilot) == ["With your pilot: F1 .8.", "Few people.", "Two more."]
     left = pilot_sentences(pilot | {"skipped": [["a.csv", "it is empty"]]})[-1]
     assert left == "Left out: a.csv: it is empty."
+
+
+def test_a_bake_says_how_and_what_it_could_not():
+    paths = {"one": "fast path", "two": "general path: a modifier"}
+    assert baked_sentence(paths, 8, []) == "Baked 2 clips on 8 spots, 1 by Blender's evaluated mesh"
+    failed = baked_sentence(paths | {"three": ""}, 8, ["three (it is empty)"])
+    assert failed.startswith("Baked 2 clips on 8 spots")
+    assert failed.endswith("Not baked: three (it is empty)")
+    assert "do not trust" in baked_sentence({"one": f"cloth path: {HAS_CAUGHT}"}, 8, [])

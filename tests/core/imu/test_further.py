@@ -180,3 +180,12 @@ def test_a_recording_keeps_them_and_is_the_same_without(tmp_path):
     assert again.orientation is None
     with pytest.raises(ValueError, match=r"magnetometer must have shape \(10, 2, 3\)"):
         ImuRecording(acc, acc, 50.0, magnetometer=np.ones((10, 2)))
+
+
+def test_the_same_sensors_keep_the_order_that_features_follow():
+    run = FurtherSensors(record=("barometer", "orientation"), features=("barometer",), dip_deg=60.0)
+    same = run.of({"orientation", "barometer"}, {"barometer"}, 60.0)
+    assert same == run
+    assert run.of({"barometer", "magnetometer"}, set(), 50.0) == FurtherSensors(
+        record=("magnetometer", "barometer"), dip_deg=50.0
+    )

@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from ..imu.on_cloth import HAS_CAUGHT
 from ..ranking.costs import IS_AS_GOOD, costs_at, is_as_good
 from ..ranking.utility import UtilityMap
 from ..selection import headline
 from ..selection.headline import mean_caution, short
-from ..wording import capital, join_words
+from ..wording import capital, count, join_words
 
 Content = Mapping[str, Any]
 
@@ -97,3 +98,13 @@ def pilot_sentences(pilot: Content) -> list[str]:
     cautions = [each["text"] for each in pilot["cautions"]]
     said = (pilot["sentence"], *cautions, pilot["next"], left and f"left out: {left}")
     return [as_sentence(text) for text in said if text]
+
+
+def baked_sentence(paths: Mapping[str, str], patches: int, failed: Sequence[str]) -> str:
+    """What was baked of some clips, by the path that each took, and what failed with the reasons."""
+    text = f"Baked {count('clip', len(paths) - len(failed))} on {patches} spots"
+    if general := sum(path.startswith("general") for path in paths.values()):
+        text += f", {general} by Blender's evaluated mesh"
+    if caught := [clip for clip, path in paths.items() if HAS_CAUGHT in path]:
+        text += f". {capital(HAS_CAUGHT)} in {join_words(caught, 2)}: do not trust its signals there"
+    return f"{text}. Not baked: {join_words(failed, 2)}" if failed else text

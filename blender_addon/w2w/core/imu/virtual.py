@@ -7,7 +7,7 @@ These are orientation, magnetometer and barometer.
 import hashlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -94,6 +94,15 @@ class FurtherSensors:
                 f"the earth's magnetic field dips by -90 to 90 degrees and has 0 to {MOST_UT:g} microtesla, "
                 f"not {self.dip_deg}, {self.field_ut}"
             )
+
+    def of(self, record: set[str], features: set[str], dip_deg: float) -> Self:
+        """The same errors with other sensors; if they are the same, they keep their order."""
+
+        def in_order(chosen: set[str], before: tuple[str, ...]) -> tuple[str, ...]:
+            return before if chosen == set(before) else tuple(name for name in FURTHER if name in chosen)
+
+        by = in_order(features, self.features)
+        return replace(self, record=in_order(record, self.record), features=by, dip_deg=dip_deg)
 
     @property
     def sample_bytes(self) -> int:

@@ -13,7 +13,7 @@ from ..patches.naming import FAR_M, nearest_patch, place, resolve
 from ..patches.patches import PatchSet
 from ..ranking.costs import EQUAL, KEPT, Cost, as_shown, cost_of, is_as_good
 from ..ranking.utility import ExpectedF1, UtilityMap
-from ..wording import InShort, plain_words
+from ..wording import InShort, capital, plain_words
 from .headline import short
 
 
@@ -156,6 +156,17 @@ class ScoredMap:
 def compare(scored: ScoredMap, words: Sequence[str]) -> tuple[PlaceScore, ...]:
     """Scores of products and places by name, best first; ValueError for an unknown name."""
     return _best_first(map(scored.named, words))
+
+
+def compare_known(scored: ScoredMap, words: Sequence[str]) -> tuple[tuple[PlaceScore, ...], list[str]]:
+    """Like `compare`, but for unknown names, of each of which a sentence says what is known."""
+    known, unknown = [], []
+    for word in words:
+        try:
+            known.append(scored.named(word))
+        except ValueError as error:
+            unknown.append(f"{capital(error)}.")
+    return _best_first(known), unknown
 
 
 def _best_first(scores: Iterable[PlaceScore]) -> tuple[PlaceScore, ...]:

@@ -6,6 +6,7 @@ from typing import Any
 import blf
 import bpy
 
+from ...core.wording import wrapped
 from . import jobs
 
 FONT = 0
@@ -13,26 +14,10 @@ PANEL_POINTS = 11
 """Size of the text in panels at a scale of 1."""
 
 
-def wrapped(text: str, width: float) -> list[str]:
-    """Lines of a panel text, none wider than `width` pixels unless a single word is."""
+def in_panel(words: str) -> float:
+    """Width of one line of a panel's text, pixels."""
     blf.size(FONT, PANEL_POINTS * bpy.context.preferences.system.ui_scale)
-    lines: list[str] = []
-    for word in text.split():
-        longer = f"{lines[-1]} {word}" if lines else word
-        if lines and blf.dimensions(FONT, longer)[0] <= width:
-            lines[-1] = longer
-        else:
-            lines.append(word)
-    return lines
-
-
-def shortened(text: str, width: float) -> str:
-    """The text without its middle if it is wider than `width` pixels: names of clips differ at their ends."""
-    blf.size(FONT, PANEL_POINTS * bpy.context.preferences.system.ui_scale)
-    shown, kept = text, len(text) - 1
-    while kept > 1 and blf.dimensions(FONT, shown)[0] > width:
-        shown, kept = f"{text[: kept // 3]}…{text[kept // 3 - kept :]}", kept - 1
-    return shown
+    return blf.dimensions(FONT, words)[0]
 
 
 def styled(layout: bpy.types.UILayout, **look: Any) -> bpy.types.UILayout:
@@ -73,6 +58,6 @@ def draw_text(
     column = styled(layout.column(align=True), scale_y=0.8)
     taken = TABS_AND_MARGINS + (ICON if icon != "NONE" else 0) + indent
     width = context.region.width - taken * context.preferences.system.ui_scale
-    for number, line in enumerate(wrapped(text, width)):
+    for number, line in enumerate(wrapped(text, width, in_panel)):
         shown = icon if number == 0 else ("BLANK1" if icon != "NONE" else "NONE")
         column.label(text=line, icon=shown, translate=False)

@@ -6,17 +6,16 @@ from pathlib import Path
 import bpy
 
 from ...core.ranking.utility import CLASSIFIERS
-from ...core.wording import capital, count
+from ...core.wording import capital, count, shortened
 from ...scene.motion.source_beside import source_collections
 from ..files.open_results import misses_folder
 from ..jobs import jobs
-from ..jobs.text import PANEL_POINTS, draw_text, shortened, styled
+from ..jobs.text import draw_text, in_panel, styled
 from ..steps.baking import UNBAKED
 from ..steps.body import draw_sliders
 from ..steps.motions import has_source, is_playing
 from ..study import signal_cache, state
 from ..study.counting import Group
-from ..viewport.drawing import width_of
 from .base import Body, Layout, PartPanel, StepPanel, draw_info, draw_note, draw_parameters
 
 ICONS = {state.BAKED: "CHECKMARK", state.STALE: "FILE_REFRESH", state.FAILED: "ERROR"}
@@ -83,7 +82,7 @@ class W2W_UL_clips(bpy.types.UIList):
         room = context.region.width - ROW_TAKEN * scale
         share = 1.0 if found == state.FAILED else 1 - activity_share(data, room, scale)
         split = row.split(factor=share)
-        shown = shortened(Path(item.file).stem or item.name, share * room - NAME_MARGINS * scale)
+        shown = shortened(Path(item.file).stem or item.name, share * room - NAME_MARGINS * scale, in_panel)
         split.label(text=shown, translate=False)
         if found != state.FAILED:
             split.prop(item, "activity", text="", emboss=False, placeholder="activity")
@@ -107,7 +106,7 @@ class W2W_UL_clips(bpy.types.UIList):
 
 def activity_share(study: Group, room: float, scale: float) -> float:
     """The part of a row of clips that the longest name of an activity needs, from .2 to .6."""
-    longest = max((width_of(row.name, PANEL_POINTS * scale) for row in study.activities), default=0.0)
+    longest = max((in_panel(row.name) for row in study.activities), default=0.0)
     return min(max((longest + FIELD_MARGINS * scale) / max(room, 1.0), 0.2), 0.6)
 
 

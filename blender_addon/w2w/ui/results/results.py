@@ -13,7 +13,7 @@ from ...core.findings.cautions import POSTURES, alone_caution, cautions, heavies
 from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
 from ...core.selection.answer import find_answer
-from ...core.selection.scored import PlaceScore
+from ...core.selection.scored import PlaceScore, compare_known
 from ...core.study.choosing import scored_map
 from ...core.study.ranking import LabelledClip
 from ...core.wording import capital
@@ -183,19 +183,12 @@ def compare_places(body: bpy.types.Object) -> None:
     if not words:
         study.compared_text = ""
         return
-    known: list[PlaceScore] = []
-    unknown: list[str] = []
+    known: Sequence[PlaceScore] = ()
     try:
         utility, patches, config = state.ranking_of(body), state.placed_patches(body), state.config_of(study)
-        scored = scored_map(utility, patches, state.body_as_run(body), config)
-        for word in words:
-            try:
-                known.append(scored.named(word))
-            except ValueError as error:
-                unknown.append(f"{capital(error)}.")
+        known, unknown = compare_known(scored_map(utility, patches, state.body_as_run(body), config), words)
     except ValueError as error:
         unknown = [f"{capital(error)}."]
-    known.sort(key=lambda score: -score.expected)
     study.compared_text = json.dumps([[place_content(score, patches) for score in known], " ".join(unknown)])
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from bpy.props import EnumProperty
 
 from ...core.body.regions import regions_of
-from ...core.imu.on_cloth import HAS_CAUGHT
+from ...core.findings.in_words import baked_sentence
 from ...core.imu.recording import ImuRecording
 from ...core.imu.virtual import at_patches
 from ...core.motion.signature import motion_signature
@@ -25,7 +25,7 @@ from ...core.study.clip_files import ClipWindows, ranking_inputs
 from ...core.study.ranking import LabelledClip, rank_clips, same_motions
 from ...core.study.results import HeldResults
 from ...core.study.signals import describe, record_baked
-from ...core.wording import capital, count, join_words
+from ...core.wording import join_words
 from ...scene.bake import PatchBaker
 from ...scene.files.study_file import pack
 from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body, part
@@ -77,7 +77,8 @@ def bake_steps(mesh: bpy.types.Object, indices: Sequence[int], keep: bool = Fals
             for index, values in before.items():
                 _set_signals(mesh.w2w.clips[index], *values)
         raise
-    return _baked_text([study.clips[index] for index in indices], len(patches), failed)
+    paths = {study.clips[index].name: study.clips[index].bake_path for index in indices}
+    return baked_sentence(paths, len(patches), failed)
 
 
 def _bake_clip(mesh: bpy.types.Object, baker: covers.Baker, first: int, index: int) -> Steps:
@@ -113,18 +114,6 @@ def _bake_clip(mesh: bpy.types.Object, baker: covers.Baker, first: int, index: i
     mesh.w2w.clips[index].facts = json.dumps(facts)
     _set_signals(mesh.w2w.clips[index], key, settings, f"{bake.path} path: {bake.reason}")
     return name
-
-
-def _baked_text(clips: Sequence[bpy.types.PropertyGroup], patches: int, failed: list[str]) -> str:
-    """A sentence about what was baked, how, and what failed."""
-    done = len(clips) - len(failed)
-    text = f"Baked {count('clip', done)} on {patches} spots"
-    general = sum(clip.bake_path.startswith("general") for clip in clips)
-    if general:
-        text += f", {general} by Blender's evaluated mesh"
-    if caught := [clip.name for clip in clips if HAS_CAUGHT in clip.bake_path]:
-        text += f". {capital(HAS_CAUGHT)} in {join_words(caught, 2)}: do not trust its signals there"
-    return f"{text}. Not baked: {join_words(failed, 2)}" if failed else text
 
 
 @on_body

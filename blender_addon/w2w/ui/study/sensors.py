@@ -132,14 +132,4 @@ def further_of(study: bpy.types.PropertyGroup, run: FurtherSensors, dressed: boo
     if dressed or not record:
         return NOTHING
     by = by & record if inputs_of(study.classifier) == "features" else set()
-    return replace(
-        run,
-        record=_in_order(record, run.record),
-        features=_in_order(by, run.features),
-        dip_deg=as_given(shown["magnetic_dip"], run.dip_deg),
-    )
-
-
-def _in_order(chosen: set[str], run: tuple[str, ...]) -> tuple[str, ...]:
-    """The chosen sensors, in the run's order if they are the same: features follow it."""
-    return run if chosen == set(run) else tuple(name for name in FURTHER if name in chosen)
+    return run.of(record, by, as_given(shown["magnetic_dip"], run.dip_deg))
