@@ -11,7 +11,7 @@ NAMES = (
     "jobs.preferences", "steps.body", "panels.rows", "panels.properties", "jobs.jobs", "jobs.windows",
     "steps.motions", "steps.import_dialog", "steps.bone_maps", "steps.patches", "steps.baking",
     "steps.choosing", "steps.run_all", "steps.examples", "panels.menus", "files.open_results",
-    "files.save_results", "files.exports", "files.pictures", "files.film", "files.needs", "files.pilot",
+    "files.save_results", "files.exports", "files.pictures", "files.film", "files.questions",
     "files.moving_patches", "panels.top", "panels.steps", "panels.character", "panels.wearing",
     "panels.sensor", "panels.results", "panels.placement", "viewport.framing", "viewport.overlay",
     "results.upkeep",

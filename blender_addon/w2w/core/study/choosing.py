@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Choose sensors in a ranked study, and rank it again with other weights."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -21,11 +22,11 @@ from ..selection.scored import PlaceScore, ScoredMap, compare
 from ..selection.set_tests import SetTests
 from ..threads import for_each
 from ..windows.windows import cut_windows
-from .clip_files import WORK
+from .clip_files import WORK, ClipWindows, ranking_inputs
 from .config import StudyConfig, plain
 from .needs import Need, needs
-from .ranking import WindowLabels, rank_clips, set_tests_of, stream_of
-from .results import StudyResults
+from .ranking import LabelledClip, WindowLabels, rank_clips, same_motions, set_tests_of, stream_of
+from .results import HeldResults, StudyResults
 
 Found = TypeVar("Found", bound=StudyResults)
 
@@ -47,6 +48,19 @@ def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
     inputs, ranked_as = study.inputs(config.classifier), study.config()
     utility = rank_clips(study.clips, study.windows, inputs, ranked_as, pooling, work=study.out / WORK)
     return replace(study, utility=utility)
+
+
+def rank_files(
+    clips: Sequence[LabelledClip], places: Sequence[tuple[Path, str]], patches: PatchSet, body: Body,
+    config: StudyConfig, progress: Callable[[float], None],
+) -> HeldResults:  # fmt: skip
+    """Rank clips whose files lie in these folders under these names, and put F1 in a stream on the map."""
+    windows = [ClipWindows.read(*place) for place in places]
+    inputs = ranking_inputs(places, windows, config.classifier, config.windows)
+    ranked = same_motions(clips, windows)
+    utility = rank_clips(ranked, windows, inputs, config, Pooling.on(body, patches), progress=progress)
+    found = HeldResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
+    return in_stream(found, stream_in(found, config))
 
 
 def set_tests_in(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> SetTests | None:

@@ -156,10 +156,10 @@ class W2W_OT_export_signals(operators.AsksForFolder, operators.StartsJob, bpy.ty
         default="csv",
     )
 
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        baked = state.patches_of(body) is not None and ranked_clips(body.w2w)
-        return "" if baked else "Bake the signals first (page Details)"
+    missing = operators.needs(
+        lambda body: state.patches_of(body) and ranked_clips(body.w2w),
+        "Bake the signals first (page Details)",
+    )
 
     def steps(self, body: bpy.types.Object) -> Steps:
         picked = [patch for patch in picks(bpy.context, body) if patch < len(state.placed_patches(body))]

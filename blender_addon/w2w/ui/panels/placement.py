@@ -13,9 +13,10 @@ from ..jobs.text import draw_text, styled
 from ..results import results
 from ..results.own_placements import spot_name
 from ..steps.choosing import missing_for_choice
+from ..steps.patches import missing_pick
 from ..study import counting, lists, operators, state
 from ..study.counting import Group
-from ..viewport.overlay import NO_PICK, picks
+from ..viewport.overlay import picks
 from .base import ResultPanel, draw_info, draw_parameters, form
 from .results import can_change_now, draw_headings, draw_spot
 from .rows import KINDS
@@ -39,9 +40,7 @@ class W2W_OT_wish_picked(operators.OnPatches, bpy.types.Operator):
 
     kind: EnumProperty(name="Wish", description="What is wished for", items=KINDS, default=state.FORBID)
 
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        return operators.OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
+    missing = staticmethod(missing_pick)
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         study, patches = body.w2w, state.placed_patches(body)

@@ -13,10 +13,11 @@ from ..jobs import jobs
 from ..jobs.text import draw_text, styled
 from ..results import own_placements
 from ..results.own_placements import is_pending, patch_of_own, scores_of_own
+from ..steps.patches import missing_pick
 from ..study import operators, state
 from ..study.counting import Group
 from ..study.covers import worn_by
-from ..viewport.overlay import NO_PICK, picks
+from ..viewport.overlay import picks
 from .base import Body, Layout, PartPanel, W2WPanel, draw_info, draw_note
 
 GARMENTS = tuple((kind, NAMES[kind], f"Loose {NAMES[kind].lower()} of cotton") for kind in KINDS)
@@ -36,9 +37,7 @@ class W2W_OT_add_placement(operators.OnPatches, bpy.types.Operator):
         options={"HIDDEN", "SKIP_SAVE"},
     )
 
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        return operators.OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
+    missing = staticmethod(missing_pick)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         body = state.polled_body(context)
@@ -67,10 +66,9 @@ class W2W_OT_load_placements(operators.AsksForFile, operators.OnBody, bpy.types.
 class W2W_OT_remove_placement(operators.OnBody, bpy.types.Operator):
     """Take the active placement off the list"""
 
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        listed = 0 <= body.w2w.own_index < len(body.w2w.own)
-        return "" if listed else "There is no placement of yours"
+    missing = operators.needs(
+        lambda body: 0 <= body.w2w.own_index < len(body.w2w.own), "There is no placement of yours"
+    )
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         study = body.w2w
@@ -162,9 +160,7 @@ class W2W_OT_take_off(operators.OnBody, bpy.types.Operator):
 
     index: IntProperty(min=0, options={"HIDDEN", "SKIP_SAVE"})
 
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        return "" if len(body.w2w.covers) else "Put a garment on first"
+    missing = operators.needs(lambda body: len(body.w2w.covers), "Put a garment on first")
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         garments = body.w2w.covers

@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from operator import attrgetter
-from pathlib import Path
 
 import bpy
 import numpy as np
@@ -18,11 +17,8 @@ from ...core.imu.recording import ImuRecording
 from ...core.imu.virtual import at_patches
 from ...core.motion.signature import motion_signature
 from ...core.motion.source import reason_of
-from ...core.ranking.pooling import Pooling
-from ...core.ranking.utility import UtilityMap
-from ...core.study.choosing import in_stream, stream_in
-from ...core.study.clip_files import ClipWindows, ranking_inputs
-from ...core.study.ranking import LabelledClip, rank_clips, same_motions
+from ...core.study.choosing import rank_files
+from ...core.study.ranking import LabelledClip
 from ...core.study.results import HeldResults
 from ...core.study.signals import describe, record_baked
 from ...core.wording import join_words
@@ -131,23 +127,18 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     places = signal_cache.places_of(ranked_clips(study))
     body, patches = state.body_as_run(mesh), state.placed_patches(mesh)
 
-    def rank(progress: Callable[[float], None]) -> tuple[UtilityMap, tuple[LabelledClip, ...]]:
-        windows = [ClipWindows.read(*place) for place in places]
-        inputs = ranking_inputs(places, windows, config.classifier, config.windows)
-        ranked = same_motions(used, windows)
-        utility = rank_clips(ranked, windows, inputs, config, Pooling.on(body, patches), progress=progress)
-        found = HeldResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
-        utility = in_stream(found, stream_in(found, config)).utility
-        pack(utility)  # kept, as the regions are: here they stop no window
+    def rank(progress: Callable[[float], None]) -> HeldResults:
+        found = rank_files(used, places, patches, body, config, progress)
+        pack(found.utility)  # kept, as the regions are: here they stop no window
         regions_of(body)
-        return utility, ranked
+        return found
 
     low = 0.4 if lost else 0.0
-    utility, ranked = yield from in_thread(rank, "training at every spot", low, 0.95)
+    found = yield from in_thread(rank, "training at every spot", low, 0.95)
     yield Step(0.95, "painting heatmaps")
-    results.store(mesh, utility, ranked_as, ranked)
+    results.store(mesh, found.utility, ranked_as, found.clips)
     show_colours()
-    return f"Ranked {len(utility.mean)} spots, {utility.protocol}"
+    return f"Ranked {len(patches)} spots, {found.utility.protocol}"
 
 
 def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:

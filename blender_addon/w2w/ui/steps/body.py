@@ -128,9 +128,7 @@ def body_to_fill(context: bpy.types.Context) -> bpy.types.Object:
 class W2W_OT_reset_shape(operators.OnBody, bpy.types.Operator):
     """Give the body its average shape again"""
 
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        return "" if body.w2w.has_shape else "Only W2W's own body has a shape to reset"
+    missing = operators.needs(lambda body: body.w2w.has_shape, "Only W2W's own body has a shape to reset")
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         with state.without_updates():

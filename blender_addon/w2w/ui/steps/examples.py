@@ -47,9 +47,7 @@ class W2W_OT_try_examples(operators.OnBody, bpy.types.Operator):
     bl_options = {"REGISTER"}
     adds_body = True
 
-    @staticmethod
-    def missing(_context: bpy.types.Context, body: bpy.types.Object) -> str:
-        return "This body has motions already" if len(body.w2w.clips) else ""
+    missing = operators.needs(lambda body: not len(body.w2w.clips), "This body has motions already")
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         body = body_to_fill(context)

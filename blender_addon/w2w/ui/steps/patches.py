@@ -19,7 +19,7 @@ from ..results import own_placements, results
 from ..study import operators, state
 from ..viewport.framing import fold_soon
 from ..viewport.legend import owner_of
-from ..viewport.overlay import cards_at
+from ..viewport.overlay import NO_PICK, cards_at, picks
 from .body import select_only
 
 NO_BODY = "Click on a body that has spots"
@@ -80,9 +80,7 @@ class W2W_OT_remove_patches(operators.OnBody, bpy.types.Operator):
 
     bl_label = "Remove Spots"
 
-    @staticmethod
-    def missing(context: bpy.types.Context, body: bpy.types.Object) -> str:
-        return "" if body.w2w.patch_collection is not None else "There are no spots"
+    missing = operators.needs(lambda body: body.w2w.patch_collection, "There are no spots")
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         remove_all(body)
@@ -144,6 +142,11 @@ class W2W_OT_fit_range(operators.OnRanking, bpy.types.Operator):
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         results.fit_range(body)
+
+
+def missing_pick(context: bpy.types.Context, body: bpy.types.Object) -> str:
+    """What prevents working on the spot that is looked at, as a sentence, or ""."""
+    return operators.OnPatches.missing(context, body) or ("" if picks(context, body) else NO_PICK)
 
 
 def pick(

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Base classes of operators: their needs, the file they ask for, the job they start."""
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import bpy
 from bpy.props import BoolProperty, StringProperty
@@ -65,22 +66,27 @@ class OnBody(WorkOperator):
         return ""
 
 
+def needs(what: Callable[[bpy.types.Object], object], text: str) -> Any:
+    """A `missing` that says a text unless a function of the body finds what is needed."""
+    return staticmethod(lambda _context, body: "" if what(body) else text)
+
+
 class OnClips(OnBody):
     """An operator that works on the list of clips."""
 
-    missing = staticmethod(lambda _, body: "" if len(body.w2w.clips) else "Import motions first (page Clips)")
+    missing = needs(lambda body: len(body.w2w.clips), "Import motions first (page Clips)")
 
 
 class OnPatches(OnBody):
     """An operator that needs patches."""
 
-    missing = staticmethod(lambda _, body: "" if patches_of(body) else "Place spots first, or Run All")
+    missing = needs(patches_of, "Place spots first, or Run All")
 
 
 class OnRanking(OnBody):
     """An operator that needs a ranking."""
 
-    missing = staticmethod(lambda _, body: "" if is_ranked(body) else "Score the spots first, or Run All")
+    missing = needs(is_ranked, "Score the spots first, or Run All")
 
 
 class AsksForFile(NamedOperator):
