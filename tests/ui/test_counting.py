@@ -9,13 +9,13 @@ import bpy
 import numpy as np
 import pytest
 
+from w2w.core.findings.in_words import sure_sentences
 from w2w.core.ranking.weights import mean_over
 from w2w.core.selection.headline import mean_sentence
 from w2w.core.study.results import StudyResults
 from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs
 from w2w.ui.panels.steps import W2W_PT_utility
-from w2w.ui.results import results
 from w2w.ui.study import scores
 from w2w.ui.study.counting import is_reweighed
 from w2w.ui.study.lists import advice_of, answer_of
@@ -66,7 +66,7 @@ def test_a_choice_by_weights_is_that_of_the_command_line(
     choice, said = place(finished_run, tmp_path, *asked)
     assert advice_of(study) == choice, said
     assert not is_reweighed(study, utility_of(study))
-    assert f"{mean_sentence(utility_of(study))}." in results.findings(study, utility_of(study))
+    assert f"{mean_sentence(utility_of(study))}." in sure_sentences(answer_of(study), utility_of(study))
 
 
 @pytest.mark.slow
