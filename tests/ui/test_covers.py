@@ -8,7 +8,6 @@ import pytest
 from w2w.core.garments.cut import cut
 from w2w.scene.base.body import add_skinned, armature_of, body_of, rest_vertices
 from w2w.ui.jobs import jobs
-from w2w.ui.steps.baking import _baked_text
 from w2w.ui.study.covers import baker_steps, covers_steps, wardrobe_text, worn_by
 from w2w.ui.study.state import BAKED, STALE, bake_settings, config_of, patches_of, state_of
 
@@ -106,14 +105,3 @@ def test_a_garment_that_is_deleted_is_worn_no_more(library):
     bpy.data.objects.remove(item)
     assert worn_by(body.w2w) == []
     assert bpy.ops.w2w.take_off(index=0) == {"FINISHED"}
-
-
-def test_clips_in_which_cloth_caught_are_named_beside_the_button(library):
-    clips = make_study(library, "motions").w2w.clips
-    assert "caught" not in _baked_text(clips, 12, {})
-    clips[0].bake_path = (
-        "general path: 3 sensors are on Shirt; cloth caught on the body, stretched to more than 2 times its "
-        "length: Shirt in 4 of 90 frames"
-    )
-    text = _baked_text(clips, 12, {})
-    assert f". Cloth caught on the body in {clips[0].name}: do not trust its signals there" in text

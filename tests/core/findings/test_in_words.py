@@ -18,7 +18,6 @@ from w2w.core.findings.in_words import (
     sensor_sentences,
     sure_sentences,
 )
-from w2w.core.imu.on_cloth import HAS_CAUGHT
 from w2w.core.selection.headline import repeat_sentence
 
 UTILITY = ranked([0.9, 0.8, 0.5])
@@ -98,4 +97,5 @@ def test_a_bake_says_how_and_what_it_could_not():
     failed = baked_sentence(paths | {"three": ""}, 8, ["three (it is empty)"])
     assert failed.startswith("Baked 2 clips on 8 spots")
     assert failed.endswith("Not baked: three (it is empty)")
-    assert "do not trust" in baked_sentence({"one": f"cloth path: {HAS_CAUGHT}"}, 8, [])
+    worn = "general path: 3 sensors are on Shirt; cloth caught on the body: Shirt in 4 of 90 frames"
+    assert ". Cloth caught on the body in one: do not trust its" in baked_sentence({"one": worn}, 8, [])
