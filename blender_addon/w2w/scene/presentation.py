@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A body as pictures show it: in a neutral pose or as it is posed, with its colours."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from ..core.body.body import JOINT_NAMES
 from .base.actions import show_action
 from .base.body import armature_of, matrix, moved, painted_colours, read_values, triangles_of
 from .base.module import bpy
+from .base.playback import each_frame
 
 ARMS_DOWN = {"left_shoulder": np.radians(62), "right_shoulder": np.radians(-62)}
 """Turns about the axis from back to front of the bones that hang in a neutral pose, radians."""
@@ -91,3 +92,21 @@ def show_picture(path: Path, drawn_after: float) -> None:
                 bpy.ops.image.view_all(fit_view=True)
 
     bpy.app.timers.register(show_whole, first_interval=drawn_after)
+
+
+def room_of(item: bpy.types.Object, frames: np.ndarray) -> Generator[float, None, tuple[np.ndarray, float]]:
+    """Centres (N, 3) of views that go with an object along the ground, and the width that shows it whole.
+
+    The object is looked at in each of the scene's frames (N,); yields the share that is done.
+    """
+    seen: list[tuple[float, ...]] = []
+    distinct, place = np.unique(frames, return_inverse=True)
+    for number in each_frame(distinct):
+        points = shown_surface([item])[0]
+        middle = points.mean(axis=0)
+        reach = np.linalg.norm((points - middle)[:, :2], axis=1).max()
+        seen.append((*middle[:2], reach, points[:, 2].min(), points[:, 2].max()))
+        yield number / len(distinct)
+    x, y, reach, low, high = np.array(seen)[place].T
+    height = np.full(len(frames), (low.min() + high.max()) / 2)
+    return np.column_stack([x, y, height]), float(max(2 * reach.max(), high.max() - low.min()))

@@ -134,6 +134,11 @@ class EvaluatedVertices:
         own, world = self._own()
         return own[self.vertices] @ world[:3, :3].T + world[:3, 3]
 
+    def of_triangles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Middles (N, 3), in the world, and normals (N, 3) of the wanted triangles of vertices (N, 3)."""
+        first, second, third = self.positions().swapaxes(0, 1)
+        return (first + second + third) / 3, np.cross(second - first, third - first)
+
     def everywhere(self) -> np.ndarray:
         """World positions of the mesh's own vertices, shape (V, 3); NaN for those that a modifier removed."""
         own, world = self._own()

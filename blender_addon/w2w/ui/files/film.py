@@ -2,7 +2,7 @@
 """Film: the body with its map turns around, or moves as in a clip with its sensors' signals below."""
 
 import subprocess
-from collections.abc import Generator, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import partial
@@ -17,10 +17,10 @@ from ...core.imu.recording import ImuRecording
 from ...scene.base.actions import FIRST_FRAME, key_rate
 from ...scene.base.playback import each_frame
 from ...scene.movie import check_movies, movie
-from ...scene.presentation import facing, posed, shown_surface
-from ..jobs.jobs import Step, Steps, as_steps, in_thread, on_body, part
+from ...scene.presentation import facing, posed, room_of, shown_surface
+from ..jobs.jobs import Steps, as_steps, in_thread, on_body
 from ..study import lists, signal_cache
-from ..viewport.framing import dressed, surface
+from ..viewport.framing import dressed
 from .exports import Export
 from .pictures import LIGHT, MARGIN, SHAPE, choice, chosen_spots, load_drawing, words_on
 
@@ -88,7 +88,8 @@ def film_steps(mesh: bpy.types.Object, path: Path, what: str, shape: str, light:
 
     with folder_beside(path) as folder, plan.pose:
         files = [Path(folder, f"{number:06d}.png") for number in range(count)]
-        centres, width = yield from part(_room(mesh, plan.frames), 0.0, FRAMED)
+        centres, width = yield from as_steps(room_of(mesh, plan.frames), "looking", 0.0, FRAMED)
+        width *= MARGIN
         spots, front = chosen_spots(mesh), facing(mesh)
         side = _side(spots()[1], front)
         for number in each_frame(plan.frames):
@@ -107,22 +108,6 @@ def film_steps(mesh: bpy.types.Object, path: Path, what: str, shape: str, light:
 def _side(normals: np.ndarray, front: float) -> float:
     """1 if the first of the sensors (N, 3) faces the left of a body, else -1."""
     return -1.0 if len(normals) and normals[0] @ (np.cos(front), np.sin(front), 0.0) < 0 else 1.0
-
-
-def _room(mesh: bpy.types.Object, frames: np.ndarray) -> Generator[Step, None, tuple[np.ndarray, float]]:
-    """Centres (N, 3) of views that go with a body along the ground, and a width that shows it whole."""
-    seen: list[tuple[float, ...]] = []
-    distinct, place = np.unique(frames, return_inverse=True)
-    for number in each_frame(distinct):
-        points = surface(mesh)
-        middle = points.mean(axis=0)
-        reach = np.linalg.norm((points - middle)[:, :2], axis=1).max()
-        seen.append((*middle[:2], reach, points[:, 2].min(), points[:, 2].max()))
-        yield Step(number / len(distinct), "looking")
-    x, y, reach, low, high = np.array(seen)[place].T
-    height = np.full(len(frames), (low.min() + high.max()) / 2)
-    width = MARGIN * float(max(2 * reach.max(), high.max() - low.min()))
-    return np.column_stack([x, y, height]), width
 
 
 class W2W_OT_export_film(Export, bpy.types.Operator):

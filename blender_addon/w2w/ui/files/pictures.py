@@ -84,13 +84,7 @@ def words_on(mesh: bpy.types.Object) -> dict[str, Any]:
 def chosen_spots(mesh: bpy.types.Object) -> Callable[[], tuple[np.ndarray, np.ndarray]]:
     """A function that reads points and normals (N, 3) of the chosen sensors, in the order of their choice."""
     chosen = [row.patch for row in lists.leading(mesh.w2w)]
-    corners = EvaluatedVertices(mesh, state.placed_patches(mesh).triangles[chosen])
-
-    def spots() -> tuple[np.ndarray, np.ndarray]:
-        first, second, third = corners.positions().swapaxes(0, 1)
-        return (first + second + third) / 3, np.cross(second - first, third - first)
-
-    return spots
+    return EvaluatedVertices(mesh, state.placed_patches(mesh).triangles[chosen]).of_triangles
 
 
 def _turns(mesh: bpy.types.Object, seen: str) -> list[float]:

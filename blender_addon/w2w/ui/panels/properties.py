@@ -113,6 +113,7 @@ class KeptTexts:
     __annotations__ = {
         name: StringProperty(options={"HIDDEN"})
         for name in (
+            "results_folder",  # that the study was opened from or saved in: its signals are there
             "results_near", "parameters", "utility_text", "utility_key", "ranked_as", "own_placed",
             "answer_text", "compared_text", "advice_text", "advised_as", "patches_text", "patches_key",
             "placed_as",  # number and seed that patches were placed by
@@ -146,20 +147,11 @@ class W2W_PG_study(sensors.SensorProperties, DeclaredProperties, KeptTexts, bpy.
         name="Show Armature", description="Show the body's bones", default=False, update=rows.show_armature
     )
 
-    results_folder: StringProperty(
-        name="Results Folder",
-        description="Results folder that this study was opened from or saved in: its signals are there",
-    )
-
     clips: CollectionProperty(type=rows.W2W_PG_clip)
     clip_index: IntProperty(name="Active Clip", description="The clip that buttons apply to")
 
     covers: CollectionProperty(type=rows.W2W_PG_cover)
-    character: PointerProperty(
-        type=bpy.types.Object,
-        name="Character",
-        description="Armature of the character that shows the map and the sensors",
-    )
+    character: PointerProperty(type=bpy.types.Object)  # armature of what else shows map and sensors
     character_meshes: CollectionProperty(type=rows.W2W_PG_character_mesh)
     marks: PointerProperty(type=bpy.types.Collection, name="Sensors on the Character")
     fit: StringProperty(name="Fit", description="How well the character lies on the body")
@@ -204,9 +196,7 @@ class W2W_PG_study(sensors.SensorProperties, DeclaredProperties, KeptTexts, bpy.
     colour_map: EnumProperty(
         name="Colours", description="Colour map of the heatmaps", items=COLOUR_MAPS, update=rows.repaint
     )
-    beside: PointerProperty(
-        type=bpy.types.Object, name="Second Body", description="The copy that shows the second map"
-    )
+    beside: PointerProperty(type=bpy.types.Object)  # the copy that shows the second map
     beside_view: EnumProperty(
         name="Beside", description="The second map", items=_views_beside, update=rows.repaint
     )
