@@ -13,14 +13,13 @@ from mathutils import Vector
 
 from ...core.motion.skinning import triangle_frames
 from ...core.patches.patches import PatchSet
+from ...drawing.canvas import Colour
 from ...scene.base.patches import empties_by_patch
 from ..jobs.text import FONT
 from .framing import dressed, surface
 
 SKIN = 0.01
 """Metres that a ray may end before a patch and still see it: triangles lean."""
-
-Colour = tuple[float, float, float, float]
 
 
 def rectangle(x: float, y: float, width: float, height: float, colour: Colour) -> None:
@@ -88,15 +87,6 @@ def dots(places: np.ndarray, colours: np.ndarray, size: float) -> None:
         gpu.state.point_size_set(wide)
         batch_for_shader(shader, "POINTS", {"pos": places.astype(np.float32), "color": opaque}).draw(shader)
     gpu.state.depth_test_set("NONE")
-
-
-def clipped(words: str, width: float, size: float) -> str:
-    """A text cut to at most this width."""
-    if width_of(words, size) <= width:
-        return words
-    while words and width_of(words + "…", size) > width:
-        words = words[:-1]
-    return words.rstrip() + "…"
 
 
 def _circle(x: float, y: float, radius: float) -> np.ndarray:

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Beside a body's map: the legend of its colours, a second map on a copy, and the user's own character."""
 
-from dataclasses import dataclass
-
 import bpy
 
 from ...core.colours import Scale
 from ...core.ranking.utility import UtilityMap
+from ...drawing.colour_bar import Legend
 from ...scene import heatmap
 from ...scene.body import character
 from ...scene.heatmap import add_beside, fits, follow, paint_beside, remove_beside
@@ -15,17 +14,6 @@ from ..study import scores, state
 
 MARK_RADIUS = 1.5
 """Radius of a sensor's ball on a character, in lengths of a patch's axes."""
-
-
-@dataclass(frozen=True)
-class Legend(Scale):
-    """The colours of the heatmap that is shown, with what stands next to them."""
-
-    name: str = ""
-    number: str = ".2f"
-    """Format of scores."""
-    beside: str = ""
-    """Name of the second map."""
 
 
 def legend(study: bpy.types.PropertyGroup, utility: UtilityMap) -> Legend:

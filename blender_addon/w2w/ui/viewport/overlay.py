@@ -10,15 +10,17 @@ from mathutils import Vector
 
 from ...core.colours import Scale, score_colours
 from ...core.patches.patches import PatchSet
+from ...drawing.canvas import Colour
+from ...drawing.card import BACKGROUND, GREY, PALE, HoverCard, on_one_scale
+from ...drawing.colour_bar import Legend, draw_colour_bar, sizes
 from ...drawing.places import Box, Place, place_all
 from ...scene.base.actions import FIRST_FRAME, key_rate
 from ...scene.base.patches import PATCH
 from ..study import lists, scores, signal_cache, state
-from .card import BACKGROUND, GREY, PALE, HoverCard, on_one_scale
-from .colour_bar import draw_colour_bar, sizes
-from .drawing import Colour, Surface, disc, dots, rectangle, ring, text, width_of
+from . import drawing
+from .drawing import Surface, disc, dots, rectangle, ring, text, width_of
 from .framing import free_area
-from .legend import Legend, legend, show_colours
+from .legend import legend, show_colours
 from .places import blenders_own, seen
 
 MARKS: tuple[tuple[str, Colour], ...] = (("A", (1.0, 0.45, 0.35, 1.0)), ("B", (0.95, 0.95, 0.95, 1.0)))
@@ -79,7 +81,7 @@ def draw() -> None:
     stands = _places(context, bodies, shown, cards, heads)
     if shown is not None:
         if not (cards and stands[-1].covers):
-            draw_colour_bar(shown, stands[-1])
+            draw_colour_bar(shown, stands[-1], drawing)
         _draw_names(shown, heads, scale)
     surface = Surface(context, body, patches)
     _draw_chosen(surface, body.w2w, scale, GREY if outdated else PALE)
@@ -87,7 +89,7 @@ def draw() -> None:
     for number, patch in enumerate(chosen):
         _draw_mark(surface, patch, number, scale)
     for card, stand in zip(cards, stands, strict=False):
-        card.draw(stand)
+        card.draw(stand, drawing)
     shown_at = [(card.patch, *card.boxes(stand)) for card, stand in zip(cards, stands, strict=False)]
     cards_at[context.region.as_pointer()] = shown_at
 
@@ -97,7 +99,7 @@ def _places(
     cards: Sequence[HoverCard], heads: Sequence[Vector],
 ) -> list[Place]:  # fmt: skip
     """Where each card, then the legend if there is one, stands; while a clip plays they stay there."""
-    of_cards, of_legend = [card.sizes() for card in cards], [] if shown is None else [sizes(shown)]
+    of_cards, of_legend = [card.sizes() for card in cards], [] if shown is None else [sizes(shown, drawing)]
     scale, region = context.preferences.system.ui_scale, context.region
     things = [*of_cards, *of_legend]
     key = (region.as_pointer(), region.width, region.height, *(forms[0](scale) for forms in things))

@@ -10,12 +10,11 @@ import pytest
 
 from w2w.core.colours import Scale
 from w2w.core.imu.recording import ImuRecording
+from w2w.drawing.card import HoverCard, on_one_scale
+from w2w.drawing.colour_bar import Legend, sizes
 from w2w.drawing.places import Box, FreeArea, Place, place_all
-from w2w.ui.viewport import card as card_module, colour_bar
-from w2w.ui.viewport.card import HoverCard, on_one_scale
-from w2w.ui.viewport.legend import Legend
 
-from .drawn import drawn_on
+from .made_canvas import NotingCanvas
 
 LEGEND = 130.0
 """Width of a legend at a scale of 1, pixels."""
@@ -94,7 +93,7 @@ def at_narrow_edges(width: float, gap: float) -> list[float]:
 @pytest.mark.parametrize("body", [BODY * (230.0, 260.0) + (253.0, 92.0), STANDING])
 def test_in_a_view_as_narrow_as_at_scale_two_the_legend_lies_and_the_card_is_folded(body: np.ndarray) -> None:
     shown = Legend(0.17, 0.87, name="Mean of activities")
-    for forms in (colour_bar.sizes(shown), card(SIGNALS, 0).sizes()):
+    for forms in (sizes(shown, NotingCanvas()), card(SIGNALS, 0).sizes()):
         (stand,) = place_all([forms], NARROW, body, [AXES, BUTTONS], 2.0, at_narrow_edges)
         assert (stand.form, stand.covers) == (1, 0)
 
@@ -116,19 +115,18 @@ def test_two_cards_that_would_cover_the_body_are_titles_one_above_the_other() ->
 
 @pytest.mark.parametrize("form", [0, 1, 2])
 @pytest.mark.parametrize("is_baked", [True, False])
-def test_all_of_a_card_is_drawn_inside_it(monkeypatch: pytest.MonkeyPatch, form: int, is_baked: bool) -> None:
-    drawn = drawn_on(monkeypatch, card_module)
-    monkeypatch.setattr(card_module, "polyline", lambda points, *_: drawn.append((*points[0], *points[-1])))
+def test_all_of_a_card_is_drawn_inside_it(form: int, is_baked: bool) -> None:
+    canvas = NotingCanvas()
     recording = ImuRecording(np.ones((50, 1, 3)), np.ones((50, 1, 3)), 60.0, ("wrist",)) if is_baked else None
     about = replace(
         card(recording, 0), lines=("expected F1 .62", "rank 3 of 512"), activities=("bow", "run"),
         f1=np.array([0.4, 0.9]), clip="bow: a clip", score="0.62", title="right wrist " * 9,
     )  # fmt: skip
     stand = Place(100.0, 50.0, 0.8, form)
-    on_one_scale([about])[0].draw(stand)
+    on_one_scale([about])[0].draw(stand, canvas)
     box = about.boxes(stand)[0]
-    assert drawn
-    assert all(box.holds(*each[:2]) and box.holds(*each[2:]) for each in drawn)
+    assert canvas.drawn
+    assert all(box.holds(*each[:2]) and box.holds(*each[2:]) for each in canvas.drawn)
 
 
 def test_a_card_is_closed_by_its_corner() -> None:

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...core.colours import Scale, score_colours
-from ...core.imu.recording import ImuRecording
-from ...drawing.places import Box, Place
-from .drawing import Colour, clipped, polyline, rectangle, text, width_of
+from ..core.colours import Scale, score_colours
+from ..core.imu.recording import ImuRecording
+from .canvas import Canvas, Colour, clipped
+from .places import Box, Place
 
 WIDTH, FOLDED_WIDTH, MARGIN, LINE = 350, 230, 12, 15
 """Sizes at a scale of 1, pixels."""
@@ -78,91 +78,92 @@ class HoverCard:
         right, top, corner = stand.x + width, stand.y + height, CLOSER * stand.scale
         return Box(stand.x, stand.y, right, top), Box(right - corner, top - min(corner, height), right, top)
 
-    def draw(self, stand: Place) -> None:
+    def draw(self, stand: Place, canvas: Canvas) -> None:
         """Draw the card."""
         x, y, scale, form, _ = stand
         (width, height), is_title = self.sizes()[form](scale), form == 2
-        rectangle(x, y, width, height, BACKGROUND)
-        rectangle(x, y, 4 * scale, height, self.colour)
+        canvas.rectangle(x, y, width, height, BACKGROUND)
+        canvas.rectangle(x, y, 4 * scale, height, self.colour)
         left, right = x + MARGIN * scale, x + width - MARGIN * scale
         top = y + height - (MARGIN + 8) * scale
         room = right - left - (SCORED if is_title else CLOSER) * scale
-        text(left, top, clipped(f"{self.mark}  {self.title}", room, 14 * scale), 14 * scale, PALE)
-        text(right, top, "✕", 13 * scale, PALE, "RIGHT")
+        title = clipped(canvas, f"{self.mark}  {self.title}", room, 14 * scale)
+        canvas.text(left, top, title, 14 * scale, PALE)
+        canvas.text(right, top, "✕", 13 * scale, PALE, "RIGHT")
         if is_title:
-            text(right - 20 * scale, top, self.score, 14 * scale, PALE, "RIGHT")
+            canvas.text(right - 20 * scale, top, self.score, 14 * scale, PALE, "RIGHT")
             return
         is_folded = bool(form)
         top -= 0.2 * LINE * scale
         for line in self.lines[: 1 if is_folded else None]:
             top -= LINE * scale
-            text(left, top, clipped(line, right - left, 11 * scale), 11 * scale, GREY)
+            canvas.text(left, top, clipped(canvas, line, right - left, 11 * scale), 11 * scale, GREY)
         if not is_folded:
-            top = self._bars(left, right, top - 1.5 * LINE * scale, scale)
+            top = self._bars(canvas, left, right, top - 1.5 * LINE * scale, scale)
         elif self.recording is None:
             top -= LINE * scale
         if not is_folded or self.recording is None:
-            text(left, top, clipped(self.clip, right - left, 11 * scale), 11 * scale, GREY)
+            canvas.text(left, top, clipped(canvas, self.clip, right - left, 11 * scale), 11 * scale, GREY)
             top -= 6 * scale
         middle, half = (left + right) / 2, MARGIN * scale / 2
         across = ((left, middle - half), (middle + half, right)) if is_folded else ((left, right),) * 2
         for number, (signal, limits) in enumerate(zip(self.signals(), self.limits, strict=True)):
             if number == 0 or not is_folded:
                 top -= ((FOLDED_PLOT if is_folded else PLOT_HEIGHT) + PLOT_GAP) * scale
-            self._plot(number, (*across[number], top), scale, signal, limits, is_folded)
+            self._plot(canvas, number, (*across[number], top), scale, signal, limits, is_folded)
 
     def _rows(self) -> int:
         count = len(self.f1)
         return -(-count // 2) if count > MANY_ACTIVITIES else count
 
-    def _bars(self, left: float, right: float, top: float, scale: float) -> float:
+    def _bars(self, canvas: Canvas, left: float, right: float, top: float, scale: float) -> float:
         """Draw a bar an activity; returns the height below them."""
         rows = self._rows()
         if not rows:
             return top
         n_columns = 2 if len(self.f1) > MANY_ACTIVITIES else 1
         column = (right - left + MARGIN * scale) / n_columns
-        longest = max(width_of(activity, 11 * scale) for activity in self.activities)
+        longest = max(canvas.width_of(activity, 11 * scale) for activity in self.activities)
         label, number = min(longest + 8 * scale, 0.6 * column), 30 * scale
         full = column - label - number - MARGIN * scale
         shades = score_colours(self.f1, self.scale.low, self.scale.high, self.scale.colour_map)
         for index, (activity, f1) in enumerate(zip(self.activities, self.f1, strict=True)):
             x, y = left + (index // rows) * column, top - (index % rows) * LINE * scale
-            text(x, y, clipped(activity, label - 6 * scale, 11 * scale), 11 * scale, PALE)
-            rectangle(x + label, y - scale, full, 9 * scale, FAINT)
-            rectangle(x + label, y - scale, full * float(f1), 9 * scale, (*shades[index], 1.0))
-            text(x + label + full + number, y, f"{f1:.2f}", 11 * scale, PALE, "RIGHT")
+            canvas.text(x, y, clipped(canvas, activity, label - 6 * scale, 11 * scale), 11 * scale, PALE)
+            canvas.rectangle(x + label, y - scale, full, 9 * scale, FAINT)
+            canvas.rectangle(x + label, y - scale, full * float(f1), 9 * scale, (*shades[index], 1.0))
+            canvas.text(x + label + full + number, y, f"{f1:.2f}", 11 * scale, PALE, "RIGHT")
         return top - (rows + 0.5) * LINE * scale
 
     def _plot(
-        self, number: int, place: tuple[float, float, float], scale: float, signal: np.ndarray,
-        limits: tuple[float, float], is_folded: bool,
+        self, canvas: Canvas, number: int, place: tuple[float, float, float], scale: float,
+        signal: np.ndarray, limits: tuple[float, float], is_folded: bool,
     ) -> None:  # fmt: skip
         """Draw three axes of a signal over the clip, and a cursor at the playhead."""
         (left, right, y), (low, high), rate = place, limits, self.recording.rate if self.recording else 1.0
         height, width = (FOLDED_PLOT if is_folded else PLOT_HEIGHT) * scale, right - left
         now = min(max(self.time, 0.0), (len(signal) - 1) / rate)
-        title = clipped(PLOTS[number], width, 11 * scale)
-        text(left, y + height + 5 * scale, title, 11 * scale, PALE)
+        title = clipped(canvas, PLOTS[number], width, 11 * scale)
+        canvas.text(left, y + height + 5 * scale, title, 11 * scale, PALE)
         if not is_folded:
-            self._values(right, y + height + 5 * scale, scale, signal[round(now * rate)])
-        rectangle(left, y, width, height, FAINT)
-        text(left + 3 * scale, y + height - 11 * scale, f"{high:g}", 9 * scale, GREY)
-        text(left + 3 * scale, y + 3 * scale, f"{low:g}", 9 * scale, GREY)
+            self._values(canvas, right, y + height + 5 * scale, scale, signal[round(now * rate)])
+        canvas.rectangle(left, y, width, height, FAINT)
+        canvas.text(left + 3 * scale, y + height - 11 * scale, f"{high:g}", 9 * scale, GREY)
+        canvas.text(left + 3 * scale, y + 3 * scale, f"{low:g}", 9 * scale, GREY)
         zero = y + height * (0 - low) / (high - low)
-        rectangle(left, zero, width, 1, (1.0, 1.0, 1.0, 0.1))
+        canvas.rectangle(left, zero, width, 1, (1.0, 1.0, 1.0, 0.1))
         times = np.linspace(left, right, len(signal))
         for axis, colour in enumerate(AXES):
             levels = y + height * (signal[:, axis] - low) / (high - low)
-            polyline(np.column_stack([times, levels]), colour, 1.4 * scale)
+            canvas.polyline(np.column_stack([times, levels]), colour, 1.4 * scale)
         cursor = left + width * now * rate / max(len(signal) - 1, 1)
-        rectangle(round(cursor), y, max(scale, 1), height, PALE)
+        canvas.rectangle(round(cursor), y, max(scale, 1), height, PALE)
 
-    def _values(self, right: float, y: float, scale: float, sample: np.ndarray) -> None:
+    def _values(self, canvas: Canvas, right: float, y: float, scale: float, sample: np.ndarray) -> None:
         """Write the values at the playhead, each in its axis's colour."""
         for axis in (2, 1, 0):
             value = "lost" if np.isnan(sample[axis]) else f"{sample[axis]:.1f}"
-            text(right, y, f"{'xyz'[axis]} {value}", 10 * scale, AXES[axis], "RIGHT")
+            canvas.text(right, y, f"{'xyz'[axis]} {value}", 10 * scale, AXES[axis], "RIGHT")
             right -= 52 * scale
 
 
