@@ -8,7 +8,7 @@ from pathlib import Path
 import bpy
 import pytest
 
-from w2w.ui.results.upkeep import take_up
+from w2w.ui.files.upkeep import take_up
 from w2w.ui.study import state
 from w2w.ui.viewport.overlay import is_coloured
 

@@ -12,7 +12,7 @@ import pytest
 from w2w.scene.body.character import POINT
 from w2w.scene.heatmap import heatmap_names
 from w2w.scene.motion.takes import import_file
-from w2w.ui.results import upkeep
+from w2w.ui.files import upkeep
 from w2w.ui.study.lists import leading
 from w2w.ui.study.state import current_body, patches_of
 

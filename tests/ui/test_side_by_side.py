@@ -12,8 +12,8 @@ import pytest
 from w2w.core.colours import LEAST_SPAN, Scale
 from w2w.scene.base.playback import spot_at
 from w2w.scene.heatmap import BESIDE, DIFFERENCE
+from w2w.ui.files import upkeep
 from w2w.ui.panels import results as panel
-from w2w.ui.results import upkeep
 from w2w.ui.study.scores import beside_of
 from w2w.ui.study.state import patches_of, utility_of
 from w2w.ui.viewport.framing import surface

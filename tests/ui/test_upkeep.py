@@ -12,8 +12,8 @@ import pytest
 from w2w.core.colours import score_range
 from w2w.scene.base.patches import PATCH, empties_by_patch, patch_empties
 from w2w.scene.heatmap import heatmap_names
+from w2w.ui.files import upkeep
 from w2w.ui.jobs import jobs
-from w2w.ui.results import upkeep
 from w2w.ui.study.scores import scale_of
 from w2w.ui.study.state import current_body, patches_of, utility_of
 

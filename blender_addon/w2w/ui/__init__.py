@@ -14,7 +14,7 @@ NAMES = (
     "files.save_results", "files.exports", "files.pictures", "files.film", "files.questions",
     "files.moving_patches", "panels.top", "panels.steps", "panels.character", "panels.wearing",
     "panels.sensor", "panels.results", "panels.placement", "viewport.framing", "viewport.overlay",
-    "results.upkeep",
+    "files.upkeep",
 )  # fmt: skip
 
 MODULES = tuple(import_module(f".{name}", __name__) for name in NAMES)

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..files import DAMAGED, atomic_write, load_arrays, write_npz, write_text
 from ..given import checked, inside
+from ..imu.recording import ImuRecording
 from ..library.library import WORK_FOLDER
 from ..ranking.utility import inputs_of
 from ..windows.inputs import FeatureFiles, PatchBlocks, WindowFiles
@@ -86,6 +87,20 @@ def write_features(path: Path, features: np.ndarray, is_test: np.ndarray, signat
     Equal motions have equal signatures.
     """
     write_npz(path, {"features": features, "is_test": is_test, "signature": signature})
+
+
+Windows = tuple[np.ndarray, np.ndarray]
+"""Windows of a clip as features, and the mask of test windows."""
+
+
+def write_clip(
+    out: Path, clip: str, recording: ImuRecording, windows: Windows, signature: np.ndarray
+) -> None:
+    """Write the signals and the windows of a clip into a folder laid out as a results folder."""
+    for path in (signals_file(out, clip), features_file(out, clip)):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    write_features(features_file(out, clip), *windows, signature)
+    recording.save(signals_file(out, clip))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

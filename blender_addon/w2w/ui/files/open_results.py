@@ -189,19 +189,3 @@ def saving(path: str, *_: object) -> None:
                 except ValueError:  # on another drive of Windows
                     near = ""
                 body.w2w.results_near = near
-
-
-def register() -> None:
-    """Look at every file opened or saved, and soon at the open one."""
-    bpy.app.handlers.load_post.append(loaded)
-    bpy.app.handlers.save_pre.append(saving)
-    if not bpy.app.background:
-        bpy.app.timers.register(loaded, first_interval=0.0)  # while extensions start, no data can be seen
-
-
-def unregister() -> None:
-    """Take back what `register` did."""
-    if bpy.app.timers.is_registered(loaded):
-        bpy.app.timers.unregister(loaded)
-    bpy.app.handlers.save_pre.remove(saving)
-    bpy.app.handlers.load_post.remove(loaded)

@@ -18,6 +18,7 @@ from ...core.imu.virtual import at_patches
 from ...core.motion.signature import motion_signature
 from ...core.motion.source import reason_of
 from ...core.study.choosing import rank_files
+from ...core.study.clip_files import write_clip
 from ...core.study.ranking import LabelledClip
 from ...core.study.results import HeldResults
 from ...core.study.signals import describe, record_baked
@@ -25,7 +26,7 @@ from ...core.wording import join_words
 from ...scene.bake import PatchBaker
 from ...scene.files.study_file import pack
 from ..jobs.jobs import Step, Steps, as_steps, in_thread, is_there, on_body, part
-from ..jobs.preferences import cache_folder
+from ..jobs.preferences import SIGNALS_SUFFIX, cache_folder
 from ..results import results
 from ..study import covers, operators, signal_cache, state
 from ..viewport.legend import show_colours
@@ -99,7 +100,7 @@ def _bake_clip(mesh: bpy.types.Object, baker: covers.Baker, first: int, index: i
         key = _key(recording, windows[0], settings)
         # an action that is not a plain Motion has no signature, so it never counts as a copy
         signature = np.empty(0) if bake.motion is None else motion_signature(bake.motion)
-        signal_cache.save(key, recording, windows, signature, folder)
+        write_clip(folder, key + SIGNALS_SUFFIX, recording, windows, signature)
         facts.update(config.sensor_model().full_scale_content(recording))
         return key
 

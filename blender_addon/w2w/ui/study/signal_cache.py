@@ -16,15 +16,12 @@ import numpy as np
 from ...core.files import load_arrays
 from ...core.given import ForeignFileError
 from ...core.imu.recording import ImuRecording
-from ...core.study.clip_files import STORED, features_file, signals_file, signals_key, write_features
+from ...core.study.clip_files import STORED, Windows, features_file, signals_file, signals_key
 from ...core.study.results import stored_recording
 from ..jobs.preferences import SIGNALS_SUFFIX, cache_folder
 
 Place = tuple[Path, str]
 """Folder of a clip's files, and their name there."""
-
-Windows = tuple[np.ndarray, np.ndarray]
-"""Windows of a clip as features, and the mask of test windows."""
 
 LOOK = 2.0
 """Seconds for which panels do not look at the disk again."""
@@ -77,15 +74,6 @@ def is_lost(clip: bpy.types.PropertyGroup) -> bool:
     if key not in _looks or now - _looks[key][0] > LOOK:
         _looks[key] = now, not has(clip)
     return _looks[key][1]
-
-
-def save(key: str, recording: ImuRecording, windows: Windows, signature: np.ndarray, folder: Path) -> None:
-    """Keep a baked clip with its windows; safe in a thread."""
-    place, (features, is_test) = (folder, key + SIGNALS_SUFFIX), windows
-    for path in (signals_file(*place), features_file(*place)):
-        path.parent.mkdir(parents=True, exist_ok=True)
-    write_features(features_file(*place), features, is_test, signature)
-    recording.save(signals_file(*place))
 
 
 def with_added(place: Place, added: ImuRecording, windows: Windows) -> tuple[ImuRecording, Windows]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What happens by itself when people undo, leave Edit Mode or delete a body."""
+"""What happens by itself when people undo, leave Edit Mode, delete a body, open or save a file."""
 
 import bpy
 
@@ -7,11 +7,12 @@ from ...scene.base.patches import lost_empties
 from ...scene.body.character import lost_marks
 from ...scene.heatmap import BESIDE, remove_beside
 from ..jobs import jobs
+from ..results import results
 from ..study import state
 from ..study.pages import ANSWER, CLIPS, turn_to
 from ..viewport.framing import fold_soon, go_with
 from ..viewport.legend import show_colours
-from . import results
+from . import open_results
 
 BUSY = 0.5
 """Seconds until the next look whether a job has ended."""
@@ -118,21 +119,25 @@ HANDLERS = (
     (bpy.app.handlers.redo_pre, undoing),
     (bpy.app.handlers.undo_post, undone),
     (bpy.app.handlers.redo_post, undone),
+    (bpy.app.handlers.load_post, open_results.loaded),
     (bpy.app.handlers.load_post, loaded),
+    (bpy.app.handlers.save_pre, open_results.saving),
     (bpy.app.handlers.depsgraph_update_post, updated),
     (bpy.app.handlers.frame_change_post, went),
 )
 
 
 def register() -> None:
-    """Follow from now on."""
+    """Follow from now on, and look soon at the open file."""
     for handlers, follow in HANDLERS:
         handlers.append(follow)
+    if not bpy.app.background:  # while extensions start, no data can be seen
+        bpy.app.timers.register(open_results.loaded, first_interval=0.0)
 
 
 def unregister() -> None:
     """Follow no more."""
-    for follow in filter(bpy.app.timers.is_registered, (take_along, take_up)):
+    for follow in filter(bpy.app.timers.is_registered, (take_along, take_up, open_results.loaded)):
         bpy.app.timers.unregister(follow)
     for handlers, follow in HANDLERS:
         handlers.remove(follow)
