@@ -8,8 +8,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.colours import NEUTRAL_GREY, Scale, score_colours
-from w2w.core.garments.mannequin import mannequin_colours
+from w2w.core.colours import NEUTRAL_GREY, Scale, mannequin_colours, score_colours
 from w2w.core.motion.skinning import patch_matrices
 from w2w.scene.base.patches import patch_empties
 from w2w.scene.files.study_file import FILES, RECORD, write_study
