@@ -16,6 +16,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable
+from itertools import chain, islice, zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
@@ -86,11 +87,14 @@ def make_library(data: Path, folder: Path, clips: int) -> Path:
         rows = [
             row for row in csv.DictReader(stream) if row["import_status"] == "ok" and row["format"] == "fbx"
         ]
+    found: list[list[tuple[str, str]]] = []
     for activity in activities:
         (folder / activity).mkdir(parents=True)
-        found = {row["motion_key"]: row["file"] for row in rows if row["activity"] == activity}
-        for number, file in enumerate([*found.values()][: max(clips // len(activities), FEWEST)]):
-            shutil.copyfile(data / file, folder / activity / f"{number} {Path(file).name}")
+        files = {row["motion_key"]: row["file"] for row in rows if row["activity"] == activity}
+        found.append([(activity, file) for file in files.values()])
+    in_turn = filter(None, chain.from_iterable(zip_longest(*found)))
+    for number, (activity, file) in enumerate(islice(in_turn, max(clips, FEWEST * len(activities)))):
+        shutil.copyfile(data / file, folder / activity / f"{number} {Path(file).name}")
     return folder
 
 
