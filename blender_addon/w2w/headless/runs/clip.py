@@ -45,11 +45,13 @@ SIGNALS_SHARE = 4
 
 
 def get_ready(blender: bool) -> None:
-    """Import what a clip needs before there is work: with Blender that takes seconds.
+    """Import what a clip needs before there is work: filters take half a second, Blender seconds.
 
     What fails here fails again at the first clip that needs it, which says so.
     """
     with guarded(), quiet_output():
+        import scipy.signal  # noqa: F401
+
         if blender:
             from ...scene.motion import takes  # noqa: F401
 

@@ -5,7 +5,9 @@ import json
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 
 import bpy
 
@@ -85,6 +87,7 @@ def import_steps(
     ValueError refuses motions that hang head down in most frames.
     """
     body, maps = body_of(mesh), saved_maps()
+    Thread(target=import_module, args=("scipy.signal",)).start()  # a bake would wait for it, files do not
     before = len(mesh.w2w.clips)
     twice = _listed_already(mesh, items)
     activity = speller(clip.activity for clip in mesh.w2w.clips)
