@@ -6,11 +6,8 @@ Sizes and times tell it in seconds, whatever the library; where they changed, wh
 
 import hashlib
 import json
-import os
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import fields
-from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +19,9 @@ from ...core.library.library import Clip
 from ...core.study.clip_files import WORK
 from .clip_task import digest_of_path, look
 from .covers import files_worn
-from .folder import DIVIDED, placed_files, results_made_by
+from .folder import DIVIDED, below, placed_files, results_made_by
 from .own_files import LIST, is_whole
-from .records import lists_in
+from .records import lists_in, size_and_time
 from .study import BakedStudy, RunPlan
 
 CURRENT = f"{WORK}/current.json"
@@ -86,7 +83,8 @@ def _looks(body: Body, out: Path, inputs: str) -> str:
     arrays = (body.vertices, body.faces, body.joints, body.weights)
     parts: list[Any] = [inputs, body.name, *(hashlib.sha256(array.data).hexdigest() for array in arrays)]
     for folder in DIVIDED:
-        parts += _files_below(out, folder)
+        inside(out, folder)  # no link leads elsewhere
+        parts += [[name, *size_and_time(f"{out}/{name}")] for name in sorted(below(out, folder))]
     return _digest([*parts, *map(stamp, (out / LIST, *placed_files(out), *lists_in(out)))])
 
 
@@ -101,17 +99,6 @@ def _study(plan: RunPlan) -> tuple[Any, ...]:
 
 def _labels(clip: Clip) -> tuple[Any, ...]:
     return tuple(getattr(clip, item.name) for item in fields(clip) if item.name != "path")
-
-
-def _files_below(out: Path, folder: str) -> Iterator[tuple[str, int, int]]:
-    """Path, size and time of each file below a folder, which is given by its path in `out`."""
-    with os.scandir(inside(out, folder)) as entries:
-        for entry in sorted(entries, key=attrgetter("name")):
-            if entry.is_dir(follow_symlinks=False):
-                yield from _files_below(out, f"{folder}/{entry.name}")
-            else:
-                found = entry.stat(follow_symlinks=False)
-                yield f"{folder}/{entry.name}", found.st_size, found.st_mtime_ns
 
 
 def _digest(parts: list[Any]) -> str:

@@ -117,7 +117,7 @@ def check_results(out: Path, library: Library, names: Sequence[str]) -> None:
     links = {link for folder in DIVIDED for link in links_in(out, folder)}.intersection(_subfolders())
     inside = [f"{folder}/any" for folder in (*FOLDERS, *sorted(links))]
     found = []
-    for file in chain(_below(out, "motions"), _below(out, "signals")):
+    for file in chain(below(out, "motions"), below(out, "signals")):
         clip = file.rpartition("/")[2].removesuffix(NPZ).lower()
         if clip in clips and not any(records.names(name, file) for name in owners.get(clip, ())):
             found.append(file)
@@ -131,7 +131,7 @@ def _subfolders() -> list[str]:
 NPZ = ".npz"
 
 
-def _below(out: Path, folder: str) -> Iterator[str]:
+def below(out: Path, folder: str) -> Iterator[str]:
     """All that is called a clip's file in one of the folders, by its path in `out`."""
     for place, folders, files in os.walk(out / folder):
         inside = folder + place[len(str(out / folder)) :].replace(os.sep, "/")
@@ -153,8 +153,11 @@ def remove_leftovers(out: Path, library: set[str], used: set[str], records: Reco
     """
     stale = {clip: records[clip] for clip in records if clip not in library}
     found = {clip: files for clip, record in stale.items() if (files := given_names(out, clip, record))}
-    below = _below(out, f"{WORK}/features")
-    features = [file for file in below if file.rpartition("/")[2].removesuffix(NPZ) not in used]
+    features = [
+        file
+        for file in below(out, f"{WORK}/features")
+        if file.rpartition("/")[2].removesuffix(NPZ) not in used
+    ]
     if found or features:
         mark_changing(out)
     for files in found.values():

@@ -90,7 +90,7 @@ def record_of(
         "source": seen,
         "key": task.key(seen["sha256"]),
         "files": {name: file_sha256(path) for name, path in names.items()},
-        "made": {name: _size_and_time(path) for name, path in names.items()},
+        "made": {name: size_and_time(path) for name, path in names.items()},
         **more,
     }
 
@@ -140,7 +140,7 @@ def keeping(out: Path, before: Mapping[str, Record], shard: str = "") -> Iterato
             os.fsync(stream.fileno())
 
 
-def _size_and_time(path: Path | str) -> list[int]:
+def size_and_time(path: Path | str) -> list[int]:
     """Bytes of a file of ours and when it was written (ns), which renames and moves keep."""
     found = os.lstat(path)  # no file of ours is a link
     return [found.st_size, found.st_mtime_ns]
@@ -222,7 +222,7 @@ def untouched(task: ClipTask) -> Record | None:
     """
 
     def as_made(record: Record, name: str) -> bool:
-        return record["made"][name] == _size_and_time(f"{task.out}/{name}")
+        return record["made"][name] == size_and_time(f"{task.out}/{name}")
 
     return _known(task, lambda source: source["looks"] == task.look() and task.key(source["sha256"]), as_made)
 
@@ -234,7 +234,7 @@ def finished(task: ClipTask, key: str, seen: Record) -> Record | None:
         return _is_whole(inside(task.out, name), record["files"][name])
 
     if record := _known(task, lambda _: key, whole):
-        made = {name: _size_and_time(task.out / name) for name in record["files"]}
+        made = {name: size_and_time(task.out / name) for name in record["files"]}
         return record | {"source": seen, "made": made}
     return None
 
