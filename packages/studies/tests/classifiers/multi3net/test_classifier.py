@@ -103,6 +103,25 @@ def test_group_size_changes_nothing_but_rounding():
     assert (named[1] == named[2]).mean() > 0.98
 
 
+def test_a_gpu_trains_as_many_patches_at_once_as_fit_and_a_cpu_few(torch, monkeypatch):
+    """A patch of 1,500 windows took 10.4 GiB / 512 on one."""
+    from w2w_studies.classifiers.multi3net.group import portions
+
+    shape, patch = (1500, 512, 100, 6), 4 * 1500 * 100 * 6
+    free = 16 * 2**30
+    monkeypatch.setattr(torch.cuda, "mem_get_info", lambda device: {"cuda": (free, 80 * 2**30)}[device])
+    assert portions(Multi3Net(device="cuda"), shape) == (512, 512 * patch)
+    assert portions(Multi3Net(device="cuda", group=100, block_bytes=2**30), shape) == (100, 2**30)
+    free = 4 * 2**30
+    at_once, held = portions(Multi3Net(device="cuda"), shape)
+    assert held == max(at_once * patch, Multi3Net.block_bytes)
+    assert 0.7 * free < at_once * 10.4 * 2**30 / 512 < free
+    free = 2**20
+    assert portions(Multi3Net(device="cuda"), shape)[0] == 1
+    assert portions(Multi3Net(device="cpu"), shape) == (32, Multi3Net.block_bytes)
+    assert portions(Multi3Net(device="cpu", group=5), shape) == (5, Multi3Net.block_bytes)
+
+
 @pytest.mark.slow
 def test_labels_shuffled_by_clip_give_chance():
     pytest.importorskip("torch")

@@ -265,6 +265,29 @@ def test_training_by_replays_is_training(torch, taped, monkeypatch, stopping):
     assert (len(taped) > 1) == bool(stopping)
 
 
+def test_a_rate_that_was_reduced_is_the_one_that_the_next_steps_take(torch):
+    from w2w_studies.classifiers.multi3net import training
+    from w2w_studies.classifiers.multi3net.network import Examples
+
+    rates = {"early_stopping": True, "lr_patience": 1, "patience": 9, "lr_factor": 1e-9}
+    step, _ = made(torch, replace(SETTINGS, epochs=8, **rates))
+    labels = torch.randint(CLASSES, (WINDOWS,), generator=torch.Generator().manual_seed(1))
+    examples = Examples(step.windows, labels, step.train, torch.arange(0, WINDOWS, 5))
+    kept = []
+    training.train(
+        step.network,
+        examples,
+        step.settings,
+        lambda epoch: torch.Generator().manual_seed(epoch),
+        after_epoch=lambda state: kept.append((state.learning_rate[:, 0].clone(), state.weights.clone())),
+    )
+    rates = torch.stack([rate for rate, _ in kept])[:-1]
+    moved = torch.stack([weights for _, weights in kept]).diff(dim=0).abs().amax(dim=2)
+    assert (moved[rates < 1e-6] < 1e-6).all()
+    assert (moved[rates > 1e-6] > 1e-4).all()
+    assert {True, False} == set((rates < 1e-6).flatten().tolist())
+
+
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # PyTorch's own
 def test_is_compiled_whole_but_for_the_gradient_and_is_the_same(torch):

@@ -112,7 +112,7 @@ class Group:
     def _key(self) -> str:
         """Hash of all that decides the outcome: signals, labels, splits, settings and the program."""
         settings = self.settings
-        free = ("group", "device", "compiled", "block_bytes", "checkpoints", "checkpoint_epochs")
+        free = ("group", "device", "replayed", "compiled", "block_bytes", "checkpoints", "checkpoint_epochs")
         chosen = {name: value for name, value in vars(settings).items() if name not in free}
         facts = (PROGRAM, str(torch.__version__), sorted(chosen.items()), self.fold, self.windows.shape)
         digest = hashlib.sha256(repr(facts).encode())

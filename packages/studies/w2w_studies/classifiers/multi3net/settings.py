@@ -34,6 +34,7 @@ class Settings:
         0  # patches trained together; 0 for 32 on a CPU, as many as fit on a GPU; only memory and time
     )
     device: str = ""  # "cuda" or "cpu"; empty for a GPU where there is one
+    replayed: bool = True  # on a GPU each step is one CUDA graph; else its operations are launched one by one
     compiled: bool = False  # on a GPU by torch.compile, too: half a minute at first for less time a step
     block_bytes: int = BLOCK_BYTES  # windows held at a time; changes nothing but memory
     checkpoints: Path | None = None  # a folder of its own, made if missing; those of other work are removed

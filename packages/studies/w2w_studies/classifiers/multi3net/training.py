@@ -149,12 +149,12 @@ def train(
 def _step(
     network: Network, active: Examples, target: Tensor, state: State, settings: Settings
 ) -> Step | Replayed:
-    """A step of the patches still in training, replayed as a graph on a GPU."""
+    """A step of the patches still in training; on a GPU as the settings say."""
     written = state.learning_rate, state.weights, state.first_moment, state.second_moment
     step = Step(network, settings, active.windows, active.train, target, *written)
-    if not active.windows.is_cuda:
-        return step
-    return Replayed(torch.compile(step, dynamic=False) if settings.compiled else step)
+    if active.windows.is_cuda and settings.compiled:
+        step = torch.compile(step, dynamic=False)
+    return Replayed(step) if active.windows.is_cuda and settings.replayed else step
 
 
 def _judge(state: State, score: Tensor, settings: Settings) -> bool:
