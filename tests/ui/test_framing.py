@@ -85,7 +85,7 @@ def test_a_spot_is_looked_at_as_the_report_does(side: float) -> None:
     vertex = int((side * normals[:, 1]).argmax())
     frame([body], vertex)
     x, y, _ = jobs.views(bpy.context)[0].spaces.active.region_3d.view_rotation.to_matrix().col[2]
-    assert np.arctan2(x, -y) == pytest.approx(first_turn(normals[vertex]), abs=1e-5)
+    assert np.arctan2(x, -y) == pytest.approx(first_turn(body_of(body), vertex), abs=1e-5)
     assert np.sign(y) == side
 
 

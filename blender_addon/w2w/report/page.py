@@ -227,7 +227,7 @@ def view_data(
         "products": list(PRODUCTS),
         "base_f1": float(utility.expected_mean[base].mean()),
         "best": base[0],
-        "turn": first_turn(body.vertex_normals[patches.vertices[base[0]]]),
+        "turn": first_turn(body, int(patches.vertices[base[0]])),
         "colours": packed(np.rint(255 * colour_table(steps=256))),
     }
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.body.body import FROM_ABOVE, Body, first_turn
+from w2w.core.body.body import Body, first_turn
 
 
 def test_round_trip(bundled_body, tmp_path):
@@ -62,14 +62,14 @@ def test_bodies_with_the_same_arrays_are_equal(bundled_body):
     assert bundled_body != "body"
 
 
-def test_a_spot_is_first_looked_at_from_the_front_unless_it_is_seen_from_behind_alone() -> None:
-    normals = Body.bundled().vertex_normals
-    turns = np.array([first_turn(normal) for normal in normals])
-    towards = np.column_stack([np.sin(turns), -np.cos(turns), np.full(len(turns), FROM_ABOVE)])
-    facing, is_behind = (normals * towards).sum(axis=1), np.cos(turns) < 0
-    assert (facing[normals[:, 2] > -0.1] > 0).all()
-    assert not is_behind[normals[:, 1] < 0].any()
-    assert is_behind[normals[:, 1] > 0.75].all()
-    assert [first_turn(np.array(each)) for each in ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0))] == [0.0, 0.0]
-    left, right = (first_turn(np.array([x, 0.1, 0.0])) for x in (0.99, -0.99))
-    assert 0.5 < left == -right < 0.7
+def test_a_spot_is_first_looked_at_from_the_front_unless_the_body_hides_it_there(bundled_body, all_patches):
+    turns = np.array([first_turn(bundled_body, vertex) for vertex in all_patches.vertices.tolist()])
+    shares = {
+        part: (np.cos(turns[[region.endswith(part) for region in all_patches.regions]]) < 0).mean()
+        for part in ("sternum", "abdomen", "shin", " ear", "wrist volar", "sacrum", "spine", "knee back")
+    }
+    assert [*shares.values()] == [0, 0, 0, 0, 0, 1, 1, 1], shares
+    ear = all_patches.regions.index("right ear")
+    assert bundled_body.vertex_normals[all_patches.vertices[ear], 1] > 0.8  # leans away, and is seen
+    assert -0.7 < turns[ear] < 0
+    assert 0.5 < turns[all_patches.regions.index("left thigh lateral")] < 0.7

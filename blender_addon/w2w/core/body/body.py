@@ -91,8 +91,8 @@ BUNDLED_BODY = TEMPLATES / "body.npz"
 
 WEIGHT_TOLERANCE = 1e-5
 
-HALF_TURNED, FROM_ABOVE, GRAZING = 0.7, 0.12, 0.05
-"""Turn towards a spot at a body's side, radians, rise of the look at it, and how far it must face that."""
+HALF_TURNED, FROM_ABOVE, HIDES = 0.7, 0.12, 0.01
+"""Turn towards a spot at a body's side, radians, rise of the look at it, and metres of what is before it."""
 
 
 def template(name: str) -> Any:
@@ -208,15 +208,25 @@ class Body:
         return cls.load(BUNDLED_BODY)
 
 
-def first_turn(normal: np.ndarray) -> float:
-    """Turn about z of whoever first looks at a spot with a normal (3,), radians; 0 sees the front.
+def first_turn(body: Body, vertex: int) -> float:
+    """Turn about z of whoever first looks at a vertex of a body at rest, radians; 0 sees the front.
 
-    It is half turned to the spot from the front, or from behind where the spot cannot be seen so.
+    It is half turned to the vertex from the front, or from behind where the body hides the vertex there.
     """
-    x, y, z = normal.tolist()
-    aside = HALF_TURNED * x
-    facing = x * np.sin(aside) - y * np.cos(aside) + FROM_ABOVE * z
-    return float(aside if y <= 0 or facing > GRAZING else np.pi - aside)
+    aside = HALF_TURNED * float(body.vertex_normals[vertex, 0])
+    towards = np.array([np.sin(aside), -np.cos(aside), FROM_ABOVE])
+    first, second, third = (body.vertices[body.faces] - body.vertices[vertex]).swapaxes(0, 1)
+    one, other = second - first, third - first  # by Moeller and Trumbore (1997)
+    across, along = np.cross(towards, other), np.cross(one, first)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        size = (one * across).sum(axis=1)
+        u, v, away = (
+            -(first * across).sum(axis=1) / size,
+            along @ towards / size,
+            (other * along).sum(axis=1) / size,
+        )
+    is_hidden = ((u >= 0) & (v >= 0) & (u + v <= 1) & (away > HIDES)).any()
+    return float(np.pi - aside if is_hidden else aside)
 
 
 def vertex_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:

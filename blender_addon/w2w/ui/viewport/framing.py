@@ -76,7 +76,7 @@ def free_area(area: bpy.types.Area, region: bpy.types.Region) -> FreeArea:
 
 def frame(bodies: Sequence[bpy.types.Object], vertex: int | None = None) -> None:
     """Show bodies whole in every 3D view, from the front or as a vertex of the first is first looked at."""
-    turn = 0.0 if vertex is None else first_turn(body_of(bodies[0]).vertex_normals[vertex])
+    turn = 0.0 if vertex is None else first_turn(body_of(bodies[0]), vertex)
     towards = Vector((np.sin(turn), -np.cos(turn), FROM_ABOVE))
     for item in bodies:
         bring_into_view(item)
