@@ -7,8 +7,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from w2w.web.app import web_app
-from w2w.web.guard import Doors
-from w2w.web.people import OPERATOR, People
+from w2w.web.guard import OPERATOR, Doors, People
 from w2w.web.work import Work
 
 from .conftest import made, sent

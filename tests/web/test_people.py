@@ -3,8 +3,7 @@
 
 import pytest
 
-from w2w.web.guard import Doors
-from w2w.web.people import People
+from w2w.web.guard import Doors, People
 from w2w.web.serve import unseen
 from w2w.web.study import Study
 from w2w.web.work import Work

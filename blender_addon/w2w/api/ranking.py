@@ -23,13 +23,12 @@ from ..core.library.library import Clip, Library
 from ..core.motion.signature import motion_signature
 from ..core.patches.card import DROP
 from ..core.ranking.pooling import Pooling
-from ..core.ranking.turned import may_turn
 from ..core.selection.advice import Advice
 from ..core.selection.constraints import Constraints
 from ..core.selection.headline import short
 from ..core.selection.joint import WornSet
 from ..core.selection.set_tests import SetTests
-from ..core.study.choosing import advise_under, find_needs
+from ..core.study.choosing import advise_under, find_needs, may_turn
 from ..core.study.clip_files import WORK, features_file, motion_file, write_features
 from ..core.study.needs import Need
 from ..core.study.ranking import set_tests_of

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 
 from ..core.body.body import JOINT_NAMES, PARENTS, Body
-from ..core.imu.on_cloth import ClothSensors
+from ..core.imu.cover import ClothSensors
 from ..core.motion.motion import Motion
 from ..core.motion.skinning import patch_matrices, triangle_frames
 from ..core.patches.patches import PatchSet

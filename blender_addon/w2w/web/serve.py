@@ -63,8 +63,7 @@ def serve(
 
         from .app import web_app
         from .connections import AT_ONCE, with_room
-        from .guard import Doors, is_local
-        from .people import People
+        from .guard import Doors, People, is_local
         from .work import Work
     except ImportError as error:
         console.print(f"{error}. In W2W's source folder: pip install '.[web]'", style="red")
@@ -106,7 +105,7 @@ def serve(
 
 def unseen(work: "Work", doors: "Doors") -> str:
     """How many studies in a data folder belong to nobody who can come in, in words; "" if none does."""
-    from .people import folder_of, folder_of_person
+    from .guard import folder_of, folder_of_person
 
     owners = {*map(folder_of, doors.tokens), *map(folder_of_person, doors.people.hashes())}
     others = [study for study in work.studies() if study.folder.parent.name not in (owners or {"local"})]

@@ -15,8 +15,7 @@ from starlette.routing import Route
 
 from ..core.given import inside
 from ..report.page import PAGE, REPORT
-from .guard import PAGES, Doors, enter_page, entered, report_policy
-from .people import OPERATOR, folder_of_person
+from .guard import OPERATOR, PAGES, Doors, enter_page, entered, folder_of_person, report_policy
 from .receiving import IN_ALL, OF_ONE, folder_size
 from .study import PARAMETERS, WISHES, Study
 from .uploads import RefusedError

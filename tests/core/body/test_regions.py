@@ -178,7 +178,7 @@ def test_fingers_lie_side_by_side_from_thumb_to_little_finger(bundled_body) -> N
 
 
 def test_fingers_that_cannot_be_told_apart_are_one_region(bundled_body, monkeypatch) -> None:
-    monkeypatch.setattr("w2w.core.body.region_limbs.FINGER_PROMINENCE", 0.9)
+    monkeypatch.setattr("w2w.core.body.region_names.FINGER_PROMINENCE", 0.9)
     codes, names = regions_of(replace(bundled_body, name="mittens"))
     assert EXPECTED - set(names) == {f"{side} {finger}" for side in ("left", "right") for finger in FINGERS}
     x = bundled_body.vertices[:, 0]

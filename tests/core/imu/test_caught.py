@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from w2w.core.imu.on_cloth import ClothSensors, RestLengths, caught_sentence, caught_sentences
+from w2w.core.imu.cover import ClothSensors, RestLengths, caught_sentence, caught_sentences
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]])
 EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [0, 0]])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from w2w.core.imu.on_cloth import ClothSensors
+from w2w.core.imu.cover import ClothSensors
 from w2w.core.motion.skinning import patch_matrices
 from w2w.core.patches.patches import sample_patches
 from w2w.core.study.config import StudyConfig

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.ndimage import gaussian_filter1d
 
-from w2w.core.motion import moments, shared_stretches
+from w2w.core.motion import shared_stretches, signature
 from w2w.core.motion.signature import WIDTH, mirrored_poses
 from w2w.core.study.ranking import same_motion_groups
 
@@ -96,7 +96,7 @@ def test_the_search_in_blocks_finds_what_one_block_finds(monkeypatch):
     poses = [made_poses(rng) for _ in range(30)]
     poses += [mirrored_poses(one[10:60]) for one in poses[:10]]
     whole = groups_of(poses)
-    monkeypatch.setattr(moments, "ROWS_AT_ONCE", 3)
+    monkeypatch.setattr(signature, "ROWS_AT_ONCE", 3)
     monkeypatch.setattr(shared_stretches, "PAIRS_AT_ONCE", 5)
     monkeypatch.setattr(shared_stretches, "IN_FULL_AT_ONCE", 2)
     monkeypatch.setattr(shared_stretches, "CLIPS_AT_ONCE", 7)

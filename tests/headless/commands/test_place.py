@@ -14,11 +14,11 @@ from w2w.core.body.body import Body
 from w2w.core.files import file_sha256
 from w2w.core.patches.patches import PatchSet
 from w2w.core.ranking.costs import is_as_good
-from w2w.core.ranking.turned import TURNS
 from w2w.core.ranking.utility import UtilityMap
 from w2w.core.selection.answer import find_answer
 from w2w.core.selection.constraints import Constraints
 from w2w.core.selection.scored import ScoredMap
+from w2w.core.study.choosing import TURNS
 from w2w.core.study.results import StudyResults
 from w2w.headless.runs.folder import only_run
 from w2w.scene.files.study_file import read_record

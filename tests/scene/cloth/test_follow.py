@@ -5,8 +5,7 @@ import bpy
 import numpy as np
 import pytest
 
-from w2w.core.imu.cover import Cover
-from w2w.core.imu.on_cloth import CAUGHT
+from w2w.core.imu.cover import CAUGHT, Cover
 from w2w.scene.cloth.bake import SensorTriangles
 
 SIDE, FRAMES = 0.1, 6

@@ -14,8 +14,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from .body import JOINT_INDEX, Body, edges_of, neighbours
-from .region_limbs import arm_names, leg_names
-from .region_trunk import across, groin_height, head_names, neck_names, trunk_names
+from .region_names import across, arm_names, groin_height, head_names, leg_names, neck_names, trunk_names
 
 PARTS: dict[str, tuple[str, ...]] = {
     "head": ("head",),

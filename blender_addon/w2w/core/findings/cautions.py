@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..imu.on_cloth import caught_sentences
+from ..imu.cover import caught_sentences
 from ..imu.sensor import FULL_SCALE
 from ..library.labels import same_label
 from ..motion.up import SAY_UP

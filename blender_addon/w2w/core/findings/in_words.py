@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..imu.on_cloth import HAS_CAUGHT
+from ..imu.cover import HAS_CAUGHT
 from ..ranking.costs import IS_AS_GOOD, costs_at, is_as_good
 from ..ranking.utility import UtilityMap
 from ..selection import headline

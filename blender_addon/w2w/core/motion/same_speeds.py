@@ -14,9 +14,8 @@ from itertools import product
 import numpy as np
 
 from ..body.body import MIRRORED_JOINTS
-from .moments import Moments, candidates, few_of_each
 from .shared_stretches import SHARE
-from .signature import JOINTS, RATE, WIDTH
+from .signature import JOINTS, RATE, WIDTH, Moments, candidates, few_of_each
 
 UPPER = slice(4, 13)
 """Places among `JOINTS` of the upper body."""

@@ -9,8 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .moments import Moments, Pairs, candidates, few_of_each
-from .signature import RATE, WIDTH, mirrored_poses
+from .signature import RATE, WIDTH, Moments, Pairs, candidates, few_of_each, mirrored_poses
 
 SHORTEST, SHARE, LONGEST = 0.5, 0.45, 2.0
 """A shared stretch lasts this part of the shorter clip, at least and at most so many seconds."""

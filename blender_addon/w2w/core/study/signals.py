@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..body.body import Body
-from ..imu.on_cloth import ClothSensors
+from ..imu.cover import ClothSensors
 from ..imu.recording import ImuRecording
 from ..imu.synthesis import synthesize
 from ..imu.virtual import further_signals, record_motion

@@ -10,8 +10,7 @@ import numpy as np
 
 from ...core.body.body import Body
 from ...core.files import file_sha256
-from ...core.imu.cover import FITTED, Cover, load_covers
-from ...core.imu.on_cloth import ClothSensors
+from ...core.imu.cover import FITTED, ClothSensors, Cover, load_covers
 from ...core.library.library import Clip
 from ...core.motion.motion import Motion
 from ...core.motion.signature import motion_signature

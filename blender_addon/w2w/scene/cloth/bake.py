@@ -11,8 +11,7 @@ import numpy as np
 
 from ...core.body.body import JOINT_NAMES, Body
 from ...core.garments.cut import split_name
-from ...core.imu.cover import Cover, cover, without_overlap
-from ...core.imu.on_cloth import ClothSensors, RestLengths, caught_sentence
+from ...core.imu.cover import ClothSensors, Cover, RestLengths, caught_sentence, cover, without_overlap
 from ...core.motion.motion import Motion
 from ...core.motion.run_up import POSE_S, SETTLE_S, with_run_up
 from ...core.motion.skinning import patch_matrices

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from w2w.core.ranking.halves import CrossValidation
-from w2w.core.ranking.turned import TURNS, may_turn
-from w2w.core.study.choosing import MOST_CLIPS, _evenly
+from w2w.core.study.choosing import MOST_CLIPS, TURNS, _evenly, may_turn
 
 RATE, CLIPS = 50.0, 12
 
