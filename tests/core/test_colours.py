@@ -9,6 +9,7 @@ from w2w.core.colours import (
     COLOUR_MAPS,
     LEAST_SPAN,
     NEUTRAL_GREY,
+    Scale,
     colour_table,
     score_colours,
     score_range,
@@ -124,3 +125,11 @@ def test_a_colour_map_is_the_published_one(name):
 def test_an_unknown_colour_map_is_named_and_so_are_those_that_exist():
     with pytest.raises(ValueError, match="no colour map is called 'jet'; there are viridis, cividis"):
         colour_table("jet")
+
+
+def test_places_are_alike_within_a_span_that_is_less_where_they_differ():
+    scores = np.array([0.5, 0.57])
+    differ, alike = (Scale.of_places(scores, "F1", "viridis", differ) for differ in (True, False))
+    assert (differ.is_alike, alike.is_alike) == (False, True)
+    assert alike.note == "Places are alike: 0.50 to 0.57"
+    assert (alike.low, alike.high) == (differ.low, differ.high)

@@ -2,7 +2,7 @@
 """Scores as colours: one perceptual colour map for all pictures; without scores, a plain mannequin."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Self
 
@@ -82,6 +82,17 @@ class Scale:
         """The scale of the scores' own range, at least `span` wide; if it is wider, the note says so."""
         low, high = score_range(scores, span)
         return cls(low, high, title, span_note(scores, low, high), colour_map)
+
+    @classmethod
+    def of_places(cls, scores: np.ndarray, title: str, colour_map: str, differ: bool) -> Self:
+        """Like `of`, but of no colours where places are alike, and the note says so.
+
+        They are alike within `LEAST_SPAN`, or within half of it where the answer is that they `differ`.
+        """
+        scale, low, high = cls.of(scores, LEAST_SPAN, title, colour_map), scores.min(), scores.max()
+        if high - low >= (LEAST_SPAN / 2 if differ else LEAST_SPAN):
+            return scale
+        return replace(scale, note=f"Places are alike: {low:.2f} to {high:.2f}", is_alike=True)
 
     @classmethod
     def of_difference(cls, scores: np.ndarray) -> Self:

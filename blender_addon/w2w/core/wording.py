@@ -85,6 +85,11 @@ def wrapped(text: str, width: float, measure: Callable[[str], float]) -> list[st
     return lines
 
 
+def cut(text: str, longest: int) -> str:
+    """The text without what is beyond so many letters."""
+    return text if len(text) <= longest else f"{text[: longest - 1]}…"
+
+
 def shortened(text: str, width: float, measure: Callable[[str], float]) -> str:
     """The text without its middle if it is wider than `width`: names of clips differ at their ends.
 

@@ -73,3 +73,9 @@ def test_a_spot_is_first_looked_at_from_the_front_unless_the_body_hides_it_there
     assert bundled_body.vertex_normals[all_patches.vertices[ear], 1] > 0.8  # leans away, and is seen
     assert -0.7 < turns[ear] < 0
     assert 0.5 < turns[all_patches.regions.index("left thigh lateral")] < 0.7
+
+
+def test_a_body_is_near_its_like_in_single_precision(bundled_body):
+    single = replace(bundled_body, vertices=bundled_body.vertices.astype(np.float32).astype(float))
+    assert bundled_body.is_near(single, 1e-5)
+    assert not bundled_body.is_near(replace(bundled_body, vertices=bundled_body.vertices + 0.001), 1e-5)

@@ -8,11 +8,15 @@ from w2w.core.library.import_plan import (
     BY_CSV,
     BY_FILE,
     BY_FOLDER,
+    LABELLED,
+    LEFT_OUT,
+    UNLABELLED,
     activity_of_action,
     by_activity,
     outcome_sentence,
     plan_files,
     plan_folder,
+    preview,
     same_files,
     taken_before,
     without_known,
@@ -163,3 +167,14 @@ def test_an_import_says_what_to_look_at():
     said = outcome_sentence(3, 1, 2, 1, ["walk", "run"])
     assert said.startswith("Imported 3 motions; 1 file cannot be used: the list says why; 2 left out")
     assert said.endswith("'walk' and 1 more was in the list already: one motion twice flatters a ranking")
+
+
+def test_a_preview_has_unlabelled_clips_after_the_others_and_last_what_is_left_out():
+    title, rows = preview({"": ["c"], "walk": ["a", "b"]}, [("d", "it is empty")])
+    assert title == "3 clips, 1 activity, 1 left out"
+    assert rows == [
+        ("walk  (2)", "a and b", LABELLED),
+        ("No activity, not ranked  (1)", "c", UNLABELLED),
+        ("d", "it is empty", LEFT_OUT),
+    ]
+    assert preview({"walk": ["a"]}, [])[0] == "1 clip, 1 activity"

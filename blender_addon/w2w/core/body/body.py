@@ -202,6 +202,11 @@ class Body:
         data |= {"weights": weights, "name": str(data["name"])}
         return cls(**data)
 
+    def is_near(self, other: "Body", within: float) -> bool:
+        """Whether another body has the same positions (metres) and weights but for so much."""
+        pairs = [(getattr(self, name), getattr(other, name)) for name in ("vertices", "joints", "weights")]
+        return all(a.shape == b.shape and np.allclose(a, b, rtol=0, atol=within) for a, b in pairs)
+
     @classmethod
     def bundled(cls) -> Self:
         """The CC0 body that comes with W2W."""

@@ -2,7 +2,7 @@
 """Plan an import: the files to take, their labels, and the files to leave out, each with the reason."""
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +16,9 @@ from .library import LABELS, Clip, activity_of, as_label, not_read_sentence, rea
 AUTOMATIC, BY_FOLDER, BY_FILE, BY_CSV = "AUTOMATIC", "FOLDER", "FILE", "CSV"
 """Sources of labels; automatic is the folder's labels.csv, else folders in it, else file names."""
 
+
+LABELLED, UNLABELLED, LEFT_OUT = "labelled", "unlabelled", "left out"
+"""What a row of a preview is about."""
 
 FEW = 3
 """Single files from which on names that all differ are no labels: the folder's name is one."""
@@ -125,6 +128,23 @@ def same_files(paths: Sequence[Path]) -> dict[Path, Path]:
                 if first.setdefault(digest, path) != path:
                     copies[path] = first[digest]
     return copies
+
+
+def preview(
+    activities: Mapping[str, Sequence[str]], left_out: Sequence[tuple[str, str]]
+) -> tuple[str, list[tuple[str, str, str]]]:
+    """What would be imported: a title, then rows of a name, words about it, and what they are.
+
+    Clips come by the activity they would get; those without one after the others, for no ranking counts
+    them, and last what is left out, each with the reason.
+    """
+    labels = [activity for activity in activities if activity]
+    title = f"{count('clip', sum(map(len, activities.values())))}, {count('activity', len(labels))}"
+    rows = [(f"{name}  ({len(activities[name])})", join_words(activities[name]), LABELLED) for name in labels]
+    if without := activities.get(""):
+        rows.append((f"No activity, not ranked  ({len(without)})", join_words(without), UNLABELLED))
+    rows += [(name, why, LEFT_OUT) for name, why in left_out]
+    return (f"{title}, {len(left_out)} left out" if left_out else title), rows
 
 
 def outcome_sentence(used: int, failed: int, left_out: int, unlabelled: int, twice: Sequence[str]) -> str:

@@ -144,10 +144,7 @@ class W2W_OT_export_signals(operators.AsksForFolder, operators.StartsJob, bpy.ty
     which: EnumProperty(
         name="Spots",
         description="Whose signals are saved",
-        items=(
-            PICKED,
-            ("ALL", "All Spots", "All spots, in W2W's own npz files"),
-        ),
+        items=(PICKED, ("ALL", "All Spots", "All spots, in W2W's own npz files")),
     )
     kind: EnumProperty(
         name="Format",

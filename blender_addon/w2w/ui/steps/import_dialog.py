@@ -26,7 +26,7 @@ from ...core.motion.source import HIGHEST_RATE
 from ...core.motion.up import BY_ITSELF, Ups
 from ...core.reading.look import look_up
 from ...core.reading.reader import Reader
-from ...core.wording import count, join_words
+from ...core.wording import cut
 from ...scene.motion.scene_takes import SceneTake, SkippedTake, scene_takes, stands_beside
 from ..jobs import jobs
 from ..jobs.text import styled
@@ -291,32 +291,16 @@ def draw_preview(
     notes: Sequence[str] = (),
     page: int = 1,
 ) -> None:
-    """Draw a page of the names of clips by the activity they would get, then of what is left out and why.
-
-    Clips without an activity are shown after the others: no ranking counts them.
-    """
-    clips, labels = sum(map(len, activities.values())), [activity for activity in activities if activity]
-    text = f"{count('clip', clips)}, {count('activity', len(labels))}"
-    layout.label(text=f"{text}, {len(left_out)} left out" if left_out else text, translate=False)
-    rows = [(activity, activities[activity], "NONE") for activity in labels]
-    rows += [("No activity, not ranked", activities[""], "ERROR")] if activities.get("") else []
-    whole: list[tuple[str, Sequence[str] | str, str]] = [*rows, *((name, why, "X") for name, why in left_out)]
+    """Draw a page of what would be imported as which activity, and of what is left out and why."""
+    title, rows = import_plan.preview(activities, left_out)
+    layout.label(text=title, translate=False)
     box = layout.box().column(align=True)
-    for name, about, icon in whole[ROWS * max(page - 1, 0) :][:ROWS]:
-        if isinstance(about, str):
-            box.label(text=_cut(f"{name}: {about}"), icon=icon, translate=False)
-        else:
-            _row(box, name, about, icon)
+    for name, about, kind in rows[ROWS * max(page - 1, 0) :][:ROWS]:
+        if kind == import_plan.LEFT_OUT:
+            box.label(text=cut(f"{name}: {about}", LONGEST), icon="X", translate=False)
+            continue
+        split, icon = box.split(factor=0.35), "ERROR" if kind == import_plan.UNLABELLED else "NONE"
+        split.label(text=cut(name, LONGEST), icon=icon, translate=False)
+        styled(split.row(), active=False).label(text=cut(about, LONGEST), translate=False)
     for note in notes:
-        layout.label(text=_cut(note), icon="INFO", translate=False)
-
-
-def _row(layout: bpy.types.UILayout, activity: str, names: Sequence[str], icon: str) -> None:
-    split = layout.split(factor=0.35)
-    split.label(text=_cut(f"{activity}  ({len(names)})"), icon=icon, translate=False)
-    about = styled(split.row(), active=False)
-    about.label(text=_cut(join_words(names)), translate=False)
-
-
-def _cut(text: str, longest: int = LONGEST) -> str:
-    return text if len(text) <= longest else f"{text[: longest - 1]}…"
+        layout.label(text=cut(note, LONGEST), icon="INFO", translate=False)

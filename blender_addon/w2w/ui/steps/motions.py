@@ -224,10 +224,5 @@ def has_source(clip: bpy.types.PropertyGroup) -> bool:
 
     With one of several animations the importer brings the others, too.
     """
-    file = Path(clip.file)
-    return (
-        not clip.animation
-        and clip.action is not None
-        and file.suffix.lower() in (".fbx", ".bvh")
-        and file.is_absolute()
-    )
+    file, is_alone = Path(clip.file), clip.action is not None and not clip.animation
+    return is_alone and file.is_absolute() and file.suffix.lower() in (".fbx", ".bvh")

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The scores that a study shows: for which activities, expected or on these clips, and in which heatmap."""
 
-from dataclasses import replace
-
 import numpy as np
 
-from ...core.colours import LEAST_SPAN, Scale
+from ...core.colours import Scale
 from ...core.findings import in_words
 from ...core.ranking.utility import UtilityMap
 from ...core.ranking.weights import mean_over
@@ -113,9 +111,5 @@ def scale_of(study: Group, utility: UtilityMap) -> Scale:
 
 
 def own_scale(study: Group, scores: np.ndarray, title: str = "") -> Scale:
-    """The colours of scores by their own range; none where they hardly differ, and the note says so."""
-    scale, low, high = Scale.of(scores, LEAST_SPAN, title, study.colour_map), scores.min(), scores.max()
-    differ = answer_of(study).get("places_differ", True)
-    if high - low >= (LEAST_SPAN / 2 if differ else LEAST_SPAN):
-        return scale
-    return replace(scale, note=f"Places are alike: {low:.2f} to {high:.2f}", is_alike=True)
+    """The colours of scores by their own range; none where they hardly differ."""
+    return Scale.of_places(scores, title, study.colour_map, answer_of(study).get("places_differ", True))

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import bpy
-import numpy as np
 
 from ...core.body.body import Body
 from ...core.body.shapes import RANGES
@@ -222,9 +221,7 @@ def body_as_run(mesh: bpy.types.Object) -> Body:
         run = Body.load(inside(Path(mesh.w2w.results_folder), f"{WORK}/body.npz"))
     except (OSError, ValueError):
         return shown
-    pairs = [(getattr(run, name), getattr(shown, name)) for name in ("vertices", "joints", "weights")]
-    same = all(a.shape == b.shape and np.allclose(a, b, rtol=0, atol=AS_SHOWN) for a, b in pairs)
-    return run if same else shown
+    return run if run.is_near(shown, AS_SHOWN) else shown
 
 
 def utility_of(study: Group) -> UtilityMap | None:
