@@ -144,9 +144,8 @@ def _act(
     for number, clip in enumerate(run.clips):
         begin, end = (low + (high - low) * done / len(run.clips) for done in (number, number + 1))
         try:
-            motion = yield from jobs.in_thread(
-                partial(lambda name, _: run.motion(name), clip.name), clip.name, begin, end
-            )
+            work = partial(lambda name, _: run.motion(name), clip.name)
+            motion = yield from jobs.in_thread(work, clip.name, begin, end)
         except ForeignFileError:
             raise
         except jobs.EXPECTED:

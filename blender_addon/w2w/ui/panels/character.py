@@ -9,6 +9,7 @@ from ...core.body.body import Body
 from ...core.body.shapes import shaped
 from ...core.motion.source import UnusableMotion
 from ...core.patches.correspondence import Character, likeness
+from ...core.wording import restated
 from ...scene.base.body import armature_of, body_of
 from ...scene.body.adopt import moving_armature
 from ...scene.body.character import character_meshes, read_character, tie, untie
@@ -53,12 +54,10 @@ class W2W_OT_use_character(operators.WorkOperator, bpy.types.Operator):
             raise ValueError(f"No mesh of the scene is moved by '{armature.name}'")
         if any(mesh.data.library is not None for mesh in meshes):
             raise ValueError(f"'{armature.name}' is linked from another file: make it local first")
-        try:
+        with restated(f"{armature.name}:", (UnusableMotion, ValueError)):
             figure = read_character(armature, meshes)
             body = body or _own_likeness(context, figure)
             gap = tie(figure, meshes, body_of(body))
-        except (UnusableMotion, ValueError) as error:
-            raise ValueError(f"{armature.name}: {error}") from error
         forget(body, meshes)
         study = body.w2w
         study.character = armature

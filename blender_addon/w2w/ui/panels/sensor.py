@@ -12,7 +12,7 @@ from ...core.imu.presets import preset, read_sensor, write_sensor
 from ...core.imu.recording import FURTHER
 from ...core.imu.synthesis import FOLDED_BACK
 from ...core.ranking.utility import inputs_of
-from ...core.wording import capital
+from ...core.wording import capital, restated
 from ..jobs import jobs
 from ..jobs.text import draw_text, styled
 from ..study import covers, operators, sensors, state
@@ -39,10 +39,8 @@ class W2W_OT_load_sensor(operators.AsksForFile, operators.OnBody, bpy.types.Oper
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> str:
         path = self.path()
-        try:
+        with restated(lambda error: f"{path.name} cannot be read: {error.strerror or error}", OSError):
             sensors.keep_own_sensor(body.w2w, read_sensor(path))
-        except OSError as error:
-            raise ValueError(f"{path.name} cannot be read: {error.strerror or error}") from error
         body.w2w.sensor = sensors.OWN
         return f"Read the sensor {sensors.own_sensor(body.w2w).name} from {path.name}"
 
@@ -60,10 +58,8 @@ class W2W_OT_save_sensor(operators.OnBody, bpy.types.Operator, ExportHelper):
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> str:
         path = Path(bpy.path.abspath(self.filepath))
-        try:
+        with restated(lambda error: f"{path.name} cannot be written: {error.strerror or error}", OSError):
             write_sensor(path, sensors.own_sensor(body.w2w))
-        except OSError as error:
-            raise ValueError(f"{path.name} cannot be written: {error.strerror or error}") from error
         return f"Saved {path.name}"
 
 

@@ -178,11 +178,9 @@ class W2W_OT_use_mesh(operators.WorkOperator, bpy.types.Operator):
 
     def adopt(self, context: bpy.types.Context, mesh: bpy.types.Object) -> None:
         """Make a body of a mesh whose rig spells SMPL's bones in another way (m_avg_Pelvis)."""
-        try:
+        hint = "; for map and sensors on any rigged character, press Use Character (Own Character)"
+        with restated(lambda error: f"{error}{hint if mesh.find_armature() else ''}", ValueError):
             body = adopt_mesh(mesh)
-        except ValueError as error:
-            hint = "; for map and sensors on any rigged character, press Use Character (Own Character)"
-            raise ValueError(f"{error}{hint if mesh.find_armature() else ''}") from error
         add_study(context, body, mesh.name)
 
 

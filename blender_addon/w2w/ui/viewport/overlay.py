@@ -158,10 +158,8 @@ def _shown_body(context: bpy.types.Context) -> tuple[bpy.types.Object, PatchSet]
 
 def is_coloured(shading: bpy.types.View3DShading) -> bool:
     """Whether a 3D view shows the colours of the body's map."""
-    return shading.type in ("MATERIAL", "RENDERED") or (shading.type, shading.color_type) == (
-        "SOLID",
-        "VERTEX",
-    )
+    is_solid = (shading.type, shading.color_type) == ("SOLID", "VERTEX")
+    return is_solid or shading.type in ("MATERIAL", "RENDERED")
 
 
 def _heads(context: bpy.types.Context, bodies: Sequence[bpy.types.Object]) -> list[Vector]:
