@@ -12,14 +12,14 @@ from pathlib import Path
 import psutil
 import pytest
 
-from w2w.core.reading.executor import ProgramExecutor
+from w2w.core.reading.reader import ProgramExecutor
 
 from ...patience import HANG_S
 
 ROOT = Path(__file__).resolve().parents[3]
 PARENT = """
 import os, sys, time
-from w2w.core.reading.executor import ProgramExecutor
+from w2w.core.reading.reader import ProgramExecutor
 executor = ProgramExecutor(2)
 print(*[executor.submit(os.getpid).result() for _ in range(2)], flush=True)
 executor.submit(time.sleep, 600)
@@ -87,7 +87,7 @@ def test_a_dead_worker_breaks_what_is_not_done_and_nothing_before(executor):
 def test_a_write_to_a_dead_worker_does_not_kill_the_program_as_it_would_kill_blender():
     code = """
 import os, signal, sys, time
-from w2w.core.reading.executor import ProgramExecutor
+from w2w.core.reading.reader import ProgramExecutor
 signal.signal(signal.SIGPIPE, signal.SIG_DFL)
 executor = ProgramExecutor(1)
 pid = executor.submit(os.getpid).result()

@@ -25,10 +25,9 @@ from ...core.motion.motion import Motion
 from ...core.motion.source import UnusableMotion, reason_of
 from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN
 from ...core.ranking.f1 import Spread
-from ...core.reading.executor import ProgramExecutor
 from ...core.reading.formats import Source
 from ...core.reading.guard import end_with, timed_out
-from ...core.reading.reader import Reader
+from ...core.reading.reader import ProgramExecutor, Reader
 from ...core.wording import restated
 from ..blender import NoBlenderError, inside_blender
 from ..stopping import deaf_children, when_stopped
