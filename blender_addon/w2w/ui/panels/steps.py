@@ -43,10 +43,10 @@ class W2W_PT_body(StepPanel, bpy.types.Panel):
             return
         row = layout.row(align=True)
         row.label(text=body.name, icon="OUTLINER_OB_MESH", translate=False)
+        row.prop(body.w2w, "show_armature", text="", icon="ARMATURE_DATA")
         row.operator("w2w.select_body", text="", icon="RESTRICT_SELECT_OFF")
         row.operator("w2w.add_body", text="", icon="ADD")
         row.operator("w2w.open_results", text="", icon="IMPORT")
-        layout.prop(body.w2w, "show_armature")
         other = state.body_of_object(context.object)
         if context.object is not None and context.object.type == "MESH" and other is not body:
             layout.operator("w2w.use_mesh", icon="MESH_DATA")
