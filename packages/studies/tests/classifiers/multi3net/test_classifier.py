@@ -41,7 +41,7 @@ def parts(torch, places, settings=SMALL, dtype=None):
     windows = windows[:, places].astype(dtype or np.float32)
     learn, validation = split_windows(labels, fold, 0, settings.early_stopping)
     examples = Examples.prepare(windows, labels, learn, validation, "cpu", settings.spectrum)
-    sizes = (examples.windows.shape[1], 6, 3, settings.width, settings.hidden, settings.embedding)
+    sizes = (examples.windows.shape[2], 6, 3, settings.width, settings.hidden, settings.embedding)
     return Network(*sizes), examples, settings, generator(torch)
 
 

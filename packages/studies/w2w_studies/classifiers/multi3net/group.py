@@ -75,11 +75,11 @@ class Group:
         given = (self.windows, self.labels, self.train, self.validation)
         examples = Examples.prepare(*given, device, settings.spectrum)
         sizes = (settings.width, settings.hidden, settings.embedding)
-        network = Network(*examples.windows.shape[1:3], int(self.labels.max()) + 1, *sizes)
+        network = Network(*examples.windows.shape[2:], int(self.labels.max()) + 1, *sizes)
         saved = self._saved(*(field.name for field in fields(State)))
         state = State.restore(saved, device, self.windows.shape[1], network.n_weights) if saved else None
         state = train(network, examples, settings, self._generator, state, self._save_state, self.size)
-        tested = examples.windows[..., torch.as_tensor(self.test, device=device)]
+        tested = examples.windows[torch.as_tensor(self.test, device=device)]
         named = name_windows(network, state.best, tested).T.cpu().numpy().astype(np.int16)
         if self.file is not None:
             write_npz(self.file, {"named": named})

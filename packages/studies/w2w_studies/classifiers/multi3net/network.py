@@ -23,7 +23,7 @@ LEAST_STD = 1e-6
 class Examples:
     """Windows of P patches and what they show, ready for the network."""
 
-    windows: Tensor  # (P, numbers, channels, W)
+    windows: Tensor  # (W, P, numbers, channels): some of them are shown at a time, in any order
     labels: Tensor  # (W,), int
     train: Tensor  # int: indices of the windows of the training split
     validation: Tensor
@@ -49,11 +49,11 @@ class Examples:
         if spectrum:
             parts.append(_scaled(shape_of(signals, std, spectrum), rows, (3,)))
         shown, checked = (torch.as_tensor(values, device=device) for values in (labels, validation))
-        return cls(torch.cat(parts, dim=1), shown, rows, checked)
+        return cls(torch.cat(parts, dim=1).permute(3, 0, 1, 2).contiguous(), shown, rows, checked)
 
     def of(self, patches: Tensor) -> Self:
         """The same windows of some of the patches."""
-        return replace(self, windows=self.windows[patches])
+        return replace(self, windows=self.windows[:, patches])
 
 
 def shape_of(signals: Tensor, std: Tensor, frequencies: int) -> Tensor:

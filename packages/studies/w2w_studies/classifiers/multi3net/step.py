@@ -90,7 +90,7 @@ class Step:
 
     network: Network
     settings: Settings
-    windows: Tensor  # (Q, numbers, channels, W)
+    windows: Tensor  # (W, Q, numbers, channels)
     train: Tensor  # int: indices of the windows of the training split
     target: Tensor  # (classes, windows of the training split)
     learning_rate: Tensor  # (Q, 1)
@@ -100,13 +100,14 @@ class Step:
 
     def __call__(self, drawn: Drawn) -> Tensor:
         """Losses (Q,)."""
-        windows, target = self.windows[..., self.train[drawn.rows]], self.target[:, drawn.rows]
+        windows, target = self.windows[self.train[drawn.rows]], self.target[:, drawn.rows]
         if self.settings.mixup:  # the same pairs at all patches
-            windows = torch.lerp(windows[..., drawn.others], windows, drawn.share)
+            windows = torch.lerp(windows[drawn.others], windows, drawn.share)
             target = torch.lerp(target[:, drawn.others], target, drawn.share)
         weights = self.weights.detach().requires_grad_()
         masks = [drawn.embedding, drawn.channels, drawn.segments]
-        losses = mean_loss(self.network.forward(weights, windows, masks), target * drawn.counts)
+        scores = self.network.forward(weights, windows.permute(1, 2, 3, 0), masks)
+        losses = mean_loss(scores, target * drawn.counts)
         (gradient,) = torch.autograd.grad(losses.sum(), weights)
         pace, second, first = drawn.pace.unbind()
         self.first_moment.lerp_(gradient, 1 - BETA_1)

@@ -118,7 +118,7 @@ def train(
     pads batches to `size` windows, or to the largest.
     """
     state = state or State.start(
-        network.initial(generator(0)).to(examples.windows), len(examples.windows), settings.learning_rate
+        network.initial(generator(0)).to(examples.windows), examples.windows.shape[1], settings.learning_rate
     )
     target = targets(examples.labels[examples.train], network.classes, settings.label_smoothing)
     target = target.to(examples.windows)
@@ -177,9 +177,9 @@ def _judge(state: State, score: Tensor, settings: Settings) -> bool:
 
 
 def name_windows(network: Network, weights: Tensor, windows: Tensor) -> Tensor:
-    """Classes (P, W) of windows (P, samples, channels, W)."""
+    """Classes (P, W) of windows (W, P, samples, channels)."""
     with torch.inference_mode():
-        parts = windows.split(PREDICTED_AT_ONCE, dim=-1)
+        parts = windows.permute(1, 2, 3, 0).split(PREDICTED_AT_ONCE, dim=-1)
         return torch.cat([network.forward(weights, part).argmax(dim=1) for part in parts], dim=1)
 
 
@@ -188,7 +188,7 @@ def validation_score(network: Network, weights: Tensor, examples: Examples) -> T
     labels = examples.labels[examples.validation]
     with torch.inference_mode():
         parts = [
-            network.forward(weights, examples.windows[..., rows])
+            network.forward(weights, examples.windows[rows].permute(1, 2, 3, 0))
             for rows in examples.validation.split(PREDICTED_AT_ONCE)
         ]
         scores = torch.cat(parts, dim=-1)
