@@ -261,3 +261,13 @@ def test_choosing_sensors_leaves_map_and_answer_as_the_ranking_said_them(finishe
     assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
     assert answer_of(study) == answered
     assert study.utility_key == coloured
+
+
+def test_a_wish_takes_the_answer_before_away_from_the_message(library: Path) -> None:
+    body = make_study(library)
+    for is_error in (False, True):
+        jobs.message = jobs.Message("Done: Wear an earbud", is_error)
+        bpy.ops.w2w.add_wish(kind="FORBID", place="head")
+        assert (jobs.message is not None) is is_error
+    jobs.dismiss()
+    assert len(body.w2w.wishes) == 2

@@ -36,3 +36,13 @@ def test_a_click_finds_the_patch_of_the_posed_surface(library: Path) -> None:
     empty = patch_empties(body.w2w.patch_collection)[7]
     place = np.array(empty.evaluated_get(depsgraph).matrix_world.translation)
     assert spot_at(depsgraph, body, patches_of(body), 0, place) == (7, -1)
+
+
+def test_a_spot_that_is_looked_at_no_more_leaves_nothing_selected(library: Path) -> None:
+    body = make_study(library, "motions patches")
+    bpy.ops.w2w.select_patch(patch=3)
+    assert body.w2w.picked == 3
+    bpy.ops.w2w.clear_pick()
+    assert body.w2w.picked == -1
+    assert not bpy.context.selected_objects  # an outline would hide colours
+    assert bpy.context.view_layer.objects.active == body

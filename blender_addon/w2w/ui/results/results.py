@@ -20,6 +20,7 @@ from ...core.wording import capital
 from ...scene import heatmap
 from ...scene.base.patches import empties_by_patch, mark_empties
 from ...scene.files.study_file import pack
+from ..jobs import jobs
 from ..study import counting, lists, scores, state
 from ..viewport import legend
 
@@ -149,6 +150,8 @@ def choose(body: bpy.types.Object) -> None:
     if utility is None or patches is None:
         return
     study.chosen.clear()
+    if jobs.message is not None and not jobs.message.is_error:
+        jobs.dismiss()  # it may tell the answer before
     config = state.config_of(study)
     try:
         terms = config.constraints.terms(patches, config.max_places)

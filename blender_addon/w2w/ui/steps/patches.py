@@ -20,7 +20,6 @@ from ..study import operators, state
 from ..viewport.framing import fold_soon
 from ..viewport.legend import owner_of
 from ..viewport.overlay import NO_PICK, cards_at, picks
-from .body import select_only
 
 NO_BODY = "Click on a body that has spots"
 NO_TAB = "Open the tab W2W of the sidebar"
@@ -119,7 +118,8 @@ class W2W_OT_clear_pick(operators.OnBody, bpy.types.Operator):
 
     def work(self, context: bpy.types.Context, body: bpy.types.Object) -> None:
         body.w2w.picked = body.w2w.compared = body.w2w.picked_vertex = -1
-        select_only(context, body)
+        select(())  # an outline would hide colours
+        context.view_layer.objects.active = body
 
 
 def close_card(context: bpy.types.Context, event: bpy.types.Event) -> bool:
