@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from w2w.core.motion.moments import REACH, Moments, candidates
+from w2w.core.motion.signature import REACH, Moments, candidates
 
 
 def in_threes(rng, threes, levels, width):

@@ -3,6 +3,7 @@
 
 import json
 import struct
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from w2w.core.body.body import JOINT_INDEX, Y_UP_TO_Z_UP
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.motion.source import UnusableMotion
 from w2w.core.readers.import_checks import check_gltf
+from w2w.core.reading import reader
 
 from ...made_glb import turns, write_glb
 
@@ -191,33 +193,40 @@ TIMES = np.arange(60) / 30
 
 
 def loaded(path, **options):
+    """Motions of a file of ours, read here: a worker takes seconds to start."""
     pytest.importorskip("bpy")
-    return w2w.load(path, **options)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reader, "RISKY", ())
+        return w2w.load(path, **options)
+
+
+def write_waves(folder, times=TIMES, **options):
+    waves = {name: turns(times) for name in ("Idle", "Wave", "Hail")}
+    return write_glb(folder / "waves.glb", waves, times, **options)
 
 
 @pytest.fixture
 def written(tmp_path):
-    """A function that writes three waves with further bones, scales or times, and reads them."""
+    """A function that writes three waves with further bones, scales or times."""
+    return partial(write_waves, tmp_path)
 
-    def write(times=TIMES, **options):
-        waves = {name: turns(times) for name in ("Idle", "Wave", "Hail")}
-        return write_glb(tmp_path / "waves.glb", waves, times, **options)
 
-    return write
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    """The motions of three waves as they are."""
+    return loaded(write_waves(tmp_path_factory.mktemp("plain")))
 
 
 def arm(motion):
     return motion.rotations[:, JOINT_INDEX["left_shoulder"]]
 
 
-def test_bones_that_no_animation_moves_do_not_count_among_a_body_s(written):
-    plain = loaded(written())
+def test_bones_that_no_animation_moves_do_not_count_among_a_body_s(plain, written):
     assert len(plain) == 3
     np.testing.assert_allclose(arm(loaded(written(extra=80))[0]), arm(plain[0]), atol=1e-6)
 
 
-def test_a_skin_of_something_else_leaves_a_body_of_stiff_parts_its_animations(written):
-    plain = loaded(written())
+def test_a_skin_of_something_else_leaves_a_body_of_stiff_parts_its_animations(plain, written):
     path = written()
     data = path.read_bytes()
     length = struct.unpack_from("<I", data, 12)[0]
@@ -237,8 +246,8 @@ def test_a_skin_of_something_else_leaves_a_body_of_stiff_parts_its_animations(wr
     ("bone", "scale"),
     [("Head", (0, 0, 0)), ("Head", (1, 0, 1)), ("LeftToeBase", (0, 0, 0)), ("LeftArm", (0, 0, 0))],
 )
-def test_bones_hidden_by_a_scale_of_nothing_turn_as_they_do(written, bone, scale):
-    plain, hidden = loaded(written()), loaded(written(scales={bone: scale}))
+def test_bones_hidden_by_a_scale_of_nothing_turn_as_they_do(plain, written, bone, scale):
+    hidden = loaded(written(scales={bone: scale}))
     np.testing.assert_allclose(hidden[0].rotations, plain[0].rotations, atol=1e-5)
 
 

@@ -6,6 +6,7 @@ import pytest
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
+import w2w
 from w2w.core.body.body import N_JOINTS
 from w2w.core.imu.formats import read_csv, read_recording
 from w2w.core.imu.presets import PRESETS
@@ -16,6 +17,14 @@ from ...command_line import cli
 pytestmark = pytest.mark.usefixtures("one_worker", "few_orders")
 
 JACKS = "mixamo/Sushim30__ARFitness/Jumping Jacks.fbx"
+
+
+@pytest.fixture(scope="module")
+def jacks(shared_data, tmp_path_factory):
+    """The motion of `JACKS` in a file that is read at once."""
+    path = tmp_path_factory.mktemp("jacks") / "jacks.npz"
+    w2w.load(shared_data / JACKS)[0].save(path)
+    return path
 
 
 def test_a_signal_and_its_picture(shared_data, tmp_path):
@@ -35,12 +44,12 @@ def test_a_signal_and_its_picture(shared_data, tmp_path):
         assert picture.size[0] > 1000
 
 
-def test_units_and_other_tools_formats_on_request(shared_data, tmp_path):
+def test_units_and_other_tools_formats_on_request(jacks, tmp_path):
     options = ["--patch", "sternum", "--sensor", "ideal", "--rate", 50]
     files = {"a.csv": [], "b.csv": ["--acc-unit", "g", "--gyr-unit", "deg/s"]}
     formats = {"MT_wrist.txt": "xsens", "log": "x-io", "a.npz": "npz"}
     for name, more in (files | {name: ["--format", kind] for name, kind in formats.items()}).items():
-        code, output = cli("synth", shared_data / JACKS, *options, "--out", tmp_path / name, *more)
+        code, output = cli("synth", jacks, *options, "--out", tmp_path / name, *more)
         assert code == 0, output
     expected = read_csv(tmp_path / "a.csv")
     for name in formats:
@@ -54,8 +63,8 @@ def test_units_and_other_tools_formats_on_request(shared_data, tmp_path):
 
 
 @pytest.mark.parametrize(("kind", "name"), [("csv", "x.csv"), ("npz", "x.npz")])
-def test_what_else_a_part_has_is_recorded_on_request(shared_data, tmp_path, kind, name):
-    options = ("synth", shared_data / JACKS, "--patch", "left wrist", "--format", kind, "--out")
+def test_what_else_a_part_has_is_recorded_on_request(jacks, tmp_path, kind, name):
+    options = ("synth", jacks, "--patch", "left wrist", "--format", kind, "--out")
     code, output = cli(*options, tmp_path / f"plain_{name}")
     assert code == 0, output
     pictures = ("--plot", tmp_path / "x.png") if kind == "csv" else ()
