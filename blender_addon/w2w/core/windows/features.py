@@ -91,8 +91,8 @@ class _BandPower:
     def __call__(self, centred: np.ndarray) -> np.ndarray:
         """(samples, M) -> (bands, M) mean square in each band."""
         amplitude = multiply(self.basis, centred)
-        power, other = np.split(np.square(amplitude, out=amplitude), 2)
-        power += other
+        half = len(amplitude) // 2
+        power = amplitude[:half] ** 2 + amplitude[half:] ** 2
         return np.add.reduceat(power, self.start, axis=0)
 
 
@@ -102,30 +102,26 @@ _band_power = lru_cache(maxsize=8)(_BandPower)
 def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
     """(samples, 6, N) -> (N, D)."""
     samples, _, n_sensors = slab.shape
-    # the six and two magnitudes, in UNIT, and room for one product at a time: fresh memory costs more than it
-    channels, room = np.empty((2, samples, 8, n_sensors), dtype=np.float32)
+    channels = np.empty((samples, 8, n_sensors), dtype=np.float32)  # the six and two magnitudes, in UNIT
     channels[:, :6] = slab
-    squares = np.square(slab, out=room[:, :6])
-    np.sqrt(squares[:, :3].sum(axis=1), out=channels[:, 6])
-    np.sqrt(squares[:, 3:].sum(axis=1), out=channels[:, 7])
+    np.sqrt((channels[:, 0:3] ** 2).sum(axis=1), out=channels[:, 6])
+    np.sqrt((channels[:, 3:6] ** 2).sum(axis=1), out=channels[:, 7])
     channels /= UNIT[:, None]
 
     mean = channels.mean(axis=0)
     lowest, highest = channels.min(axis=0) - mean, channels.max(axis=0) - mean
-    steps = np.subtract(channels[1:], channels[:-1], out=room[1:])
+    steps = channels[1:] - channels[:-1]
     slope = np.abs(steps, out=steps).mean(axis=0)
     channels -= mean
-    square = np.square(channels, out=room)
+    square = channels**2
     deviation = np.sqrt(square.mean(axis=0) + FLOOR**2)
+    skewness = (square * channels).mean(axis=0) / deviation**3
     kurtosis = (square**2).mean(axis=0) / deviation**4
-    square *= channels
-    skewness = square.mean(axis=0) / deviation**3
     above = channels > 0
     crossings = (above[1:] != above[:-1]).mean(axis=0, dtype=np.float32)
     power = spectrum(channels.reshape(samples, -1)).reshape(-1, 8, n_sensors)
     first, second = np.triu_indices(6, 1)
-    pairs = ((channels[:, a : a + 1], channels[:, a + 1 : 6], room[:, a + 1 : 6]) for a in range(5))
-    products = [np.multiply(one, others, out=out).mean(axis=0) for one, others, out in pairs]
+    products = [(channels[:, a : a + 1] * channels[:, a + 1 : 6]).mean(axis=0) for a in range(5)]
     correlations = np.concatenate(products) / (deviation[first] * deviation[second])
 
     columns = [
