@@ -114,6 +114,7 @@ def test_draws_sent_at_once_are_those_drawn_one_by_one(torch):
             torch.testing.assert_close(given, kept, rtol=1e-6, atol=0)
 
 
+@pytest.mark.later
 def test_no_operation_waits_for_numbers_or_makes_them_on_the_cpu(torch):
     """On the device that holds no numbers: to look at one fails, and what lies elsewhere is told."""
     from torch.utils._python_dispatch import TorchDispatchMode
@@ -235,6 +236,7 @@ def test_a_replay_is_the_step_again_with_what_was_drawn_for_it(torch, taped):
         assert torch.equal(left, right)
 
 
+@pytest.mark.later
 @pytest.mark.parametrize("stopping", [{}, {"early_stopping": True, "lr_patience": 1, "patience": 3}], ids=str)
 def test_training_by_replays_is_training(torch, taped, monkeypatch, stopping):
     """Whole trainings in double precision, batches filled up, with rates that fall and patches that leave."""
