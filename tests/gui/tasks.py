@@ -63,8 +63,13 @@ def try_the_example(driver: Driver) -> Script:
     yield from idle(driver)
     yield from driver.turns(30)
     yield from driver.look("1_map")
-    answer = module("study.lists").answer_of(study())
-    report["example"] = {"clips": len(study().clips), "patch": answer["patch"], "share": body_s_share(driver)}
+    answer, body = module("study.lists").answer_of(study()), bpy.context.scene.w2w.body
+    with driver.in_view():
+        patches = module("study.state").patches_of(body)
+        surface = module("viewport.drawing").Surface(bpy.context, body, patches)
+        is_marked = surface.in_sight(answer["patch"])
+    found = {"patch": answer["patch"], "is_marked": is_marked, "share": body_s_share(driver)}
+    report["example"] = {"clips": len(study().clips), **found}
 
 
 def see_a_signal(driver: Driver) -> Script:

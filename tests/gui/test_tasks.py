@@ -36,6 +36,7 @@ def test_one_click_gives_a_map_of_a_body_that_fills_the_view(report: dict[str, A
     example = report["example"]
     assert example["clips"] >= 20
     assert example["patch"] is not None
+    assert example["is_marked"]
     assert example["share"] > (0.8 if report["scale"] == 1 else 0.4)  # its arms fill a narrow view first
 
 

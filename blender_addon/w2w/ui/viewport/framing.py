@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 
 import bpy
 import numpy as np
-from mathutils import Vector
+from mathutils import Quaternion, Vector
 
 from ...core.body.body import FROM_ABOVE, JOINT_NAMES, first_turn
 from ...drawing.places import FreeArea
@@ -98,8 +98,12 @@ def _look_at(area: bpy.types.Area, points: np.ndarray, towards: Vector) -> None:
     rooms = _rooms(free_area(area, region), bpy.context.preferences.system.ui_scale)
     low, high = max(rooms, key=lambda room: (np.subtract(*room[::-1]) / np.ptp(seen[:, :2], axis=0)).min())
     room, aside = np.maximum(high - low, 1), (low + high - (region.width, region.height)) / 2
-    depth = seen[:, 2:] if view.view_perspective == "PERSP" else 0.0 * seen[:, 2:]
-    pixels, nearest = max(region.width, region.height) * space.lens / SENSOR, float(depth.max())
+    pixels, depth = max(region.width, region.height) * space.lens / SENSOR, 0.0 * seen[:, 2:]
+    if view.view_perspective == "PERSP":  # what is beside the middle is seen more from there
+        turn = Quaternion((0, 0, 1), np.arctan(aside[0] / pixels)) @ turn
+        seen = (points - middle) @ np.array(turn.to_matrix())
+        depth = seen[:, 2:]
+    nearest = float(depth.max())
     distance, centre = nearest + float(np.ptp(seen)), np.zeros(2)
     for _ in range(FITTING):
         spots = pixels * (seen[:, :2] - centre) / (distance - depth)
