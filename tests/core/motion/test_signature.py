@@ -18,6 +18,7 @@ from w2w.core.motion.examples import demo_motions
 from w2w.core.motion.motion import at_rate
 from w2w.core.motion.signature import WIDTH, mirrored_poses, motion_signature
 from w2w.core.ranking.utility import utility_map
+from w2w.core.reading import reader
 from w2w.core.study.clip_files import ClipWindows
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motion_groups, same_motions
@@ -163,12 +164,14 @@ def groups_of(motions):
 
 @pytest.fixture(scope="module")
 def mixamo(shared_data):
-    """Real downloads by the names of their files."""
+    """Real downloads by the names of their files, read here: a worker takes seconds to start."""
     pytest.importorskip("bpy")
     folder = shared_data / "mixamo"
 
     def read(*files):
-        return [load(folder / file)[0] for file in files]
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(reader, "RISKY", ())
+            return [load(folder / file)[0] for file in files]
 
     return read
 
