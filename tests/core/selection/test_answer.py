@@ -245,6 +245,6 @@ def test_what_posture_alone_tells_is_said_next_to_what_all_tells(patches, bundle
     assert (
         find_answer(scored(known, patches, bundled_body))
         .measured()
-        .endswith("posture alone, the direction of gravity, gives .35")
+        .endswith("posture alone (the direction of gravity) gives .35")
     )
     assert "posture" not in find_answer(scored(ranked(flat), patches, bundled_body)).measured()

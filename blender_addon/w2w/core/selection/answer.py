@@ -126,10 +126,10 @@ class Answer(InShort):
         """What the F1 is measured on, in a sentence."""
         if not self.in_stream:
             return "Each window holds one clip alone; in use, F1 is lower"
-        text = "F1 is of clips one after another, with standing between them"
+        text = "F1 is measured on clips played one after another, with standing in between"
         if np.isnan(self.posture):
             return text
-        return f"{text}; posture alone, the direction of gravity, gives {short(self.posture)}"
+        return f"{text}; posture alone (the direction of gravity) gives {short(self.posture)}"
 
 
 def find_answer(scored: ScoredMap) -> Answer:
