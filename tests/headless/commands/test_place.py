@@ -194,7 +194,8 @@ def test_another_choice_goes_into_a_folder_of_its_own(study, redrawn):
     out, choice = redrawn
     summary, config = (json.loads((out / name).read_text()) for name in ("summary.json", "config.json"))
     first = json.loads((study[0] / "summary.json").read_text())
-    assert summary == {**first, **choice, "regions": summary["regions"]}  # these are held against the answer
+    of_answer = {name: summary[name] for name in ("regions", "cautions")}
+    assert summary == {**first, **choice, **of_answer}
     assert config["parameters"]["constraints"]["only"] == ["left"]
     assert config["parameters"]["constraints"]["costs"] == [["leg", 2.0]]  # as in the run
     assert (config["parameters"]["max_places"], config["parameters"]["target"]) == (2, 0.97)
