@@ -259,8 +259,9 @@ class Driver:
         """Where it is so many pixels over a button at a scale of 1, scrolled into view."""
         x, y = yield from self.reach(wanted, across)
         away, region = round(distance * bpy.context.preferences.system.ui_scale), self.region("UI")
-        if not ROW < y + away - region.y < region.height - ROW:
-            yield from self.scroll_sidebar(3 if away < 0 else -3)
+        height = y + away - region.y
+        if not ROW < height < region.height - ROW:
+            yield from self.scroll_sidebar(3 if height <= ROW else -3)
             x, y = yield from self.find(wanted, (across,))
         return x, y + away
 
