@@ -55,7 +55,7 @@ def test_the_panel_shows_the_run(report: dict[str, Any], results: Path, way: str
     assert found["keys"] > 20
     assert found["chosen"] == [best]
     assert found["regions"] == 8
-    assert found["heatmaps"] == (5 if way == "dropped" else 4)  # a run's own file has no mannequin's colours
+    assert found["heatmaps"] == 5  # of the three activities, their mean, and the mannequin
     assert found["up_to_date"]
 
 
