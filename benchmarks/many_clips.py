@@ -68,7 +68,7 @@ def in_turn(due: list[Any], _workers: int, _scheduler: str, made: Callable[..., 
         arrays = (
             features.astype(np.float32),
             held["is_test"],
-            signature.astype(held["signature"].dtype).ravel().ravel(),
+            signature.astype(held["signature"].dtype).ravel(),
         )
         write_features(task.features_file, *arrays)
         unfinished(task.motion_file).write_bytes(held["motion"])

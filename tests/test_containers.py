@@ -4,7 +4,7 @@
 import re
 from pathlib import Path
 
-from w2w.headless.blender import LIBRARIES
+from w2w.headless.system_libraries import LIBRARIES
 
 ROOT = Path(__file__).resolve().parents[1]
 
