@@ -86,7 +86,7 @@ class Ranking(Ranked):
         few = TOO_FEW if self.answer.caution else ""
         rows = [
             f"<tr><td>{escape(f'{score.side} {score.name}'.strip())}<td>{short(score.expected)}"
-            f"<td>{few or f'{short(score.low)} to {short(score.high)}'}<td>{short(max(cost.expected, 0.0))}"
+            f"<td>{few or f'{short(score.low)} to {short(score.high)}'}<td>{short(cost.expected)}"
             f"<td>{few or f'{short(cost.low)} to {short(cost.high)}'}<td>{cost.verdict()}"
             for score in self.answer.products
             for cost in [score.cost]

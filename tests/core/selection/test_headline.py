@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from w2w.core.patches.body_parts import ALL, great_part, segment
-from w2w.core.selection.headline import WORN, doubt, doubted, more_clips, repeat_sentence
+from w2w.core.selection.headline import WORN, doubt, doubted, more_clips, repeat_sentence, short
 
 from .made_map import ranked
 
@@ -88,3 +88,11 @@ def test_every_region_belongs_to_a_part():
     assert len(parts) < 40
     assert {great_part(f"left {stem}") for stem in ALL} == {"head", "neck", "torso", "left arm", "left leg"}
     assert great_part("sternum") == "torso"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.614, ".61"), (-0.031, "-.03"), (-0.004, ".00"), (0.996, "1.00"), (-0.999, "-1.00"), (10.05, "10.05")],
+)
+def test_two_decimals_without_a_zero_before_them_and_none_below_zero(value, text):
+    assert short(value) == text

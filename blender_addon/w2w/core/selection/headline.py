@@ -125,4 +125,5 @@ def moments(f1: ExpectedF1, interval: bool = True) -> str:
 
 def short(value: float) -> str:
     """The value with two decimals, without a leading zero."""
-    return f"{value:.2f}".replace("0.", ".", 1) if abs(value) < 0.995 else f"{value:.2f}"
+    value = round(value, 2) + 0.0  # no -0.00
+    return f"{value:.2f}".replace("0.", ".", 1) if abs(value) < 1 else f"{value:.2f}"

@@ -42,8 +42,8 @@ class PlaceScore(InShort):
     def in_short(self) -> str:
         """Its F1 with the interval, and what it costs."""
         mean, low, high = map(short, self.f1)
-        costs = short(max(self.cost.expected, 0.0))
-        return f"{f'{self.side} {self.name}'.strip()}: F1 {mean} ({low} to {high}), costs {costs}"
+        where = f"{self.side} {self.name}".strip()
+        return f"{where}: F1 {mean} ({low} to {high}), costs {short(self.cost.expected)}"
 
     @property
     def f1(self) -> ExpectedF1:

@@ -177,7 +177,7 @@ def show_places(
         table.add_row(
             f"{score.side} {score.name}".strip(),
             with_interval(*score.f1),
-            with_interval(max(score.cost.expected, 0.0), *score.cost[1:3]) if apart else "",
+            with_interval(*score.cost) if apart else "",
             score.cost.verdict() if apart else first,
         )
         first = first if apart else IS_AS_GOOD
@@ -230,6 +230,6 @@ def show_own_placements(placements: Sequence[dict[str, Any]], console: Console) 
     table = _table("Your placements", ("placement", "region", *figures, ""), right=figures)
     for placement in placements:
         rank = f"{placement['rank']} of {placement['of']}"
-        f1, costs = headline.short(placement["expected_f1"]), headline.short(max(placement["costs"], 0.0))
+        f1, costs = headline.short(placement["expected_f1"]), headline.short(placement["costs"])
         table.add_row(placement["name"], placement["region"], f1, rank, costs, placement["verdict"])
     console.print(table)
