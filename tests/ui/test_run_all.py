@@ -28,10 +28,14 @@ def baked(body: bpy.types.Object) -> int:
 
 
 @pytest.mark.later
-def test_one_press_leads_from_motions_to_sensors(library: Path) -> None:
+def test_one_press_leads_from_motions_to_sensors(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    measured, pooling_on = [], baking.Pooling.on
+    monkeypatch.setattr(baking.Pooling, "on", lambda *given: measured.append(given) or pooling_on(*given))
     body = make_study(library, "motions")
     body.w2w.max_places = 1
+    baking._poolings.clear()
     assert bpy.ops.w2w.run_all() == {"FINISHED"}
+    assert len(measured) == 1  # the skin takes a second: for the ranking, and for the choice
     assert len(patches_of(body)) == N_PATCHES
     assert baked(body) == 9
     assert body.w2w.ranked_as == rank_settings(body.w2w)

@@ -125,13 +125,13 @@ def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
 
 def rank_files(
     clips: Sequence[LabelledClip], places: Sequence[tuple[Path, str]], patches: PatchSet, body: Body,
-    config: StudyConfig, progress: Callable[[float], None],
+    config: StudyConfig, pooling: Pooling, progress: Callable[[float], None],
 ) -> HeldResults:  # fmt: skip
     """Rank clips whose files lie in these folders under these names, and put F1 in a stream on the map."""
     windows = [ClipWindows.read(*place) for place in places]
     inputs = ranking_inputs(places, windows, config.classifier, config.windows)
     ranked = same_motions(clips, windows)
-    utility = rank_clips(ranked, windows, inputs, config, Pooling.on(body, patches), progress=progress)
+    utility = rank_clips(ranked, windows, inputs, config, pooling, progress=progress)
     found = HeldResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
     return in_stream(found, stream_in(found, config))
 

@@ -3,17 +3,14 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Generator
 from dataclasses import replace
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 from ...core.findings.advice_content import advice_content
 from ...core.findings.cautions import head
-from ...core.ranking.pooling import Pooling
 from ...core.ranking.utility import UtilityMap
 from ...core.selection.advice import Advice
 from ...core.study.choosing import choose
@@ -25,9 +22,7 @@ from ...core.wording import capital
 from ..jobs.jobs import Step, Steps, in_thread, on_body
 from ..results import results
 from ..study import counting, lists, operators, signal_cache, state
-from .baking import as_labelled, ranked_clips
-
-_poolings: dict[str, Pooling] = {}
+from .baking import as_labelled, pooling_on, ranked_clips
 
 
 def missing_for_choice(body: bpy.types.Object) -> str:
@@ -89,7 +84,7 @@ def advised_steps(
         return HeldResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
 
     found = yield from in_thread(gather, "gathering windows", 0.0, 0.05)
-    pooling = yield from in_thread(lambda _: _pooling(found), "measuring the skin", 0.05, 0.2)
+    pooling = yield from in_thread(lambda _: pooling_on(body, patches), "measuring the skin", 0.05, 0.2)
     if left_out or reweighed:
         text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
         inputs = found.inputs(config.classifier)
@@ -100,13 +95,3 @@ def advised_steps(
         found = replace(found, utility=(yield from in_thread(rank, text, 0.2, 0.3)))
     text = "choosing what to wear"
     return (yield from in_thread(lambda _: choose(found, config, pooling), text, 0.3, 1.0))
-
-
-def _pooling(finished: HeldResults) -> Pooling:
-    """Pooling over the study's skin, cached: wishes change more often than bodies."""
-    body, patches = finished.body(), finished.patches
-    digest = hashlib.sha256(body.vertices.tobytes() + np.asarray(patches.vertices).tobytes()).hexdigest()
-    if digest not in _poolings:
-        _poolings.clear()
-        _poolings[digest] = Pooling.on(body, patches)
-    return _poolings[digest]
