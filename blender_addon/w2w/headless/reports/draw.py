@@ -6,7 +6,7 @@ from __future__ import annotations
 import tempfile
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
@@ -27,7 +27,7 @@ from ..blender import NoBlenderError, needs_blender
 from ..runs.folder import HEATMAPS, MEAN, SUBSET, picture_files, picture_names
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import move_in, remove_written
-from ..runs.workers import Workers, local_executor, run_alone
+from ..runs.workers import Workers, local_executor, outcome, run_alone
 from ..stopping import deaf_children
 from ..system_libraries import missing_library
 
@@ -73,10 +73,7 @@ class Drawing:
                 self.begin(StudyResults.load(self.out, by=None))
             self._submit(partial(write_worn, self.out, new))
             failed = {BLEND: draw_alone(partial(write_blend, self.out, new))}
-            whys = (
-                _crash(self.folder / PRINTED) if isinstance(of.exception(), BrokenExecutor) else of.result()
-                for of in self.begun
-            )
+            whys = (_reason(outcome(of), self.folder / PRINTED) for of in self.begun)
             failed[HEATMAPS] = next(filter(None, whys), "")
         drawn = {*move_in(self.out, new)}
         # those of an earlier run show other results
@@ -99,12 +96,13 @@ def drawing(out: Path) -> Iterator[Drawing]:
 def draw_alone(work: Callable[[], None]) -> str:
     """Draw in a worker process of its own; returns why it failed, or ""."""
     with tempfile.TemporaryDirectory(prefix="w2w_draw_") as folder:
-        why = run_alone(_draw, work, printed := Path(folder, PRINTED))
-        return _crash(printed) if why is None else why
+        return _reason(run_alone(_draw, work, printed := Path(folder, PRINTED)), printed)
 
 
-def _crash(printed: Path) -> str:
-    """The reason of a crash of Blender, from its output."""
+def _reason(why: str | None, printed: Path) -> str:
+    """Why a picture failed, or ""; the reason of a crash of Blender, which is None, from its output."""
+    if why is not None:
+        return why
     text = printed.read_text(errors="replace") if printed.exists() else ""
     last = " ".join(text.partition("Fatal Python error")[0].split())  # then come Python's own
     return missing_library(last) or f"Blender crashed; its last words: {last[-MAX_SAID:] or 'none'}"

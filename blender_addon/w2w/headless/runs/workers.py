@@ -119,7 +119,12 @@ def run_alone(work: Callable[..., Result], *args: object) -> Result | None:
     with local_executor(1) as executor:
         with deaf_children():
             future = executor.submit(work, *args)
-        return None if isinstance(future.exception(), BrokenExecutor) else future.result()
+        return outcome(future)
+
+
+def outcome(future: Future[Result]) -> Result | None:
+    """What a call in a worker gives; None if the worker died of it."""
+    return None if isinstance(future.exception(), BrokenExecutor) else future.result()
 
 
 def _once(task: ClipTask) -> Record | None:
