@@ -17,16 +17,21 @@ from scipy.spatial.transform import Rotation
 
 from w2w.core.library.import_plan import plan_folder
 from w2w.core.motion.motion import Motion
+from w2w.core.patches import strip_graph
+from w2w.core.patches.strip_graph import SkinDistances
+from w2w.core.ranking.pooling import LOST, WIDTH_M
 from w2w.core.reading.formats import MOTION_SUFFIXES
 from w2w.core.reading.reader import Reader
 from w2w.scene.base.actions import read_action
-from w2w.scene.base.body import armature_of
+from w2w.scene.base.body import armature_of, body_of
 from w2w.ui.jobs import jobs
 from w2w.ui.panels import menus
-from w2w.ui.steps import motion_import
+from w2w.ui.steps import motion_import, patches
 from w2w.ui.steps.motion_import import ImportItem, import_items, import_steps
+from w2w.ui.study.state import placed_patches
 
 from ..hostile_c3d import plant, write_hostile
+from ..patience import HANG_S
 from .made_study import make_study, names_in_file, take_through
 
 pytestmark = pytest.mark.usefixtures("blender")
@@ -41,6 +46,23 @@ def test_a_cancelled_import_leaves_the_file_as_it_was(library: Path) -> None:
     steps.close()
     assert len(body.w2w.clips) == 0
     assert names_in_file() == before
+
+
+def test_while_files_are_read_spots_are_spread_and_the_skin_is_measured(
+    library: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    body, begun = make_study(library, ""), []
+    patches._spread.clear()
+    strip_graph._measured.cache_clear()
+    submit = jobs.pool.submit
+    monkeypatch.setattr(jobs.pool, "submit", lambda *work: begun.append(submit(*work)) or begun[-1])
+    for _ in import_steps(body, import_items(plan_folder(library))):
+        pass
+    begun[0].result(HANG_S)
+    monkeypatch.setattr(patches, "sample", lambda *_: pytest.fail("they are spread twice"))
+    assert bpy.ops.w2w.place_patches() == {"FINISHED"}
+    SkinDistances.of(body_of(body), placed_patches(body).vertices, LOST * WIDTH_M)
+    assert strip_graph._measured.cache_info().misses == 1  # it is asked for twice
 
 
 def test_a_rate_in_the_labels_goes_before_the_dialog_s(library: Path, tmp_path: Path) -> None:

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from w2w.core.motion.motion import Motion
+from w2w.core.patches import strip_graph
 from w2w.ui.jobs import jobs
-from w2w.ui.steps import baking
+from w2w.ui.steps import baking, patches
 from w2w.ui.steps.run_all import TITLE, kept_of, run_all_steps
 from w2w.ui.study import state
 from w2w.ui.study.lists import advice_of, answer_of
@@ -29,13 +30,15 @@ def baked(body: bpy.types.Object) -> int:
 
 @pytest.mark.later
 def test_one_press_leads_from_motions_to_sensors(library: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    measured, pooling_on = [], baking.Pooling.on
-    monkeypatch.setattr(baking.Pooling, "on", lambda *given: measured.append(given) or pooling_on(*given))
+    sampled, sample = [], patches.sample
+    monkeypatch.setattr(patches, "sample", lambda *given: sampled.append(given) or sample(*given))
+    patches._spread.clear()
+    strip_graph._measured.cache_clear()
     body = make_study(library, "motions")
     body.w2w.max_places = 1
-    baking._poolings.clear()
     assert bpy.ops.w2w.run_all() == {"FINISHED"}
-    assert len(measured) == 1  # the skin takes a second: for the ranking, and for the choice
+    assert len(sampled) == 1
+    assert strip_graph._measured.cache_info().misses == 1  # for the ranking, and for the choice
     assert len(patches_of(body)) == N_PATCHES
     assert baked(body) == 9
     assert body.w2w.ranked_as == rank_settings(body.w2w)

@@ -125,13 +125,13 @@ def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
 
 def rank_files(
     clips: Sequence[LabelledClip], places: Sequence[tuple[Path, str]], patches: PatchSet, body: Body,
-    config: StudyConfig, pooling: Pooling, progress: Callable[[float], None],
+    config: StudyConfig, progress: Callable[[float], None],
 ) -> HeldResults:  # fmt: skip
     """Rank clips whose files lie in these folders under these names, and put F1 in a stream on the map."""
     windows = [ClipWindows.read(*place) for place in places]
     inputs = ranking_inputs(places, windows, config.classifier, config.windows)
     ranked = same_motions(clips, windows)
-    utility = rank_clips(ranked, windows, inputs, config, pooling, progress=progress)
+    utility = rank_clips(ranked, windows, inputs, config, Pooling.on(body, patches), progress=progress)
     found = HeldResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
     return in_stream(found, stream_in(found, config))
 
@@ -192,11 +192,11 @@ def find_needs(study: StudyResults, words: Sequence[str] = ()) -> list[Need]:
     return needs(study, list(named), list(named.values()), numbers)
 
 
-def choose(study: Found, config: StudyConfig, pooling: Pooling | None = None) -> tuple[Found, Advice]:
+def choose(study: Found, config: StudyConfig) -> tuple[Found, Advice]:
     """Put F1 in a stream on a ranked study, and choose: a step of runs, `w2w place` and the panel."""
     stream = stream_in(study, config)
     study = in_stream(study, stream)
-    return study, choose_with(study, config, set_tests_in(study, config, pooling), stream, {})
+    return study, choose_with(study, config, set_tests_in(study, config), stream, {})
 
 
 def in_stream(study: Found, stream: Stream | None) -> Found:

@@ -101,7 +101,7 @@ class Message:
 
 running: Job | None = None
 message: Message | None = None
-_pool = ThreadPoolExecutor(2, thread_name_prefix="w2w")
+pool = ThreadPoolExecutor(2, thread_name_prefix="w2w")
 
 
 def can_start(cls: type[bpy.types.Operator], context: bpy.types.Context) -> bool:
@@ -188,7 +188,7 @@ def in_thread(
         if state["stop"]:
             raise CancelledError
 
-    future: Future[T] = _pool.submit(work, progress)
+    future: Future[T] = pool.submit(work, progress)
     try:
         while not wait([future], POLL).done:
             yield Step(low + (high - low) * state["fraction"], text)

@@ -11,15 +11,12 @@ import bpy
 import numpy as np
 from bpy.props import EnumProperty
 
-from ...core.body.body import Body
 from ...core.body.regions import regions_of
 from ...core.findings.in_words import baked_sentence
 from ...core.imu.recording import ImuRecording
 from ...core.imu.virtual import at_patches
 from ...core.motion.signature import motion_signature
 from ...core.motion.source import reason_of
-from ...core.patches.patches import PatchSet
-from ...core.ranking.pooling import Pooling
 from ...core.study.choosing import rank_files
 from ...core.study.clip_files import write_clip
 from ...core.study.ranking import LabelledClip
@@ -132,29 +129,16 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     body, patches = state.body_as_run(mesh), state.placed_patches(mesh)
 
     def rank(progress: Callable[[float], None]) -> HeldResults:
-        found = rank_files(used, places, patches, body, config, pooling_on(body, patches), progress)
+        found = rank_files(used, places, patches, body, config, progress)
         pack(found.utility)  # kept, as the regions are: here they stop no window
         regions_of(body)
         return found
 
-    low = 0.4 if lost else 0.0
-    found = yield from in_thread(rank, "training at every spot", low, 0.95)
+    found = yield from in_thread(rank, "training at every spot", 0.4 if lost else 0.0, 0.95)
     yield Step(0.95, "painting heatmaps")
     results.store(mesh, found.utility, ranked_as, found.clips)
     show_colours()
     return f"Ranked {len(patches)} spots, {found.utility.protocol}"
-
-
-_poolings: dict[str, Pooling] = {}
-
-
-def pooling_on(body: Body, patches: PatchSet) -> Pooling:
-    """Pooling over the body's skin, kept: rankings and wishes change more often than bodies."""
-    digest = hashlib.sha256(body.vertices.tobytes() + np.asarray(patches.vertices).tobytes()).hexdigest()
-    if digest not in _poolings:
-        _poolings.clear()
-        _poolings[digest] = Pooling.on(body, patches)
-    return _poolings[digest]
 
 
 def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:

@@ -11,6 +11,7 @@ import bpy
 
 from ...core.findings.advice_content import advice_content
 from ...core.findings.cautions import head
+from ...core.ranking.pooling import Pooling
 from ...core.ranking.utility import UtilityMap
 from ...core.selection.advice import Advice
 from ...core.study.choosing import choose
@@ -22,7 +23,7 @@ from ...core.wording import capital
 from ..jobs.jobs import Step, Steps, in_thread, on_body
 from ..results import results
 from ..study import counting, lists, operators, signal_cache, state
-from .baking import as_labelled, pooling_on, ranked_clips
+from .baking import as_labelled, ranked_clips
 
 
 def missing_for_choice(body: bpy.types.Object) -> str:
@@ -84,14 +85,14 @@ def advised_steps(
         return HeldResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
 
     found = yield from in_thread(gather, "gathering windows", 0.0, 0.05)
-    pooling = yield from in_thread(lambda _: pooling_on(body, patches), "measuring the skin", 0.05, 0.2)
     if left_out or reweighed:
         text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
         inputs = found.inputs(config.classifier)
 
         def rank(progress: Callable[[float], None]) -> UtilityMap:
-            return rank_clips(found.clips, found.windows, inputs, config, pooling, progress=progress)
+            skin = Pooling.on(body, patches)
+            return rank_clips(found.clips, found.windows, inputs, config, skin, progress=progress)
 
-        found = replace(found, utility=(yield from in_thread(rank, text, 0.2, 0.3)))
+        found = replace(found, utility=(yield from in_thread(rank, text, 0.05, 0.3)))
     text = "choosing what to wear"
-    return (yield from in_thread(lambda _: choose(found, config, pooling), text, 0.3, 1.0))
+    return (yield from in_thread(lambda _: choose(found, config), text, 0.3, 1.0))

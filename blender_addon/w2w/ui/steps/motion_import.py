@@ -5,9 +5,7 @@ import json
 from collections.abc import Generator, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib import import_module
 from pathlib import Path
-from threading import Thread
 
 import bpy
 
@@ -31,8 +29,9 @@ from ...scene.base.body import armature_of, body_of
 from ...scene.motion.load import read_by_blender
 from ...scene.motion.scene_takes import SceneTake, read_scene_take
 from ..jobs import preferences
-from ..jobs.jobs import Step, Steps, as_steps, in_thread, on_body, part
+from ..jobs.jobs import Step, Steps, as_steps, in_thread, on_body, part, pool
 from ..study import lists, state
+from .patches import get_ready, to_place
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ def import_steps(
     ValueError refuses motions that hang head down in most frames.
     """
     body, maps = body_of(mesh), saved_maps()
-    Thread(target=import_module, args=("scipy.signal",)).start()  # a bake would wait for it, files do not
+    pool.submit(get_ready, body, to_place(mesh.w2w))  # what fails there fails again where it is asked for
     before = len(mesh.w2w.clips)
     twice = _listed_already(mesh, items)
     activity = speller(clip.activity for clip in mesh.w2w.clips)

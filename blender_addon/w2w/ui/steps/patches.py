@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Patches on the body: spread them, and look at one, from a list or by the pick tool."""
 
-from dataclasses import replace
+from threading import Lock
 
 import bpy
 import numpy as np
 from bpy.props import BoolProperty, IntProperty
 from bpy_extras.view3d_utils import region_2d_to_origin_3d, region_2d_to_vector_3d
 
+from ...core.body.body import Body
 from ...core.patches.patches import PatchSet
+from ...core.ranking.pooling import Pooling
+from ...core.study.config import StudyConfig
 from ...core.study.signals import place_patches as sample
 from ...scene.base.body import select
 from ...scene.base.patches import PATCH, empties_by_patch, place_patches, remove_patches
@@ -25,27 +28,39 @@ NO_BODY = "Click on a body that has spots"
 NO_TAB = "Open the tab W2W of the sidebar"
 CLICK = {"type": "LEFTMOUSE", "value": "PRESS"}
 
+_spread: list[tuple[object, PatchSet]] = []
+_spreading = Lock()
+
+
+def spread(body: Body, config: StudyConfig) -> PatchSet:
+    """Patches by a config; the last are kept, and who asks while they are made waits."""
+    with _spreading:
+        if not _spread or _spread[0][0] != (body, config):
+            _spread[:] = [((body, config), sample(body, config))]
+            pack(_spread[0][1])
+        return _spread[0][1]
+
+
+def get_ready(body: Body, config: StudyConfig) -> None:
+    """Make what Run All will ask for: a library of a bake, patches, the distances between them."""
+    import scipy.signal  # noqa: F401
+
+    Pooling.on(body, spread(body, config))
+
 
 @jobs.on_body
 def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     """Sample in a thread, then replace the empties."""
-    body, study = state.body_as_run(mesh), mesh.w2w
+    body, study, config = state.body_as_run(mesh), mesh.w2w, to_place(mesh.w2w)
     before, key = state.patches_of(mesh), study.patches_key
-    own, count = list(own_placements.by_name(study).items()), study.patch_count
-    config = replace(state.config_of(study), seed=study.patch_seed, placements=tuple(own))
-    text = f"spreading {count} spots"
-
-    def spread(_: object) -> tuple[PatchSet, tuple[str, str]]:
-        patches = sample(body, config)
-        return patches, pack(patches)
-
-    patches, packed = yield from jobs.in_thread(spread, text, 0.0, 0.8)
+    own, count, text = config.placements, config.patches, f"spreading {config.patches} spots"
+    patches = yield from jobs.in_thread(lambda _: spread(body, config), text, 0.0, 0.8)
     yield jobs.Step(0.8, "placing empties")
     remove_all(mesh)
     study = mesh.w2w
     home = mesh.users_collection[0] if mesh.users_collection else None
     study.patch_collection = place_patches(mesh, patches, f"Patches: {mesh.name}", study.patch_size, home)
-    study.patches_text, study.patches_key = packed
+    study.patches_text, study.patches_key = pack(patches)
     study.patches_before, study.placed_as = "", state.placing_of(study)
     if before is not None and np.array_equal(before.triangles, patches.triangles[: len(before)]):
         study.patches_before = f"{key} {len(before)}"
@@ -54,6 +69,12 @@ def place_steps(mesh: bpy.types.Object) -> jobs.Steps:
     fold_soon()
     text = f"Placed {len(patches)} spots in {len(set(patches.regions))} regions"
     return f"{text}, {len(own)} of them your own" if own else text
+
+
+def to_place(study: bpy.types.PropertyGroup) -> StudyConfig:
+    """What patches are placed by now, as a config."""
+    own = tuple(own_placements.by_name(study).items())
+    return StudyConfig(patches=study.patch_count, seed=study.patch_seed, placements=own)
 
 
 def remove_all(mesh: bpy.types.Object) -> None:

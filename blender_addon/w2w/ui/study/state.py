@@ -170,7 +170,7 @@ def is_placed_otherwise(study: Group) -> bool:
     return study.placed_as not in ("", placing_of(study))
 
 
-def keep_own_placed(study: Group, placements: Iterable[tuple[str, int]], sampled: int) -> None:
+def keep_own_placed(study: Group, placements: Iterable[tuple[str, object]], sampled: int) -> None:
     """Note which of the user's placements are in the patch set and how many patches were sampled."""
     held = [[name, vertex] for name, vertex in placements]
     study.own_placed = json.dumps({"sampled": sampled, "placements": held}) if held else ""
