@@ -232,9 +232,9 @@ class Ranking(Ranked):
         found = advise_under(self.utility, self.patches, self.body, self.config, self._set_tests, self.stream)
         if self.recordings is None:
             return found
-        protocol, rate = self.labels.protocol(self.config), self.recordings.rate
+        planned, rate = self.labels.protocol(self.config).plan(halvings=0), self.recordings.rate
         cards = [
-            replace(card, turn_deg=may_turn(self._worn_at(card.patch), rate, protocol, DROP))
+            replace(card, turn_deg=may_turn(self._worn_at(card.patch)[planned.used], rate, planned, DROP))
             for card in found.cards
         ]
         return replace(found, cards=tuple(cards))

@@ -85,6 +85,7 @@ class Stream:
     spots: Sequence[int] = ()  # where one sensor may sit; by default each is judged by itself
     _known: dict[tuple[int, ...], StreamF1] = field(default_factory=dict)
     _windows: dict[str, _Windows] = field(default_factory=dict)  # of single clips, and in the stream
+    _held: dict[int, tuple[int, Sequence[ImuRecording]]] = field(default_factory=dict)  # of each patch: which
     _ridges: dict[tuple[str, int | None], float] = field(
         default_factory=dict
     )  # chosen once: sets differ by signals alone
@@ -153,6 +154,12 @@ class Stream:
             lost=self.lost, posture=posture,
         )  # fmt: skip
 
+    def windows_at(self, patch: int) -> np.ndarray:
+        """Windows of single clips at a patch, shape (W, samples, 6)."""
+        self._describe([patch])
+        number, recordings = self._held[patch]
+        return np.concatenate([cut_windows(one, self.spec).signals[:, number] for one in recordings])
+
     def _try(self, sets: Sequence[Sequence[int]]) -> list[StreamF1]:
         """Train and test sets of patches that are described."""
         n_activities = len(self.weights)
@@ -185,6 +192,7 @@ class Stream:
             due = sorted({*due, *known})
             self._windows.clear()
         recordings = self.read(due)
+        self._held.update((patch, (number, recordings)) for number, patch in enumerate(due))
         cut = [cut_windows(one, self.spec) for one in recordings]
         clip = np.repeat(np.arange(len(cut)), [len(one.is_test) for one in cut])
         duration = sum(one.n_samples / one.rate for one in recordings)
