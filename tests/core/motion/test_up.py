@@ -16,7 +16,7 @@ from w2w.core.keypoints.pose_files import JointPositions
 from w2w.core.motion.motion import AMASS, SMPLX, Motion, read_amass
 from w2w.core.motion.sight import LIMBS, TO_Z, UPS, Kind, Sight
 from w2w.core.motion.source import SourceMotion, UnusableMotion
-from w2w.core.motion.up import BY_ITSELF
+from w2w.core.motion.up import BY_ITSELF, Ups
 from w2w.core.reading.clips import to_body
 from w2w.core.reading.formats import read_beside, read_motion
 from w2w.core.reading.look import look_up
@@ -441,3 +441,15 @@ def test_files_whose_axis_must_be_given(shared_cases, bundled_body, file, up, tr
         w2w.load(shared_cases / file)
     found = w2w.load(shared_cases / file, pose=PoseFacts(up=up))[0]
     assert trunk_z[0] <= trunk_read(found, bundled_body)[0, 2] <= trunk_z[1]
+
+
+def test_a_file_whose_skeleton_has_an_axis_is_not_looked_at():
+    def never():
+        raise AssertionError("it was looked at")
+
+    ups = Ups((("BVH 1", "z"), ("SMPL-X", "y"), ("AMASS", None)))
+    assert ups.with_guess(Kind("BVH", "y", firm=True, skeleton="1"), never) == ("z", "z")
+    assert ups.with_guess(Kind("BVH", "z", firm=True, skeleton="1"), never) == ("z", "")
+    assert ups.with_guess(SMPLX, never) == ("y", "y")
+    with pytest.raises(AssertionError):
+        ups.with_guess(AMASS, never)

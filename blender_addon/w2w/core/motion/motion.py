@@ -11,14 +11,14 @@ import numpy as np
 import scipy
 from scipy.spatial.transform import Rotation, RotationSpline
 
-from ..body.body import BODY_HANDS, JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP, Body, posed_joints
+from ..body.body import BODY_HANDS, N_JOINTS, Y_UP_TO_Z_UP, Body, posed_joints
 from ..files import array_names, read_arrays, read_npy, write_npz
 from ..filtering import butterworth, count_resampled
 from ..given import given_path
 from ..pickles import read_result
 from ..rotations import in_axes
 from ..wording import in_python
-from .sight import LIMBS, MOSTLY, SEEN_FRAMES, Kind, Sight, Up, turned
+from .sight import MOSTLY, SEEN_FRAMES, Kind, Sight, Up, turned
 from .smpl_layouts import (
     MOTION_X,
     RESULT_KEYS,
@@ -253,13 +253,13 @@ def _up(arrays: dict[str, np.ndarray], rotations: np.ndarray, pelvis: np.ndarray
         return "z", ""
     if "bodyPose" in arrays:
         return "y", ""
-    frames = np.linspace(0, len(pelvis) - 1, min(SEEN_FRAMES, len(pelvis))).astype(int)
-    _, joints = posed_joints(_rest_joints(), rotations[frames], pelvis[frames])
-    sides = {part: [JOINT_INDEX[f"{side}_{part}"] for side in ("left", "right")] for part in LIMBS}
-    seen = Sight.of(joints, {part: joints[:, both] for part, both in sides.items()})
-    kind = AMASS if "global_orient" not in arrays else SMPLX
-    up = ups.of(kind, seen)
-    return up, ups.guess(kind, seen, up)
+
+    def look() -> Sight:
+        frames = np.linspace(0, len(pelvis) - 1, min(SEEN_FRAMES, len(pelvis))).astype(int)
+        _, joints = posed_joints(_rest_joints(), rotations[frames], pelvis[frames])
+        return Sight.of_body(joints, range(N_JOINTS))
+
+    return ups.with_guess(AMASS if "global_orient" not in arrays else SMPLX, look)
 
 
 @cache

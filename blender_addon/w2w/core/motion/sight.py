@@ -7,6 +7,7 @@ from typing import Literal, NamedTuple, Self
 
 import numpy as np
 
+from ..body.body import JOINT_INDEX
 from ..rotations import smallest_rotation, unit
 from .source import SourceMotion
 
@@ -103,6 +104,14 @@ class Sight:
     floats: np.ndarray  # (6,) whether it goes up and down further than a body on a ground does
     moves: np.ndarray  # (6,) whether, while it is upright, it moves as nobody does who lies
     placed: bool  # whether positions are in a world, and not from the hips
+
+    @classmethod
+    def of_body(cls, joints: np.ndarray, columns: Mapping[int, int] | range) -> Self:
+        """Look at joints (T, J, 3) of a body, given the column of each joint of `JOINT_NAMES`."""
+        sides = {
+            part: [columns[JOINT_INDEX[f"{side}_{part}"]] for side in ("left", "right")] for part in LIMBS
+        }
+        return cls.of(joints, {part: joints[:, both] for part, both in sides.items()})
 
     @classmethod
     def of(cls, joints: np.ndarray, limbs: Mapping[str, np.ndarray]) -> Self:

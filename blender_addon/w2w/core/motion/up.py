@@ -2,7 +2,7 @@
 """The axis that is up in a motion file whose format lacks it: by a rest pose, or a vote of its library."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -38,6 +38,13 @@ class Ups:
         if up not in kind.read:
             raise UnusableMotion(f"its person stands along {up} of its axes: {SAY_UP}, if that is up")
         return up
+
+    def with_guess(self, kind: Kind, look: Callable[[], Sight]) -> tuple[Up, str]:
+        """What `of` and `guess` give, without a look at the file where all of its skeleton share an axis."""
+        if (up := dict(self.chosen).get(kind.own)) in kind.read:
+            return up, "" if up == kind.usual and (kind.told or kind.firm) else up
+        up = self.of(kind, seen := look())
+        return up, self.guess(kind, seen, up)
 
     def found(self, kind: Kind, seen: Sight) -> Up | None:
         """The axis that is up in a file, by its skeleton's files, its own rest pose or its kind's files."""

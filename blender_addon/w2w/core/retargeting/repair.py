@@ -13,7 +13,7 @@ import numpy as np
 
 from ..body.body import BODY_HANDS, JOINT_INDEX, trunk_line
 from ..motion.believable import REST_POSE, cut_words, moving_part, shows_rest
-from ..motion.sight import LIMBS, SEEN_FRAMES, UPS, Kind, Sight, Up, stood
+from ..motion.sight import SEEN_FRAMES, UPS, Kind, Sight, Up, stood
 from ..motion.source import TO_Z_UP, SourceMotion, unscaled_rotations
 from ..motion.up import BY_ITSELF, Ups
 from ..rotations import smallest_rotation, unit
@@ -91,15 +91,15 @@ def _file_up(
     standing = [places for pose in poses if _standing(places := _places(pose, matched))]
     trunks = [unit(trunk_line(places)) @ TO_Z_UP[:3, :3] for places in standing]
     told: list[Up] = [up for trunk in trunks for up in AXES if trunk[UPS.index(up)] > LEANING]
-    frames = np.linspace(0, source.n_frames - 1, min(SEEN_FRAMES, source.n_frames)).astype(int)
-    joints = source.matrices[frames][:, list(matched.values())][..., :3, 3] @ TO_Z_UP[:3, :3]
-    column = {joint: number for number, joint in enumerate(matched)}
-    sides = {part: [column[JOINT_INDEX[f"{side}_{part}"]] for side in ("left", "right")] for part in LIMBS}
-    seen = Sight.of(joints, {part: joints[:, both] for part, both in sides.items()})
+
+    def look() -> Sight:
+        frames = np.linspace(0, source.n_frames - 1, min(SEEN_FRAMES, source.n_frames)).astype(int)
+        joints = source.matrices[frames][:, list(matched.values())][..., :3, 3] @ TO_Z_UP[:3, :3]
+        return Sight.of_body(joints, {joint: number for number, joint in enumerate(matched)})
+
     skeleton = f"{crc32(repr((source.bones, source.parents.tolist())).encode()):08x}"
     kind = Kind("BVH", [*told, AXES[0]][0], firm=True, told=bool(told), skeleton=skeleton)
-    up = ups.of(kind, seen)
-    return up, ups.guess(kind, seen, up)
+    return ups.with_guess(kind, look)
 
 
 def _straightest(source: SourceMotion, matched: dict[int, int]) -> np.ndarray:
