@@ -18,6 +18,7 @@ from w2w.headless.console import Terminal
 from w2w.headless.reports import draw
 from w2w.headless.reports.draw import BLEND, HEATMAPS, draw_alone, marked_set, write_worn
 from w2w.headless.runs.monitor import RunMonitor
+from w2w.headless.runs.workers import outcome
 from w2w_studies.commands.study_rehab import FIGURE, draw_figure
 from w2w_studies.paper.subsets import Subset
 
@@ -111,6 +112,8 @@ def test_maps_that_kill_their_worker_cost_themselves_alone(drawn_results, tmp_pa
     monkeypatch.setattr(draw, "write_blend", _saves)
     with draw.drawing(out) as pictures:
         pictures.begin(study)
+        outcome(pictures.begun[0][1])  # it has died
+        pictures.save()
         failed = pictures.finish(study.utility.activities, RunMonitor(Terminal()))
     assert failed == {HEATMAPS: "Blender crashed; its last words: out of memory"}
     assert (out / BLEND).read_text() == "saved"

@@ -214,6 +214,7 @@ def test_every_reader_says_that_a_run_is_unfinished_and_the_same_command_finishe
 
 
 def test_what_a_killed_choice_left_is_gone_after_the_next(quick_run, tmp_path, monkeypatch):
+    monkeypatch.setattr(place.draw.Drawing, "save", lambda _: None)
     monkeypatch.setattr(place.draw.Drawing, "finish", lambda *_: {})
     out = shutil.copytree(quick_run / "out", tmp_path / "out")
     (out / ".heatmaps.abc12.w2w.part/heatmaps").mkdir(parents=True)
@@ -230,6 +231,7 @@ def test_what_a_killed_choice_left_is_gone_after_the_next(quick_run, tmp_path, m
 def test_a_choice_that_was_half_written_is_finished_by_the_same_command_or_by_the_run(
     moments, quick_run, tmp_path, monkeypatch
 ):
+    monkeypatch.setattr(place.draw.Drawing, "save", lambda _: None)
     monkeypatch.setattr(place.draw.Drawing, "finish", lambda *_: {})
     choice = ["--redraw", "--max", "1", "--background", "slow"]
     monkeypatch.setattr(place, "check_counting", lambda *_: None)

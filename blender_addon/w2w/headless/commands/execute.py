@@ -142,6 +142,8 @@ def _execute(
                 mark_changing(out)
                 write_results(study)
                 write_config(study)
+                if plan.pictures:
+                    pictures.save()
                 if plan.report:
                     write_report(out, by=None)
             # last, for Blender may fail to draw where all else is well

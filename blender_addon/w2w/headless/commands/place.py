@@ -208,8 +208,9 @@ def _redraw(out: Path, ranked: StudyResults, config: StudyConfig, advice: Advice
             changes = {"config.json": {"parameters": config.as_dict()}, "summary.json": content}
             for name, change in changes.items():
                 write_json(out / name, {**json.loads((out / name).read_text(encoding="utf-8")), **change})
-        write_report(out, by=None)
         with draw.drawing(out) as pictures:
+            pictures.save()
+            write_report(out, by=None)
             failed = pictures.finish(study.utility.activities, RunMonitor(console))
         mark_whole(out)
     for name, why in failed.items():

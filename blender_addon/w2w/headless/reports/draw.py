@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -44,59 +44,65 @@ EXPECTED = "Expected F1"
 MAX_LISTED = 12
 """Sensors that fit next to the picture; the summary lists all."""
 
-PRINTED = "printed.txt"
-"""What a worker printed, in case it dies."""
-
 MAX_SAID = 300
 """Characters of Blender's last words that are shown."""
 
 
 @dataclass
 class Drawing:
-    """Pictures of a results folder, drawn by a worker process; maps may be begun before there is a choice."""
+    """Pictures of a results folder and its `study.blend`, each made by a worker process of its own.
+
+    Maps may be begun before there is a choice.
+    """
 
     out: Path
     folder: Path
-    worker: Workers
-    begun: list[Future[str]] = field(default_factory=list)
+    workers: Mapping[str, Workers]
+    begun: list[tuple[str, Future[str]]] = field(default_factory=list)
 
     def begin(self, study: StudyResults) -> None:
-        """Draw a study's maps while this process goes on."""
-        self._submit(partial(write_maps, replace(study, read=None), self.folder / "new"))
+        """Draw a study's maps, and import what saves its file, while this process goes on."""
+        self._submit(HEATMAPS, partial(write_maps, replace(study, read=None), self.folder / "new"))
+        self._submit(BLEND, get_ready_to_save)
+
+    def save(self) -> None:
+        """Draw what is missing and save `study.blend`, once results are written, in the same way."""
+        if not self.begun:
+            self.begin(StudyResults.load(self.out, by=None))
+        self._submit(HEATMAPS, partial(write_worn, self.out, self.folder / "new"))
+        self._submit(BLEND, partial(write_blend, self.out, self.folder / "new"))
 
     def finish(self, activities: Sequence[str], monitor: RunMonitor) -> dict[str, str]:
-        """Draw what is missing and save `study.blend`, once results are written; what failed, and why."""
+        """Wait for what was begun and give it its names; what failed, and why."""
         new, title = self.folder / "new", f"Drawing heatmaps, saving {BLEND}"
         files = [new / HEATMAPS / file for file in picture_files(activities)]
         with monitor.bar("drawing", len(files), title) as advance, _counted(files, advance):
-            if not self.begun:
-                self.begin(StudyResults.load(self.out, by=None))
-            self._submit(partial(write_worn, self.out, new))
-            failed = {BLEND: draw_alone(partial(write_blend, self.out, new))}
-            whys = (_reason(outcome(of), self.folder / PRINTED) for of in self.begun)
-            failed[HEATMAPS] = next(filter(None, whys), "")
+            whys = [(what, _reason(outcome(of), self._printed(what))) for what, of in self.begun]
         drawn = {*move_in(self.out, new)}
         # those of an earlier run show other results
         remove_written(self.out, lambda name: name not in drawn and name.startswith((f"{HEATMAPS}/", BLEND)))
-        return {name: why for name, why in failed.items() if why}
+        return {what: why for what, why in reversed(whys) if why}
 
-    def _submit(self, work: Callable[[], None]) -> None:
-        with deaf_children():
-            self.begun.append(self.worker.submit(_draw, work, self.folder / PRINTED))
+    def _submit(self, what: str, work: Callable[[], None]) -> None:
+        with deaf_children(), suppress(BrokenExecutor):  # what killed the worker says why
+            self.begun.append((what, self.workers[what].submit(_draw, work, self._printed(what))))
+
+    def _printed(self, what: str) -> Path:
+        return self.folder / f"{what}.txt"
 
 
 @contextmanager
 def drawing(out: Path) -> Iterator[Drawing]:
-    """A place and a worker for the pictures of a results folder, until the block ends."""
-    with folder_beside(out / HEATMAPS) as folder, local_executor(1) as worker:
+    """A place and workers for the pictures of a results folder, until the block ends."""
+    with folder_beside(out / HEATMAPS) as folder, local_executor(1) as maps, local_executor(1) as blend:
         Path(folder, "new", HEATMAPS).mkdir(parents=True)
-        yield Drawing(out, Path(folder), worker)
+        yield Drawing(out, Path(folder), {HEATMAPS: maps, BLEND: blend})
 
 
 def draw_alone(work: Callable[[], None]) -> str:
     """Draw in a worker process of its own; returns why it failed, or ""."""
     with tempfile.TemporaryDirectory(prefix="w2w_draw_") as folder:
-        return _reason(run_alone(_draw, work, printed := Path(folder, PRINTED)), printed)
+        return _reason(run_alone(_draw, work, printed := Path(folder, "printed.txt")), printed)
 
 
 def _reason(why: str | None, printed: Path) -> str:
@@ -176,6 +182,12 @@ def shaded(out: Path) -> BodyPictures:
 
     body = Body.load(inside(out, f"{WORK}/body.npz"))
     return BodyPictures(body, size_for(body, VIEW_PIXELS - 3))  # soft edges may take three more
+
+
+def get_ready_to_save() -> None:
+    """Import what saves `study.blend`: it takes longer than saving."""
+    with needs_blender():
+        from ...scene.files import study_file  # noqa: F401
 
 
 def write_blend(out: Path, to: Path) -> None:
