@@ -128,7 +128,7 @@ def cross(a: np.ndarray, b: np.ndarray, out: np.ndarray | None = None) -> np.nda
     out = np.empty_like(b) if out is None else out
     for axis in range(3):
         second, third = (axis + 1) % 3, (axis + 2) % 3
-        np.multiply(a[second], b[third], out=out[axis])
+        np.multiply(a[second], b[third], out=out[axis, ...])
         out[axis] -= a[third] * b[second]
     return out
 
@@ -165,9 +165,16 @@ OPPOSITE = 1e-15
 """Unit vectors whose sum is shorter than rounding are opposite: any axis at right angles will do."""
 
 
+def length(vectors: np.ndarray) -> np.ndarray:
+    """Lengths (...) of vectors (..., 3), as `np.linalg.norm` has them, in a third of its time."""
+    x, y, z = (vectors[..., axis] for axis in range(3))
+    lengths: np.ndarray = np.sqrt(x * x + y * y + z * z)
+    return lengths
+
+
 def unit(vectors: np.ndarray) -> np.ndarray:
     """Vectors (..., 3) at length 1; zero vectors stay zero."""
-    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    lengths = length(vectors)[..., None]
     return vectors / np.where(lengths > 0, lengths, 1)
 
 
@@ -175,7 +182,7 @@ def smallest_rotation(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Rotations (..., 3, 3) of least angle from one direction (..., 3) to another, of any length but zero."""
     a, b = np.broadcast_arrays(unit(start), unit(end))
     cosine = (a * b).sum(axis=-1)[..., None, None]
-    skew = skew_matrix(np.cross(a, b))
+    skew = skew_matrix(cross(a.T, b.T).T)
     obtuse = cosine < OBTUSE
     rotation = np.eye(3) + skew + skew @ skew / np.where(obtuse, 1, 1 + cosine)
     return np.where(obtuse, _two_reflections(a, b), rotation) if obtuse.any() else rotation

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from ..body.body import BODY_HANDS, JOINT_INDEX, JOINT_NAMES, N_JOINTS, Body
+from ..rotations import length
 from .motion import Motion
 from .skinning import joint_transforms, on_the_ground
 from .source import UnusableMotion, refuse_few_frames, refuse_still
@@ -151,7 +152,7 @@ def moving_part(heads: np.ndarray, resting: np.ndarray, rate: float) -> slice:
     `resting` (T,) marks frames that show the skeleton's rest pose.
     """
     size = float(np.median(np.ptp(heads, axis=1).max(axis=1))) or 1.0
-    steps = np.linalg.norm(np.diff(heads, axis=0), axis=-1).max(axis=1) / size
+    steps = length(np.diff(heads, axis=0)).max(axis=1) / size
     near = max(3, round(NEAR_S * rate))
     moving = np.flatnonzero(steps > STILL)
     if len(moving) == 0:
@@ -175,7 +176,7 @@ def _jumps(steps: np.ndarray, resting: bool, near: int) -> int:
 
 def _speeds(heads: np.ndarray, rate: float) -> np.ndarray:
     """Speed (T - 1, J) of joints (T, J, 3) between frames, m/s."""
-    return np.linalg.norm(np.diff(heads, axis=0), axis=-1) * rate
+    return length(np.diff(heads, axis=0)) * rate
 
 
 def _undamaged(

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..body.body import Y_UP_TO_Z_UP
+from ..rotations import cross, dot, length
 from ..wording import clean, count, harmless, restated
 
 
@@ -145,12 +146,16 @@ def unscaled_rotations(matrices: np.ndarray) -> np.ndarray:
 
     Gram-Schmidt on the columns: exact if the scale is uniform, as in FBX and BVH.
     """
-    y = matrices[..., :3, 1]
-    y = y / np.linalg.norm(y, axis=-1, keepdims=True)
-    x = matrices[..., :3, 0]
-    x = x - y * np.sum(x * y, axis=-1, keepdims=True)
-    x = x / np.linalg.norm(x, axis=-1, keepdims=True)
-    return np.stack([x, y, np.cross(x, y)], axis=-1)
+    columns = np.empty(
+        (3, 3, *matrices.shape[:-2])
+    )  # of each its components: whole ones are quick to work on
+    columns[:2] = np.moveaxis(matrices[..., :3, :2], (-1, -2), (0, 1))
+    x, y, z = columns
+    y /= np.sqrt(dot(y, y))
+    x -= y * dot(x, y)
+    x /= np.sqrt(dot(x, x))
+    cross(x, y, out=z)
+    return np.ascontiguousarray(np.moveaxis(columns, (0, 1), (-1, -2)))
 
 
 MIN_TURN = np.radians(0.5)
@@ -161,7 +166,7 @@ MIN_TRAVEL = 0.005
 def motion_amount(motion: SourceMotion) -> float:
     """How much a motion moves: its widest turn or travel in units of the least that counts."""
     axes = motion.matrices[:, :, :3, 1]
-    axes = axes / np.maximum(np.linalg.norm(axes, axis=-1, keepdims=True), 1e-12)
+    axes = axes / np.maximum(length(axes)[..., None], 1e-12)
     return _amount(motion.matrices[:, :, :3, 3], axes, motion.rest[:, :3, 3])
 
 
