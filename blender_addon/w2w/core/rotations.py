@@ -77,16 +77,15 @@ def _planes(matrices: np.ndarray) -> np.ndarray:
 def _largest_row(r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Normalised row of 4 q q^T with the largest diagonal, (4, T, N), and where R was no rotation."""
     m = _outer_square(r)
-    q, largest = m[0].copy(), m[0, 0].copy()
+    q, largest = m[0], m[0, 0]
     for row in range(1, 4):
         better = m[row, row] > largest
         if better.any():
-            np.copyto(q, m[row], where=better)
-            np.maximum(largest, m[row, row], out=largest)
+            q, largest = np.where(better, m[row], q), np.where(better, m[row, row], largest)
     square = dot(q, q)
-    q *= 1 / np.sqrt(square)
+    q = q * (1 / np.sqrt(square))
     # of a rotation the row's square is four times its diagonal; of nothing else
-    largest *= 4
+    largest = 4 * largest
     return q, np.abs(square - largest) > RIGID_TOLERANCE * largest
 
 
