@@ -6,7 +6,7 @@ import pytest
 from scipy.stats import kurtosis, skew
 from threadpoolctl import threadpool_limits
 
-from w2w.core.windows.features import BAND_EDGES_HZ, FLOOR, feature_names, window_features
+from w2w.core.windows.features import BAND_EDGES_HZ, FLOOR, feature_names, sum_rows, window_features
 
 RATE = 50.0
 
@@ -67,6 +67,12 @@ def test_power_adds_up_to_the_variance_whatever_length_and_rate():
         in_bands = ((frequencies >= BAND_EDGES_HZ[0]) & (frequencies < BAND_EDGES_HZ[-1])).sum()
         expected = in_bands * 2 / samples
         assert mean_square(features[:, bands]).sum(axis=1).mean() == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize("count", [1, 2, 4, 8, 9, 10, 20, 129, 130, 300])
+def test_rows_are_summed_as_numpy_reduces_them(count):
+    rows = np.random.default_rng(count).normal(size=(count, 50)).astype(np.float32)
+    np.testing.assert_array_equal(sum_rows(rows), np.add.reduceat(rows, [0], axis=0)[0])
 
 
 def test_strided_and_contiguous_windows_give_the_same_features():

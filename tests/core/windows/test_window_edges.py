@@ -21,7 +21,7 @@ def counted(n_samples, rate=50.0):
     ("n_samples", "starts"), [(100, [0]), (149, [0]), (150, [0, 50]), (249, [0, 50, 100])]
 )
 def test_the_last_whole_window_is_cut_and_no_part_of_one(n_samples, starts):
-    windows, _ = cut_windows(counted(n_samples), WindowSpec(length_s=2.0, stride_s=1.0))
+    windows, *_ = cut_windows(counted(n_samples), WindowSpec(length_s=2.0, stride_s=1.0))
     np.testing.assert_array_equal(windows[:, 0, 0, 0], starts)
     np.testing.assert_array_equal(windows[:, 0, -1, 0], np.array(starts) + 99)
 

@@ -16,7 +16,7 @@ def recording(n_frames, rate=50.0, n_sensors=2):
 
 
 def test_windows_hold_the_samples_they_should():
-    windows, is_test = cut_windows(recording(260), WindowSpec(length_s=2.0, stride_s=1.0))
+    windows, is_test, _ = cut_windows(recording(260), WindowSpec(length_s=2.0, stride_s=1.0))
     assert windows.shape == (4, 2, 100, 6)
     assert windows.dtype == np.float32
     np.testing.assert_array_equal(windows[3, 1, :, 2], 10000 + 2000 + np.arange(150, 250))
@@ -32,7 +32,7 @@ def test_windows_hold_the_samples_they_should():
 )
 def test_test_windows_never_overlap_and_one_always_exists(n_frames, length, stride, rate):
     spec = WindowSpec(length_s=length, stride_s=stride * length, shortest_s=0.01)
-    windows, is_test = cut_windows(recording(n_frames, rate, 1), spec)
+    windows, is_test, _ = cut_windows(recording(n_frames, rate, 1), spec)
     assert windows.shape[2] == spec.samples(rate)
     assert is_test[0]
     if n_frames >= spec.samples(rate):
@@ -42,7 +42,7 @@ def test_test_windows_never_overlap_and_one_always_exists(n_frames, length, stri
 
 def test_short_recording_is_played_back_and_forth():
     short = recording(30, n_sensors=1)
-    windows, is_test = cut_windows(short, WindowSpec())
+    windows, is_test, _ = cut_windows(short, WindowSpec())
     assert windows.shape == (1, 1, 100, 6)
     assert is_test.all()
     forth_and_back = np.concatenate(
@@ -63,7 +63,7 @@ def test_reversal_of_time_is_what_a_body_turning_back_would_give():
     acc[:, 0, 0] = -0.3 * spin**2
     acc[:, 0, 1] = 0.3 * 2 * time
     one = ImuRecording(acc, gyr, rate, clip="spin")
-    windows, _ = cut_windows(one, WindowSpec(length_s=1.2, stride_s=1.2))
+    windows, *_ = cut_windows(one, WindowSpec(length_s=1.2, stride_s=1.2))
     back = windows[0, 0, 60:]
     angle_acceleration = np.gradient(back[:, 5], 1 / rate)
     np.testing.assert_allclose(back[:, 0], -0.3 * back[:, 5] ** 2, rtol=1e-5)
@@ -71,7 +71,7 @@ def test_reversal_of_time_is_what_a_body_turning_back_would_give():
 
 
 def test_cycle_repeats():
-    windows, _ = cut_windows(recording(30, n_sensors=1), WindowSpec(short="cycle"))
+    windows, *_ = cut_windows(recording(30, n_sensors=1), WindowSpec(short="cycle"))
     np.testing.assert_array_equal(windows[0, 0, :, 0], np.arange(100) % 30)
 
 
@@ -80,7 +80,7 @@ def test_short_gaps_are_bridged_by_straight_lines():
     holed = recording(100)
     holed.acc[40:45, 1] = np.nan
     holed.gyr[60, 0, 2] = np.nan
-    windows, _ = cut_windows(holed, WindowSpec())
+    windows, *_ = cut_windows(holed, WindowSpec())
     np.testing.assert_allclose(windows, cut_windows(whole, WindowSpec()).signals, rtol=1e-6)
 
 
@@ -88,7 +88,7 @@ def test_short_gaps_are_bridged_by_straight_lines():
 def test_windows_with_a_long_gap_or_a_ragged_end_are_left_out_for_all_sensors(start, stop):
     holed = recording(400)
     holed.acc[start:stop, 1] = np.nan
-    windows, is_test = cut_windows(holed, WindowSpec())
+    windows, is_test, _ = cut_windows(holed, WindowSpec())
     starts = [s for s in range(0, 301, 50) if stop <= s or s + 100 <= start]
     np.testing.assert_array_equal(windows[:, 0, 0, 0], starts)
     assert np.isfinite(windows).all()

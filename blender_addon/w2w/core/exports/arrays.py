@@ -12,7 +12,7 @@ import numpy as np
 from ..body.body import TEMPLATES
 from ..files import atomic_write, write_json, write_text
 from ..imu.recording import READINGS
-from ..windows.windows import TooShortError, cut_at_windows, cut_windows, window_starts
+from ..windows.windows import TooShortError, cut_at_windows, cut_windows
 from ..wording import restated
 from .study_signals import StudySignals
 
@@ -40,8 +40,7 @@ def windows_of(signals: StudySignals) -> Iterator[ClipArrays]:
     spec = signals.config.windows
     for recording in signals.recordings():
         try:
-            starts = window_starts(recording, spec)
-            cut = cut_windows(recording, spec, starts)
+            cut = cut_windows(recording, spec)
             parts = [cut.signals.transpose(0, 1, 3, 2)]
             parts += [cut_at_windows(values, recording, spec) for values in recording.further.values()]
         except TooShortError:
@@ -49,7 +48,7 @@ def windows_of(signals: StudySignals) -> Iterator[ClipArrays]:
         x = np.concatenate(parts, axis=2).reshape(len(cut.is_test), -1, cut.signals.shape[2])
         yield ClipArrays(
             clip=recording.clip, activity=recording.activity, subject=recording.subject,
-            x=x.astype(np.float32, copy=False), starts=starts, is_test=cut.is_test, rate=recording.rate,
+            x=x.astype(np.float32, copy=False), starts=cut.starts, is_test=cut.is_test, rate=recording.rate,
         )  # fmt: skip
 
 

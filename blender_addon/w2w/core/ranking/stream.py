@@ -11,7 +11,7 @@ import scipy
 
 from ..imu.recording import ImuRecording
 from ..imu.sensor import SensorModel
-from ..threads import for_each, unthreaded_products
+from ..threads import chunks, for_each, unthreaded_products
 from ..windows.features import window_features
 from ..windows.stream import NO_CLIP, stream_windows
 from ..windows.windows import WindowSpec, cut_windows
@@ -261,10 +261,10 @@ def _by_patch(patches: Sequence[int], signals: Sequence[np.ndarray], rate: float
 
 def _described(signals: np.ndarray, rate: float) -> np.ndarray:
     """Features (W, N, D) of windows (W, N, samples, 6), many sensors at once: a fraction of the time."""
-    n_windows, n_sensors, samples, _ = signals.shape
-    step = max(1, SENSORS_AT_ONCE // n_sensors)
+    n_windows, n_sensors = signals.shape[:2]
+    by_channel = signals.transpose(0, 2, 3, 1)  # as they lie: the windows of all sensors side by side
     parts = [
-        window_features(signals[first : first + step].reshape(1, -1, samples, 6), rate)[0]
-        for first in range(0, n_windows, step)
+        window_features(np.concatenate(by_channel[some], axis=2).transpose(2, 0, 1)[None], rate)[0]
+        for some in chunks(n_windows, max(1, SENSORS_AT_ONCE // n_sensors))
     ]
     return np.concatenate(parts).reshape(n_windows, n_sensors, -1)

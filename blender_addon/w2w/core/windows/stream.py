@@ -15,7 +15,7 @@ from ..imu.virtual import record_motion
 from ..motion.motion import Motion
 from ..patches.patches import PatchSet
 from ..rotations import smallest_rotation
-from .windows import WindowSpec, cut_windows, window_starts
+from .windows import WindowSpec, cut_windows
 
 STANDING_S = (1.0, 2.5)
 """Shortest and longest standing between two clips, with the way there and back."""
@@ -81,12 +81,12 @@ def stream_windows(
     read = np.split(sensor.apply(named, draw[0]).values, np.cumsum(pauses)[:-1])
     whole = np.concatenate([part for pair in zip(read, played, strict=False) for part in pair] + read[-1:])
     stream = ImuRecording(whole[..., :3], whole[..., 3:], rate)
-    starts = window_starts(stream, spec)
+    signals, _, starts = cut_windows(stream, spec)
     first = np.cumsum(pauses[:-1] + np.concatenate([[0], lengths[:-1]]))
     inside = np.minimum(starts[:, None] + samples, first + lengths) - np.maximum(starts[:, None], first)
     inside = np.where(inside >= HELD * np.minimum(lengths, samples), inside, 0)
     owner = np.where(inside.any(axis=1), order[inside.argmax(axis=1)], NO_CLIP)
-    return StreamWindows(cut_windows(stream, spec, starts).signals, owner)
+    return StreamWindows(signals, owner)
 
 
 def _pauses(

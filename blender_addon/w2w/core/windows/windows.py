@@ -30,10 +30,12 @@ class Windows(NamedTuple):
     `signals` (W, N, samples, 6), float32, read-only, are specific force (m/s2), then angular velocity
     (rad/s), in the sensor frame: a view into one copy of the recording, so that overlapping windows cost no
     memory. `is_test` (W,), bool, marks windows that do not overlap one another; the others are for training.
+    `starts` (W,) are their first samples.
     """
 
     signals: np.ndarray
     is_test: np.ndarray
+    starts: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -134,7 +136,7 @@ def cut_windows(recording: ImuRecording, spec: WindowSpec, starts: np.ndarray | 
     stride = spec.stride(recording.rate)
     regular = len(starts) == len(views[::stride])  # a view then, where an index would copy
     chosen = views[::stride] if regular else views[starts]
-    return Windows(np.moveaxis(chosen, 3, 2), _separate(starts, samples))
+    return Windows(np.moveaxis(chosen, 3, 2), _separate(starts, samples), starts)
 
 
 def window_starts(recording: ImuRecording, spec: WindowSpec) -> np.ndarray:
