@@ -37,13 +37,15 @@ def test_scores_equal_the_definition(width, way):
     if way == "features":
         windows = member.sum(axis=0)
         means = member.T @ inputs / np.maximum(windows, 1)[:, None]
-        within, means, whole = (
-            part.astype(np.float32) for part in (inputs - member @ means, means, (inputs**2).sum(axis=0))
+        within = inputs - member @ means
+        sums = (within.T @ within, (inputs**2).sum(axis=0), means, windows, RIDGES)
+        of_another = (np.eye(width), np.ones(width), 0 * means, np.ones(A), RIDGES[::-1])
+        trained = Discriminant.by_features(
+            *(np.array(pair, dtype=np.float32) for pair in zip(of_another, sums, strict=True))
         )
-        trained = Discriminant.by_features(within.T @ within, whole, means, windows, RIDGES)
     else:
         trained = Discriminant.by_windows(inputs[None].astype(np.float32), member.astype(np.float32), RIDGES)
-    found = trained.scores(tested[None].astype(np.float32))[0].transpose(1, 2, 0)
+    found = trained.scores(int(way == "features"), tested.astype(np.float32)).transpose(1, 2, 0)
     for scores, ridge in zip(found, RIDGES, strict=True):
         wanted = by_definition(inputs, member, ridge, tested)
         assert np.isneginf(scores[:, -1]).all()

@@ -44,30 +44,35 @@ def averaging(group: np.ndarray, n_groups: int) -> csr_array:
 
 
 class Discriminant:
-    """Trainings of P patches on the same windows, with several ridges.
+    """P trainings, of several patches or on several sets of windows, with several ridges.
 
-    Built from class means (P, A, D), training windows per class (A,) (a class with none is never predicted)
-    and slopes (P, A, D), one per ridge, in single precision.
+    Built from class means (P, A, D), training windows per class (A,) or (P, A) (a class with none is never
+    predicted) and slopes (P, A, D), one per ridge, in single precision.
     """
 
     def __init__(self, means: np.ndarray, windows: np.ndarray, slopes: Iterable[np.ndarray]) -> None:
         self._slopes = np.stack(tuple(slopes), axis=2)
         self._offsets = -0.5 * np.einsum("pad,pard->par", means, self._slopes)
-        self._offsets[:, windows == 0] = -np.inf
+        self._offsets[np.broadcast_to(windows == 0, means.shape[:2])] = -np.inf
 
     @classmethod
     def by_features(
         cls, within: np.ndarray, whole: np.ndarray, means: np.ndarray, windows: np.ndarray, ridges: np.ndarray
     ) -> Discriminant:
-        """Train one patch from sums over the training windows, in single precision.
+        """Train from sums over the training windows of P trainings, in single precision, by `ridges` (P, R).
 
-        `within` (D, D) holds products of features about their class means, the upper triangle; `whole` (D,)
-        squares of features about whatever `means` (A, D) are about.
+        `within` (P, D, D) holds products of features about their class means, the upper triangle; `whole`
+        (P, D) squares of features about whatever `means` (P, A, D) are about; `windows` are (P, A).
         """
-        count = np.float32(windows.sum())
-        unit = np.minimum(count * deviation(np.diag(within) / count, whole / count) ** 2, KEPT_OUT)
-        solved = (_solved(within, ridge * unit, count * means)[None] for ridge in ridges)
-        return cls(means[None], windows, solved)
+        count = windows.sum(axis=1, dtype=np.float32)[:, None]
+        inside = np.einsum("pdd->pd", within) / count
+        unit = np.minimum(count * deviation(inside, whole / count) ** 2, KEPT_OUT)
+        aims = count[..., None] * means
+        solved = (
+            np.stack([*map(_solved, within, ridge[:, None] * unit, aims)])
+            for ridge in ridges.T.astype(np.float32)
+        )
+        return cls(means, windows, solved)
 
     @classmethod
     def by_windows(cls, inputs: np.ndarray, member: np.ndarray, ridges: np.ndarray) -> Discriminant:
@@ -96,12 +101,11 @@ class Discriminant:
 
         return cls(means, windows, map(slopes, ridges))
 
-    def scores(self, inputs: np.ndarray) -> np.ndarray:
-        """Scores (P, A, ridges, v) of windows (P, v, D)."""
-        slopes = self._slopes.reshape(len(inputs), -1, inputs.shape[2])
-        pairs = zip(slopes, inputs, strict=True)
-        scores = np.stack([multiply(of_patch, rows.T) for of_patch, rows in pairs])
-        return scores.reshape(*self._offsets.shape, -1) + self._offsets[..., None]
+    def scores(self, training: int, inputs: np.ndarray) -> np.ndarray:
+        """Scores (A, ridges, v) of windows (v, D) by one of the trainings."""
+        slopes, offsets = self._slopes[training], self._offsets[training]
+        scores = multiply(slopes.reshape(-1, inputs.shape[1]), inputs.T).reshape(*offsets.shape, -1)
+        return np.add(scores, offsets[..., None], out=scores)
 
 
 def _solved(within: np.ndarray, ridge: np.ndarray, aims: np.ndarray) -> np.ndarray:

@@ -152,10 +152,10 @@ class Ridge:
 
 
 class _Sums(NamedTuple):
-    """Sums over some blocks of training features, taken about the class means of all windows."""
+    """Sums over P sets of windows, of features taken about the class means of all windows."""
 
-    gram: np.ndarray  # (D, D): the upper triangle
-    of_class: np.ndarray  # (A, D)
+    gram: np.ndarray  # (P, D, D): the upper triangle
+    of_class: np.ndarray  # (P, A, D)
 
 
 class _Shared(NamedTuple):
@@ -202,49 +202,41 @@ class _Splits:
                 self._few[number] = some, np.eye(self.n_classes, dtype=np.float32)[self.labels[some]]
             some, member = self._few[number]
             trained = Discriminant.by_windows(_single(inputs[:, some] - centre), member, alphas[number])
-            self._score(trained, number, inputs, centre, found)
+            for patch, of_patch in enumerate(found):
+                of_patch += self._scored(trained, patch, number, inputs[patch], centre[patch])
         if not is_few.all():
-            for patch in range(len(inputs)):
-                one = slice(patch, patch + 1)
-                self._add_by_features(~is_few, inputs[one], centre[one], alphas, found[one])
+            for patch, of_patch in enumerate(found):
+                of_patch += self._by_features(~is_few, inputs[patch], centre[patch], alphas)
         return found
 
-    def _add_by_features(
-        self,
-        chosen: np.ndarray,
-        inputs: np.ndarray,
-        centre: np.ndarray,
-        alphas: np.ndarray,
-        found: list[list[Predictions]],
-    ) -> None:
-        """Add one patch's predictions in splits that train on many windows."""
+    def _by_features(
+        self, chosen: np.ndarray, inputs: np.ndarray, centre: np.ndarray, alphas: np.ndarray
+    ) -> Iterator[Predictions]:
+        """Predictions for one patch (W, D) in splits that train on many windows."""
         class_means = self._share * sum(
-            summing(self.labels[windows], self.n_classes) @ inputs[0, windows]
+            summing(self.labels[windows], self.n_classes) @ inputs[windows]
             for windows in chunks(len(self.labels), WINDOWS_AT_ONCE)
         )
-        about_centre, sums = _single(class_means - centre[0]), self._of_splits(chosen, inputs[0], class_means)
-        for number, of_split in zip(np.flatnonzero(chosen).tolist(), sums, strict=True):
-            trained = _by_features(of_split, about_centre, self._windows[number], alphas[number])
-            self._score(trained, number, inputs, centre, found)
+        about_centre = _single(class_means - centre)
+        for numbers, sums in self._of_splits(chosen, inputs, class_means):
+            trained = _by_features(sums, about_centre, self._windows[numbers], alphas[numbers])
+            for training, number in enumerate(numbers.tolist()):
+                yield from self._scored(trained, training, number, inputs, centre)
 
-    def _score(
-        self,
-        trained: Discriminant,
-        number: int,
-        inputs: np.ndarray,
-        centre: np.ndarray,
-        found: list[list[Predictions]],
-    ) -> None:
-        """Add each patch's predictions of the windows that a split tests."""
+    def _scored(
+        self, trained: Discriminant, training: int, number: int, inputs: np.ndarray, centre: np.ndarray
+    ) -> Iterator[Predictions]:
+        """A patch's predictions, by one of some trainings, of the windows that a split tests."""
         rows = self.tested[number]
         for first in range(0, len(rows), WINDOWS_AT_ONCE):
             some = rows[first : first + WINDOWS_AT_ONCE]
-            named = trained.scores(_single(inputs[:, some] - centre)).argmax(axis=1).astype(np.int16)
-            for of_patch, activities in zip(found, named, strict=True):
-                of_patch.append(Predictions(number, some, activities))
+            scores = trained.scores(training, _single(inputs[some] - centre))
+            yield Predictions(number, some, scores.argmax(axis=0).astype(np.int16))
 
-    def _of_splits(self, chosen: np.ndarray, inputs: np.ndarray, class_means: np.ndarray) -> Iterator[_Sums]:
-        """Sums over the windows that each of some splits trains on."""
+    def _of_splits(
+        self, chosen: np.ndarray, inputs: np.ndarray, class_means: np.ndarray
+    ) -> Iterator[tuple[np.ndarray, _Sums]]:
+        """Numbers of some splits that share parts, and sums over the windows that each of them trains on."""
         shares, width = [each for each in self._shared if chosen[each.splits].any()], inputs.shape[1]
         rooms = [self._room(str(each.splits), each.of_parts.shape[1], width) for each in shares]
         for sums in chain.from_iterable(rooms):
@@ -263,11 +255,12 @@ class _Splits:
                 cell = part * self.n_classes + labels[order]
                 of_class += (summing(cell, of_class[..., 0].size) @ ordered).reshape(of_class.shape)
         for each, of_parts in zip(shares, rooms, strict=True):
-            member = each.of_parts[chosen[each.splits]]
+            here = chosen[each.splits]
+            member = each.of_parts[here]
             of_splits = self._room("of splits", len(member), width)
             for sums, out in zip(of_parts, of_splits, strict=True):
                 multiply(member, sums.reshape(len(sums), -1), out=out.reshape(len(out), -1))
-            yield from map(_Sums, *of_splits)
+            yield each.splits.start + np.flatnonzero(here), of_splits
 
     def _room(self, name: str, count: int, width: int) -> _Sums:
         """Memory of this thread for `count` sums; allocated per patch it would take a tenth more time."""
@@ -301,12 +294,14 @@ def _of_parts(trained: np.ndarray, splits: slice, part: np.ndarray, block: np.nd
 def _by_features(
     sums: _Sums, class_means: np.ndarray, windows: np.ndarray, ridges: np.ndarray
 ) -> Discriminant:
-    """A split's discriminant from its sums, with the class means (A, D) that features were taken about."""
-    within, seen = sums.gram, windows[:, None]
+    """The discriminant of P splits from their sums, with the class means (A, D) that features are about."""
+    within, seen = sums.gram, windows[..., None]
     about = sums.of_class / np.maximum(seen, 1)
     # all windows' squares: those about the class means, and those of the class means
-    whole = np.diag(within) + np.einsum("ad,ad->d", 2 * sums.of_class + seen * class_means, class_means)
-    add_square(within, about * np.sqrt(seen), -1.0)
+    squares = np.einsum("pad,ad->pd", 2 * sums.of_class + seen * class_means, class_means)
+    whole = np.einsum("pdd->pd", within) + squares
+    for of_split, means in zip(within, about * np.sqrt(seen), strict=True):
+        add_square(of_split, means, -1.0)
     return Discriminant.by_features(within, whole, about + class_means, windows, ridges)
 
 
