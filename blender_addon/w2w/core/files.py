@@ -109,11 +109,15 @@ def write_npz(path: str | Path, arrays: Mapping[str, Any], compress: bool = Fals
     method = ZIP_DEFLATED if compress else ZIP_STORED
     with atomic_write(path) as stream, ZipFile(stream, "w", method) as archive:
         for name, value in arrays.items():
-            buffer = io.BytesIO()
-            npy.write_array(buffer, np.asanyarray(value), allow_pickle=False)
-            info = ZipInfo(f"{name}.npy", ZIP_EPOCH)
-            info.compress_type = method
-            archive.writestr(info, buffer.getvalue())
+            array, header, info = np.asanyarray(value), io.BytesIO(), ZipInfo(f"{name}.npy", ZIP_EPOCH)
+            if array.dtype.hasobject:
+                raise ValueError(f"Object arrays, such as '{name}', are not written")
+            about = npy.header_data_from_array_1_0(array)
+            npy.write_array_header_1_0(header, about)
+            info.compress_type, info.file_size = method, header.tell() + array.nbytes
+            with archive.open(info, "w") as stored:  # by numpy it takes copies
+                stored.write(header.getvalue())
+                stored.write(np.ascontiguousarray(array.T if about["fortran_order"] else array).data)
 
 
 def write_json(path: str | Path, content: Any) -> None:
