@@ -260,7 +260,7 @@ def test_a_source_for_each_activity_is_warned_of(ran, tmp_path):
     assert f"<b>Stops the answer:</b> {caution}" not in page
 
 
-TOO_ALIKE = [("rank_clips", "rank patches"), ("choose_with", "choose sensors")]
+TOO_ALIKE = [("rank_clips", "rank patches"), ("Choices", "choose sensors")]
 
 
 @pytest.mark.usefixtures("one_worker")

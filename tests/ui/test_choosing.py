@@ -12,10 +12,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from w2w.core.study import choosing
 from w2w.core.study.results import StudyResults
 from w2w.headless.app import APP
 from w2w.scene.base.patches import empties_by_patch
 from w2w.ui.jobs import jobs
+from w2w.ui.steps import baking
 from w2w.ui.steps.choosing import choose_steps
 from w2w.ui.study import signal_cache
 from w2w.ui.study.lists import advice_of, answer_of, comparison_of, leading
@@ -92,6 +94,26 @@ def test_drawn_wishes_get_the_same_answer_at_both_doors(finished_run: Path, tmp_
             row["patch"] for row in choice["worn_together"]["places"]
         ]
     assert answered > WISHES / 2
+
+
+def test_a_further_choice_goes_on_from_what_the_first_found_out(
+    finished_run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study, made, make = open_file(finished_run / "study.blend").w2w, [], choosing.stream_in
+    monkeypatch.setattr(choosing, "stream_in", lambda *given: made.append(given) or make(*given))
+    baking.known.clear()
+    assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
+    set_wishes(study, [("MUST", "tail", 1.0)])
+    with pytest.raises(RuntimeError, match="no patch is called 'tail'"):
+        bpy.ops.w2w.choose_sensors()
+    set_wishes(study, [("FORBID", "left arm", 1.0)])
+    assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
+    assert len(made) == 1
+    found = advice_of(study)
+    baking.known.clear()
+    assert bpy.ops.w2w.choose_sensors() == {"FINISHED"}
+    assert len(made) == 2
+    assert advice_of(study) == found
 
 
 @pytest.mark.slow

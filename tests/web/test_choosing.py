@@ -18,9 +18,9 @@ def chosen_by(tmp_path, monkeypatch):
     study = SimpleNamespace(
         config=lambda: run, clips=clips, utility=None, patches=None, summary={"cautions": []}
     )
-    monkeypatch.setattr(choosing, "_opened", lambda *_: (study, None, None, {}))
+    choices = SimpleNamespace(study=study, under=lambda config: config)
+    monkeypatch.setattr(choosing, "_opened", lambda *_: choices)
     monkeypatch.setattr(choosing, "ranked_again", lambda found, _: found)
-    monkeypatch.setattr(choosing, "choose_with", lambda _, config, *__: config)
     monkeypatch.setattr(choosing, "advice_content", lambda config, *_: {"config": config})
     (tmp_path / "summary.json").write_text("{}")
     return lambda **wishes: choosing.choose_again(tmp_path, {"compare": "", **wishes})["config"]

@@ -12,18 +12,13 @@ from ..core.findings.cautions import Caution
 from ..core.findings.pilot import of_folder
 from ..core.imu.recording_folder import outlines
 from ..core.parameters import with_values
-from ..core.ranking.stream import Stream
 from ..core.selection.advice import Advice
 from ..core.selection.joint import grow_unwished
-from ..core.selection.set_tests import SetTests
 from ..core.study.choosing import (
-    choose,
-    choose_with,
+    Choices,
     compare_places,
     find_needs,
     ranked_again,
-    set_tests_in,
-    stream_in,
 )
 from ..core.study.config import StudyConfig
 from ..core.study.results import StudyResults
@@ -37,17 +32,16 @@ from ..report.page import report_page
 def _opened(
     out: Path,
     written: int,  # noqa: ARG001
-) -> tuple[StudyResults, SetTests | None, Stream | None, dict[int, int]]:
-    """A results folder as it was `written`, with tests, stream and turns that remember: seconds to make."""
+) -> Choices[StudyResults]:
+    """Choices in a results folder as it was `written`."""
     study = StudyResults.load(out)
-    config = study.config()
-    return study, set_tests_in(study, config), stream_in(study, config), {}
+    return Choices(study, study.config())
 
 
 def get_ready(out: Path) -> None:
     """Choose as the run did, and find what other wishes need, too."""
     choose_again(out, {"compare": ""})
-    tests = _opened(out, _written(out))[1]
+    tests = _opened(out, _written(out)).tests
     if tests:
         grow_unwished(tests)
 
@@ -55,7 +49,7 @@ def get_ready(out: Path) -> None:
 def choose_again(out: Path, wishes: dict[str, Any]) -> dict[str, Any]:
     """What `w2w place` would choose, or compare, in a results folder; "" takes back a wish of the run."""
     if wishes["compare"]:
-        study = _opened(out, _written(out))[0]
+        study = _opened(out, _written(out)).study
         scores = compare_places(study, words(wishes["compare"]))
         return {"compared": [place_content(score, study.patches) for score in scores]}
     again, _, advice = _chosen(out, wishes)
@@ -81,7 +75,7 @@ def report_needing(out: Path, wishes: dict[str, Any]) -> str:
 def _shown(out: Path, wishes: dict[str, Any]) -> StudyResults:
     """A results folder's study as its report shows it under other wishes."""
     again, config, advice = _chosen(out, wishes)
-    study = _opened(out, _written(out))[0]
+    study = _opened(out, _written(out)).study
     shown = replace(again, parameters=config.as_dict())
     vars(shown)["summary"] = study.summary | chosen_content(study, shown, config, advice)
     return shown
@@ -116,13 +110,14 @@ def _chosen(out: Path, wishes: dict[str, Any]) -> tuple[StudyResults, StudyConfi
 def _chosen_by(out: Path, written: int, asked: str) -> tuple[StudyResults, StudyConfig, Advice]:
     """A choice by wishes as JSON: its sentence is asked for, then its report."""
     wishes = json.loads(asked)
-    study, tests, stream, turned = _opened(out, written)
+    choices = _opened(out, written)
+    study = choices.study
     figures = [name for name, each in CHOICE.items() if not each.is_list]
     cleared = {name: CHOICE[name].default for name in figures if wishes.get(name) == ""}
     given = {name: wishes[name] for name in wishes if name in CHOICE and name not in cleared}
     config = with_values(Wishes(**given).over(study), cleared)
     again = ranked_again(study, config)
     if again.utility is study.utility:
-        return again, config, choose_with(study, config, tests, stream, turned)
-    again, advice = choose(again, config)
-    return again, config, advice
+        return again, config, choices.under(config)
+    choices = Choices(again, config)
+    return choices.study, config, choices.under(config)

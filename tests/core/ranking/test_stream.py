@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """F1 in a stream where it is known: nothing lost, one activity lost, nothing told at all."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -132,6 +132,19 @@ def test_one_sensor_loses_what_the_spots_lose_in_the_mean_and_a_set_what_it_lose
     assert found[0] == pytest.approx((own[0] + own[1]) / 2)
     assert found[1] == pytest.approx(found[0])
     assert found[2] == pytest.approx(own[2])
+
+
+def test_what_was_asked_for_before_changes_nothing():
+    def noise(seconds, rng):
+        return STANDING + rng.normal(size=(round(seconds * RATE), 6))
+
+    found = []
+    for before in ([[2]], [[0]]):
+        made = replace(stream_of(waves(1.0, 1.2), waves(1.0, 1.1), [noise, noise]), spots=[0, 1])
+        made.losing(before)
+        found.append(made.f1([[0, 1]])[0])
+    assert np.array_equal(found[0].orders, found[1].orders)
+    assert np.array_equal(found[0].by_clip, found[1].by_clip)
 
 
 def test_signals_of_a_patch_are_read_once():

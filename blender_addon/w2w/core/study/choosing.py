@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Choose sensors in a ranked study, say how far one may turn, and rank again with other weights."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -120,26 +123,22 @@ def ranked_again(study: StudyResults, config: StudyConfig) -> StudyResults:
 
 def rank_files(
     clips: Sequence[LabelledClip], places: Sequence[tuple[Path, str]], patches: PatchSet, body: Body,
-    config: StudyConfig, progress: Callable[[float], None],
-) -> HeldResults:  # fmt: skip
-    """Rank clips whose files lie in these folders under these names, and put F1 in a stream on the map."""
+    config: StudyConfig, progress: Callable[[float], None], utility: UtilityMap | None = None,
+) -> Choices[HeldResults]:  # fmt: skip
+    """Rank clips whose files lie in these folders under these names, unless `utility` is their map."""
     windows = [ClipWindows.read(*place) for place in places]
-    inputs = ranking_inputs(places, windows, config.classifier, config.windows)
     ranked = same_motions(clips, windows)
-    utility = rank_clips(ranked, windows, inputs, config, Pooling.on(body, patches), progress=progress)
+    if utility is None:
+        inputs = ranking_inputs(places, windows, config.classifier, config.windows)
+        utility = rank_clips(ranked, windows, inputs, config, Pooling.on(body, patches), progress=progress)
     found = HeldResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
-    return in_stream(found, stream_in(found, config))
+    return Choices(found, config)
 
 
-def set_tests_in(study: StudyResults, config: StudyConfig, pooling: Pooling | None = None) -> SetTests | None:
-    """Tests that sets of a study's patches are chosen and judged by; None for classifiers that are too slow.
-
-    `pooling` is over the skin of the study's body, which takes seconds to make.
-    """
-    pooling = pooling or Pooling.on(study.body(), study.patches)
-    return set_tests_of(
-        study.inputs(config.classifier), study.labels(), config, pooling, utility=study.utility
-    )
+def set_tests_in(study: StudyResults, config: StudyConfig) -> SetTests | None:
+    """Tests that sets of patches are chosen and judged by; None for classifiers that are too slow."""
+    inputs, pooling = study.inputs(config.classifier), Pooling.on(study.body(), study.patches)
+    return set_tests_of(inputs, study.labels(), config, pooling, utility=study.utility)
 
 
 def advise_under(
@@ -187,36 +186,29 @@ def find_needs(study: StudyResults, words: Sequence[str] = ()) -> list[Need]:
     return needs(study, list(named), list(named.values()), numbers)
 
 
-def choose(study: Found, config: StudyConfig) -> tuple[Found, Advice]:
-    """Put F1 in a stream on a ranked study, and choose: a step of runs, `w2w place` and the panel."""
-    stream = stream_in(study, config)
-    study = in_stream(study, stream)
-    return study, choose_with(study, config, set_tests_in(study, config), stream, {})
+class Choices(Generic[Found]):
+    """Choices in a ranked study, whose map gets F1 in a stream; a further one takes a fifth of the time."""
 
+    def __init__(self, study: Found, config: StudyConfig) -> None:
+        self.stream = stream_in(study, config)
+        self.study = replace(study, utility=self.stream.on_map(study.utility)) if self.stream else study
+        self._config, self._turned = config, dict[int, int]()
 
-def in_stream(study: Found, stream: Stream | None) -> Found:
-    """The study whose map is of F1 in a stream of its clips, if there is one."""
-    return replace(study, utility=stream.on_map(study.utility)) if stream else study
+    @cached_property
+    def tests(self) -> SetTests | None:
+        """Tests of sets: they and the stream remember what was asked of them."""
+        return set_tests_in(self.study, self._config)
 
-
-def choose_with(
-    study: StudyResults,
-    config: StudyConfig,
-    tests: SetTests | None,
-    stream: Stream | None,
-    turned: dict[int, int],
-) -> Advice:
-    """Like `choose`, with tests and a stream that know what was asked of them before.
-
-    So does `turned`: how far the sensor on each patch may be turned.
-    """
-    advice = advise_under(study.utility, study.patches, study.body(), config, tests, stream)
-    if stream is None:
-        return advice
-    due = [card.patch for card in advice.cards if card.patch not in turned]
-    turned.update(zip(due, _turns(study, config, stream, due) if due else (), strict=True))
-    cards = [replace(card, turn_deg=turned[card.patch]) for card in advice.cards]
-    return replace(advice, cards=tuple(cards))
+    def under(self, config: StudyConfig) -> Advice:
+        """Choose by a config that differs from the ranking's in wishes; ValueError if they cannot be met."""
+        study, stream, turned = self.study, self.stream, self._turned
+        advice = advise_under(study.utility, study.patches, study.body(), config, self.tests, stream)
+        if stream is None:
+            return advice
+        due = [card.patch for card in advice.cards if card.patch not in turned]
+        turned.update(zip(due, _turns(study, config, stream, due) if due else (), strict=True))
+        cards = [replace(card, turn_deg=turned[card.patch]) for card in advice.cards]
+        return replace(advice, cards=tuple(cards))
 
 
 MOST_CLIPS, FEWEST_OF_EACH = 1000, 20

@@ -21,7 +21,7 @@ from ...core.parameters import parameters_at, with_values
 from ...core.ranking.weights import check_counting
 from ...core.selection.advice import Advice
 from ...core.selection.headline import mean_caution
-from ...core.study.choosing import choose, compare_places, ranked_again
+from ...core.study.choosing import Choices, compare_places, ranked_again
 from ...core.study.clip_files import WORK, is_used, mark_changing, mark_whole
 from ...core.study.config import StudyConfig
 from ...core.study.results import UTILITY, StudyResults
@@ -138,7 +138,8 @@ def place(
         with console.status("Ranking"):
             study = ranked_again(study, config)
         with console.status("Choosing sensors"):
-            study, advice = choose(study, config)
+            choices = Choices(study, config)
+            study, advice = choices.study, choices.under(config)
     found = _cautions(study, config, advice)
     show_answer(advice, study.utility, found, console)
     show_worn(advice, study.patches, console)

@@ -22,7 +22,7 @@ from ...core.patches.patches import PatchSet
 from ...core.ranking.pooling import Pooling
 from ...core.ranking.utility import UtilityMap
 from ...core.reading.reader import Death
-from ...core.study.choosing import choose_with, in_stream, set_tests_in, stream_in
+from ...core.study.choosing import Choices
 from ...core.study.clip_files import (
     NO_SIGNATURE,
     WORK,
@@ -156,11 +156,10 @@ def rank_study(
         restated("the constraints cannot be met:", ValueError, StudyError),
         restated(f"{TOO_ALIKE} to choose sensors by", np.linalg.LinAlgError, StudyError),
     ):
-        stream = stream_in(results, config)
-        results = in_stream(results, stream)
-        mapped(results)
-        advice = choose_with(results, config, set_tests_in(results, config, pooling), stream, {})
-    return Study(plan.library, config, baked.body, baked.clips, results, advice)
+        choices = Choices(results, config)
+        mapped(choices.study)
+        advice = choices.under(config)
+    return Study(plan.library, config, baked.body, baked.clips, choices.study, advice)
 
 
 def write_config(study: Study) -> None:

@@ -17,8 +17,9 @@ from ...core.imu.recording import ImuRecording
 from ...core.imu.virtual import at_patches
 from ...core.motion.signature import motion_signature
 from ...core.motion.source import reason_of
-from ...core.study.choosing import rank_files
+from ...core.study.choosing import Choices, rank_files
 from ...core.study.clip_files import write_clip
+from ...core.study.config import StudyConfig
 from ...core.study.ranking import LabelledClip
 from ...core.study.results import HeldResults
 from ...core.study.signals import describe, record_baked
@@ -128,17 +129,28 @@ def rank_steps(mesh: bpy.types.Object) -> Steps:
     places = signal_cache.places_of(ranked_clips(study))
     body, patches = state.body_as_run(mesh), state.placed_patches(mesh)
 
-    def rank(progress: Callable[[float], None]) -> HeldResults:
-        found = rank_files(used, places, patches, body, config, progress)
-        pack(found.utility)  # kept, as the regions are: here they stop no window
+    def rank(progress: Callable[[float], None]) -> Choices[HeldResults]:
+        ranked = rank_files(used, places, patches, body, config, progress)
+        pack(ranked.study.utility)  # kept, as the regions are: here they stop no window
         regions_of(body)
-        return found
+        return ranked
 
-    found = yield from in_thread(rank, "training at every spot", 0.4 if lost else 0.0, 0.95)
+    ranked = yield from in_thread(rank, "training at every spot", 0.4 if lost else 0.0, 0.95)
     yield Step(0.95, "painting heatmaps")
-    results.store(mesh, found.utility, ranked_as, found.clips)
+    utility = ranked.study.utility
+    results.store(mesh, utility, ranked_as, ranked.study.clips)
+    known[:] = [(known_by(study, config, places), ranked)]
     show_colours()
-    return f"Ranked {len(patches)} spots, {found.utility.protocol}"
+    return f"Ranked {len(patches)} spots, {utility.protocol}"
+
+
+known: list[tuple[object, Choices[HeldResults]]] = []
+"""The study that was ranked or chosen in last, by what it depends on."""
+
+
+def known_by(study: bpy.types.PropertyGroup, config: StudyConfig, places: Sequence[object]) -> object:
+    """What a ranking of clips, whose files lie at some places, depends on."""
+    return study.ranked_as, study.utility_key, config.background, config.weights, *places
 
 
 def ranked_clips(study: bpy.types.PropertyGroup) -> list[bpy.types.PropertyGroup]:

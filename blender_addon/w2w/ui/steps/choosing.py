@@ -4,26 +4,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from dataclasses import replace
-from pathlib import Path
 
 import bpy
 
 from ...core.findings.advice_content import advice_content
 from ...core.findings.cautions import head
-from ...core.ranking.pooling import Pooling
-from ...core.ranking.utility import UtilityMap
 from ...core.selection.advice import Advice
-from ...core.study.choosing import choose
-from ...core.study.clip_files import ClipWindows
+from ...core.study.choosing import Choices, rank_files
 from ...core.study.config import StudyConfig
-from ...core.study.ranking import rank_clips, same_motions
 from ...core.study.results import HeldResults
 from ...core.wording import capital
 from ..jobs.jobs import Step, Steps, in_thread, on_body
 from ..results import results
 from ..study import counting, lists, operators, signal_cache, state
-from .baking import as_labelled, ranked_clips
+from .baking import as_labelled, known, known_by, ranked_clips
 
 
 def missing_for_choice(body: bpy.types.Object) -> str:
@@ -79,20 +73,21 @@ def advised_steps(
     left_out, reweighed = counting.left_out(study), counting.is_reweighed(study, utility)
     clips = counted_clips(study)
     places, labelled = signal_cache.places_of(clips), [as_labelled(clip) for clip in clips]
+    key, map_of = known_by(study, config, places), None if left_out or reweighed else utility
 
-    def gather(_: object) -> HeldResults:
-        ranked = same_motions(labelled, [ClipWindows.read(*place) for place in places])
-        return HeldResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
+    def get_ready(progress: Callable[[float], None]) -> Choices[HeldResults]:
+        of, kept = known.pop() if known else (None, None)  # another job does not find it meanwhile
+        if kept and of == key:
+            return kept
+        return rank_files(labelled, places, patches, body, config, progress, map_of)
 
-    found = yield from in_thread(gather, "gathering windows", 0.0, 0.05)
-    if left_out or reweighed:
-        text = f"ranking without {', '.join(left_out)}" if left_out else "ranking by the new weights"
-        inputs = found.inputs(config.classifier)
+    def choose(_: object) -> tuple[HeldResults, Advice]:
+        try:
+            return choices.study, choices.under(config)
+        finally:
+            known[:] = [(key, choices)]
 
-        def rank(progress: Callable[[float], None]) -> UtilityMap:
-            skin = Pooling.on(body, patches)
-            return rank_clips(found.clips, found.windows, inputs, config, skin, progress=progress)
-
-        found = replace(found, utility=(yield from in_thread(rank, text, 0.05, 0.3)))
-    text = "choosing what to wear"
-    return (yield from in_thread(lambda _: choose(found, config), text, 0.3, 1.0))
+    text = "ranking by the new weights" if reweighed else "gathering windows"
+    text = f"ranking without {', '.join(left_out)}" if left_out else text
+    choices = yield from in_thread(get_ready, text, 0.0, 0.3)
+    return (yield from in_thread(choose, "choosing what to wear", 0.3, 1.0))
