@@ -73,21 +73,22 @@ def _local_matrices(text: BvhText) -> np.ndarray:
     local[..., 3, 3] = 1
     local[..., :3, :3] = np.eye(3)
     turning: dict[str, list[tuple[int, list[int]]]] = {}
+    shifts: list[tuple[int, int, int]] = []  # joint, axis and column
     start = 0
     for number, joint in enumerate(text.joints):
         columns = {name: start + place for place, name in enumerate(joint.channels)}
         start += len(columns)
-        shifts = {
-            "xyz".index(name[0]): column for name, column in columns.items() if name.endswith("position")
-        }
-        if not shifts:
+        moved = [(number, "xyz".index(name[0]), at) for name, at in columns.items() if "position" in name]
+        if not moved:
             local[:, number, :3, 3] = joint.offset
-        for axis, column in shifts.items():
-            local[:, number, axis, 3] = text.values[:, column]
+        shifts += moved
         turns = {name: column for name, column in columns.items() if name.endswith("rotation")}
         if turns:
             order = "".join(name[0] for name in turns)
             turning.setdefault(order, []).append((number, list(turns.values())))
+    if shifts:
+        numbers, axes, places = map(list, zip(*shifts, strict=True))
+        local[:, numbers, axes, 3] = text.values[:, places]
     for order, those in turning.items():  # all joints of one order at once: there are few orders
         numbers, angles = map(list, zip(*those, strict=True))
         local[:, numbers, :3, :3] = _turns(order, text.values[:, angles])
@@ -96,13 +97,11 @@ def _local_matrices(text: BvhText) -> np.ndarray:
 
 def _turns(order: str, degrees: np.ndarray) -> np.ndarray:
     """Rotation matrices (T, J, 3, 3) from angles (T, J, axes) about axes that turn along, such as ``zxy``."""
-    turns = np.zeros((*degrees.shape[:2], 3, 3))
-    turns[:] = np.eye(3)
-    angles = np.radians(degrees)[..., None]
-    cosines, sines = np.cos(angles), np.sin(angles)
-    for place, axis in enumerate(order):
+    angles = np.radians(degrees).transpose(2, 1, 0)
+    turns = np.zeros((3, 3, *angles.shape[1:]))  # entry by entry: whole ones are quick to work on
+    turns[range(3), range(3)] = 1
+    for axis, cosine, sine in zip(order, np.cos(angles), np.sin(angles), strict=True):
         after, before = ("xyz".index(axis) + 1) % 3, ("xyz".index(axis) + 2) % 3
-        cosine, sine = cosines[:, :, place], sines[:, :, place]
-        a, b = turns[..., after], turns[..., before]
-        turns[..., after], turns[..., before] = cosine * a + sine * b, cosine * b - sine * a
-    return turns
+        a, b = turns[:, after], turns[:, before]
+        turns[:, after], turns[:, before] = cosine * a + sine * b, cosine * b - sine * a
+    return turns.transpose(3, 2, 0, 1)
