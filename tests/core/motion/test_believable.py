@@ -121,7 +121,7 @@ def test_a_motion_that_starts_in_the_rest_pose_keeps_it():
     heads = np.zeros((60, 3, 3))
     heads[:, 1, 2] = 1.0
     heads[:, 2, 0], heads[:, 2, 2] = 0.6 * np.cos(angles), 1.5 - 0.6 * np.sin(angles)
-    assert moving_part(heads, angles < 0.3, 30.0) == slice(0, 60)
+    assert moving_part(heads, lambda frames: angles[frames] < 0.3, 30.0) == slice(0, 60)
 
 
 def test_damage_at_the_start_is_cut_off_and_nothing_else_changes(bundled_body, walk):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Motions that a body can make: cuts rest poses and damage off the ends and refuses what is impossible."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -105,7 +106,7 @@ def believed(
     does not move.
     """
     turned, heads = joint_transforms(body, motion)
-    part = moving_part(heads, _rests(turned, rest), motion.rate)
+    part = moving_part(heads, lambda frames: _rests(turned[frames], rest), motion.rate)
     cut = cut_words(part, len(heads), REST_POSE, first_frame, cut)
     if path_apart:
         path = heads[:, 0] if path is None else path
@@ -125,7 +126,7 @@ def unbroken(body: Body, motion: Motion) -> tuple[slice, str]:
     Smoothing would hide a jump of the whole body, which is refused; it mends that of a limb, or of a frame.
     """
     turned, heads = joint_transforms(body, motion)
-    part = moving_part(heads, _rests(turned, None), motion.rate)
+    part = moving_part(heads, lambda frames: _rests(turned[frames], None), motion.rate)
     place = median_filter(heads[:, :1], (MENDED, 1, 1), mode="nearest")
     cut = cut_words(part, len(heads), REST_POSE)
     return _undamaged(place, part, motion.rate, 0, cut, path_apart=False)
@@ -145,21 +146,23 @@ def shows_rest(turned: np.ndarray, rest: np.ndarray) -> np.ndarray:
     return cosine.min(axis=1) > RESTING
 
 
-def moving_part(heads: np.ndarray, resting: np.ndarray, rate: float) -> slice:
+def moving_part(heads: np.ndarray, resting: Callable[[list[int]], np.ndarray], rate: float) -> slice:
     """The frames of joints (T, J, 3) between rest poses at the start and at the end.
 
     A pose there, of one frame or held, is not part of the motion if the step from it or to it is a jump.
-    `resting` (T,) marks frames that show the skeleton's rest pose.
+    `resting` says which of some frames show the skeleton's rest pose.
     """
-    size = float(np.median(np.ptp(heads, axis=1).max(axis=1))) or 1.0
+    by_joint = np.ascontiguousarray(heads.transpose(1, 2, 0))  # ten times as fast
+    size = float(np.median(np.ptp(by_joint, axis=0).max(axis=0))) or 1.0
     steps = length(np.diff(heads, axis=0)).max(axis=1) / size
     near = max(3, round(NEAR_S * rate))
     moving = np.flatnonzero(steps > STILL)
     if len(moving) == 0:
         return slice(0, len(heads))
     first, last = int(moving[0]), int(moving[-1])
-    jumps_in = _jumps(steps[first : max(last, first + 1)], resting[first], near)
-    jumps_out = _jumps(steps[first + 1 : last + 1][::-1], resting[last + 1], near)
+    rests_first, rests_last = resting([first, last + 1])
+    jumps_in = _jumps(steps[first : max(last, first + 1)], rests_first, near)
+    jumps_out = _jumps(steps[first + 1 : last + 1][::-1], rests_last, near)
     start = first + jumps_in if jumps_in else 0
     stop = last + 2 - jumps_out if jumps_out else len(heads)
     return slice(start, stop) if start < stop else slice(0, len(heads))

@@ -72,10 +72,12 @@ def _moving(source: SourceMotion, matched: dict[int, int]) -> SourceMotion:
     """The motion without rest poses at its ends."""
     bones = [bone for _, bone in sorted(matched.items())]
     body = [bone for joint, bone in sorted(matched.items()) if joint not in BODY_HANDS]
-    turned, rest = (
-        unscaled_rotations(matrices) for matrices in (source.matrices[:, body], source.rest[body])
-    )
-    part = moving_part(source.matrices[:, bones][..., :3, 3], shows_rest(turned, rest), source.rate)
+
+    def resting(frames: list[int]) -> np.ndarray:
+        turned, rest = (unscaled_rotations(m) for m in (source.matrices[frames][:, body], source.rest[body]))
+        return shows_rest(turned, rest)
+
+    part = moving_part(source.matrices[:, bones][..., :3, 3], resting, source.rate)
     cut = cut_words(part, source.n_frames, REST_POSE)
     return replace(source, matrices=source.matrices[part], first_frame=part.start, cut=cut)
 
