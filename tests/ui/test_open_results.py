@@ -20,7 +20,7 @@ from w2w.scene.base.body import armature_of, body_of
 from w2w.scene.base.steps import without_pauses
 from w2w.ui.files.open_results import open_steps
 from w2w.ui.jobs import jobs
-from w2w.ui.study import signal_cache
+from w2w.ui.study import lists, signal_cache
 from w2w.ui.study.lists import answer_of
 from w2w.ui.study.state import (
     BAKED,
@@ -49,6 +49,14 @@ def opened(finished_run: Path) -> bpy.types.Object:
     bpy.ops.w2w.add_body()
     assert bpy.ops.w2w.open_results(filepath=str(finished_run / "summary.json")) == {"FINISHED"}
     return bpy.context.scene.w2w.body
+
+
+def test_each_clip_of_a_run_lets_the_window_have_its_turn(
+    finished_run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(lists, "listed_spelling", lambda *_: pytest.fail("labels are spelled by all others"))
+    texts = [step.text for step in open_steps(finished_run)]
+    assert {clip.name for clip in bpy.context.scene.w2w.body.w2w.clips if clip.action} <= {*texts}
 
 
 def test_all_of_the_run_is_there(opened: bpy.types.Object, finished_run: Path, summary: dict) -> None:

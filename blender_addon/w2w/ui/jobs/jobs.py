@@ -190,6 +190,7 @@ def in_thread(
 
     future: Future[T] = pool.submit(work, progress)
     try:
+        yield Step(low, text)  # many short ones, too, let the window have its turn
         while not wait([future], POLL).done:
             yield Step(low + (high - low) * state["fraction"], text)
     except GeneratorExit:

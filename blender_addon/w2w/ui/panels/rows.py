@@ -65,8 +65,8 @@ def spell_subject(clip: Group, _context: bpy.types.Context) -> None:
 def spell(clip: Group, what: str) -> None:
     """Spell a typed label like the other clips', and say so."""
     study, typed = clip.id_data.w2w, getattr(clip, what)
-    spelled = lists.listed_spelling(study, typed, what, {clip.name})
-    if state.is_silent() or spelled == typed:
+    spelled = typed if state.is_silent() else lists.listed_spelling(study, typed, what, {clip.name})
+    if spelled == typed:
         return
     with state.without_updates():
         setattr(clip, what, spelled)

@@ -154,10 +154,9 @@ def add_clip(mesh: bpy.types.Object, retargeted: RetargetedMotion, item: ImportI
     name = _free_name(mesh, item.name)
     source = (str(item.path), file_sha256(item.path)) if item.path.name else ("", "")
     clip = mesh.w2w.clips.add()
-    clip.name, clip.subject = name, item.subject
-    clip.file, clip.source_sha256 = source
-    with state.without_updates():  # activities are listed when all clips are in
-        clip.activity = item.activity
+    clip.name, (clip.file, clip.source_sha256) = name, source
+    with state.without_updates():  # they are spelled as others, and listed when all clips are in
+        clip.activity, clip.subject = item.activity, item.subject
     clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
     clip.given_rate, clip.animation = item.rate, item.animation
     clip.given_up = item.up or retargeted.up_guessed
