@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -44,8 +45,8 @@ WIDE = np.arange(-80, 81)
 LATE = np.arange(-0.5, 0.51, 0.25, np.float32)
 """Frames by which moments of copies may miss one another."""
 
-CLIPS_AT_ONCE = 400
-"""Clips read at a time."""
+CLIPS_AT_ONCE, HELD = 50, 400
+"""Clips read at a time, and those whose speeds are held: a clip is in many pairs."""
 
 
 def same_speeds(
@@ -63,10 +64,11 @@ def same_speeds(
         return
     base, asked = [], []
     for start in range(0, len(clips), CLIPS_AT_ONCE):
-        block = clips[start : start + CLIPS_AT_ONCE]
-        base.append(_moments([_speeds(signatures[clip]) for clip in block], start))
+        block = slice(start, start + CLIPS_AT_ONCE)
+        poses = np.concatenate([signatures[clip] for clip in clips[block]])
+        base.append(_moments(_speeds(poses), frames[block], start))
         asked.append(few_of_each(base[-1]))
-    speeds = lru_cache(CLIPS_AT_ONCE)(lambda clip: _speeds(signatures[clip]))  # a clip is in many pairs
+    speeds = lru_cache(HELD)(lambda clip: _speeds(signatures[clip]))
     whole, few = Moments.joined(base), Moments.joined(asked)
     for mirror, reverse in product((False, True), repeat=2):
         pairs = candidates(Moments.joined([_seen(few, frames - 1, mirror, reverse)]), whole)
@@ -79,31 +81,34 @@ def same_speeds(
                     yield int(first), int(second)
 
 
-def _speeds(signature: np.ndarray) -> np.ndarray:
-    """Speeds (F - 1, J) at which joints of the upper body turn, radians a second."""
-    first, second = np.moveaxis(signature.astype(np.float32).reshape(-1, WIDTH // 6, 3, 2)[:, UPPER], -1, 0)
+def _speeds(poses: np.ndarray) -> np.ndarray:
+    """Speeds (F - 1, J) at which joints of the upper body turn from pose to pose, radians a second."""
+    first, second = np.moveaxis(poses.reshape(-1, WIDTH // 6, 3, 2)[:, UPPER].astype(np.float32), -1, 0)
     axes = np.diff([first, second, np.cross(first, second)], axis=1)
     return RATE * np.sqrt(np.einsum("afjd,afjd->fj", axes, axes) / 2)
 
 
-def _moments(speeds: Sequence[np.ndarray], number: int) -> Moments:
-    """Moments at which clips, of which the first has this number, move faster than before and after."""
-    columns: list[tuple[np.ndarray, ...]] = []
-    for clip, of_clip in enumerate(speeds, number):
-        total = np.linalg.norm(of_clip, axis=1)
-        at = np.arange(-AROUND[0], len(total) - AROUND[-1])
-        peak = (total[at] > total[at - 1]) & (total[at] >= total[at + 1])
-        at = at[peak & (total[at] > MOVES * np.sqrt(of_clip.shape[1]))]
-        before, here, after = total[at - 1], total[at], total[at + 1]
-        # the top of a parabola through the three
-        moments = at + ((before - after) / np.minimum(before - 2 * here + after, -1e-9) / 2).clip(-0.5, 0.5)
-        around = _at(of_clip, moments[:, None] + AROUND)
-        fastest = around[:, len(AROUND) // 2]
-        prints = around / np.linalg.norm(fastest, axis=1)[:, None, None] / UNIT
-        columns.append((fastest.argmax(axis=1), np.full(len(at), clip), moments, prints))
-    level, clips, frame, prints = (np.concatenate(column) for column in zip(*columns, strict=True))
+def _moments(speeds: np.ndarray, frames: np.ndarray, number: int) -> Moments:
+    """Moments at which clips of so many frames move faster than before and after; `number` is the first's.
+
+    Their speeds follow each other, with one between clips.
+    """
+    start, clip = np.cumsum(frames) - frames, np.repeat(np.arange(len(frames)), frames)[:-1]
+    total = np.linalg.norm(speeds, axis=1)
+    at = np.arange(-AROUND[0], len(total) - AROUND[-1])
+    at = at[clip[at + AROUND[0]] == clip[(at + AROUND[-1] + 1).clip(max=len(clip) - 1)]]
+    peak = (total[at] > total[at - 1]) & (total[at] >= total[at + 1])
+    at = at[peak & (total[at] > MOVES * np.sqrt(speeds.shape[1]))]
+    before, here, after = total[at - 1], total[at], total[at + 1]
+    clip, own = clip[at], at - start[clip[at]]
+    # the top of a parabola through the three
+    moments = own + ((before - after) / np.minimum(before - 2 * here + after, -1e-9) / 2).clip(-0.5, 0.5)
+    around = _at(speeds, moments[:, None] + AROUND, start[clip, None], frames[clip, None] - 1)
+    fastest = around[:, len(AROUND) // 2]
+    prints = around / np.linalg.norm(fastest, axis=1)[:, None, None] / UNIT
     prints = prints.reshape(len(prints), len(AROUND) * len(MIRRORED)).astype(np.float16)
-    return Moments(level.astype(np.int32), clips.astype(np.int32), frame.astype(np.float32), prints)
+    level, clip = fastest.argmax(axis=1).astype(np.int32), (clip + number).astype(np.int32)
+    return Moments(level, clip, moments.astype(np.float32), prints)
 
 
 def _seen(moments: Moments, frames: np.ndarray, mirror: bool, reverse: bool) -> Moments:
@@ -117,11 +122,11 @@ def _seen(moments: Moments, frames: np.ndarray, mirror: bool, reverse: bool) -> 
     return moments
 
 
-def _at(speeds: np.ndarray, moments: np.ndarray) -> np.ndarray:
-    """Speeds (..., J) at moments (...), between frames, too."""
-    before = np.clip(moments.astype(int), 0, len(speeds) - 2)
-    share = (moments - before).clip(0, 1)[..., None].astype(np.float32)
-    return speeds[before] * (1 - share) + speeds[before + 1] * share
+def _at(speeds: np.ndarray, moments: np.ndarray, start: Any = 0, count: Any = None) -> np.ndarray:
+    """Speeds (..., J) at moments (...), between frames, too: of clips that start there and have so many."""
+    before = np.clip(moments.astype(int), 0, (len(speeds) if count is None else count) - 2)
+    share, row = (moments - before).clip(0, 1)[..., None].astype(np.float32), start + before
+    return speeds[row] * (1 - share) + speeds[row + 1] * share
 
 
 def _correlation(one: np.ndarray, two: np.ndarray, moment: float, other: float) -> float:

@@ -26,7 +26,7 @@ from ..ranking.utility import UtilityMap, utility_map
 from ..ranking.weights import counting
 from ..selection.scored import product_patches
 from ..selection.set_tests import SetTests
-from ..threads import for_each
+from ..threads import for_each, unthreaded_products
 from ..windows.inputs import PatchBlocks
 from ..windows.stream import standing_reading
 from .clip_files import ClipWindows
@@ -59,9 +59,10 @@ def same_motion_groups(
         read = [(_digest(row), len(row) // WIDTH) for row in signatures]
         distinct = joined.join_equal([digest for digest, _ in read])
         frames = np.array([frames for _, frames in read])[distinct]
-        for alike in (shared_stretches, same_speeds):
-            for first, second in alike(signatures, distinct, frames, joined.are_one):
-                joined.join(first, second)
+        with unthreaded_products():  # they are small
+            for alike in (shared_stretches, same_speeds):
+                for first, second in alike(signatures, distinct, frames, joined.are_one):
+                    joined.join(first, second)
     roots = [joined.root(clip) for clip in range(len(clips))]
     _, appearance, number = np.unique(roots, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(appearance))[number]
