@@ -157,7 +157,13 @@ def rank(
     stream, recordings = None, clips.recordings
     if classifier == Ridge.name and body is not None:
         worn = body, patches
-        stream = stream_of(clips.ranked, clips.windows, lambda n, some: recordings[n].at(some), config, worn)
+        stream = stream_of(
+            clips.ranked,
+            clips.windows,
+            lambda numbers, some: [recordings[number].at(some) for number in numbers],
+            config,
+            worn,
+        )
         utility = stream.on_map(utility)
     ranking = Ranking(
         utility=_with_left_out(utility, activities), patches=patches, body=body, inputs=whole,

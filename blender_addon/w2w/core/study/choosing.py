@@ -31,6 +31,7 @@ from .clip_files import WORK, ClipWindows, ranking_inputs
 from .config import StudyConfig, plain
 from .needs import Need, needs
 from .ranking import LabelledClip, WindowLabels, rank_clips, same_motions, set_tests_of, stream_of
+from .remade import recordings_at
 from .results import HeldResults, StudyResults
 
 TURNS = (5, 10, 15, 20, 30, 45, FARTHEST_DEG)
@@ -240,7 +241,7 @@ def stream_in(study: StudyResults, config: StudyConfig) -> Stream | None:
     return stream_of(
         [study.clips[n] for n in numbers],
         [study.windows[n] for n in numbers],
-        lambda clip, patches: study.recording(numbers[clip], patches),
+        lambda clips, patches: recordings_at(study, [numbers[clip] for clip in clips], patches),
         config,
         (study.body(), study.patches),
     )

@@ -26,7 +26,7 @@ from ..ranking.utility import UtilityMap, utility_map
 from ..ranking.weights import counting
 from ..selection.scored import product_patches
 from ..selection.set_tests import SetTests
-from ..threads import for_each, unthreaded_products
+from ..threads import unthreaded_products
 from ..windows.inputs import PatchBlocks
 from ..windows.stream import standing_reading
 from .clip_files import ClipWindows
@@ -239,20 +239,20 @@ def set_tests_of(
 def stream_of(
     clips: Sequence[LabelledClip],
     windows: Sequence[ClipWindows],
-    read: Callable[[int, Sequence[int]], ImuRecording],
+    read: Callable[[Sequence[int], Sequence[int]], Sequence[ImuRecording]],
     config: StudyConfig,
     worn: tuple[Body, PatchSet],
 ) -> Stream:
     """A stream of ranked clips, in the folds that the config asks for.
 
-    `read` gives what some patches of those `worn` record of a clip, by its number.
+    `read` gives what some patches of those `worn` record of clips, by their numbers.
     """
     body, patches = worn
     planned = WindowLabels.of(clips, windows).protocol(config).plan(halvings=0)
     clip = np.repeat(np.arange(len(clips)), [len(found.is_test) for found in windows])[planned.used]
     numbers, first = np.unique(clip, return_index=True)
     return Stream(
-        read=lambda some: for_each(lambda number: read(number, some), numbers.tolist()),
+        read=lambda some: read(numbers.tolist(), some),
         standing=standing_reading(body, patches, config.synthesis),
         sensor=config.sensor_model(),
         spec=config.windows,

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Recordings of some clips at some patches, of which a run without signals keeps what the next one needs."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+import numpy as np
+
+from ..files import load_arrays, write_npz
+from ..given import inside
+from ..imu.recording import ImuRecording
+from ..threads import for_each
+from .clip_files import WORK, signals_file, signals_key
+from .results import StudyResults
+from .variants import own_rate
+
+REMADE = f"{WORK}/remade.npz"
+"""What patches recorded of clips, by names of the clips and keys of their files."""
+
+
+def recordings_at(study: StudyResults, clips: Sequence[int], patches: Sequence[int]) -> list[ImuRecording]:
+    """Recordings of clips, by number, at some patches; those made again as kept by an earlier run.
+
+    A run keeps those at the patches that it asks for first.
+    """
+    keep = study.read is not None
+    if signals_file(*study.places[clips[0]]).exists():
+        if keep:
+            inside(study.out, REMADE).unlink(missing_ok=True)
+        return for_each(lambda clip: study.recording(clip, patches), clips)
+    file = inside(study.out, REMADE)
+    keys = [f"{study.clips[clip].name} {signals_key(*study.places[clip])}" for clip in clips]
+    before, held, rate = [], {}, own_rate(study.config())
+    with suppress(OSError, ValueError):
+        kept = load_arrays(file, ("keys", "ends", "patches", "values"), "holds no recordings")
+        before, values = kept["keys"].tolist(), kept["values"]
+        if values.shape[1:] == (len(patches), 6) and kept["patches"].tolist() == list(patches):
+            held = dict(zip(before, np.split(values, kept["ends"]), strict=True))
+
+    def recorded(clip: int, key: str) -> ImuRecording:
+        if key not in held:
+            return study.recording(clip, patches)
+        its, sites = study.clips[clip], tuple(study.patches.names[patch] for patch in patches)
+        acc, gyr = held[key][..., :3], held[key][..., 3:]
+        return ImuRecording(acc, gyr, rate, sites, its.activity, its.subject, its.name)
+
+    found = for_each(lambda pair: recorded(*pair), list(zip(clips, keys, strict=True)))
+    if keep and keys != before:
+        values = np.concatenate([one.values[..., :6] for one in found])
+        ends = np.cumsum([one.n_samples for one in found])[:-1]
+        write_npz(file, {"keys": keys, "ends": ends, "patches": patches, "values": values})
+    return found
