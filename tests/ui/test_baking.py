@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from pathlib import Path
 
 import bpy
@@ -13,6 +14,7 @@ import pytest
 from w2w.core.imu.recording import ImuRecording
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.signals import simulate
+from w2w.scene import bake
 from w2w.scene.base.actions import read_action
 from w2w.scene.base.body import armature_of, body_of
 from w2w.scene.base.patches import patch_empties
@@ -44,6 +46,24 @@ def test_baked_signals_are_those_of_core(library: Path) -> None:
     motion = read_action(armature_of(body), clip.action)
     expected = simulate(body_of(body), patches_of(body), motion, config_of(body.w2w))
     assert_same_to_one_step(signal_cache.recording(clip), expected, config_of(body.w2w).sensor_model())
+
+
+@pytest.mark.parametrize("pose", ["patch_matrices", "triangle_frames"])
+def test_no_clip_is_posed_in_a_turn_of_the_window(
+    library: Path, monkeypatch: pytest.MonkeyPatch, pose: str
+) -> None:
+    body, threads, work = make_study(library, "motions patches"), [], getattr(bake, pose)
+    if pose == "triangle_frames":
+        monkeypatch.setattr(bake, "why_not_fast", lambda *_: "asked for")
+
+    def watched(*given: object) -> object:
+        threads.append(threading.current_thread() is threading.main_thread())
+        return work(*given)
+
+    monkeypatch.setattr(bake, pose, watched)
+    for _ in bake_steps(body, range(2)):
+        pass
+    assert threads == [False] * 2
 
 
 def test_another_sensor_makes_signals_stale_and_the_old_one_brings_them_back(library: Path) -> None:

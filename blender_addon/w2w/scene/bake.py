@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """World matrices of patches from what is in the scene: fast from f-curves, or as Blender evaluates it."""
 
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
@@ -27,8 +27,10 @@ class Bake:
 
     Parameters
     ----------
-    matrices : ndarray, shape (T, N, 4, 4), float64
-        World matrices of the patches' frames, metres, without scale.
+    pose : callable
+        Works out `matrices` from what was read of the scene, in any thread.
+    n_frames : int
+        T.
     rate : float
         Frames per second.
     path : {"fast", "general"}
@@ -43,13 +45,19 @@ class Bake:
         The sensors that sit on cloth; in `matrices` they are on the skin.
     """
 
-    matrices: np.ndarray
+    pose: Callable[[], np.ndarray]
+    n_frames: int
     rate: float
     path: Literal["fast", "general"]
     reason: str
     motion: Motion | None
     root: np.ndarray | None = None
     on_cloth: ClothSensors | None = None
+
+    @cached_property
+    def matrices(self) -> np.ndarray:
+        """World matrices of the patches' frames, shape (T, N, 4, 4), float64, metres, without scale."""
+        return self.pose()
 
 
 class PatchBaker:
@@ -88,11 +96,10 @@ class PatchBaker:
                 not_told = str(error)
         reason = why_not_fast(self.mesh, action) or not_told
         if motion is not None and not reason:
-            yield 0.5
             stood = placed(motion, self.armature)
-            matrices = patch_matrices(self._body, self.patches.triangles, stood)
+            pose = partial(patch_matrices, self._body, self.patches.triangles, stood)
             reason = "the armature's f-curves alone move the body"
-            return Bake(matrices, motion.rate, "fast", reason, motion, stood.pelvis)
+            return Bake(pose, stood.n_frames, motion.rate, "fast", reason, motion, stood.pelvis)
         scene = bpy.context.scene
         frames = np.arange(scene.frame_start, scene.frame_end + 1, dtype=np.float64)
         rate = actions.scene_rate()
@@ -105,7 +112,7 @@ class PatchBaker:
                 for number in numbers:
                     corners[number] = vertices.positions()
                     yield (number + 1) / len(frames)
-        return Bake(triangle_frames(corners), rate, "general", reason, motion)
+        return Bake(partial(triangle_frames, corners), len(frames), rate, "general", reason, motion)
 
     @cached_property
     def _body(self) -> Body:

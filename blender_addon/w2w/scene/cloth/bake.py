@@ -251,7 +251,7 @@ class GarmentBaker:
         if skin.motion is not None and not moved_besides_bones(self.worn.mesh, action):
             frames = follow(self.worn, skin.motion, self.patches)
         else:
-            frames = follow_scene(self.worn, action, len(skin.matrices), skin.rate)
+            frames = follow_scene(self.worn, action, skin.n_frames, skin.rate)
         on_cloth = yield from scaled(frames, 0.1, 1.0)
         reason = f"{len(on_cloth.patches)} sensors are on {', '.join(on_cloth.caught)}"
         if caught := caught_sentence(on_cloth.caught, len(on_cloth.matrices)):
