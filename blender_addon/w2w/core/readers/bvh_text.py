@@ -23,6 +23,7 @@ from ..motion.source import (
     usable_rate,
 )
 from ..wording import count, free_name, restated
+from .decimals import decimal_table
 
 SHOWN = 24
 """Characters of a damaged value that are quoted."""
@@ -37,7 +38,7 @@ CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis i
 UNUSED_CHANNELS = tuple(f"{axis}scale" for axis in "xyz")
 """Channels that some programs write and no body has; they are left out."""
 
-LINES_AT_ONCE = 256
+LINES_AT_ONCE = 64
 """Lines of numbers that are read at once, for speed."""
 
 AN_END = -1
@@ -243,8 +244,11 @@ def _frames(lines: Lines, promised: int, joints: list[BvhJoint]) -> np.ndarray:
 
 def _rows(lines: list[tuple[int, str]], channels: int) -> np.ndarray:
     """Numbers of lines that are not blank, a row each."""
+    texts = [line for _, line in lines]
+    if (plain := decimal_table(texts, channels)) is not None:
+        return plain
     with suppress(ValueError):
-        rows = np.loadtxt([line for _, line in lines], comments=None, ndmin=2)
+        rows = np.loadtxt(texts, comments=None, ndmin=2)
         if rows.shape[1] == channels:
             return rows
     return np.array([_row(line, number, channels) for number, line in lines])  # says what is wrong and where
