@@ -33,7 +33,7 @@ from w2w.core.motion.source import UnusableMotion
 from w2w.core.patches.patches import PatchSet, sample_patches
 from w2w.core.reading.clips import to_body
 from w2w.core.reading.formats import read_motion
-from w2w.scene.bake import Bake, PatchBaker
+from w2w.scene.bake import PatchBaker
 from w2w.scene.base.actions import show_action, write_action
 from w2w.scene.base.body import add_body
 from w2w.scene.base.patches import patch_empties, place_patches
@@ -66,7 +66,7 @@ def main() -> int:
     ways: dict[str, Callable[[], object]] = {
         "empties, one by one": lambda: _read_empties(empties, frames),
         "general path": lambda: _general(baker),
-        "fast path, from the action": lambda: without_pauses(baker.by_frame()),
+        "fast path, from the action": lambda: without_pauses(baker.by_frame()).matrices,
         "fast path, from a Motion": lambda: patch_matrices(body, patches.triangles, motion),
     }
     seconds = _best_of_rounds(ways, options.rounds)
@@ -80,9 +80,9 @@ def main() -> int:
     return 0 if met else 1
 
 
-def _general(baker: PatchBaker) -> Bake:
+def _general(baker: PatchBaker) -> np.ndarray:
     with mock.patch("w2w.scene.bake.why_not_fast", return_value="asked for"):
-        return without_pauses(baker.by_frame())
+        return without_pauses(baker.by_frame()).matrices
 
 
 def _read_empties(empties: list[bpy.types.Object], frames: np.ndarray) -> np.ndarray:
