@@ -14,8 +14,8 @@ from . import errors
 from .errors import ALL_CLIPS, SensorStreams
 from .recording import ImuRecording
 
-CHUNK_VALUES = 400_000
-"""About the values of a chunk of sensors: few enough to stay in cache."""
+CHUNK_VALUES = 800_000
+"""About the values of a chunk of sensors: many against the cost of a call, few in memory."""
 
 FULL_SCALE = 0.01
 """Share of a clip's samples at the sensor's full scale beyond which the clip is doubted."""

@@ -16,7 +16,7 @@ from ..blas import multiply
 from ..filtering import count_resampled
 from ..parameters import parameter
 from ..rotations import decompose, double_inverse, into_frame, rate_in_frame
-from ..threads import chunks, for_each
+from ..threads import chunks, for_each, n_threads
 from .recording import ImuRecording
 from .trajectory import MIN_FRAMES, bridge, spline_windows
 
@@ -29,7 +29,7 @@ LARGEST_BAND = 0.4
 FOLDED_BACK = "without a band limit (band 0), motion above half the sensor rate is folded back (aliasing)"
 """The caution on signals that are made without a band limit."""
 
-CHUNK_SENSORS = 128
+CHUNK_SENSORS = 256
 CHUNK_BYTES = 192 * 2**20
 BYTES_PER_POSE = 400
 """Most sensors of a chunk, and bytes that a long clip may take, with fewer sensors."""
@@ -148,7 +148,8 @@ def synthesize(matrices: Poses, rate: float, settings: Synthesis = Synthesis()) 
     n_samples = count_resampled(n_frames, rate, settings.rate_hz)
     acc = np.empty((n_samples, n_sensors, 3), dtype=np.float32)
     gyr = np.empty_like(acc)
-    size = max(1, min(CHUNK_SENSORS, CHUNK_BYTES // (BYTES_PER_POSE * n_frames)))
+    share = -(-n_sensors // n_threads())
+    size = max(1, min(CHUNK_SENSORS, share, CHUNK_BYTES // (BYTES_PER_POSE * n_frames)))
 
     def fill(chunk: slice) -> None:
         positions, quaternions = decompose(matrices[:, chunk], chunk.start)

@@ -244,7 +244,7 @@ _READ = {ORIENTATION: _orientation, MAGNETOMETER: _magnetometer, BAROMETER: _bar
 AS_DEFAULT = Synthesis()
 IDEAL = SensorModel.ideal()
 
-SENSORS_AT_ONCE = 128
+SENSORS_AT_ONCE = 256
 BYTES_AT_ONCE = 48 * 2**20
 """Sensors, at most, and bytes of the ideal signals that are kept until the sensor model has run."""
 
