@@ -16,7 +16,7 @@ from ..blas import multiply
 from ..filtering import count_resampled
 from ..parameters import parameter
 from ..rotations import decompose, double_inverse, into_frame, rate_in_frame
-from ..threads import chunks, for_each, n_threads
+from ..threads import chunks, for_each
 from .recording import ImuRecording
 from .trajectory import MIN_FRAMES, bridge, spline_windows
 
@@ -148,8 +148,7 @@ def synthesize(matrices: Poses, rate: float, settings: Synthesis = Synthesis()) 
     n_samples = count_resampled(n_frames, rate, settings.rate_hz)
     acc = np.empty((n_samples, n_sensors, 3), dtype=np.float32)
     gyr = np.empty_like(acc)
-    share = -(-n_sensors // n_threads())
-    size = max(1, min(CHUNK_SENSORS, share, CHUNK_BYTES // (BYTES_PER_POSE * n_frames)))
+    size = max(1, min(CHUNK_SENSORS, CHUNK_BYTES // (BYTES_PER_POSE * n_frames)))
 
     def fill(chunk: slice) -> None:
         positions, quaternions = decompose(matrices[:, chunk], chunk.start)
