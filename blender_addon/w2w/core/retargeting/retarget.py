@@ -271,12 +271,15 @@ def refuse_four_legs(source: SourceMotion, matched: dict[int, int]) -> None:
     People crawl on their knees, and a person who walks on hands and feet has shorter arms and rests upright.
     """
     frames = np.linspace(0, source.n_frames - 1, min(SAMPLES, source.n_frames)).astype(int)
-    moving = {joint: source.matrices[frames, bone, :3, 3] for joint, bone in matched.items()}
+    heads = source.matrices[frames, :, :3, 3].swapaxes(0, 1)
+    moving = {joint: heads[bone] for joint, bone in matched.items()}
     resting = {joint: source.rest[bone, :3, 3] for joint, bone in matched.items()}
+    rests = source.rest_is_known and bool(_on_all_fours(resting))
+    is_long = limb_length(moving, ARM) > LONG_ARMS * limb_length(moving)
     signs = {
-        "it rests on all fours": source.rest_is_known and bool(_on_all_fours(resting)),
-        "it moves on all fours, off its knees": _on_all_fours(moving).mean() >= MOSTLY,
-        "its arms are as long as its legs": limb_length(moving, ARM) > LONG_ARMS * limb_length(moving),
+        "it rests on all fours": rests,
+        "it moves on all fours, off its knees": (rests or is_long) and _on_all_fours(moving).mean() >= MOSTLY,
+        "its arms are as long as its legs": is_long,
     }
     if sum(signs.values()) >= 2:
         why = " and ".join(sign for sign, is_there in signs.items() if is_there)
