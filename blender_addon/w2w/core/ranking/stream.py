@@ -255,7 +255,8 @@ class Stream:
 
 def _by_patch(patches: Sequence[int], signals: Sequence[np.ndarray], rate: float) -> dict[int, np.ndarray]:
     """Features (W, D) by patch of windows (W, N, samples, 6), which come in parts."""
-    features = np.concatenate(for_each(lambda one: _described(one, rate), signals))
+    parts = chunks(len(signals), max(1, SENSORS_AT_ONCE // signals[0][..., 0, 0].size))
+    features = np.concatenate(for_each(lambda some: _described(np.concatenate(signals[some]), rate), parts))
     return {patch: features[:, number] for number, patch in enumerate(patches)}
 
 
