@@ -11,6 +11,7 @@ from bpy.props import BoolProperty, FloatProperty, StringProperty
 
 from ...core.adopt.smpl import load_body
 from ...core.body.body import Body
+from ...core.body.regions import regions_of
 from ...core.body.shapes import RANGES, shaped
 from ...core.motion.source import UnusableMotion
 from ...core.reading.reader import Reader
@@ -196,7 +197,8 @@ def load_steps(path: Path) -> jobs.Steps:
     with Reader() as reader, restated(f"{path}:", UnusableMotion):
         text, work = f"reading {path.name}", partial(load_body, path)
         body = yield from jobs.in_thread(lambda _: reader.read(path, work), text, 0.0, 0.9)
-    yield jobs.Step(0.9, "building the body")
+    # kept: where the body is coloured by them they stop no window
+    yield from jobs.in_thread(lambda _: regions_of(body), "building the body", 0.9, 1.0)
     add_study(bpy.context, body, body.name)
     return f"Loaded {path.name}"
 
