@@ -239,7 +239,7 @@ class Stream:
         windows = self._windows[kind]
         how = windows.labels, windows.fold, windows.is_test
         if (kind, width) not in self._ridges:
-            alone = [[patch] for patch in self.spots or windows.features]  # whatever was asked for before
+            alone = [[patch] for patch in sorted(self.spots) or windows.features]  # whatever was asked for
             self._ridges[kind, width] = Ridge().choose_alpha(windows.of(alone)[..., :width], *how)
         predicted = np.empty((len(sets), int(windows.is_test.sum())), dtype=np.int16)
 
