@@ -29,7 +29,7 @@ def test_the_body_is_read_in_a_thread_and_added(saved: Path, monkeypatch: pytest
     in_thread = jobs.in_thread
     monkeypatch.setattr(jobs, "in_thread", lambda *given: threads.append(given[1]) or in_thread(*given))
     assert bpy.ops.w2w.load_body(filepath=str(saved)) == {"FINISHED"}
-    assert threads == ["reading mine.npz"]
+    assert threads == ["reading mine.npz", "building the body"]
     assert len(bpy.context.scene.w2w.body.data.vertices) == 6890
     assert (jobs.message.text, jobs.message.job) == ("Loaded mine.npz", "Load SMPL Body")
 
