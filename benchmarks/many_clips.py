@@ -51,7 +51,7 @@ def move(path: Path, number: int, rng: np.random.Generator) -> None:
     Motion(rotations, np.tile([0.0, 0.0, 0.95], (FRAMES, 1)), 30.0).save(path)
 
 
-def in_turn(due: list[Any], _workers: int, _scheduler: str, made: Callable[..., None], _ready: Any) -> None:
+def in_turn(due: list[Any], _workers: int, _scheduler: str, made: Callable[..., None], _crew: Any) -> None:
     """What stands in for `run_tasks`: no workers, and the work on the first clip copied with noise."""
     rng, held, make_one = np.random.default_rng(len(due)), {}, on_clip._make
 

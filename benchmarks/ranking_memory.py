@@ -36,7 +36,7 @@ from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motions, set
 from w2w.core.windows.features import feature_names
 from w2w.core.windows.inputs import FeatureFiles
 from w2w.headless.runs.cluster import spread_over
-from w2w.headless.runs.workers import spread_here
+from w2w.headless.runs.workers import Crew, spread_here
 from w2w_studies.paper.subsets import checked_terms
 
 ACTIVITIES = 24
@@ -124,7 +124,8 @@ def _rank(choice: argparse.Namespace) -> None:
         for _ in clips:
             signatures.append(rng.normal(size=100 * WIDTH))
         labels = WindowLabels.of(same_motions(clips, found, signatures), found)
-    spread = spread_over(choice.scheduler) or spread_here(multiprocessing.cpu_count(), n_clips * windows)
+    here = spread_here(multiprocessing.cpu_count(), n_clips * windows, Crew())
+    spread = spread_over(choice.scheduler) or here
     utility = utility_map(files, labels.protocol(config), spread=spread)
     if choice.sets:
         tests = set_tests_of(files, labels, config, Pooling.none(files.shape[1]))

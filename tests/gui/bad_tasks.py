@@ -11,6 +11,7 @@ import os
 import signal
 import sys
 import time
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,7 +29,7 @@ from w2w.core.study.config import StudyConfig  # noqa: E402
 from w2w.core.study.signals import place_patches  # noqa: E402
 from w2w.headless.runs.clip_task import ClipTask, Engine  # noqa: E402
 from w2w.headless.runs.folder import make_folders  # noqa: E402
-from w2w.headless.runs.workers import run_alone, run_tasks  # noqa: E402
+from w2w.headless.runs.workers import Crew, run_alone, run_tasks  # noqa: E402
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,8 @@ def main(library: str, out: str, report: str) -> None:
         for clip, (kind, limit) in zip(clips, limits.items(), strict=True)
     ]
     told = []
-    run_tasks(tasks, 2, "", told.append)
+    with closing(Crew()) as crew:
+        run_tasks(tasks, 2, "", told.append, crew)
     reasons = {record["clip"]: record["reason"] for record in told}
     found = {
         "reasons": [reasons[task.clip.name] for task in tasks],

@@ -22,7 +22,7 @@ from w2w.headless.runs.clip import TRIES, try_alone
 from w2w.headless.runs.clip_task import ClipTask
 from w2w.headless.runs.cluster import EngineError, connected
 from w2w.headless.runs.records import keeping, read_records
-from w2w.headless.runs.workers import run_tasks
+from w2w.headless.runs.workers import Crew, run_tasks
 
 from ...patience import HANG_S
 from ..kept_clips import run_all
@@ -72,7 +72,7 @@ def test_workers_killed_over_and_over_cost_no_clip(tasks, cluster):
     killer.start()
     told = []
     try:
-        run_tasks(wanted, 1, str(cluster.address), told.append)
+        run_tasks(wanted, 1, str(cluster.address), told.append, Crew())
     finally:
         over.set()
         killer.join()

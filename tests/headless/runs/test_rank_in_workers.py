@@ -6,7 +6,7 @@ import os
 import numpy as np
 import pytest
 
-from w2w.headless.runs.workers import MANY_WINDOWS, EngineError, spread_here
+from w2w.headless.runs.workers import MANY_WINDOWS, Crew, EngineError, spread_here
 
 from .made_patches import made_patches, ranked
 
@@ -15,7 +15,8 @@ pytestmark = pytest.mark.usefixtures("few_orders")
 
 def test_workers_give_the_same_map(tmp_path):
     library, told = made_patches(tmp_path), []
-    here, there = ranked(library, None), ranked(library, spread_here(2, MANY_WINDOWS), progress=told.append)
+    spread = spread_here(2, MANY_WINDOWS, Crew())
+    here, there = ranked(library, None), ranked(library, spread, progress=told.append)
     for name in ("predictions", "f1", "expected_f1", "expected_mean", "expected_low", "errors"):
         np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
     assert told == [0.5, 1.0]  # 16 patches and 4
@@ -24,12 +25,12 @@ def test_workers_give_the_same_map(tmp_path):
 @pytest.mark.slow
 def test_workers_that_die_at_it_end_the_run_with_a_sentence():
     with pytest.raises(EngineError, match="die while they rank patches"):
-        list(spread_here(2, MANY_WINDOWS)(_die, [1, 2]))
+        list(spread_here(2, MANY_WINDOWS, Crew())(_die, [1, 2]))
 
 
 @pytest.mark.parametrize(("workers", "windows"), [(1, MANY_WINDOWS), (2, MANY_WINDOWS - 1)])
 def test_one_worker_or_few_windows_stay_in_this_process(workers, windows):
-    assert spread_here(workers, windows) is None
+    assert spread_here(workers, windows, Crew()) is None
 
 
 def _die(_item):

@@ -8,7 +8,9 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import cloudpickle
@@ -16,9 +18,9 @@ import pytest
 
 from w2w.headless.runs import workers
 from w2w.headless.runs.clip import WORK
-from w2w.headless.runs.clip_task import ClipTask
+from w2w.headless.runs.clip_task import ClipTask, Engine
 from w2w.headless.runs.records import read_records
-from w2w.headless.runs.workers import run_tasks
+from w2w.headless.runs.workers import Crew, run_tasks
 
 from ...patience import HANG_S
 from ..kept_clips import run_all
@@ -93,30 +95,55 @@ def test_a_clip_whose_worker_is_killed_from_outside_is_never_blamed(tasks, kills
 @pytest.mark.slow
 def test_workers_that_were_ready_and_died_are_replaced(tasks):
     bad = CrashingTask(tasks[1].clip, tasks[1].out, tasks[1].config, "inputs", safe_process=os.getpid())
-    clips = [task.clip for task in tasks]
-    with workers.clip_workers(workers.Engine(workers=2), clips) as ready:
-        results = run_all([tasks[0], bad, *tasks[2:]], 2, ready=ready)
+    with closing(Crew()) as crew:
+        crew.get_ready(Engine(workers=2), [task.clip for task in tasks])
+        results = run_all([tasks[0], bad, *tasks[2:]], 2, crew=crew)
     assert [result.used for result in results] == [True, False, True, True]
 
 
 @pytest.mark.slow
-def test_workers_get_ready_before_there_is_work_and_end_with_the_block(tasks):
-    clips = [task.clip for task in tasks]
-    with workers.clip_workers(workers.Engine(workers=1), clips) as ready:
-        process = ready.submit(os.getpid).result()
-        assert "bpy" in ready.submit(loaded).result()
-        results = run_all(tasks[:2], 1, ready=ready)
-        assert ready.submit(os.getpid).result() == process
+def test_workers_get_ready_before_there_is_work_stay_for_the_next_and_end_with_the_block(tasks):
+    with closing(Crew()) as crew:
+        crew.get_ready(Engine(workers=1), [task.clip for task in tasks])
+        process, modules = crew.spread(_call, [os.getpid, loaded])
+        assert "bpy" in modules
+        results = run_all(tasks[:2], 1, crew=Lent(crew))
+        assert [*crew.spread(_call, [os.getpid])] == [process]
     assert [result.used for result in results] == [True, True]
     assert not Path(f"/proc/{process}").exists()
+
+
+def _call(work):
+    return work()
+
+
+class Lent(Crew):
+    """A crew that is ended by whom it is of."""
+
+    def __init__(self, crew):
+        super().__init__()
+        self.workers = crew.workers
+
+
+def test_what_workers_die_of_is_done_here():
+    with closing(Crew()) as crew:
+        assert [*crew.spread(partial(_die_elsewhere, os.getpid()), [1, 2, 3])] == [1, 2, 3]
+        assert [*crew.spread(partial(_die_elsewhere, os.getpid()), [4])] == [4]  # they are dead by now
+
+
+def _die_elsewhere(here, item):
+    if os.getpid() != here:
+        os._exit(1)
+    return item
 
 
 def test_a_failure_while_workers_get_ready_ends_them_at_once(tasks):
     begun = []
 
     def fail():
-        with workers.clip_workers(workers.Engine(workers=2), [tasks[0].clip]) as ready:
-            begun.append(ready.submit(time.sleep, HANG_S))
+        with closing(Crew()) as crew:
+            crew.get_ready(Engine(workers=2), [tasks[0].clip])
+            begun.append(crew.workers(1).submit(time.sleep, HANG_S))
             raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
@@ -124,10 +151,9 @@ def test_a_failure_while_workers_get_ready_ends_them_at_once(tasks):
     assert begun[0].cancelled() or begun[0].exception(HANG_S)
 
 
-def test_a_cluster_brings_its_own_workers(tasks):
-    engine = workers.Engine(scheduler="tcp://127.0.0.1:9")
-    with workers.clip_workers(engine, [tasks[0].clip]) as ready:
-        assert ready is None
+def test_a_cluster_brings_its_own_workers(tasks, monkeypatch):
+    monkeypatch.setattr(workers, "local_executor", None)
+    Crew().get_ready(Engine(scheduler="tcp://127.0.0.1:9"), [tasks[0].clip])
 
 
 def loaded():
@@ -136,7 +162,7 @@ def loaded():
 
 @pytest.mark.slow
 def test_a_clip_that_hangs_is_given_up_at_the_limit(tasks):
-    first, engine = tasks[0], workers.Engine(limit_s=8.0)
+    first, engine = tasks[0], Engine(limit_s=8.0)
     bad = HangingTask(first.clip, first.out, first.config, "inputs", engine, safe_process=os.getpid())
     results = run_all([bad, tasks[1]], 2)
     assert [result.used for result in results] == [False, True]
@@ -145,7 +171,8 @@ def test_a_clip_that_hangs_is_given_up_at_the_limit(tasks):
 
 @pytest.mark.slow
 def test_no_marker_is_left_behind(tasks):
-    run_tasks(tasks[:2], 2, "", [].append)
+    with closing(Crew()) as crew:
+        run_tasks(tasks[:2], 2, "", [].append, crew)
     assert not list((tasks[0].out / WORK / "running").iterdir())
 
 

@@ -2,13 +2,14 @@
 """The first look at a library's files: the axis that is up in them, and rest poses where they have none."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from heapq import nsmallest
 from operator import itemgetter
 from pathlib import Path
+from typing import Any
 from zlib import crc32
 
 import numpy as np
@@ -27,7 +28,7 @@ from ..retargeting.repair import are_rest_pose
 from ..wording import count, name_bytes
 from .clips import Rests
 from .formats import UP_SUFFIXES, read_motion
-from .reader import Reader
+from .reader import Reader, is_harmless
 
 SAMPLED = 64
 """Files of a library that are looked at for the axis that is up."""
@@ -35,11 +36,17 @@ SAMPLED = 64
 MOST_SAMPLE_BYTES = 2**26
 
 
-def look_up(reader: Reader, files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS) -> Votes:
+Spread = Callable[[Callable[[Any], Any], Sequence[Any]], Iterable[Any]]
+"""Like `map`, but may run the calls elsewhere; results keep the order of the items."""
+
+
+def look_up(
+    reader: Reader, files: Iterable[tuple[str, Path]], pose: PoseFacts = NO_FACTS, spread: Spread = map
+) -> Votes:
     """The votes of a library's files, each with its path inside, for the up axis, unless the format says it.
 
-    A sample is read: some of each folder, the same ones whatever else the library holds. It ends early where
-    files that kill or outlast their reader have taken as long as one clip may.
+    A sample is read: some of each folder, the same ones whatever else the library holds. `spread` looks at
+    harmless files. It ends early where others kill or outlast their reader for as long as one clip may take.
     """
     votes = Votes()
     if pose.up is not None:
@@ -58,13 +65,24 @@ def look_up(reader: Reader, files: Iterable[tuple[str, Path]], pose: PoseFacts =
         before[folder] += 1
     known = pose.at(pose.rate or HIGHEST_RATE)  # any rate will do
     most_lost_s = reader.lost_s + reader.limit_s
+    sights = partial(_sights, pose=known)
+    chosen = [path for *_, path in nsmallest(SAMPLED, ranked) if _is_small(path)]
+    harmless = [*filter(is_harmless, chosen)]
+    seen = dict(zip(harmless, spread(sights, harmless), strict=True))
     with reader.looking():
-        for *_, path in nsmallest(SAMPLED, ranked):
-            with suppress(Exception):  # whoever uses the file says what is wrong with it
-                small = path.is_file() and path.stat().st_size <= MOST_SAMPLE_BYTES
-                if small and reader.lost_s < most_lost_s:
-                    votes.cast.extend(reader.read(path, partial(_sights, path, known)))
+        for path in chosen:
+            if path not in seen and reader.lost_s < most_lost_s:
+                with suppress(Exception):  # whoever uses the file says what is wrong with it
+                    seen[path] = reader.call(path, partial(sights, path))
+            votes.cast.extend(seen.get(path, ()))
     return votes
+
+
+def _is_small(path: Path) -> bool:
+    """Whether a file is there, and small enough for a first look."""
+    with suppress(Exception):  # whoever uses the file says what is wrong with it
+        return path.is_file() and path.stat().st_size <= MOST_SAMPLE_BYTES
+    return False
 
 
 def _sights(path: Path, pose: PoseFacts) -> list[tuple[Kind, Sight]]:
@@ -88,11 +106,12 @@ def look_rests(
     pose: PoseFacts = NO_FACTS,
     ups: Ups = BY_ITSELF,
     maps: Sequence[BoneMap] = (),
+    spread: Spread = map,
 ) -> Rests:
     """The rest poses of a library's skeletons, from its BVH files, each with its path inside the library.
 
     They are guessed from clips that follow from the files' names alone, for a body. A rest pose that leads
-    one of them is taken as it is.
+    one of them is taken as it is. `spread` guesses from harmless files.
     """
     groups: dict[str, list[tuple[int, str, Path]]] = defaultdict(list)
     skeletons: dict[str, list[BvhJoint]] = {}
@@ -103,22 +122,33 @@ def look_rests(
                 skeletons[skeleton := digest_of(joints)] = joints
                 groups[skeleton].append((crc32(name_bytes(file)), file, path))
     lacking = [key for key, of in groups.items() if len(of) > 1 and not _rest(skeletons[key])]
-    poses = []
-    for skeleton in sorted(lacking, key=lambda key: (-len(groups[key]), key))[:MOST_SKELETONS]:
-        clips = []
-        for *_, path in nsmallest(MOST_CLIPS, groups[skeleton]):
-            with suppress(Exception):
-                if path.stat().st_size <= MOST_SAMPLE_BYTES:
-                    with reader.looking():
-                        clips.append(reader.read(path, partial(_part, path, pose, ups)))
+    lacking = sorted(lacking, key=lambda key: (-len(groups[key]), key))[:MOST_SKELETONS]
+    parts: list[list[Path | SourceMotion]] = [[] for _ in lacking]
+    with reader.looking():
+        for skeleton, some in zip(lacking, parts, strict=True):
+            for path in (path for *_, path in nsmallest(MOST_CLIPS, groups[skeleton]) if _is_small(path)):
+                with suppress(Exception):
+                    harmless = is_harmless(path)
+                    some.append(path if harmless else reader.call(path, partial(_part, path, pose, ups)))
+    guesses = spread(partial(_guess, body=body, pose=pose, ups=ups, maps=maps), parts)
+    poses = sorted((skeleton, *found) for skeleton, found in zip(lacking, guesses, strict=True) if found)
+    return Rests(tuple(poses), {file: skeleton for skeleton, *_ in poses for _, file, _ in groups[skeleton]})
+
+
+def _guess(
+    parts: Sequence[Path | SourceMotion], body: Body, pose: PoseFacts, ups: Ups, maps: Sequence[BoneMap]
+) -> tuple[bytes, str] | None:
+    """The rest matrices of a skeleton, by clips of it, and where they come from; None if they show none."""
+    clips = []
+    for part in parts:
         with suppress(Exception):
-            known = [clip.rest for clip in clips if clip.rest_is_known]
-            if (rest := known[0] if known else likely_rest(clips, body, maps)) is not None:
-                said = "that leads one of its clips" if known else f"from {count('clip', len(clips))} of it"
-                poses.append((skeleton, rest.tobytes(), said))
-    kept = {skeleton for skeleton, *_ in poses}
-    found = {file: skeleton for skeleton in sorted(kept) for _, file, _ in groups[skeleton]}
-    return Rests(tuple(sorted(poses)), found)
+            clips.append(_part(part, pose, ups) if isinstance(part, Path) else part)
+    with suppress(Exception):
+        known = [clip.rest for clip in clips if clip.rest_is_known]
+        if (rest := known[0] if known else likely_rest(clips, body, maps)) is not None:
+            said = "that leads one of its clips" if known else f"from {count('clip', len(clips))} of it"
+            return rest.tobytes(), said
+    return None
 
 
 def _rest(joints: Sequence[BvhJoint]) -> bool:

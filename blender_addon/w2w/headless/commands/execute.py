@@ -3,7 +3,7 @@
 
 import json
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
@@ -74,7 +74,7 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study 
             check_folder(plan, out)
             folder.make_folders(out, len(plan.library.clips))
         monitor.begin(plan.library, body.name, out, kept=not done)
-        with folder.only_run(out / WORK):
+        with folder.only_run(out / WORK), closing(plan.crew):
             study, failed = (None, {}) if done else _execute(plan, body, out, inputs, monitor)
             mark_whole(out)
     if study is None:
@@ -101,7 +101,7 @@ def execute_shard(
             folder.check_results(place, plan.library, ())
             folder.make_folders(place, len(whole.clips))
             monitor.begin(plan.library, body.name, place, kept=False)
-            with folder.only_shard(place / WORK, called):
+            with folder.only_shard(place / WORK, called), closing(plan.crew):
                 clips = make_signals(plan, body, place, monitor, called).clips
         console_tables.show_skipped(clips, plan.library, monitor.console, plan.verbose)
         used = sum(result.used for result in clips)

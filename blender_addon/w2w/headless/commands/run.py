@@ -2,6 +2,9 @@
 """`w2w run`: a folder of motion files in, heatmaps and a sensor recommendation out."""
 
 import re
+from collections.abc import Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -10,8 +13,9 @@ from ...core.body.body import Body
 from ...core.findings.cautions import subjects_sentence
 from ...core.library.labels import same_label
 from ...core.library.library import Library, read_library
+from ...core.motion.up import Votes
 from ...core.ranking.weights import check_counting
-from ...core.reading.look import look_rests, look_up
+from ...core.reading.look import Spread, look_rests, look_up
 from ...core.reading.reader import Reader
 from ...core.study.ranking import known_motions
 from ..config_file import take_options
@@ -19,8 +23,8 @@ from ..console import NOTHING_TO_DO, Terminal
 from ..options import argument, option, with_options, words
 from ..reports.console_tables import show_labels
 from ..runs.own_files import keep_apart
-from ..runs.records import given_up_in
-from ..runs.study import RunPlan
+from ..runs.records import given_up_in, lists_in
+from ..runs.study import RunPlan, placed_on
 from ..study_options import RUN, StudyOptions
 from .execute import ended, execute_bodies, execute_shard, ready_for, refused
 
@@ -86,30 +90,46 @@ def run(
         engine = asked.engine()
         plan = RunPlan(found, parameters, engine, asked.pictures, asked.report, verbose=asked.verbose)
         bodies = ready_for(plan, asked, out)
-        known = given_up_in(out if len(bodies) == 1 else out / bodies[0][0], found, engine)
-        with Reader(engine.limit_s, engine.memory, known) as reader:
-            files = [(clip.file, clip.path) for clip in found.clips]
-            seen = look_up(reader, files, engine.pose)
-            body = bodies[0][1] if len(bodies) == 1 else Body.bundled()
-            rests = look_rests(reader, files, body, engine.pose, seen.ups, engine.bone_maps)
-        again = asked.strict or asked.verify or len(bodies) > 1
-        engine = replace(engine, ups=seen.ups, rests=rests)
-        plan = replace(plan, engine=engine, deadly=reader.deadly, again=again)
-    if up := seen.sentence():
-        console.print(f"Up: {up}.")
-    if guesses := rests.sentence():
-        console.print(f"Rest poses: {guesses}.")
-    if seen.question:
-        raise ended(f"No result: {seen.question}.", NOTHING_TO_DO, monitor)
-    if shard:
-        execute_shard(plan, bodies, out, (part, parts), monitor)
-        monitor.log("finished", exit_code=0)
-        return
-    show_labels(found, console, asked.verbose)
-    if parameters.by_subject and (caution := subjects_sentence(known_motions(found.clips))):
-        console.print(f"{caution}.", style="bold yellow", markup=False)
-    execute_bodies(plan, bodies, out, asked.strict, monitor)
+    with closing(plan.crew), ThreadPoolExecutor(1) as beside:
+        with refused(monitor):
+            plan = replace(plan, again=asked.strict or asked.verify or len(bodies) > 1)
+            plan, seen = _looked(plan, bodies, out, beside)
+        if up := seen.sentence():
+            console.print(f"Up: {up}.")
+        if guesses := plan.engine.rests.sentence():
+            console.print(f"Rest poses: {guesses}.")
+        if seen.question:
+            raise ended(f"No result: {seen.question}.", NOTHING_TO_DO, monitor)
+        if shard:
+            execute_shard(plan, bodies, out, (part, parts), monitor)
+        else:
+            show_labels(found, console, asked.verbose)
+            if parameters.by_subject and (caution := subjects_sentence(known_motions(found.clips))):
+                console.print(f"{caution}.", style="bold yellow", markup=False)
+            execute_bodies(plan, bodies, out, asked.strict, monitor)
     monitor.log("finished", exit_code=0)
+
+
+def _looked(
+    plan: RunPlan, bodies: Sequence[tuple[str, Body]], out: Path, beside: Executor
+) -> tuple[RunPlan, Votes]:
+    """The plan with what a library's files tell together, and their votes for the axis that is up.
+
+    In a first run the crew looks, while patches are placed; a resume may have nothing left to do for it.
+    """
+    found, engine, crew = plan.library, plan.engine, plan.crew
+    first, body = (out, bodies[0][1]) if len(bodies) == 1 else (out / bodies[0][0], Body.bundled())
+    spread: Spread = map
+    if not engine.scheduler and not lists_in(first):
+        crew.get_ready(engine, found.clips)
+        spread = crew.spread
+        if len(bodies) == 1:
+            plan = replace(plan, placed=beside.submit(placed_on, body, plan.config))
+    with Reader(engine.limit_s, engine.memory, given_up_in(first, found, engine)) as reader:
+        files = [(clip.file, clip.path) for clip in found.clips]
+        seen = look_up(reader, files, engine.pose, spread)
+        rests = look_rests(reader, files, body, engine.pose, seen.ups, engine.bone_maps, spread)
+    return replace(plan, engine=replace(engine, ups=seen.ups, rests=rests), deadly=reader.deadly), seen
 
 
 def part_of(text: str) -> tuple[int, int]:

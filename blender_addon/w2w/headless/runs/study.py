@@ -4,6 +4,7 @@
 import hashlib
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -53,7 +54,7 @@ from .folder import (
 )
 from .monitor import RunMonitor
 from .records import Records, keeping, lists_in, read_records, result_of, tidy, untouched
-from .workers import Workers, clip_workers, run_tasks, spread_here
+from .workers import Crew, run_tasks, spread_here
 
 TOO_ALIKE = "the clips show too few different motions"
 
@@ -72,7 +73,8 @@ class RunPlan:
 
     `deadly` are the files that killed or outlasted who looked at them first;
     `pictures` are the heatmaps and `study.blend`; `more` are files that the command writes after the run;
-    `again` has all results made even where they would be as they are.
+    `again` has all results made even where they would be as they are. The `crew` works for it on this
+    machine; who runs the plan ends it. The patches are `placed` meanwhile, or when they are needed.
     """
 
     library: Library
@@ -84,6 +86,8 @@ class RunPlan:
     again: bool = True
     verbose: bool = False  # list every clip, activity and region on the console
     deadly: Mapping[Path, Death] = field(default_factory=dict)
+    crew: Crew = field(default_factory=Crew)
+    placed: Future[PatchSet] | None = None
 
 
 @dataclass(frozen=True)
@@ -93,6 +97,7 @@ class BakedStudy:
     body: Body
     patches: PatchSet
     clips: tuple[ClipResult, ...]
+    pooling: Pooling
 
 
 def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shard: str = "") -> BakedStudy:
@@ -103,20 +108,21 @@ def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shar
     """
     if not (out / SUMMARY).is_file():  # a first run: until it ends there is nothing to read
         mark_changing(out)
-    # a resume may have nothing left to do: it starts workers once it has
-    early = nullcontext() if lists_in(out) else clip_workers(plan.engine, plan.library.clips)
-    with early as workers:
-        alone = preparing(out / WORK) if shard else nullcontext()
-        with monitor.step("placing patches", "Placing patches on the body"), alone:
-            patches = _prepare(plan, body, out)
-        clips, records = _bake(plan, out, monitor, workers, shard)
+    if not lists_in(out):  # a resume may have nothing left to do: it starts workers once it has
+        plan.crew.get_ready(plan.engine, plan.library.clips)
+    alone = preparing(out / WORK) if shard else nullcontext()
+    with monitor.step("placing patches", "Placing patches on the body"), alone:
+        patches = _prepare(plan, body, out)
+    with ThreadPoolExecutor(1) as beside:
+        pooling = beside.submit(Pooling.on, None if shard else body, patches)
+        clips, records = _bake(plan, out, monitor, shard)
     if not shard:
         if not any(result.used for result in clips):
             raise StudyError("no clip can be used; the table lists the reasons", clips)
         _refuse_head_down(clips)
         used = {result.clip.name for result in clips if result.used}
         remove_leftovers(out, {clip.name for clip in plan.library.clips}, used, records)
-    return BakedStudy(body, patches, clips)
+    return BakedStudy(body, patches, clips, pooling.result())
 
 
 def _refuse_head_down(clips: Sequence[ClipResult]) -> None:
@@ -133,14 +139,14 @@ def rank_study(
 
     Raises a StudyError if there is no result, and an EngineError if the workers cannot go on.
     """
-    config, used = plan.config, [result.clip for result in baked.clips if result.used]
-    pooling = Pooling.on(baked.body, baked.patches)
+    config, pooling = plan.config, baked.pooling
+    used = [result.clip for result in baked.clips if result.used]
     failed = partial(StudyError, clips=baked.clips)
     with closing(Signatures(out / WORK)) as signatures, restated("", ValueError, failed):
         files = _files_to_rank(used, config, out, signatures)
         ranked = same_motions(used, files.windows, signatures)
     n_windows = sum(len(found.is_test) for found in files.windows)
-    spread = spread_over(plan.engine.scheduler) or spread_here(plan.engine.workers, n_windows)
+    spread = spread_over(plan.engine.scheduler) or spread_here(plan.engine.workers, n_windows, plan.crew)
     rank = partial(rank_clips, ranked, files.windows, files.inputs, config, pooling)
     try:
         with restated(f"{TOO_ALIKE} to rank patches by", np.linalg.LinAlgError, failed):
@@ -167,13 +173,17 @@ def write_config(study: Study) -> None:
     write_json(study.results.out / "config.json", config_content(study) | {"code_sha256": code_sha256()})
 
 
+def placed_on(body: Body, config: StudyConfig) -> PatchSet:
+    """The patches on a body; on the bundled one's shapes they stay at the vertices of the neutral one."""
+    return place_patches(Body.bundled() if bundled_targets().fit(body) else body, config)
+
+
 def _prepare(plan: RunPlan, body: Body, out: Path) -> PatchSet:
-    """Place the patches; on the bundled body's shapes they stay at the vertices of the neutral one."""
+    """Write the body and the patches."""
     config = plan.config
-    bundled = bundled_targets().fit(body)
     forget_running(out, {clip.name for clip in plan.library.clips})
     with restated("", ValueError, StudyError):
-        patches = place_patches(Body.bundled() if bundled else body, config)
+        patches = plan.placed.result() if plan.placed else placed_on(body, config)
         fit_covers(config, body, patches, out)
     save_new(body.save, out, f"{WORK}/body.npz")
     save_new(patches.save, out, f"{WORK}/patches.npz")
@@ -183,7 +193,7 @@ def _prepare(plan: RunPlan, body: Body, out: Path) -> PatchSet:
 
 
 def _bake(
-    plan: RunPlan, out: Path, monitor: RunMonitor, workers: Workers | None, shard: str
+    plan: RunPlan, out: Path, monitor: RunMonitor, shard: str
 ) -> tuple[tuple[ClipResult, ...], Records]:
     """The result of each clip, and the records that the folder had before."""
     config, engine = plan.config, plan.engine
@@ -223,7 +233,7 @@ def _bake(
         advance(len(results))
         for task, death in died:
             made(give_up(task, death))
-        run_tasks(due, engine.workers, engine.scheduler, made, workers)
+        run_tasks(due, engine.workers, engine.scheduler, made, plan.crew)
     return tuple(results[clip.name] for clip in plan.library.clips), records
 
 

@@ -10,9 +10,9 @@ import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait as wait_for
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import ExitStack, closing, contextmanager, nullcontext, suppress
 from functools import partial
-from itertools import islice
+from itertools import islice, zip_longest
 from multiprocessing.connection import wait
 from typing import Any, TypeAlias, TypeVar
 
@@ -53,19 +53,41 @@ KILL_S = 5.0
 """Seconds that killed workers are waited for."""
 
 
-@contextmanager
-def clip_workers(engine: Engine, clips: Sequence[Clip]) -> Iterator[Workers | None]:
-    """Workers for clips that start while this process does other work; None on a cluster."""
-    if engine.scheduler:
-        yield None
-        return
-    workers = min(engine.workers, len(clips))
-    blender = any(clip.needs_blender for clip in clips)
-    with local_executor(workers) as executor:
-        with deaf_children():
-            for _ in range(workers):
-                executor.submit(get_ready, blender)
-        yield executor
+class Crew:
+    """Worker processes for all steps of a run: they start with its first work, and anew once some died."""
+
+    def __init__(self) -> None:
+        self._executor: Workers | None = None
+        self._stack, self._size = ExitStack(), 0
+
+    def workers(self, wanted: int) -> Workers:
+        """At least so many workers."""
+        if self._executor is None or self._size < wanted:
+            self.close()
+            self._executor, self._size = self._stack.enter_context(local_executor(wanted)), wanted
+        return self._executor
+
+    def get_ready(self, engine: Engine, clips: Sequence[Clip]) -> None:
+        """Let workers start, and import what clips need, while this process does other work."""
+        if self._executor is None and not engine.scheduler:
+            wanted, blender = min(engine.workers, len(clips)), any(clip.needs_blender for clip in clips)
+            with deaf_children():
+                for _ in range(wanted):
+                    self.workers(wanted).submit(get_ready, blender)
+
+    def spread(self, work: Callable[[Any], Result], items: Sequence[Any]) -> Iterator[Result]:
+        """Like `map`, by the workers there are; what they die of is done here."""
+        futures: list[Future[Result]] = []
+        with deaf_children(), suppress(BrokenExecutor):
+            futures.extend(self.workers(1).submit(work, item) for item in items)
+        for future, item in zip_longest(futures, items):
+            found = outcome(future) if future else None
+            yield work(item) if found is None else found
+
+    def close(self) -> None:
+        """End the workers at once."""
+        self._executor = None
+        self._stack.close()
 
 
 def run_tasks(
@@ -73,22 +95,22 @@ def run_tasks(
     workers: int,
     scheduler: str,
     done: Callable[[Record], None],
-    ready: Workers | None = None,
+    crew: Crew,
 ) -> None:
     """Do all tasks; the record of each goes to `done` as it comes.
 
     A Dask scheduler's workers must see the library and the output folder at the same paths. Without one,
-    `ready` workers of `clip_workers` do the tasks, and new ones where they die. An EngineError says that the
-    scheduler cannot be reached, or that workers die again and again.
+    the crew does the tasks. An EngineError says that the scheduler cannot be reached, or that workers die
+    again and again.
     """
     if scheduler:
         run_on_cluster(tasks, scheduler, done)
     else:
-        _on_this_machine(tasks, workers, done, ready)
+        _on_this_machine(tasks, workers, done, crew)
 
 
 def _on_this_machine(
-    tasks: Sequence[ClipTask], workers: int, done: Callable[[Record], None], ready: Workers | None
+    tasks: Sequence[ClipTask], workers: int, done: Callable[[Record], None], crew: Crew
 ) -> None:
     waiting = {task.clip.name: task for task in tasks}
     breaks = 0
@@ -97,13 +119,7 @@ def _on_this_machine(
         del waiting[record["clip"]]
         done(record)
 
-    while waiting:
-        fresh = local_executor(min(workers, len(waiting))) if ready is None else nullcontext(ready)
-        with fresh as executor:
-            broken = _collect(executor, workers, [*waiting.values()], came)
-        ready = None
-        if not broken:
-            break
+    while _collect(crew, workers, [*waiting.values()], came):
         suspects = [task for task in waiting.values() if task.marker.exists()]
         for task in suspects:
             came(record_death(task) if timed_out(task.marker) else try_alone(task, _once))
@@ -132,11 +148,12 @@ def _once(task: ClipTask) -> Record | None:
     return run_alone(work_in_worker, task)
 
 
-def _collect(
-    executor: Workers, workers: int, tasks: Sequence[ClipTask], done: Callable[[Record], None]
-) -> bool:
+def _collect(crew: Crew, workers: int, tasks: Sequence[ClipTask], done: Callable[[Record], None]) -> bool:
     """Hand out tasks and gather records; True if the workers died before all were done."""
+    if not tasks:
+        return False
     queue, pending = iter(tasks), set[Future[Record]]()
+    executor = crew.workers(min(workers, len(tasks)))
     try:
         while True:
             with deaf_children():
@@ -148,7 +165,7 @@ def _collect(
             for future in ended:
                 done(future.result())
     except BrokenExecutor:
-        executor.shutdown(kill_workers=True)  # those that live would go on with what is waiting
+        crew.close()  # those that live would go on with what is waiting
         return True
 
 
@@ -207,8 +224,8 @@ def load_alone(clip: Clip, body: Body, how: Engine = PLAIN, reader: Reader | Non
     return found
 
 
-def spread_here(workers: int, n_windows: int) -> Spread | None:
-    """A function that spreads a ranking's patches over worker processes; None leaves them to threads here.
+def spread_here(workers: int, n_windows: int, crew: Crew) -> Spread | None:
+    """A function that spreads a ranking's patches over a crew, and ends it; None leaves them to threads here.
 
     A patch's sums take many small steps: threads would spend much of their time waiting for the
     interpreter's lock.
@@ -217,12 +234,12 @@ def spread_here(workers: int, n_windows: int) -> Spread | None:
         return None
 
     def spread(work: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[Any]:
-        with local_executor(min(workers, len(items))) as executor:
+        dying = "worker processes die while they rank patches (out of memory?): try fewer --workers"
+        with closing(crew), restated(dying, BrokenExecutor, EngineError):
+            executor = crew.workers(min(workers, len(items)))
             with deaf_children():
                 futures = [executor.submit(work, item) for item in items]
-            dying = "worker processes die while they rank patches (out of memory?): try fewer --workers"
-            with restated(dying, BrokenExecutor, EngineError):
-                for future in futures:
-                    yield future.result()
+            for future in futures:
+                yield future.result()
 
     return spread
