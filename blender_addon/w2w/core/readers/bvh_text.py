@@ -23,7 +23,6 @@ from ..motion.source import (
     usable_rate,
 )
 from ..wording import count, free_name, restated
-from .decimals import decimal_table
 
 SHOWN = 24
 """Characters of a damaged value that are quoted."""
@@ -38,7 +37,7 @@ CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis i
 UNUSED_CHANNELS = tuple(f"{axis}scale" for axis in "xyz")
 """Channels that some programs write and no body has; they are left out."""
 
-LINES_AT_ONCE = 64
+LINES_AT_ONCE = 256
 """Lines of numbers that are read at once, for speed."""
 
 AN_END = -1
@@ -244,11 +243,8 @@ def _frames(lines: Lines, promised: int, joints: list[BvhJoint]) -> np.ndarray:
 
 def _rows(lines: list[tuple[int, str]], channels: int) -> np.ndarray:
     """Numbers of lines that are not blank, a row each."""
-    texts = [line for _, line in lines]
-    if (plain := decimal_table(texts, channels)) is not None:
-        return plain
     with suppress(ValueError):
-        rows = np.loadtxt(texts, comments=None, ndmin=2)
+        rows = np.loadtxt([line for _, line in lines], comments=None, ndmin=2)
         if rows.shape[1] == channels:
             return rows
     return np.array([_row(line, number, channels) for number, line in lines])  # says what is wrong and where
