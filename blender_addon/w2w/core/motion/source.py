@@ -146,9 +146,7 @@ def unscaled_rotations(matrices: np.ndarray) -> np.ndarray:
 
     Gram-Schmidt on the columns: exact if the scale is uniform, as in FBX and BVH.
     """
-    columns = np.empty(
-        (3, 3, *matrices.shape[:-2])
-    )  # of each its components: whole ones are quick to work on
+    columns = np.empty((3, 3, *matrices.shape[:-2]))  # by component: whole ones are quick to work on
     columns[:2] = np.moveaxis(matrices[..., :3, :2], (-1, -2), (0, 1))
     x, y, z = columns
     y /= np.sqrt(dot(y, y))
