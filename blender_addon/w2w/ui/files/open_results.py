@@ -133,7 +133,7 @@ def open_steps(folder: Path) -> jobs.Steps:
         bpy.data.batch_remove(new_data(before))
         bpy.context.scene.w2w.body = shown
         raise
-    return opened_text(mesh)
+    return opened_text(mesh, seen=True)
 
 
 def _act(

@@ -89,12 +89,12 @@ def find_folder(study: bpy.types.PropertyGroup) -> None:
     study.results_folder = next(found, study.results_folder)
 
 
-def opened_text(mesh: bpy.types.Object) -> str:
-    """Sentences about what was opened and which signals are missing."""
+def opened_text(mesh: bpy.types.Object, seen: bool = False) -> str:
+    """Sentences about what was opened and which signals are missing, none if all were `seen` just now."""
     study = mesh.w2w
     stored = [clip for clip in study.clips if clip.signals.startswith(STORED)]
     text = f"Opened a finished run: {len(stored)} clips on {len(state.patches_of(mesh) or ())} spots"
-    lost = [clip for clip in stored if not signal_cache.has(clip)]
+    lost = [] if seen else [clip for clip in stored if not signal_cache.has(clip)]
     if not lost:
         return text
     where = f"in {study.results_folder}" if study.results_folder else "next to this file"
