@@ -30,21 +30,30 @@ def recordings_at(study: StudyResults, clips: Sequence[int], patches: Sequence[i
         return for_each(lambda clip: study.recording(clip, patches), clips)
     file = inside(study.out, REMADE)
     keys = [f"{study.clips[clip].name} {signals_key(*study.places[clip])}" for clip in clips]
-    before, held, rate = [], {}, own_rate(study.config())
-    with suppress(OSError, ValueError):
+    of_key, rate = (
+        {key: study.clips[clip] for key, clip in zip(keys, clips, strict=True)},
+        own_rate(study.config()),
+    )
+    sites = tuple(study.patches.names[patch] for patch in patches)
+    held: dict[str, ImuRecording] = {}
+    before: list[str] = []
+
+    def labelled(key: str, part: np.ndarray) -> ImuRecording:
+        its = of_key[key]
+        return ImuRecording(part[..., :3], part[..., 3:], rate, sites, its.activity, its.subject, its.name)
+
+    with suppress(OSError, ValueError, TypeError, IndexError):  # damaged: all are made again
         kept = load_arrays(file, ("keys", "ends", "patches", "values"), "holds no recordings")
-        before, values = kept["keys"].tolist(), kept["values"]
-        if values.shape[1:] == (len(patches), 6) and kept["patches"].tolist() == list(patches):
-            held = dict(zip(before, np.split(values, kept["ends"]), strict=True))
+        names, parts = kept["keys"].tolist(), np.split(kept["values"], kept["ends"])
+        if kept["patches"].tolist() == list(patches):
+            pairs = zip(names, parts, strict=True)
+            held = {key: labelled(key, part) for key, part in pairs if key in of_key}
+        before = names
 
-    def recorded(clip: int, key: str) -> ImuRecording:
-        if key not in held:
-            return study.recording(clip, patches)
-        its, sites = study.clips[clip], tuple(study.patches.names[patch] for patch in patches)
-        acc, gyr = held[key][..., :3], held[key][..., 3:]
-        return ImuRecording(acc, gyr, rate, sites, its.activity, its.subject, its.name)
+    def recorded(pair: tuple[str, int]) -> ImuRecording:
+        return held[pair[0]] if pair[0] in held else study.recording(pair[1], patches)
 
-    found = for_each(lambda pair: recorded(*pair), list(zip(clips, keys, strict=True)))
+    found = for_each(recorded, list(zip(keys, clips, strict=True)))
     if keep and keys != before:
         values = np.concatenate([one.values[..., :6] for one in found])
         ends = np.cumsum([one.n_samples for one in found])[:-1]
