@@ -33,9 +33,8 @@ MAX_SKELETON = 1 << 22
 HEADER_LINE = 200
 """Characters of a header's line that are looked at."""
 
-CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "xyz")
-UNUSED_CHANNELS = tuple(f"{axis}scale" for axis in "xyz")
-"""Channels that some programs write and no body has; they are left out."""
+CHANNELS = {f"{axis}{kind}" for kind in ("position", "rotation", "scale") for axis in "xyz"}
+"""Some programs write scales, and no body has them; they are left out."""
 
 LINES_AT_ONCE = 256
 """Lines of numbers that are read at once, for speed."""
@@ -134,7 +133,8 @@ def _until_motion(lines: Lines, size: int) -> Iterator[tuple[int, list[str]]]:
         length += len(line)
         if length > MAX_SKELETON:
             raise _damaged("what should be its skeleton is too large to be one")
-        for part in re.split(r"([{}])", line):
+        is_one = line.strip() in ("{", "}") or not ("{" in line or "}" in line)
+        for part in [line] if is_one else re.split(r"([{}])", line):
             words = part.split()
             if len(words) == 1 and words[0].upper() == "MOTION":
                 return
@@ -188,7 +188,7 @@ def _add_channels(joint: BvhJoint, words: list[str], number: int) -> None:
         raise _damaged(f"line {number} says {_quoted(' '.join(words[:1]))} channels and names {named}")
     for word in words[1:]:
         channel = word.lower()
-        if channel not in (*CHANNELS, *UNUSED_CHANNELS) or channel in joint.channels:
+        if channel not in CHANNELS or channel in joint.channels:
             twice = " a second time" if channel in joint.channels else ""
             what = f"{_quoted(word)}{twice}"
             raise _damaged(f"line {number} names the channel {what}, not one such as Xposition or Zrotation")
