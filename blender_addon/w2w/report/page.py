@@ -34,8 +34,6 @@ from ..core.study.results import StudyResults
 from ..core.wording import capital, restated
 from ..drawing.body import BodyPictures, common_crop, size_for
 
-REPORT = "report.html"
-
 PAGE = Path(__file__).resolve().parent / "templates"
 
 NUMBERED = 3

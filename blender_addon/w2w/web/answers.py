@@ -16,9 +16,9 @@ from starlette.routing import Route
 
 from ..core.given import inside
 from ..core.study.clip_files import WORK
+from ..core.study.results import REPORT
 from ..core.wording import restated
 from ..headless.console import sentence_of
-from ..report.page import REPORT
 from .choosing import cheapest, choose_again, get_ready, pilot_by, report_again, report_needing, signals_of
 from .guard import Doors, report_policy
 from .receiving import Receiver, object_of, parsed, study_of

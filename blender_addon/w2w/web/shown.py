@@ -14,7 +14,8 @@ from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Respon
 from starlette.routing import Route
 
 from ..core.given import inside
-from ..report.page import PAGE, REPORT
+from ..core.study.results import REPORT
+from ..report.page import PAGE
 from .guard import OPERATOR, PAGES, Doors, enter_page, entered, folder_of_person, report_policy
 from .receiving import IN_ALL, OF_ONE, folder_size
 from .study import PARAMETERS, WISHES, Study

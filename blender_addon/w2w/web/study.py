@@ -21,7 +21,7 @@ from ..core.parameters import parameters_of
 from ..core.patches.body_parts import ALL, SIDES, find_patches
 from ..core.ranking.weights import check_counting
 from ..core.study.config import StudyConfig
-from ..core.study.results import UnfinishedError, check_finished
+from ..core.study.results import REPORT, UnfinishedError, check_finished
 from ..core.wording import restated
 from ..headless.commands.demo import write_library
 from ..headless.commands.place import CHOICE
@@ -29,7 +29,6 @@ from ..headless.commands.status import describe
 from ..headless.options import words
 from ..headless.runs.monitor import read_state
 from ..headless.study_options import NAMES, StudyOptions
-from ..report.page import REPORT
 from .clips import Labelled, is_text
 from .request import DAMAGED, EVENTS, IDLE, INPUT, NO_STUDY, REQUEST, RESULTS
 from .uploads import RefusedError, refused

@@ -40,6 +40,8 @@ from .ranking import LabelledClip, WindowLabels, copies_among
 from .signals import simulate
 from .variants import own_rate
 
+REPORT = "report.html"
+
 UTILITY = "utility.npz"
 """The whole ranking, with its intervals, confusions and predictions."""
 

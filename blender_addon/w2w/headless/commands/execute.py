@@ -20,9 +20,8 @@ from ...core.given import ForeignFileError, inside
 from ...core.ranking.agreement import rank_agreement
 from ...core.ranking.folds import check_testable
 from ...core.study.clip_files import CLIP_LIST, WORK, mark_changing, mark_whole
-from ...core.study.results import Study
+from ...core.study.results import REPORT, Study
 from ...core.wording import restated
-from ...report.page import REPORT
 from ..blender import NoBlenderError, check_installed
 from ..console import BUSY, NOTHING_TO_DO, SKIPPED, USAGE, sentence_of
 from ..options import parse_bodies

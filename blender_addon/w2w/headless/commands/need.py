@@ -8,8 +8,7 @@ from ...core.files import write_json
 from ...core.findings.advice_content import need_content, with_needs
 from ...core.findings.summary import PLACEMENTS, write_placements
 from ...core.study.choosing import find_needs
-from ...core.study.results import StudyResults
-from ...report.page import REPORT
+from ...core.study.results import REPORT, StudyResults
 from .. import options
 from ..console import USAGE, Terminal, ending
 from ..options import argument, option

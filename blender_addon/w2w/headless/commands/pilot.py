@@ -6,8 +6,7 @@ from typing import Annotated
 
 from ...core.files import write_json
 from ...core.findings.pilot import Pilot, of_folder
-from ...core.study.results import StudyResults
-from ...report.page import REPORT
+from ...core.study.results import REPORT, StudyResults
 from ..console import USAGE, console_beside, ending, print_json
 from ..options import AsJson, argument, option
 from ..reports.console_tables import show_cautions

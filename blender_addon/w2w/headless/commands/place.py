@@ -24,8 +24,7 @@ from ...core.selection.headline import mean_caution
 from ...core.study.choosing import Choices, compare_places, ranked_again
 from ...core.study.clip_files import WORK, is_used, mark_changing, mark_whole
 from ...core.study.config import StudyConfig
-from ...core.study.results import UTILITY, StudyResults
-from ...report.page import REPORT
+from ...core.study.results import REPORT, UTILITY, StudyResults
 from .. import options
 from ..console import USAGE, console_beside, ending, print_json
 from ..options import AsJson, argument, option, with_options

@@ -11,7 +11,7 @@ from ...core.files import write_json
 from ...core.findings.advice_content import advice_content
 from ...core.imu.recordings import Recordings
 from ...core.selection.headline import repeat_sentence
-from ...report.page import REPORT
+from ...core.study.results import REPORT
 from .. import options
 from ..console import USAGE, console_beside, ending, print_json, show_left_out
 from ..options import AsJson, argument, option

@@ -8,8 +8,7 @@ from typing import Annotated
 
 from ...core.files import write_text
 from ...core.study.clip_files import WORK, mark_changing, mark_whole
-from ...core.study.results import StudyResults
-from ...report.page import REPORT, report_page
+from ...core.study.results import REPORT, StudyResults
 from ..console import USAGE, Terminal, ending
 from ..options import argument, option
 from ..runs.folder import only_run, remove_unfinished
@@ -40,6 +39,8 @@ def write_report(out: Path, project: str | None = None, *, by: str | None = "") 
     A ValueError says that the folder holds no finished run, or a foreign `report.html`; `by` is as in
     `StudyResults.load`.
     """
+    from ...report.page import report_page  # jinja2 is slow to import
+
     page = report_page(StudyResults.load(out, by=by), project)
     with claimed(out, [REPORT]):
         write_text(out / REPORT, page)

@@ -18,9 +18,8 @@ from ...core.ranking.utility import UtilityMap
 from ...core.selection import headline
 from ...core.selection.advice import Advice
 from ...core.selection.scored import PlaceScore
-from ...core.study.results import ClipResult, Study, StudyResults
+from ...core.study.results import REPORT, ClipResult, Study, StudyResults
 from ...core.wording import capital, join_words
-from ...report.page import REPORT
 from ..runs.folder import HEATMAPS
 from ..runs.study import RunPlan
 from . import draw
