@@ -47,8 +47,10 @@ def begun(library: Path, name: str) -> tuple[bpy.types.Object, jobs.Steps]:
     if name == "bake by frame":
         body.shape_key_add(name="Basis")  # only Blender's evaluated mesh tells then where patches are
         bpy.context.scene.frame_set(17)
-    steps = make(body, library)
+    steps, clips = make(body, library), len(body.w2w.clips)
     for _ in range(count):
+        next(steps)
+    while name == "import" and len(body.w2w.clips) == clips:
         next(steps)
     return body, steps
 
