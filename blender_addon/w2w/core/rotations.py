@@ -215,9 +215,8 @@ def turn_about(axis: np.ndarray, angle: np.ndarray) -> np.ndarray:
 def skew_matrix(vectors: np.ndarray) -> np.ndarray:
     """Matrices (..., 3, 3) that multiply like the cross product with vectors (..., 3)."""
     matrix = np.zeros((*vectors.shape, 3))
-    for row, column, axis, sign in ((0, 1, 2, -1), (0, 2, 1, 1), (1, 2, 0, -1)):
-        matrix[..., row, column] = sign * vectors[..., axis]
-        matrix[..., column, row] = -sign * vectors[..., axis]
+    matrix[..., (2, 0, 1), (1, 2, 0)] = vectors
+    matrix[..., (1, 2, 0), (2, 0, 1)] = -vectors
     return matrix
 
 
