@@ -26,7 +26,7 @@ from ..core.motion.up import UPSIDE_DOWN, mostly_head_down
 from ..core.readers.animations import animations_in
 from ..core.reading.clips import How, open_clip, to_body
 from ..core.reading.guard import quiet_output
-from ..core.reading.look import look_rests, look_up
+from ..core.reading.look import lacking_rests, look_rests, look_up
 from ..core.reading.reader import Reader
 from ..core.retargeting.bone_maps import BoneMap
 from ..core.wording import in_python, restated
@@ -184,7 +184,7 @@ def load(
         files = [(clip.file, clip.path) for clip in clips]
         if (seen := look_up(reader, files, pose)).question:
             raise ValueError(in_python(seen.question))
-        rests = look_rests(reader, files, body, pose, seen.ups, bone_maps)
+        rests = look_rests(reader, lacking_rests(files), body, pose, seen.ups, bone_maps)
         how = replace(how, ups=seen.ups, rests=rests)
         for clip in tracked(clips, "Reading motions"):
             try:

@@ -12,7 +12,7 @@ from w2w.core.library.library import Clip
 from w2w.core.motion.skinning import joint_transforms
 from w2w.core.readers.bvh import read_bvh
 from w2w.core.reading.clips import ALONE, ITS_OWN, to_body
-from w2w.core.reading.look import look_rests
+from w2w.core.reading.look import lacking_rests, look_rests
 from w2w.core.reading.reader import Reader
 from w2w.core.study.config import StudyConfig
 from w2w.headless.runs.clip_task import ClipTask, Engine
@@ -45,7 +45,7 @@ def files_of(folder, of=""):
 
 
 def rests_of(files, body=None):
-    return look_rests(Reader(), files, body or Body.bundled())
+    return look_rests(Reader(), lacking_rests(files), body or Body.bundled())
 
 
 def turned(body, motion):

@@ -99,21 +99,13 @@ MOST_CLIPS, MOST_FRAMES, MOST_SKELETONS = 8, 250, 64
 Clips of others are guessed one by one, as is one that has its skeleton for itself."""
 
 
-def look_rests(
-    reader: Reader,
-    files: Iterable[tuple[str, Path]],
-    body: Body,
-    pose: PoseFacts = NO_FACTS,
-    ups: Ups = BY_ITSELF,
-    maps: Sequence[BoneMap] = (),
-    spread: Spread = map,
-) -> Rests:
-    """The rest poses of a library's skeletons, from its BVH files, each with its path inside the library.
+Lacking = dict[str, list[tuple[int, str, Path]]]
+"""Files of each skeleton that needs a guess, largest first: a number to draw by, and paths in and of it."""
 
-    They are guessed from clips that follow from the files' names alone, for a body. A rest pose that leads
-    one of them is taken as it is. `spread` guesses from harmless files.
-    """
-    groups: dict[str, list[tuple[int, str, Path]]] = defaultdict(list)
+
+def lacking_rests(files: Iterable[tuple[str, Path]]) -> Lacking:
+    """The skeletons without a rest pose among BVH files, each with its path inside their library."""
+    groups: Lacking = defaultdict(list)
     skeletons: dict[str, list[BvhJoint]] = {}
     for file, path in files:
         if path.suffix.lower() == BVH_SUFFIX:
@@ -122,17 +114,34 @@ def look_rests(
                 skeletons[skeleton := digest_of(joints)] = joints
                 groups[skeleton].append((crc32(name_bytes(file)), file, path))
     lacking = [key for key, of in groups.items() if len(of) > 1 and not _rest(skeletons[key])]
-    lacking = sorted(lacking, key=lambda key: (-len(groups[key]), key))[:MOST_SKELETONS]
+    largest = sorted(lacking, key=lambda key: (-len(groups[key]), key))[:MOST_SKELETONS]
+    return {key: groups[key] for key in largest}
+
+
+def look_rests(
+    reader: Reader,
+    lacking: Lacking,
+    body: Body,
+    pose: PoseFacts = NO_FACTS,
+    ups: Ups = BY_ITSELF,
+    maps: Sequence[BoneMap] = (),
+    spread: Spread = map,
+) -> Rests:
+    """The rest poses of a library's skeletons that are `lacking_rests`.
+
+    They are guessed from clips that follow from the files' names alone, for a body. A rest pose that leads
+    one of them is taken as it is. `spread` guesses from harmless files.
+    """
     parts: list[list[Path | SourceMotion]] = [[] for _ in lacking]
     with reader.looking():
-        for skeleton, some in zip(lacking, parts, strict=True):
-            for path in (path for *_, path in nsmallest(MOST_CLIPS, groups[skeleton]) if _is_small(path)):
+        for files, some in zip(lacking.values(), parts, strict=True):
+            for path in (path for *_, path in nsmallest(MOST_CLIPS, files) if _is_small(path)):
                 with suppress(Exception):
                     harmless = is_harmless(path)
                     some.append(path if harmless else reader.call(path, partial(_part, path, pose, ups)))
     guesses = spread(partial(_guess, body=body, pose=pose, ups=ups, maps=maps), parts)
     poses = sorted((skeleton, *found) for skeleton, found in zip(lacking, guesses, strict=True) if found)
-    return Rests(tuple(poses), {file: skeleton for skeleton, *_ in poses for _, file, _ in groups[skeleton]})
+    return Rests(tuple(poses), {file: skeleton for skeleton, *_ in poses for _, file, _ in lacking[skeleton]})
 
 
 def _guess(

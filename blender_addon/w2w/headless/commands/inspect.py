@@ -24,7 +24,7 @@ from ...core.motion.source import SourceMotion, UnusableMotion
 from ...core.motion.up import BY_ITSELF
 from ...core.readers.animations import animations_in
 from ...core.reading.formats import formats_of
-from ...core.reading.look import look_rests, look_up
+from ...core.reading.look import lacking_rests, look_rests, look_up
 from ...core.reading.reader import Reader
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.retargeting.retarget import BY_STRUCTURE
@@ -70,7 +70,7 @@ def inspect(
                     f"{clean(file)} is a folder: give one of its files, and the folder as --library"
                 )
             seen = look_up(reader, files, pose)
-            rests = look_rests(reader, files, body, pose, seen.ups, bone_maps)
+            rests = look_rests(reader, lacking_rests(files), body, pose, seen.ups, bone_maps)
         try:
             clip = Clip(file, clean(file.name), "clip", "", rate=rate)
             how = Engine(bone_maps=bone_maps, pose=pose, ups=seen.ups if library else BY_ITSELF, rests=rests)

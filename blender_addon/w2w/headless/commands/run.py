@@ -15,7 +15,7 @@ from ...core.library.labels import same_label
 from ...core.library.library import Library, read_library
 from ...core.motion.up import Votes
 from ...core.ranking.weights import check_counting
-from ...core.reading.look import Spread, look_rests, look_up
+from ...core.reading.look import Spread, lacking_rests, look_rests, look_up
 from ...core.reading.reader import Reader
 from ...core.study.ranking import known_motions
 from ..config_file import take_options
@@ -90,7 +90,7 @@ def run(
         engine = asked.engine()
         plan = RunPlan(found, parameters, engine, asked.pictures, asked.report, verbose=asked.verbose)
         bodies = ready_for(plan, asked, out)
-    with closing(plan.crew), ThreadPoolExecutor(1) as beside:
+    with closing(plan.crew), ThreadPoolExecutor(2) as beside:
         with refused(monitor):
             plan = replace(plan, again=asked.strict or asked.verify or len(bodies) > 1)
             plan, seen = _looked(plan, bodies, out, beside)
@@ -115,7 +115,8 @@ def _looked(
 ) -> tuple[RunPlan, Votes]:
     """The plan with what a library's files tell together, and their votes for the axis that is up.
 
-    In a first run the crew looks, while patches are placed; a resume may have nothing left to do for it.
+    In a first run the crew looks, while patches are placed and skeletons read here; a resume may have nothing
+    left to do for it.
     """
     found, engine, crew = plan.library, plan.engine, plan.crew
     first, body = (out, bodies[0][1]) if len(bodies) == 1 else (out / bodies[0][0], Body.bundled())
@@ -125,10 +126,11 @@ def _looked(
         spread = crew.spread
         if len(bodies) == 1:
             plan = replace(plan, placed=beside.submit(placed_on, body, plan.config))
+    files = [(clip.file, clip.path) for clip in found.clips]
+    lacking = beside.submit(lacking_rests, files)
     with Reader(engine.limit_s, engine.memory, given_up_in(first, found, engine)) as reader:
-        files = [(clip.file, clip.path) for clip in found.clips]
         seen = look_up(reader, files, engine.pose, spread)
-        rests = look_rests(reader, files, body, engine.pose, seen.ups, engine.bone_maps, spread)
+        rests = look_rests(reader, lacking.result(), body, engine.pose, seen.ups, engine.bone_maps, spread)
     return replace(plan, engine=replace(engine, ups=seen.ups, rests=rests), deadly=reader.deadly), seen
 
 

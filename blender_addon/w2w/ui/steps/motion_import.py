@@ -19,8 +19,8 @@ from ...core.library.library import Clip
 from ...core.motion.sight import Up
 from ...core.motion.source import reason_of
 from ...core.motion.up import BY_ITSELF, UPSIDE_DOWN, Ups, mostly_head_down
-from ...core.reading.clips import How, RetargetedMotion, fit_clip, open_clip
-from ...core.reading.look import look_rests
+from ...core.reading.clips import How, Rests, RetargetedMotion, fit_clip, open_clip
+from ...core.reading.look import lacking_rests, look_rests
 from ...core.reading.reader import Reader
 from ...core.retargeting.bone_maps import BoneMap
 from ...core.wording import clean, free_name
@@ -99,8 +99,11 @@ def import_steps(
     pose = PoseFacts(up=next((item.up for item in items if item.up), None))
     try:
         with Reader() as reader:
-            look = partial(look_rests, reader, files, body, pose, ups, maps)
-            rests = yield from in_thread(lambda _: look(), "Rest poses", 0.0, 0.0)
+
+            def look(_: object) -> Rests:
+                return look_rests(reader, lacking_rests(files), body, pose, ups, maps)
+
+            rests = yield from in_thread(look, "Rest poses", 0.0, 0.0)
             how = How(bone_maps=tuple(maps), pose=pose, ups=ups, rests=rests, blender=read_by_blender)
             for number, item in enumerate(items):
                 low, high = number / len(items), (number + 1) / len(items)
