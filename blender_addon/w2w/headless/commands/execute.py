@@ -135,8 +135,8 @@ def _execute(
             monitor.announce("finished")
             return None, {}
         with claimed(out, _written_by(plan)), draw.drawing(out) as pictures:
-            mapped = pictures.begin if plan.pictures else lambda _: None
-            study = rank_study(plan, baked, out, monitor, mapped)
+            told = (pictures.get_ready, pictures.begin) if plan.pictures else (lambda: None, lambda _: None)
+            study = rank_study(plan, baked, out, monitor, *told)
             with monitor.step("writing results"):
                 mark_changing(out)
                 write_results(study)

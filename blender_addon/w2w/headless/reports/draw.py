@@ -60,10 +60,14 @@ class Drawing:
     workers: Mapping[str, Workers]
     begun: list[tuple[str, Future[str]]] = field(default_factory=list)
 
-    def begin(self, study: StudyResults) -> None:
-        """Draw a study's maps, and import what saves its file, while this process goes on."""
-        self._submit(HEATMAPS, partial(write_maps, replace(study, read=None), self.folder / "new"))
+    def get_ready(self) -> None:
+        """Let the workers start, shade the body and import what saves the file, before there is a map."""
+        self._submit(HEATMAPS, partial(shaded, self.out))
         self._submit(BLEND, get_ready_to_save)
+
+    def begin(self, study: StudyResults) -> None:
+        """Draw a study's maps while this process goes on."""
+        self._submit(HEATMAPS, partial(write_maps, replace(study, read=None), self.folder / "new"))
 
     def save(self) -> None:
         """Draw what is missing and save `study.blend`, once results are written, in the same way."""
@@ -83,7 +87,7 @@ class Drawing:
         remove_written(self.out, lambda name: name not in drawn and name.startswith((f"{HEATMAPS}/", BLEND)))
         return {what: why for what, why in reversed(whys) if why}
 
-    def _submit(self, what: str, work: Callable[[], None]) -> None:
+    def _submit(self, what: str, work: Callable[[], object]) -> None:
         with deaf_children(), suppress(BrokenExecutor):  # what killed the worker says why
             self.begun.append((what, self.workers[what].submit(_draw, work, self._printed(what))))
 
@@ -114,7 +118,7 @@ def _reason(why: str | None, printed: Path) -> str:
     return missing_library(last) or f"Blender crashed; its last words: {last[-MAX_SAID:] or 'none'}"
 
 
-def _draw(work: Callable[[], None], printed: Path) -> str:
+def _draw(work: Callable[[], object], printed: Path) -> str:
     """Draw, in the worker; what Blender prints is written to a file in case the process dies."""
     with output_to(printed):
         try:

@@ -133,10 +133,16 @@ def _refuse_head_down(clips: Sequence[ClipResult]) -> None:
 
 
 def rank_study(
-    plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor, mapped: Callable[[StudyResults], None]
+    plan: RunPlan,
+    baked: BakedStudy,
+    out: Path,
+    monitor: RunMonitor,
+    ranked_all: Callable[[], None],
+    mapped: Callable[[StudyResults], None],
 ) -> Study:
-    """Rank every patch by the signals that were made, and choose; `mapped` is given the map before that.
+    """Rank every patch by the signals that were made, and choose.
 
+    `ranked_all` is called once they are ranked, `mapped` with the map before sensors are chosen.
     Raises a StudyError if there is no result, and an EngineError if the workers cannot go on.
     """
     config, pooling = plan.config, baked.pooling
@@ -156,6 +162,7 @@ def rank_study(
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
         problem = f"{error}. Clips used by activity: {found}", copies_sentence(copies_among(used, ranked))
         raise StudyError(". ".join(filter(None, problem)), baked.clips) from error
+    ranked_all()
     results = StudyResults(out, utility, baked.patches, ranked, config.as_dict(), read=files)
     with (
         monitor.step("choosing sensors to wear together"),
