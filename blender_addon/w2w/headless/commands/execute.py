@@ -136,7 +136,7 @@ def _execute(
             return None, {}
         with claimed(out, _written_by(plan)), draw.drawing(out) as pictures:
             told = (pictures.get_ready, pictures.begin) if plan.pictures else (lambda: None, lambda _: None)
-            study = rank_study(plan, baked, out, monitor, *told)
+            study = rank_study(plan, baked, out, monitor, told)
             with monitor.step("writing results"):
                 mark_changing(out)
                 write_results(study)

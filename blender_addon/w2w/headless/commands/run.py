@@ -26,7 +26,7 @@ from ..runs.own_files import keep_apart
 from ..runs.records import given_up_in, lists_in
 from ..runs.study import RunPlan, placed_on
 from ..study_options import RUN, StudyOptions
-from .execute import ended, execute_bodies, execute_shard, ready_for, refused
+from .execute import check_folder, ended, execute_bodies, execute_shard, ready_for, refused
 
 
 @with_options(StudyOptions)
@@ -90,6 +90,8 @@ def run(
         engine = asked.engine()
         plan = RunPlan(found, parameters, engine, asked.pictures, asked.report, verbose=asked.verbose)
         bodies = ready_for(plan, asked, out)
+        if len(bodies) == 1 and not shard and not lists_in(out):
+            check_folder(plan, out)  # before workers start
     with closing(plan.crew), ThreadPoolExecutor(2) as beside:
         with refused(monitor):
             plan = replace(plan, again=asked.strict or asked.verify or len(bodies) > 1)

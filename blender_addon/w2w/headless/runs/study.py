@@ -137,12 +137,11 @@ def rank_study(
     baked: BakedStudy,
     out: Path,
     monitor: RunMonitor,
-    ranked_all: Callable[[], None],
-    mapped: Callable[[StudyResults], None],
+    told: tuple[Callable[[], None], Callable[[StudyResults], None]],
 ) -> Study:
     """Rank every patch by the signals that were made, and choose.
 
-    `ranked_all` is called once they are ranked, `mapped` with the map before sensors are chosen.
+    The first of `told` is called once they are ranked, the second with the map before sensors are chosen.
     Raises a StudyError if there is no result, and an EngineError if the workers cannot go on.
     """
     config, pooling = plan.config, baked.pooling
@@ -162,7 +161,7 @@ def rank_study(
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
         problem = f"{error}. Clips used by activity: {found}", copies_sentence(copies_among(used, ranked))
         raise StudyError(". ".join(filter(None, problem)), baked.clips) from error
-    ranked_all()
+    told[0]()
     results = StudyResults(out, utility, baked.patches, ranked, config.as_dict(), read=files)
     with (
         monitor.step("choosing sensors to wear together"),
@@ -170,7 +169,7 @@ def rank_study(
         restated(f"{TOO_ALIKE} to choose sensors by", np.linalg.LinAlgError, StudyError),
     ):
         choices = Choices(results, config)
-        mapped(choices.study)
+        told[1](choices.study)
         advice = choices.under(config)
     return Study(plan.library, config, baked.body, baked.clips, choices.study, advice)
 
