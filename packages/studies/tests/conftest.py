@@ -15,6 +15,7 @@ from tests.conftest import (
     waving,
 )
 from tests.headless.conftest import (
+    dear,
     drawn,
     drawn_results,
     made_once_here,
@@ -28,6 +29,7 @@ from .made_mhad import some_mhad
 __all__ = [
     "all_patches",
     "bundled_body",
+    "dear",
     "door",
     "drawn",
     "drawn_results",
