@@ -14,6 +14,7 @@ from w2w.core.study.clip_files import features_file, signals_file, write_feature
 from w2w.core.study.config import StudyConfig
 from w2w.core.study.ranking import LabelledClip
 from w2w.core.study.remade import REMADE, recordings_at
+from w2w.core.study.results import StudyResults
 
 CLIPS = tuple(LabelledClip(name, "walk", "ann") for name in "abc")
 
@@ -27,7 +28,8 @@ class Study:
     made: list[int] = field(default_factory=list)
     clips = CLIPS
     patches = SimpleNamespace(names=tuple("vwxyz"))
-    config = staticmethod(StudyConfig)
+    recorded = StudyResults.recorded
+    _made_by = None, StudyConfig()
 
     @property
     def places(self):

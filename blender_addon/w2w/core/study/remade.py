@@ -12,7 +12,6 @@ from ..imu.recording import ImuRecording
 from ..threads import for_each
 from .clip_files import WORK, signals_file, signals_key
 from .results import StudyResults
-from .variants import own_rate
 
 REMADE = f"{WORK}/remade.npz"
 """What patches recorded of clips, by names of the clips and keys of their files."""
@@ -30,24 +29,18 @@ def recordings_at(study: StudyResults, clips: Sequence[int], patches: Sequence[i
         return for_each(lambda clip: study.recording(clip, patches), clips)
     file = inside(study.out, REMADE)
     keys = [f"{study.clips[clip].name} {signals_key(*study.places[clip])}" for clip in clips]
-    of_key, rate = (
-        {key: study.clips[clip] for key, clip in zip(keys, clips, strict=True)},
-        own_rate(study.config()),
-    )
-    sites = tuple(study.patches.names[patch] for patch in patches)
+    clip_of = dict(zip(keys, clips, strict=True))
     held: dict[str, ImuRecording] = {}
     before: list[str] = []
-
-    def labelled(key: str, part: np.ndarray) -> ImuRecording:
-        its = of_key[key]
-        return ImuRecording(part[..., :3], part[..., 3:], rate, sites, its.activity, its.subject, its.name)
-
     with suppress(OSError, ValueError, TypeError, IndexError):  # damaged: all are made again
         kept = load_arrays(file, ("keys", "ends", "patches", "values"), "holds no recordings")
         names, parts = kept["keys"].tolist(), np.split(kept["values"], kept["ends"])
         if kept["patches"].tolist() == list(patches):
-            pairs = zip(names, parts, strict=True)
-            held = {key: labelled(key, part) for key, part in pairs if key in of_key}
+            held = {
+                key: study.recorded(clip_of[key], patches, part[..., :3], part[..., 3:])
+                for key, part in zip(names, parts, strict=True)
+                if key in clip_of
+            }
         before = names
 
     def recorded(pair: tuple[str, int]) -> ImuRecording:

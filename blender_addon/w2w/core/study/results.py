@@ -11,6 +11,8 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Self
 
+import numpy as np
+
 from ..body.body import Body
 from ..given import ForeignFileError, inside
 from ..imu.cover import covered
@@ -150,13 +152,15 @@ class StudyResults:
                 whole = ImuRecording.load(kept)
                 return whole if patches is None else whole.at(patches)
             acc, gyr = (StoredArray.find(kept, name).some(patches) for name in ("acc", "gyr"))
-            sites, its = tuple(self.patches.names[patch] for patch in patches), self.clips[clip]
-            return ImuRecording(
-                acc, gyr, own_rate(self._made_by[1]), sites, its.activity, its.subject, its.name
-            )
+            return self.recorded(clip, patches, acc, gyr)
         body, config = self._made_by
         with unthreaded_products():
             return simulate(body, self.patches, self.motion(self.clips[clip].name), config, chosen=patches)
+
+    def recorded(self, clip: int, patches: Sequence[int], acc: np.ndarray, gyr: np.ndarray) -> ImuRecording:
+        """What some patches read of a clip, (T, N, 3) each, as its recording under its labels."""
+        sites, its = tuple(self.patches.names[patch] for patch in patches), self.clips[clip]
+        return ImuRecording(acc, gyr, own_rate(self._made_by[1]), sites, its.activity, its.subject, its.name)
 
     @cached_property
     def _made_by(self) -> tuple[Body, StudyConfig]:

@@ -31,7 +31,7 @@ from ..runs.cluster import EngineError
 from ..runs.current import is_current, is_untouched, looks_of_inputs, note_current
 from ..runs.monitor import RunMonitor
 from ..runs.own_files import check, claimed, remove_written
-from ..runs.study import RunPlan, StudyError, make_signals, rank_study, write_config
+from ..runs.study import RunPlan, StudyError, choose_in_study, make_signals, rank_study, write_config
 from ..study_options import StudyOptions
 from .report import write_report
 
@@ -135,8 +135,11 @@ def _execute(
             monitor.announce("finished")
             return None, {}
         with claimed(out, _written_by(plan)), draw.drawing(out) as pictures:
-            told = (pictures.get_ready, pictures.begin) if plan.pictures else (lambda: None, lambda _: None)
-            study = rank_study(plan, baked, out, monitor, told)
+            ranked = rank_study(plan, baked, out, monitor)
+            if plan.pictures:
+                pictures.get_ready()
+            mapped = pictures.begin if plan.pictures else lambda _: None
+            study = choose_in_study(plan, baked, ranked, monitor, mapped)
             with monitor.step("writing results"):
                 mark_changing(out)
                 write_results(study)

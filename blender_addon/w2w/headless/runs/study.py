@@ -132,16 +132,9 @@ def _refuse_head_down(clips: Sequence[ClipResult]) -> None:
         raise StudyError(UPSIDE_DOWN, clips)
 
 
-def rank_study(
-    plan: RunPlan,
-    baked: BakedStudy,
-    out: Path,
-    monitor: RunMonitor,
-    told: tuple[Callable[[], None], Callable[[StudyResults], None]],
-) -> Study:
-    """Rank every patch by the signals that were made, and choose.
+def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor) -> StudyResults:
+    """Rank every patch by the signals that were made.
 
-    The first of `told` is called once they are ranked, the second with the map before sensors are chosen.
     Raises a StudyError if there is no result, and an EngineError if the workers cannot go on.
     """
     config, pooling = plan.config, baked.pooling
@@ -161,17 +154,29 @@ def rank_study(
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
         problem = f"{error}. Clips used by activity: {found}", copies_sentence(copies_among(used, ranked))
         raise StudyError(". ".join(filter(None, problem)), baked.clips) from error
-    told[0]()
-    results = StudyResults(out, utility, baked.patches, ranked, config.as_dict(), read=files)
+    return StudyResults(out, utility, baked.patches, ranked, config.as_dict(), read=files)
+
+
+def choose_in_study(
+    plan: RunPlan,
+    baked: BakedStudy,
+    results: StudyResults,
+    monitor: RunMonitor,
+    mapped: Callable[[StudyResults], None],
+) -> Study:
+    """Choose sensors in a ranked study; `mapped` is given its map, in a stream, before that.
+
+    Raises a StudyError if the constraints cannot be met.
+    """
     with (
         monitor.step("choosing sensors to wear together"),
         restated("the constraints cannot be met:", ValueError, StudyError),
         restated(f"{TOO_ALIKE} to choose sensors by", np.linalg.LinAlgError, StudyError),
     ):
-        choices = Choices(results, config)
-        told[1](choices.study)
-        advice = choices.under(config)
-    return Study(plan.library, config, baked.body, baked.clips, choices.study, advice)
+        choices = Choices(results, plan.config)
+        mapped(choices.study)
+        advice = choices.under(plan.config)
+    return Study(plan.library, plan.config, baked.body, baked.clips, choices.study, advice)
 
 
 def write_config(study: Study) -> None:
