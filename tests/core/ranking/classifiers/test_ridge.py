@@ -9,6 +9,8 @@ from w2w.core.ranking.classifiers import ridge
 from w2w.core.ranking.classifiers.ridge import Ridge
 from w2w.core.ranking.halves import plan
 
+SPLITS = ridge._Splits
+
 
 def library(seed=0, n_clips=40, n_classes=4, n_sensors=3, n_features=12, spread=1.5):
     """Features of clips around class centres; classes of unequal size."""
@@ -118,6 +120,32 @@ def test_the_chosen_ridge_is_weak_where_noise_must_cancel_and_strong_where_it_is
     model, everywhere = Ridge(), np.ones(300, bool)
     assert model.choose_alpha(cancelling, labels, fold, everywhere) <= 0.01
     assert model.choose_alpha(drowned, labels, fold, everywhere) >= 0.1
+
+
+@pytest.mark.parametrize(("n_folds", "n_trainings"), [(5, 10), (9, 27)])
+def test_the_ridge_is_chosen_as_by_a_training_for_each_part_of_each_fold(monkeypatch, n_folds, n_trainings):
+    """Two of five folds leave out each other, so one training tests both."""
+    features, labels, _, clip = library(n_clips=180, spread=3)
+    fold, is_test = clip % n_folds, np.arange(len(labels)) % 5 < 3
+    of_parts = []
+    for f in range(n_folds):
+        others = [other for other in range(n_folds) if other != f]
+        for part in (others[first::4] for first in range(4)):
+            kept = fold != f
+            tried = features[kept], labels[kept], np.where(np.isin(fold, part), 0, -1)[kept]
+            tested = (is_test & np.isin(fold, part))[kept]
+            named = [linear(alpha).predict_folds(*tried, tested) for alpha in ridge.ALPHAS]
+            right = np.array(named) == labels[kept][tested, None]
+            by_class = [right[:, labels[kept][tested] == c].mean(axis=1) for c in range(4)]
+            of_parts.append(np.mean(by_class, axis=(0, 2)))
+    lag = np.max(np.mean(of_parts, axis=0)) - np.mean(of_parts, axis=0)
+    behind = np.array(of_parts)[:, [lag.argmin()]] - of_parts
+    allowed = behind.std(axis=0, ddof=1) / np.sqrt(len(behind))
+    best = ridge.ALPHAS[np.flatnonzero(lag <= allowed).max()]
+    trainings = []
+    monkeypatch.setattr(ridge, "_Splits", lambda *of: trainings.append(len(of[2])) or SPLITS(*of))
+    assert Ridge().choose_alpha(features, labels, fold, is_test) == best
+    assert trainings == [n_trainings]
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Ridge discriminant analysis for all sensors: closed form, all folds from one set of Gram matrices."""
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -122,27 +123,32 @@ class Ridge:
         if len(folds) < 3 or len(self.alphas) == 1:
             return self.alphas[len(self.alphas) // 2]
         names, block = np.unique(fold, return_inverse=True)
-        splits = []
+        left_out, parts = [], []
         for f in folds:
             others = folds[folds != f]
             for part in (others[first::INNER_FOLDS] for first in range(min(INNER_FOLDS, len(others)))):
-                train, tested = ~np.isin(names, [f, *part]), is_test & np.isin(fold, part)
-                splits.append(Split(np.flatnonzero(train), np.flatnonzero(tested)))
+                left_out.append(np.isin(names, [f, *part]))
+                parts.append(np.isin(names, part))
+        without = np.unique(left_out, axis=0)  # folds that leave out each other share a training
+        splits = [Split(np.flatnonzero(~out), np.flatnonzero(is_test & out[block])) for out in without]
         sums = _Splits(labels, block, splits)
         alphas = np.tile(self.alphas, (len(splits), 1))
-        counts = np.array([np.bincount(labels[split.tested], minlength=sums.n_classes) for split in splits])
-        windows = np.where(counts > 0, counts, np.nan)
+        shape = len(self.alphas), len(names), sums.n_classes
+        counts = [np.bincount(labels[is_test & part[block]], minlength=sums.n_classes) for part in parts]
+        windows = np.where(np.array(counts) > 0, counts, np.nan)
         source = as_blocks(features)
         sensors = np.unique(np.linspace(0, source.shape[1] - 1, self.tuning_sensors).astype(int))
 
         def accuracies(sensor: int) -> np.ndarray:
-            correct = np.zeros((len(splits), len(self.alphas), sums.n_classes))
+            correct = np.zeros((shape[0], *windows.shape))  # by ridge, part and class
             inputs = source.patches(sensor, sensor + 1).swapaxes(0, 1)
             for split, rows, activities in sums.predicted(inputs, alphas)[0]:
-                actual = labels[rows]
-                right = activities == actual  # by ridge
-                correct[split] += [np.bincount(actual, row, minlength=sums.n_classes) for row in right]
-            return np.nanmean(correct / windows[:, None], axis=2)
+                ridge, right = np.nonzero(activities == labels[rows])
+                cell = np.ravel_multi_index((ridge, block[rows[right]], labels[rows[right]]), shape)
+                by_fold = np.bincount(cell, minlength=math.prod(shape)).reshape(shape)
+                of_it = np.all(left_out == without[split], axis=1)
+                correct[:, of_it] += np.array(parts)[of_it] @ by_fold
+            return np.nanmean(correct / windows, axis=2).T
 
         with unthreaded_products(), ThreadPoolExecutor(self.workers) as pool:
             scores = np.mean(list(pool.map(accuracies, sensors)), axis=0)
