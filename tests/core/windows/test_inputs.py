@@ -20,6 +20,7 @@ from w2w.core.study.ranking import LabelledClip, WindowLabels, same_motions
 from w2w.core.windows.inputs import (
     ArrayBlocks,
     FeatureFiles,
+    SomePatches,
     SomeWindows,
     StoredArray,
     WindowFiles,
@@ -90,6 +91,8 @@ def test_of_files_only_the_wanted_windows_are_read(tmp_path):
     for rows in ([0, 3, 4, 17, 39], range(40), [9, 2, 2]):
         rows = np.array(rows)
         np.testing.assert_array_equal(SomeWindows(files, rows).patches(1, 4), array[rows, 1:4])
+        some = SomePatches(SomeWindows(files, rows), np.array([0, 1, 3, 5]))
+        np.testing.assert_array_equal(some.patches(1, 4), array[rows][:, [1, 3, 5]])
     few = SomeWindows(files, np.array([7, 30]))
     tracemalloc.start()
     few.patches(0, 6)
@@ -116,8 +119,8 @@ def test_a_part_of_a_stored_array(tmp_path):
     assert found.shape == array.shape
     np.testing.assert_array_equal(found.columns(1, 3), array[:, 1:3])
     some = np.empty((2, 3, array.shape[2]), np.float32)
-    found.read_columns(2, np.array([0, 4]), some)
-    np.testing.assert_array_equal(some, array[[0, 4], 2:5])
+    found.read_columns([(0, 1), (2, 4)], np.array([0, 4]), some)
+    np.testing.assert_array_equal(some, array[[0, 4]][:, [0, 2, 3]])
     content = (tmp_path / "a.npz").read_bytes()
     (tmp_path / "a.npz").write_bytes(content[: found.offset + array.nbytes - 1])
     with pytest.raises(ValueError, match="was cut short"):

@@ -275,7 +275,7 @@ def try_patches(
     `alpha` is the ridge of a model with `predict_splits`, as `Ridge` has; `progress` is given the fraction
     done.
     """
-    labels, plan, some = planned.labels, planned.plan, SomePatches(source, *span)
+    labels, plan, some = planned.labels, planned.plan, SomePatches(source, np.arange(*span))
     position = np.cumsum(planned.is_test) - 1
     trials_of = [
         [number for number, each in enumerate(plan.trials) if split in each.splits]

@@ -297,7 +297,7 @@ def _try_all(
 ) -> TrialScores:
     alpha = model.choose_alpha(source, planned.labels, planned.fold, planned.is_test)
     n_patches = source.shape[1]
-    if spread is None:
+    if spread is None or n_patches <= TASK_PATCHES:
         return try_patches(model, source, planned, alpha, (0, n_patches), progress)
     spans = [(first, min(first + TASK_PATCHES, n_patches)) for first in range(0, n_patches, TASK_PATCHES)]
     parts = []

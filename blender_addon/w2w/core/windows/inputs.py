@@ -53,7 +53,7 @@ class StoredArray:
     def columns(self, first: int, last: int) -> np.ndarray:
         """A copy of the part from `first` to before `last` of the second axis."""
         part = np.empty((self.shape[0], last - first, self.shape[2]), np.float32)
-        self.read_columns(first, np.arange(len(part)), part)
+        self.read_columns([(first, last)], np.arange(len(part)), part)
         return part
 
     def some(self, columns: Sequence[int]) -> np.ndarray:
@@ -63,14 +63,17 @@ class StoredArray:
             raise ValueError(f"{self.path} was cut short")
         return whole.reshape(self.shape)[:, list(columns)]
 
-    def read_columns(self, first: int, rows: np.ndarray, part: np.ndarray) -> None:
-        """Fill `part` (V, P, D), contiguous, with some rows of the P columns from `first` on."""
+    def read_columns(self, runs: Sequence[tuple[int, int]], rows: np.ndarray, part: np.ndarray) -> None:
+        """Fill `part` (V, P, D), contiguous, with some rows of the P columns in these runs, end exclusive."""
         value_bytes = self.shape[2] * ITEM_BYTES
         with open(self.path, "rb", buffering=0) as stream:  # noqa: PTH123 - Path.open takes 9 microseconds more
             for row, values in zip(rows.tolist(), part, strict=True):
-                stream.seek(self.offset + (row * self.shape[1] + first) * value_bytes)
-                if stream.readinto(values) != values.nbytes:
-                    raise ValueError(f"{self.path} was cut short")
+                place = 0
+                for first, last in runs:
+                    some = values[place : (place := place + last - first)]
+                    stream.seek(self.offset + (row * self.shape[1] + first) * value_bytes)
+                    if stream.readinto(some) != some.nbytes:
+                        raise ValueError(f"{self.path} was cut short")
 
 
 BLOCK_BYTES = 256 * 2**20
@@ -118,10 +121,14 @@ class SomeWindows:
         return (len(self.rows), *self.source.shape[1:])
 
     def patches(self, first: int, last: int) -> np.ndarray:
-        """The wanted windows of some patches; from files no others are read."""
+        """The wanted windows of some patches."""
+        return self.in_runs([(first, last)])
+
+    def in_runs(self, runs: Sequence[tuple[int, int]]) -> np.ndarray:
+        """The wanted windows of runs of patches; from files no others are read."""
         if isinstance(self.source, FeatureFiles) and (np.diff(self.rows) > 0).all():
-            return self.source.patches(first, last, self.rows)
-        block = self.source.patches(first, last)
+            return self.source.in_runs(runs, self.rows)
+        block = in_runs(self.source, runs)
         if np.array_equal(self.rows, np.arange(len(block))):
             return block
         return block[self.rows]
@@ -129,21 +136,30 @@ class SomeWindows:
 
 @dataclass(frozen=True, eq=False)
 class SomePatches:
-    """The patches from `first` to before `last` of another source."""
+    """Patches of another source."""
 
     source: PatchBlocks
-    first: int
-    last: int
+    numbers: np.ndarray  # (P,), int, rising
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape with these patches alone."""
         n_windows, _, *rest = self.source.shape
-        return (n_windows, self.last - self.first, *rest)
+        return (n_windows, len(self.numbers), *rest)
 
     def patches(self, first: int, last: int) -> np.ndarray:
-        """All windows of some of them."""
-        return self.source.patches(self.first + first, self.first + last)
+        """All windows of some of them; a file is opened once for all."""
+        wanted = self.numbers[first:last]
+        runs = np.split(wanted, np.flatnonzero(np.diff(wanted) != 1) + 1)
+        return in_runs(self.source, [(int(run[0]), int(run[-1]) + 1) for run in runs])
+
+
+def in_runs(source: PatchBlocks, runs: Sequence[tuple[int, int]]) -> np.ndarray:
+    """All windows of runs of patches, end exclusive, (W, P, ...)."""
+    if isinstance(source, SomeWindows | FeatureFiles):
+        return source.in_runs(runs)
+    parts = [source.patches(*run) for run in runs]
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
 
 def as_blocks(inputs: np.ndarray | PatchBlocks) -> PatchBlocks:
@@ -204,14 +220,19 @@ class FeatureFiles:
         """(W, N, D)."""
         return (int(self._starts[-1]), *self._parts[0].shape[1:])
 
-    def patches(self, first: int, last: int, windows: np.ndarray | None = None) -> np.ndarray:
-        """Features of some patches, shape (W, last - first, D): of all windows or of some, rising."""
+    def patches(self, first: int, last: int) -> np.ndarray:
+        """Features of some patches, shape (W, last - first, D)."""
+        return self.in_runs([(first, last)])
+
+    def in_runs(self, runs: Sequence[tuple[int, int]], windows: np.ndarray | None = None) -> np.ndarray:
+        """Features of runs of patches, (W, P, D): of all windows or of some, rising."""
         wanted = np.arange(self.shape[0]) if windows is None else windows
-        block = np.empty((len(wanted), last - first, *self.shape[2:]), dtype=np.float32)
+        n_patches = sum(last - first for first, last in runs)
+        block = np.empty((len(wanted), n_patches, *self.shape[2:]), dtype=np.float32)
         ends = np.searchsorted(wanted, self._starts)
         for part, start, begin, end in zip(self._parts, self._starts, ends, ends[1:], strict=False):
             if begin < end:
-                part.read_columns(first, wanted[begin:end] - start, block[begin:end])
+                part.read_columns(runs, wanted[begin:end] - start, block[begin:end])
         return block
 
 

@@ -40,7 +40,7 @@ def repeatability(
         usual = study.config()
         config = replace(usual, classifier=classifier or usual.classifier)
         first = at_patches(study.patches, list(range(len(study.patches)))[:patches])
-        inputs = SomePatches(study.inputs(config.classifier), 0, len(first))
+        inputs = SomePatches(study.inputs(config.classifier), np.arange(len(first)))
         with console.status("Ranking halves of the clips"):
             found = choices(
                 inputs, study.labels(), config, (first, study.body()), halvings, by_subject, drawn

@@ -3,7 +3,6 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import chain
 from threading import local
@@ -13,7 +12,7 @@ import numpy as np
 
 from ...blas import add_square, multiply
 from ...threads import chunks, unthreaded_products
-from ...windows.inputs import BLOCK_BYTES, PatchBlocks, as_blocks, for_each_patch
+from ...windows.inputs import BLOCK_BYTES, PatchBlocks, SomePatches, as_blocks, for_each_patch
 from ..halves import Predictions, Split, plan
 from .discriminant import Discriminant, few, summing
 
@@ -138,20 +137,21 @@ class Ridge:
         windows = np.where(np.array(counts) > 0, counts, np.nan)
         source = as_blocks(features)
         sensors = np.unique(np.linspace(0, source.shape[1] - 1, self.tuning_sensors).astype(int))
+        by_sensor = np.empty((len(sensors), len(parts), len(self.alphas)))
 
-        def accuracies(sensor: int) -> np.ndarray:
+        def score(number: int, inputs: np.ndarray) -> None:
             correct = np.zeros((shape[0], *windows.shape))  # by ridge, part and class
-            inputs = source.patches(sensor, sensor + 1).swapaxes(0, 1)
             for split, rows, activities in sums.predicted(inputs, alphas)[0]:
                 ridge, right = np.nonzero(activities == labels[rows])
                 cell = np.ravel_multi_index((ridge, block[rows[right]], labels[rows[right]]), shape)
                 by_fold = np.bincount(cell, minlength=math.prod(shape)).reshape(shape)
                 of_it = np.all(left_out == without[split], axis=1)
                 correct[:, of_it] += np.array(parts)[of_it] @ by_fold
-            return np.nanmean(correct / windows, axis=2).T
+            by_sensor[number] = np.nanmean(correct / windows, axis=2).T
 
-        with unthreaded_products(), ThreadPoolExecutor(self.workers) as pool:
-            scores = np.mean(list(pool.map(accuracies, sensors)), axis=0)
+        with unthreaded_products():
+            for_each_patch(SomePatches(source, sensors), score, self.workers, self.block_bytes // 4, None)
+        scores = by_sensor.mean(axis=0)
         lag = scores[:, [int(scores.mean(axis=0).argmax())]] - scores  # behind the best, by part and ridge
         error = lag.std(axis=0, ddof=1) / np.sqrt(len(scores))  # of at least three folds' parts
         return self.alphas[int(np.flatnonzero(lag.mean(axis=0) <= error).max())]
