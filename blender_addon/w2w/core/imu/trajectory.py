@@ -196,7 +196,8 @@ def _fit(n_frames: int, degree: int, penalty: float) -> tuple[np.ndarray, np.nda
     if penalty == 0:
         spline = scipy.interpolate.make_interp_spline(frames, np.eye(n_frames), k=degree)
         return spline.t, spline.c
-    knots = scipy.interpolate.make_interp_spline(frames, frames, k=degree).t
+    inner = np.arange((degree + 1) / 2, n_frames - (degree + 1) / 2)  # not-a-knot: none next to the ends
+    knots = np.pad(inner, degree + 1, constant_values=(0, n_frames - 1))
     values = scipy.interpolate.BSpline.design_matrix(frames, knots, degree)
     roughness = np.sqrt(penalty) * _roughness(knots, degree)
     if penalty > GENTLE:

@@ -125,8 +125,8 @@ def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
     samples, _, n_sensors = slab.shape
     channels = np.empty((samples, 8, n_sensors), dtype=np.float32)  # the six and two magnitudes, in UNIT
     channels[:, :6] = slab
-    np.sqrt((channels[:, 0:3] ** 2).sum(axis=1), out=channels[:, 6])
-    np.sqrt((channels[:, 3:6] ** 2).sum(axis=1), out=channels[:, 7])
+    for magnitude, axes in ((6, channels[:, 0:3]), (7, channels[:, 3:6])):
+        np.sqrt(np.einsum("tan,tan->tn", axes, axes), out=channels[:, magnitude])
     channels /= UNIT[:, None]
 
     mean = channels.mean(axis=0)
@@ -136,13 +136,13 @@ def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
     channels -= mean
     square = channels**2
     deviation = np.sqrt(square.mean(axis=0) + FLOOR**2)
-    skewness = (square * channels).mean(axis=0) / deviation**3
-    kurtosis = (square**2).mean(axis=0) / deviation**4
+    skewness = _mean_product(square, channels) / deviation**3
+    kurtosis = _mean_product(square, square) / deviation**4
     above = channels > 0
     crossings = (above[1:] != above[:-1]).mean(axis=0, dtype=np.float32)
     power = spectrum(channels.reshape(samples, -1)).reshape(-1, 8, n_sensors)
     first, second = np.triu_indices(6, 1)
-    products = [(channels[:, a : a + 1] * channels[:, a + 1 : 6]).mean(axis=0) for a in range(5)]
+    products = [_mean_product(channels[:, a], channels[:, a + 1 : 6]) for a in range(5)]
     correlations = np.concatenate(products) / (deviation[first] * deviation[second])
 
     columns = [
@@ -158,6 +158,11 @@ def _describe(slab: np.ndarray, spectrum: _BandPower) -> np.ndarray:
         2 * correlations,
     ]
     return np.concatenate(columns).T
+
+
+def _mean_product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Mean over samples of the product of channels (samples, ..., N), in one pass over both."""
+    return np.einsum("t...n,t...n->...n", a, b) / np.float32(len(a))
 
 
 def further_features(recording: ImuRecording, spec: WindowSpec, names: Sequence[str]) -> np.ndarray:
