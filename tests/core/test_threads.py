@@ -38,6 +38,19 @@ def test_products_within_products_do_not_bring_the_threads_back() -> None:
         assert set(blas_threads()) == {1}
 
 
+@pytest.mark.usefixtures("two_threads")
+def test_of_products_that_overlap_the_last_brings_the_threads_back() -> None:
+    before = blas_threads()
+    first, second = unthreaded_products(), unthreaded_products()
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    within = blas_threads()
+    second.__exit__(None, None, None)
+    assert set(within) == {1}
+    assert blas_threads() == before
+
+
 @pytest.mark.parametrize("threads", ["1", "2"])
 def test_every_part_is_worked_on_once(monkeypatch: pytest.MonkeyPatch, threads: str) -> None:
     monkeypatch.setenv("OMP_NUM_THREADS", threads)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import addon_utils
 import bpy
+import cloudpickle
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -86,11 +87,13 @@ def test_no_file_is_imported_in_one_turn_of_the_window(
 ) -> None:
     """Files are read and retargeted in a thread, FBX by another Blender."""
     threads: list[bool] = []
+    brought: list[bytes] = []
     do = Reader.read
 
     def watched(*given: object) -> object:
         time.sleep(3 * jobs.POLL)
         threads.append(threading.current_thread() is threading.main_thread())
+        brought.append(cloudpickle.dumps(given[-1]))
         return do(*given)
 
     monkeypatch.setattr(Reader, "read", watched)
@@ -101,6 +104,7 @@ def test_no_file_is_imported_in_one_turn_of_the_window(
     ]
     turns = [[len(body.w2w.clips), len(threads)] for _ in import_steps(body, items)]
     assert threads == [False] * 2
+    assert not any(b"w2w.ui" in work for work in brought)  # which another Blender would import
     assert [0, 1] in turns  # the FBX file is being read, and is not written yet
     assert len(body.w2w.clips) == 2
 

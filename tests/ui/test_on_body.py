@@ -7,6 +7,7 @@ from pathlib import Path
 
 import bpy
 import pytest
+from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from w2w.core.library.import_plan import plan_folder
 from w2w.ui.jobs import jobs
@@ -100,3 +101,24 @@ def test_a_body_put_into_edit_mode_ends_the_job_with_a_sentence(
     if name == "bake by frame":
         assert bpy.context.scene.frame_current == 17
     assert bpy.ops.w2w.place_patches() == {"FINISHED"}
+
+
+def test_matrix_products_of_a_job_take_one_thread(library: Path) -> None:
+    seen: list[set[int]] = []
+
+    def look() -> None:
+        libraries = ThreadpoolController().select(user_api="blas").info()
+        seen.append({library["num_threads"] for library in libraries})
+
+    @jobs.on_body
+    def steps(_mesh: bpy.types.Object) -> jobs.Steps:
+        look()
+        yield jobs.Step(0.0, "")
+        look()
+        return ""
+
+    with threadpool_limits(2, user_api="blas"):
+        for _ in steps(make_study(library, "")):
+            look()
+        look()
+    assert seen == [{1}, {1}, {1}, {2}]

@@ -2,11 +2,12 @@
 """Threads for numerical work on independent parts of one array."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import AbstractContextManager
+from contextlib import contextmanager
 from functools import lru_cache
-from typing import TypeVar
+from threading import Lock
+from typing import Any, TypeVar
 
 import scipy.linalg  # noqa: F401 - its matrix library must be there to be found
 from threadpoolctl import ThreadpoolController
@@ -15,6 +16,8 @@ Part = TypeVar("Part")
 Result = TypeVar("Result")
 
 _most = 0
+_limits: list[Any] = []  # of the blocks that are open: what the first limits, and None of each further one
+_limiting = Lock()
 
 
 def for_each(work: Callable[[Part], Result], parts: Sequence[Part]) -> list[Result]:
@@ -34,9 +37,20 @@ def chunks(count: int, size: int) -> list[slice]:
     return [slice(start, min(start + size, count)) for start in range(0, count, size)]
 
 
-def unthreaded_products() -> AbstractContextManager[None]:
-    """The matrix libraries of NumPy and SciPy kept to one thread: sums split over threads round otherwise."""
-    return _libraries().limit(limits=1, user_api="blas")
+@contextmanager
+def unthreaded_products() -> Iterator[None]:
+    """Keep the matrix libraries of NumPy and SciPy to one thread: sums split over threads round otherwise.
+
+    Of blocks that overlap in several threads the last to end brings the libraries' threads back.
+    """
+    with _limiting:
+        _limits.append(None if _limits else _libraries().limit(limits=1, user_api="blas"))
+    try:
+        yield
+    finally:
+        with _limiting:
+            if limit := _limits.pop():
+                limit.restore_original_limits()
 
 
 @lru_cache(maxsize=1)

@@ -27,6 +27,7 @@ import cloudpickle
 from ..body.body import PACKAGE
 from ..files import DAMAGED, stamp
 from ..motion.source import UnusableMotion, unreadable
+from ..threads import unthreaded_products
 from . import guard
 from .formats import RISKY
 from .guard import end_with
@@ -269,7 +270,7 @@ class Reader:
 
 def bounded(limit_s: float, memory: int, work: Callable[[], T]) -> T:
     """Call a function within limits; UnusableMotion if it needs more memory, or its file cannot be read."""
-    with guard.guarded(limit_s, memory):
+    with guard.guarded(limit_s, memory), unthreaded_products():
         try:
             return work()
         except MemoryError:

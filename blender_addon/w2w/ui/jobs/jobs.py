@@ -18,6 +18,7 @@ from typing import NamedTuple, TypeVar
 import bpy
 
 from ...core.motion.source import UnusableMotion
+from ...core.threads import unthreaded_products
 from ...core.wording import harmless
 from ...scene.base.steps import each_as
 
@@ -153,15 +154,16 @@ def on_body(make: Callable[..., Steps]) -> Callable[..., Steps]:
     def watched(mesh: bpy.types.Object, *args: object, **options: object) -> Steps:
         steps = make(mesh, *args, **options)
         try:
-            while is_there(mesh):
-                shown = [mesh, *(part.object for part in mesh.modifiers if part.type == "ARMATURE")]
-                if any(item and item.mode == "EDIT" for item in shown):  # it shows no motion there
-                    raise ValueError(EDITED)
-                try:
-                    step = next(steps)
-                except StopIteration as stop:
-                    return stop.value
-                yield step
+            with unthreaded_products():  # the same bytes as a run's, and no thread that waits busily
+                while is_there(mesh):
+                    shown = [mesh, *(part.object for part in mesh.modifiers if part.type == "ARMATURE")]
+                    if any(item and item.mode == "EDIT" for item in shown):  # it shows no motion there
+                        raise ValueError(EDITED)
+                    try:
+                        step = next(steps)
+                    except StopIteration as stop:
+                        return stop.value
+                    yield step
             raise ValueError(GONE)
         finally:
             try:

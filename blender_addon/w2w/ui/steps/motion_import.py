@@ -3,7 +3,7 @@
 
 import json
 from collections.abc import Generator, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
 
@@ -87,8 +87,7 @@ def import_steps(
     """
     body, maps = body_of(mesh), saved_maps()
     pool.submit(get_ready, body, to_place(mesh.w2w))  # what fails there fails again where it is asked for
-    before = len(mesh.w2w.clips)
-    twice = _listed_already(mesh, items)
+    before, twice = len(mesh.w2w.clips), _listed_already(mesh, items)
     activity = speller(clip.activity for clip in mesh.w2w.clips)
     subject = speller(clip.subject for clip in mesh.w2w.clips)
     items = [replace(item, activity=activity(item.activity), subject=subject(item.subject)) for item in items]
@@ -138,7 +137,8 @@ def _retarget(
     """Read a motion and retarget it, in a thread but for takes of the scene."""
     how = replace(how, pose=PoseFacts(up=item.up))
     if item.take is None:
-        work = partial(open_clip, item, body, how)
+        named = {each.name: getattr(item, each.name) for each in fields(Clip)}
+        work = partial(open_clip, Clip(**named), body, how)  # an item would bring the panel to its reader
         return (yield from in_thread(lambda _: reader.read(item.path, work), item.called, 0.0, 1.0))
     # Blender must play it to read it: the window gets its turn after each frame
     source = yield from as_steps(read_scene_take(item.take), item.called, 0.0, 0.8)
@@ -160,9 +160,8 @@ def add_clip(mesh: bpy.types.Object, retargeted: RetargetedMotion, item: ImportI
     clip.name, (clip.file, clip.source_sha256) = name, source
     with state.without_updates():  # they are spelled as others, and listed when all clips are in
         clip.activity, clip.subject = item.activity, item.subject
-    clip.motion_key, clip.taken_from = item.motion_key, item.taken_from
-    clip.given_rate, clip.animation = item.rate, item.animation
-    clip.given_up = item.up or retargeted.up_guessed
+    clip.motion_key, clip.taken_from, clip.animation = item.motion_key, item.taken_from, item.animation
+    clip.given_rate, clip.given_up = item.rate, item.up or retargeted.up_guessed
     set_motion(clip, retargeted)
 
 
