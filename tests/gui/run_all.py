@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from driver import Driver, Script
 from panel import add_body_and_clips, idle, longest_freeze, module, play, report, study, to_page
 
-N_PATCHES = 128
+N_PATCHES = 512
 BAKED_FIRST = 3
 
 
@@ -35,14 +35,14 @@ def prepare(driver: Driver) -> Script:
 def stop_and_go_on(driver: Driver) -> Script:
     """Press Run All, Esc after some clips, and Run All again."""
     yield from driver.press("w2w.run_all")
-    yield from driver.look("2_baking")
     yield from driver.until(lambda: baked() >= BAKED_FIRST, 300)
     yield from driver.key("ESC")
     yield from idle(driver)
     report["baked_after_esc"] = baked()
     keys = [clip.signals for clip in study().clips]
-    yield from driver.look("3_stopped")
+    yield from driver.look("2_stopped")
     yield from driver.press("w2w.run_all")
+    yield from driver.look("3_going_on")
     report["longest_freeze_seconds"] = yield from longest_freeze(idle(driver))
     report["kept"] = sum(clip.signals in filter(None, keys) for clip in study().clips)
     report["baked"] = baked()

@@ -57,6 +57,6 @@ def test_a_clicked_spot_gets_a_name_a_rank_and_a_loss(report: dict[str, Any]) ->
     (name, vertex), scores = next(iter(report["own"].items())), report["scores"]
     assert name.startswith("my ")
     assert vertex == report["clicked"] == scores["vertex"]
-    assert 1 <= scores["rank"] <= scores["of"] == 129
+    assert 1 <= scores["rank"] <= scores["of"] == 513
     low, high = scores["costs_interval"]
     assert low <= scores["costs"] <= high
