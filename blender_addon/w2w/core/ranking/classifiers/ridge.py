@@ -4,11 +4,13 @@
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import chain
 from threading import local
 from typing import ClassVar, NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from ...blas import add_square, multiply
 from ...threads import chunks, unthreaded_products
@@ -22,6 +24,8 @@ INNER_FOLDS = 4
 """Parts into which a fold's training windows are dealt to choose its ridge."""
 WINDOWS_AT_ONCE = 4096
 """Windows of a patch added up or scored at once, so that memory does not grow with the library."""
+KEPT = 32
+"""Times so many windows of which it is kept how they are added up: finding it for each patch is slow."""
 VALUES_AT_ONCE = 2**20
 """Features of several patches that are trained on together, where windows are few."""
 
@@ -122,12 +126,11 @@ class Ridge:
         if len(folds) < 3 or len(self.alphas) == 1:
             return self.alphas[len(self.alphas) // 2]
         names, block = np.unique(fold, return_inverse=True)
-        left_out, parts = [], []
-        for f in folds:
-            others = folds[folds != f]
-            for part in (others[first::INNER_FOLDS] for first in range(min(INNER_FOLDS, len(others)))):
-                left_out.append(np.isin(names, [f, *part]))
-                parts.append(np.isin(names, part))
+        n_parts = min(INNER_FOLDS, len(folds) - 1)
+        parts = np.array(
+            [np.isin(names, folds[folds != f][first::n_parts]) for f in folds for first in range(n_parts)]
+        )
+        left_out = parts | np.repeat(folds[:, None] == names, n_parts, axis=0)
         without = np.unique(left_out, axis=0)  # folds that leave out each other share a training
         splits = [Split(np.flatnonzero(~out), np.flatnonzero(is_test & out[block])) for out in without]
         sums = _Splits(labels, block, splits)
@@ -146,7 +149,7 @@ class Ridge:
                 cell = np.ravel_multi_index((ridge, block[rows[right]], labels[rows[right]]), shape)
                 by_fold = np.bincount(cell, minlength=math.prod(shape)).reshape(shape)
                 of_it = np.all(left_out == without[split], axis=1)
-                correct[:, of_it] += np.array(parts)[of_it] @ by_fold
+                correct[:, of_it] += parts[of_it] @ by_fold
             by_sensor[number] = np.nanmean(correct / windows, axis=2).T
 
         with unthreaded_products():
@@ -185,15 +188,15 @@ class _Splits:
         self.labels = labels
         self.tested = [split.tested for split in splits]
         self._blocks = block
-        self.trained = np.zeros((len(splits), int(block.max()) + 1), dtype=bool)
-        for member, split in zip(self.trained, splits, strict=True):
-            member[split.train] = True
+        blocks = np.arange(block.max() + 1)
+        self.trained = np.array([np.isin(blocks, split.train) for split in splits])
         counts = np.zeros((self.trained.shape[1], self.n_classes), dtype=np.float32)
         np.add.at(counts, (block, labels), 1)
         self._windows = self.trained @ counts
         self.n_trained = self._windows.sum(axis=1)
         self._share = (1 / np.maximum(np.bincount(labels), 1)).astype(np.float32)[:, None]
         self._shared = [*_shared(self.trained, block)]
+        self._adding = lru_cache(KEPT)(self._found_adding)
         self._few: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._rooms = local()
 
@@ -243,30 +246,32 @@ class _Splits:
         self, chosen: np.ndarray, inputs: np.ndarray, class_means: np.ndarray
     ) -> Iterator[tuple[np.ndarray, _Sums]]:
         """Numbers of some splits that share parts, and sums over the windows that each of them trains on."""
-        shares, width = [each for each in self._shared if chosen[each.splits].any()], inputs.shape[1]
-        rooms = [self._room(str(each.splits), each.of_parts.shape[1], width) for each in shares]
+        shares = {number: each for number, each in enumerate(self._shared) if chosen[each.splits].any()}
+        rooms = [self._room(str(n), each.of_parts.shape[1], inputs.shape[1]) for n, each in shares.items()]
         for sums in chain.from_iterable(rooms):
             sums[...] = 0
         for windows in chunks(len(inputs), WINDOWS_AT_ONCE):
-            labels = self.labels[windows]
-            about = _single(inputs[windows] - class_means[labels])
-            for each, (grams, of_class) in zip(shares, rooms, strict=True):
-                part = each.part[windows]
-                order = np.argsort(part, kind="stable")
-                part, ordered = part[order].astype(int), about[order]
-                of_part = np.split(ordered, np.searchsorted(part, range(1, len(grams))))
+            about = _single(inputs[windows] - class_means[self.labels[windows]])
+            for number, (grams, of_class) in zip(shares, rooms, strict=True):
+                of_part, by_class = self._adding(number, windows.start)
                 for rows, gram in zip(of_part, grams, strict=True):
                     if len(rows):
-                        add_square(gram, rows)
-                cell = part * self.n_classes + labels[order]
-                of_class += (summing(cell, of_class[..., 0].size) @ ordered).reshape(of_class.shape)
-        for each, of_parts in zip(shares, rooms, strict=True):
+                        add_square(gram, about[rows])
+                of_class += (by_class @ about).reshape(of_class.shape)
+        for each, of_parts in zip(shares.values(), rooms, strict=True):
             here = chosen[each.splits]
             member = each.of_parts[here]
-            of_splits = self._room("of splits", len(member), width)
+            of_splits = self._room("of splits", len(member), inputs.shape[1])
             for sums, out in zip(of_parts, of_splits, strict=True):
                 multiply(member, sums.reshape(len(sums), -1), out=out.reshape(len(out), -1))
             yield each.splits.start + np.flatnonzero(here), of_splits
+
+    def _found_adding(self, number: int, first: int) -> tuple[list[np.ndarray], csr_array]:
+        """Of some windows those of each part that splits share, and what adds up all by part and class."""
+        shared, windows = self._shared[number], slice(first, first + WINDOWS_AT_ONCE)
+        part, n_parts = shared.part[windows].astype(int), shared.of_parts.shape[1]
+        of_class = summing(part * self.n_classes + self.labels[windows], n_parts * self.n_classes)
+        return [np.flatnonzero(part == each) for each in range(n_parts)], of_class
 
     def _room(self, name: str, count: int, width: int) -> _Sums:
         """Memory of this thread for `count` sums; allocated per patch it would take a tenth more time."""
