@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
-from itertools import chain, pairwise
+from itertools import chain, islice, pairwise, repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -81,7 +81,8 @@ class JointScores:
 
     def adding_by_features(self, worn: Sequence[int]) -> Callable[[Sequence[int]], Iterable[np.ndarray]]:
         """Scores (V, A) by the patches worn and one more, for each of some."""
-        return partial(map, partial(self._primal.add, self._primal.wear(worn) if len(worn) else None))
+        alone = self._primal.scores
+        return partial(map, partial(self._primal.add, self._primal.wear(worn)) if len(worn) else alone)
 
     def adding_by_kernels(self, worn: Sequence[int]) -> Callable[[Sequence[int]], Iterable[np.ndarray]]:
         """Scores (V, A) by the patches worn and one more, for each of some, if windows are few."""
@@ -98,7 +99,15 @@ class JointScores:
         self, orders: Sequence[Sequence[int]], sizes: Sequence[int]
     ) -> Iterator[tuple[np.ndarray, ...]]:
         """Scores (V, A) by the first patches of each of some ascending sizes, of one order after another."""
+        wide = [size for size in sizes if self._is_wide(size - 1)]
+        few = [order[:size] for order in orders for size in sizes if size not in wide]
+        by_features = iter(for_each(lambda worn: self._primal.scores(*worn), few))
+        for by_kernels in self._each_by_kernels(orders, wide) if wide else repeat((), len(orders)):
+            yield (*islice(by_features, len(sizes) - len(wide)), *by_kernels)
 
+    def _each_by_kernels(
+        self, orders: Sequence[Sequence[int]], sizes: Sequence[int]
+    ) -> Iterator[tuple[np.ndarray, ...]]:
         def scores(orders_and_dual: tuple[Sequence[Sequence[int]], _Dual]) -> list[np.ndarray]:
             some, dual = orders_and_dual
             return list(dual.of_firsts(some, sizes))
@@ -264,26 +273,32 @@ class _Primal:
         worn = self._sums(features)
         return worn, [self._base(features, worn, number, len(patches)) for number in range(len(self._duals))]
 
-    def add(self, worn: tuple[_FeatureSums, list[_Base]] | None, patch: int) -> np.ndarray:
+    def add(self, worn: tuple[_FeatureSums, list[_Base]], patch: int) -> np.ndarray:
         """Scores (V, A) by the patches worn and one more, training by training."""
         features = self._features[patch]
         own, scores = self._sums(features), []
-        count = 1 if worn is None else worn[0].scale.shape[1] // features.shape[1] + 1
-        shared = None if worn is None else self._shared(worn[0], own)
-        for number, dual in enumerate(self._duals):
-            gram, means = with_ridge(own.gram[number], dual.ridge * count), own.means[number]
-            if worn is not None and shared is not None:
-                base = worn[1][number]
-                crossed = multiply_lower(base.inverse, shared[number])
-                add_square(gram, crossed, -1.0)
-                means = means - multiply(base.means, crossed)
+        count = worn[0].scale.shape[1] // features.shape[1] + 1
+        shared = self._shared(worn[0], own)
+        for number, (dual, base) in enumerate(zip(self._duals, worn[1], strict=True)):
+            gram = with_ridge(own.gram[number], dual.ridge * count)
+            crossed = multiply_lower(base.inverse, shared[number])
+            add_square(gram, crossed, -1.0)
+            means = own.means[number] - multiply(base.means, crossed)
             slopes = solve_positive(gram, means)
             products = multiply(features[dual.training.tested], (slopes / own.scale[number]).T)
-            norms = (means * slopes).sum(axis=1)
-            if worn is not None:
-                products += base.scores - multiply(base.tested, multiply(crossed, slopes.T))
-                norms += base.norms
-            scores.append(dual.offset(products, norms))
+            products += base.scores - multiply(base.tested, multiply(crossed, slopes.T))
+            scores.append(dual.offset(products, base.norms + (means * slopes).sum(axis=1)))
+        return np.concatenate(scores)
+
+    def scores(self, *patches: int) -> np.ndarray:
+        """Scores (V, A) by patches worn together, training by training."""
+        features = np.concatenate([self._features[patch] for patch in patches], axis=1)
+        sums, scores = self._sums(features), []
+        for number, dual in enumerate(self._duals):
+            means, scale = sums.means[number], sums.scale[number]
+            slopes = solve_positive(with_ridge(sums.gram[number], dual.ridge * len(patches)), means)
+            products = multiply(features[dual.training.tested], (slopes / scale).T)
+            scores.append(dual.offset(products, (means * slopes).sum(axis=1)))
         return np.concatenate(scores)
 
     def _sums(self, features: np.ndarray) -> _FeatureSums:

@@ -62,8 +62,15 @@ class _Windows(NamedTuple):
 
     def of(self, sets: Sequence[Sequence[int]]) -> np.ndarray:
         """Features of sets of equally many patches, those of a set side by side, shape (W, S, D)."""
-        joined = [np.concatenate([self.features[patch] for patch in worn], axis=1) for worn in sets]
-        return np.stack(joined, axis=1)
+        joined = np.concatenate([self.features[patch] for patch in chain.from_iterable(sets)], axis=1)
+        return joined.reshape(len(joined), len(sets), -1)
+
+
+class _Held(NamedTuple):
+    """What a patch recorded."""
+
+    number: int  # among the sensors of the recordings
+    recorded: Sequence[tuple[ImuRecording, np.ndarray]]  # of each clip, with its windows' first samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +92,7 @@ class Stream:
     spots: Sequence[int] = ()  # where one sensor may sit; by default each is judged by itself
     _known: dict[tuple[int, ...], StreamF1] = field(default_factory=dict)
     _windows: dict[str, _Windows] = field(default_factory=dict)  # of single clips, and in the stream
-    _held: dict[int, tuple[int, Sequence[ImuRecording]]] = field(default_factory=dict)  # of each patch: which
+    _held: dict[int, _Held] = field(default_factory=dict)  # by patch
     _ridges: dict[tuple[str, int | None], float] = field(
         default_factory=dict
     )  # chosen once: sets differ by signals alone
@@ -157,8 +164,9 @@ class Stream:
     def windows_at(self, patch: int) -> np.ndarray:
         """Windows of single clips at a patch, shape (W, samples, 6)."""
         self._describe([patch])
-        number, recordings = self._held[patch]
-        return np.concatenate([cut_windows(one, self.spec).signals[:, number] for one in recordings])
+        held = self._held[patch]
+        cut = (cut_windows(one.at([held.number]), self.spec, starts) for one, starts in held.recorded)
+        return np.concatenate([windows.signals[:, 0] for windows in cut])
 
     def _try(self, sets: Sequence[Sequence[int]]) -> list[StreamF1]:
         """Train and test sets of patches that are described."""
@@ -192,8 +200,9 @@ class Stream:
             due = sorted({*due, *known})
             self._windows.clear()
         recordings = self.read(due)
-        self._held.update((patch, (number, recordings)) for number, patch in enumerate(due))
         cut = [cut_windows(one, self.spec) for one in recordings]
+        recorded = [(one, windows.starts) for one, windows in zip(recordings, cut, strict=True)]
+        self._held.update((patch, _Held(number, recorded)) for number, patch in enumerate(due))
         clip = np.repeat(np.arange(len(cut)), [len(one.is_test) for one in cut])
         duration = sum(one.n_samples / one.rate for one in recordings)
         n_orders = int(np.clip(ENOUGH_S // duration, FEWEST_ORDERS, MOST_ORDERS))

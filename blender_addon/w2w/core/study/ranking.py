@@ -105,7 +105,7 @@ class _Joined:
         return np.array(list(first.values()), dtype=np.int64)
 
 
-RANKING_VERSION = 10
+RANKING_VERSION = 11
 """Version of maps, choices and what is told of them: raise it with a change that gives others."""
 
 
