@@ -57,7 +57,7 @@ def test_what_cannot_be_is_named_with_what_is_allowed(given, said):
 
 def test_a_results_folder_names_its_file(tmp_path):
     with pytest.raises(ValueError, match=r"config\.json: seed must be a whole number, not 'first'"):
-        StudyResults(tmp_path, None, None, (), {"seed": "first"}).config()
+        StudyResults(tmp_path, None, (), {"seed": "first"}, None).config()
 
 
 def test_a_parameter_finds_its_value():

@@ -169,7 +169,7 @@ def _drawn(body, out: Path, clips_of: dict[str, int], project: str = "") -> Path
         config,
         body,
         tuple(ClipResult(clip, "", details, "0" * 64) for clip in clips),
-        StudyResults(out, utility, patches, ranked, config.as_dict()),
+        StudyResults(out, patches, ranked, config.as_dict(), utility),
         advise(ScoredMap(utility, patches, body), tests, config.target, max_places=3),
     )
     write_results(drawn)

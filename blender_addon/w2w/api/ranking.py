@@ -318,7 +318,7 @@ class Ranking(Ranked):
             motion.labelled(clip.activity, clip.subject, clip.name).save(motion_file(out, clip.name))
             known = self.labels.is_test[some], motion_signature(motion)
             write_features(features_file(out, clip.name), np.asarray(self.inputs)[some], *known)
-        results = StudyResults(out, self.utility, self.patches, self.clips, self.config.as_dict())
+        results = StudyResults(out, self.patches, self.clips, self.config.as_dict(), self.utility)
         used = tuple(
             Clip(Path(), about.get("file", clip.name), clip.name, clip.activity, clip.subject)
             for clip, about in zip(self.clips, self.details, strict=True)

@@ -16,7 +16,7 @@ FACTS = {"frames": 30, "frame_rate": 25, "cut": "2 at the end", "windows": 3}
 
 def run_of(out, entries):
     write_clip_list(out, entries)
-    return StudyResults(out, None, None, CLIPS, {})
+    return StudyResults(out, None, CLIPS, {}, None)
 
 
 def test_a_clip_whose_motion_the_file_does_not_hold_says_where_it_is(tmp_path):

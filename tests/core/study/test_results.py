@@ -20,7 +20,7 @@ def test_some_patches_are_read_as_from_the_whole_recording(tmp_path: Path) -> No
     (kept := signals_file(tmp_path, "one")).parent.mkdir()
     whole.save(kept)
     clip = LabelledClip("one", "walk", "ann")
-    study = StudyResults(tmp_path, None, SimpleNamespace(names=names), (clip,), StudyConfig().as_dict())
+    study = StudyResults(tmp_path, SimpleNamespace(names=names), (clip,), StudyConfig().as_dict(), None)
     study.__dict__["_made_by"] = None, StudyConfig()
     part, wanted = study.recording(0, [3, 1]), whole.at([3, 1])
     assert (part.sites, part.rate, part.activity, part.subject, part.clip) == (

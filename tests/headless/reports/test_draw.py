@@ -143,7 +143,7 @@ def test_pictures_and_file_mark_the_set_worn_together(drawn_results, tmp_path):
 
 def test_of_many_clips_three_an_activity_are_in_the_blender_file():
     clips = [LabelledClip(f"{activity}_{n}", activity, "", "") for activity in "abc" for n in range(40)]
-    study = StudyResults(Path(), None, None, tuple(clips), {})
+    study = StudyResults(Path(), None, tuple(clips), {}, None)
     kept = [clip.name for clip in study.clips_in_blend]
     assert kept == [f"{activity}_{n}" for activity in "abc" for n in range(3)]
     assert replace(study, clips=tuple(clips[:100])).clips_in_blend == clips[:100]

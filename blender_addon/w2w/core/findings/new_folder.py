@@ -47,7 +47,7 @@ def write_folder(
             windows = ClipWindows.read(out, clip.name)
             counts = {"windows": len(windows.is_test), "test_windows": int(windows.is_test.sum())}
             clips.append(replace(result, details={**result.details, **counts}))
-        results = StudyResults(out, old.utility, old.patches, old.clips, old.parameters)
+        results = StudyResults(out, old.patches, old.clips, old.parameters, old.utility)
         write_findings(replace(study, clips=tuple(clips), results=results))
 
 

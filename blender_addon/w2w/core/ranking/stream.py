@@ -3,6 +3,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import chain, product
 from typing import NamedTuple
 
@@ -142,6 +143,13 @@ class Stream:
         """F1 of each activity that one sensor loses in the stream, shape (A,)."""
         return self.losing([self.spots[:1]])[0].loss
 
+    @cached_property
+    def by_moving(self) -> np.ndarray:
+        """F1 that each spot alone has beyond what directions of gravity tell, shape (S, A)."""
+        alone = [(spot,) for spot in self.spots]
+        whole = np.array([found.orders.mean(axis=0) for found in self.f1(alone)])
+        return whole - self._by_order(alone, GRAVITY).mean(axis=1)
+
     def on_map(self, utility: UtilityMap) -> UtilityMap:
         """The map of one sensor with F1 in the stream as what is expected; one that has it stays."""
         if utility.lost is not None:
@@ -149,10 +157,7 @@ class Stream:
         found = self.expected(self.spots[:1], utility.expected)
         by_activity = np.clip(utility.expected_f1 - self.lost, 0, 1)
         posture = np.full_like(by_activity, np.nan)
-        alone = [(spot,) for spot in self.spots]
-        whole = np.array([found.orders.mean(axis=0) for found in self.f1(alone)])
-        moving = whole - self._by_order(alone, GRAVITY).mean(axis=1)
-        posture[self.spots] = np.clip(by_activity[self.spots] - moving, 0, 1)
+        posture[self.spots] = np.clip(by_activity[self.spots] - self.by_moving, 0, 1)
         mean, low, high, f1, posture = (
             np.asarray(values, dtype=np.float32) for values in (*found, by_activity, posture)
         )

@@ -32,7 +32,7 @@ from .config import StudyConfig, plain
 from .needs import Need, needs
 from .ranking import LabelledClip, WindowLabels, rank_clips, same_motions, set_tests_of, stream_of
 from .remade import recordings_at
-from .results import HeldResults, StudyResults
+from .results import HeldResults, SimulatedClips, StudyResults
 
 TURNS = (5, 10, 15, 20, 30, 45, FARTHEST_DEG)
 """Rotations about the outward normal, degrees, tried in both directions."""
@@ -132,7 +132,7 @@ def rank_files(
     if utility is None:
         inputs = ranking_inputs(places, windows, config.classifier, config.windows)
         utility = rank_clips(ranked, windows, inputs, config, Pooling.on(body, patches), progress=progress)
-    found = HeldResults(Path(), utility, patches, ranked, config.as_dict(), tuple(places), body)
+    found = HeldResults(Path(), patches, ranked, config.as_dict(), utility, tuple(places), body)
     return Choices(found, config)
 
 
@@ -190,8 +190,8 @@ def find_needs(study: StudyResults, words: Sequence[str] = ()) -> list[Need]:
 class Choices(Generic[Found]):
     """Choices in a ranked study, whose map gets F1 in a stream; a further one takes a fifth of the time."""
 
-    def __init__(self, study: Found, config: StudyConfig) -> None:
-        self.stream = stream_in(study, config)
+    def __init__(self, study: Found, config: StudyConfig, stream: Stream | None = None) -> None:
+        self.stream = stream or stream_in(study, config)
         self.study = replace(study, utility=self.stream.on_map(study.utility)) if self.stream else study
         self._config, self._turned = config, dict[int, int]()
 
@@ -233,7 +233,7 @@ def _evenly(activities: Sequence[str]) -> list[int]:
     return sorted(set().union(*taken))
 
 
-def stream_in(study: StudyResults, config: StudyConfig) -> Stream | None:
+def stream_in(study: SimulatedClips, config: StudyConfig) -> Stream | None:
     """The stream of a study's clips; None for other classifiers than the ridge, or with further signals."""
     if config.classifier != Ridge.name or config.further.features:
         return None

@@ -11,13 +11,13 @@ from ..given import inside
 from ..imu.recording import ImuRecording
 from ..threads import for_each
 from .clip_files import WORK, signals_file, signals_key
-from .results import StudyResults
+from .results import SimulatedClips
 
 REMADE = f"{WORK}/remade.npz"
 """What patches recorded of clips, by names of the clips and keys of their files."""
 
 
-def recordings_at(study: StudyResults, clips: Sequence[int], patches: Sequence[int]) -> list[ImuRecording]:
+def recordings_at(study: SimulatedClips, clips: Sequence[int], patches: Sequence[int]) -> list[ImuRecording]:
     """Recordings of clips, by number, at some patches; those made again as kept by an earlier run.
 
     A run keeps those at the patches that it asks for first.

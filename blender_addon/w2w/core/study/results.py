@@ -72,60 +72,20 @@ def check_finished(out: Path, by: str = "") -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class StudyResults:
-    """The content of a run's folder: `clips` in the order of their windows, the config as plain values."""
+class SimulatedClips:
+    """The clips of a run's folder, in the order of their windows, and what its patches recorded of them."""
 
     out: Path
-    utility: UtilityMap
     patches: PatchSet
     clips: tuple[LabelledClip, ...]
-    parameters: dict[str, Any]
+    parameters: dict[str, Any]  # the config as plain values
     read: FilesToRank | None = field(default=None, kw_only=True)
     """The content of the clips' files, as read by the run that has just ended."""
-
-    @classmethod
-    def load(cls, out: Path, *, by: str | None = "") -> Self:
-        """Read a results folder; ValueError if `out` is not that of a finished run.
-
-        `by` is as in `check_finished`; None does without, for the command that has just written the folder.
-        """
-        if by is not None:
-            check_finished(out, by)
-        try:
-            summary = json.loads(inside(out, "summary.json").read_text(encoding="utf-8"))
-            config = json.loads(inside(out, "config.json").read_text(encoding="utf-8"))
-            config["parameters"].keys()
-            utility = UtilityMap.load(inside(out, UTILITY))
-            patches = PatchSet.load(inside(out, f"{WORK}/patches.npz"))
-            clips = _clips(filter(is_used, read_clip_list(out)))
-            with restated("its summary.json is not as a run writes it:", DAMAGED):
-                _check_summary(summary, len(patches))
-        except FileNotFoundError as error:
-            raise ValueError(
-                f"{out} is not the results folder of a finished run: {Path(error.filename).name} is missing"
-            ) from error
-        except ForeignFileError:
-            raise
-        except (OSError, *DAMAGED) as error:
-            raise ValueError(f"{out} cannot be read as a results folder: {error}") from error
-        if len(patches) != len(utility.mean):
-            raise ValueError(f"{out} holds a ranking of other patches than its own: run the study again")
-        return cls(out, utility, patches, clips, config["parameters"])
 
     def config(self) -> StudyConfig:
         """The parameters of the run; ValueError if one in config.json is wrong, with what is allowed."""
         with restated(f"{self.out / 'config.json'}:", ValueError):
             return StudyConfig.from_dict(self.parameters)
-
-    def check_fits(self, body: str, n_vertices: int) -> None:
-        """Refuse, by a ValueError, a run whose parts do not belong together on a body of so many vertices."""
-        patches, utility = self.patches, self.utility
-        if len(patches.labels) != n_vertices or patches.triangles.max() >= n_vertices:
-            raise ValueError(f"the spots are of another body than '{body}'")
-        if utility.f1.shape != (len(patches), len(utility.activities)):
-            raise ValueError(f"the ranking is of other spots than those of '{body}'")
-        with restated("the parameters of the run cannot be understood:", ValueError):
-            StudyConfig.from_dict(self.parameters)
 
     def body(self) -> Body:
         """The body of the study; ValueError if it is not there or no body."""
@@ -167,6 +127,72 @@ class StudyResults:
         return self.body(), self.config()
 
     @cached_property
+    def windows(self) -> tuple[ClipWindows, ...]:
+        """The windows of each clip."""
+        return self.read.windows if self.read else tuple(ClipWindows.read(*place) for place in self.places)
+
+    @cached_property
+    def places(self) -> tuple[tuple[Path, str], ...]:
+        """Folder of each clip's files, and their name in it."""
+        return tuple((self.out, clip.name) for clip in self.clips)
+
+    def inputs(self, classifier: str) -> PatchBlocks:
+        """A classifier's inputs: all windows of all patches, served from disk."""
+        if self.read and self.read.classifier == classifier:
+            return self.read.inputs
+        return ranking_inputs(self.places, self.windows, classifier, self.config().windows)
+
+    def labels(self) -> WindowLabels:
+        """Labels of each window."""
+        return WindowLabels.of(self.clips, self.windows)
+
+
+@dataclass(frozen=True, eq=False)
+class StudyResults(SimulatedClips):
+    """The content of a run's folder: its clips and their ranking."""
+
+    utility: UtilityMap
+
+    @classmethod
+    def load(cls, out: Path, *, by: str | None = "") -> Self:
+        """Read a results folder; ValueError if `out` is not that of a finished run.
+
+        `by` is as in `check_finished`; None does without, for the command that has just written the folder.
+        """
+        if by is not None:
+            check_finished(out, by)
+        try:
+            summary = json.loads(inside(out, "summary.json").read_text(encoding="utf-8"))
+            config = json.loads(inside(out, "config.json").read_text(encoding="utf-8"))
+            config["parameters"].keys()
+            utility = UtilityMap.load(inside(out, UTILITY))
+            patches = PatchSet.load(inside(out, f"{WORK}/patches.npz"))
+            clips = _clips(filter(is_used, read_clip_list(out)))
+            with restated("its summary.json is not as a run writes it:", DAMAGED):
+                _check_summary(summary, len(patches))
+        except FileNotFoundError as error:
+            raise ValueError(
+                f"{out} is not the results folder of a finished run: {Path(error.filename).name} is missing"
+            ) from error
+        except ForeignFileError:
+            raise
+        except (OSError, *DAMAGED) as error:
+            raise ValueError(f"{out} cannot be read as a results folder: {error}") from error
+        if len(patches) != len(utility.mean):
+            raise ValueError(f"{out} holds a ranking of other patches than its own: run the study again")
+        return cls(out, patches, clips, config["parameters"], utility)
+
+    def check_fits(self, body: str, n_vertices: int) -> None:
+        """Refuse, by a ValueError, a run whose parts do not belong together on a body of so many vertices."""
+        patches, utility = self.patches, self.utility
+        if len(patches.labels) != n_vertices or patches.triangles.max() >= n_vertices:
+            raise ValueError(f"the spots are of another body than '{body}'")
+        if utility.f1.shape != (len(patches), len(utility.activities)):
+            raise ValueError(f"the ranking is of other spots than those of '{body}'")
+        with restated("the parameters of the run cannot be understood:", ValueError):
+            StudyConfig.from_dict(self.parameters)
+
+    @cached_property
     def summary(self) -> dict[str, Any]:
         """Content of `summary.json`."""
         return json.loads(inside(self.out, "summary.json").read_text(encoding="utf-8"))
@@ -191,26 +217,6 @@ class StudyResults:
     def entries(self) -> tuple[Entry, ...]:
         """The folder's list of clips: entries of `clips`, then of those skipped."""
         return tuple(read_clip_list(self.out))
-
-    @cached_property
-    def windows(self) -> tuple[ClipWindows, ...]:
-        """The windows of each clip."""
-        return self.read.windows if self.read else tuple(ClipWindows.read(*place) for place in self.places)
-
-    @cached_property
-    def places(self) -> tuple[tuple[Path, str], ...]:
-        """Folder of each clip's files, and their name in it."""
-        return tuple((self.out, clip.name) for clip in self.clips)
-
-    def inputs(self, classifier: str) -> PatchBlocks:
-        """A classifier's inputs: all windows of all patches, served from disk."""
-        if self.read and self.read.classifier == classifier:
-            return self.read.inputs
-        return ranking_inputs(self.places, self.windows, classifier, self.config().windows)
-
-    def labels(self) -> WindowLabels:
-        """Labels of each window."""
-        return WindowLabels.of(self.clips, self.windows)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from contextlib import closing, nullcontext
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -21,9 +22,10 @@ from ...core.library.library import Clip, Library
 from ...core.motion.up import UPSIDE_DOWN, mostly_head_down
 from ...core.patches.patches import PatchSet
 from ...core.ranking.pooling import Pooling
+from ...core.ranking.stream import Stream
 from ...core.ranking.utility import UtilityMap
 from ...core.reading.reader import Death
-from ...core.study.choosing import Choices
+from ...core.study.choosing import Choices, stream_in
 from ...core.study.clip_files import (
     NO_SIGNATURE,
     WORK,
@@ -35,8 +37,9 @@ from ...core.study.clip_files import (
 )
 from ...core.study.config import StudyConfig
 from ...core.study.ranking import copies_among, rank_clips, same_motions
-from ...core.study.results import ClipResult, Study, StudyResults
+from ...core.study.results import ClipResult, SimulatedClips, Study, StudyResults
 from ...core.study.signals import place_patches
+from ...core.threads import unthreaded_products
 from ...core.wording import restated
 from .clip import give_up
 from .clip_task import ClipTask, Engine, Record, digest_of_path
@@ -132,8 +135,12 @@ def _refuse_head_down(clips: Sequence[ClipResult]) -> None:
         raise StudyError(UPSIDE_DOWN, clips)
 
 
-def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor) -> StudyResults:
-    """Rank every patch by the signals that were made.
+Ranked: TypeAlias = tuple[StudyResults, Future[Stream | None]]
+"""A ranked study, and the stream of its clips (`stream_in`), which knows F1 of each spot."""
+
+
+def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor) -> Ranked:
+    """Rank every patch by the signals that were made; the stream is found beside it.
 
     Raises a StudyError if there is no result, and an EngineError if the workers cannot go on.
     """
@@ -146,21 +153,35 @@ def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor)
     n_windows = sum(len(found.is_test) for found in files.windows)
     spread = spread_over(plan.engine.scheduler) or spread_here(plan.engine.workers, n_windows, plan.crew)
     rank = partial(rank_clips, ranked, files.windows, files.inputs, config, pooling)
+    clips = SimulatedClips(out, baked.patches, ranked, config.as_dict(), read=files)
     try:
-        with restated(f"{TOO_ALIKE} to rank patches by", np.linalg.LinAlgError, failed):
+        with (
+            restated(f"{TOO_ALIKE} to rank patches by", np.linalg.LinAlgError, failed),
+            unthreaded_products(),  # for both: either would lift the other's limit
+            ThreadPoolExecutor(1) as beside,
+        ):
+            stream = beside.submit(_stream_of, clips, config)
             utility = _with_bar(partial(rank, work=out.resolve() / WORK, spread=spread), monitor)
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
         found = ", ".join(f"{name} ({count})" for name, count in sorted(activities.items()))
         problem = f"{error}. Clips used by activity: {found}", copies_sentence(copies_among(used, ranked))
         raise StudyError(". ".join(filter(None, problem)), baked.clips) from error
-    return StudyResults(out, utility, baked.patches, ranked, config.as_dict(), read=files)
+    results = StudyResults(out, baked.patches, ranked, config.as_dict(), utility, read=files)
+    return results, stream
+
+
+def _stream_of(clips: SimulatedClips, config: StudyConfig) -> Stream | None:
+    """The stream of clips, with F1 of each spot found."""
+    stream = stream_in(clips, config)
+    _ = stream and stream.by_moving
+    return stream
 
 
 def choose_in_study(
     plan: RunPlan,
     baked: BakedStudy,
-    results: StudyResults,
+    ranked: Ranked,
     monitor: RunMonitor,
     mapped: Callable[[StudyResults], None],
 ) -> Study:
@@ -173,7 +194,7 @@ def choose_in_study(
         restated("the constraints cannot be met:", ValueError, StudyError),
         restated(f"{TOO_ALIKE} to choose sensors by", np.linalg.LinAlgError, StudyError),
     ):
-        choices = Choices(results, plan.config)
+        choices = Choices(ranked[0], plan.config, ranked[1].result())
         mapped(choices.study)
         advice = choices.under(plan.config)
     return Study(plan.library, plan.config, baked.body, baked.clips, choices.study, advice)

@@ -53,7 +53,7 @@ def study(tmp_path):
             )
     windows = {"length_s": 2.0, "stride_s": 1.0}
     parameters = {"classifier": "multi3net", "by_subject": False, "folds": 4, "seed": 0, "windows": windows}
-    return StudyResults(tmp_path, None, None, tuple(clips), parameters)
+    return StudyResults(tmp_path, None, tuple(clips), parameters, None)
 
 
 @pytest.mark.slow
