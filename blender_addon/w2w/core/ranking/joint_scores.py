@@ -275,28 +275,25 @@ class _Primal:
 
     def add(self, worn: tuple[_FeatureSums, list[_Base]], patch: int) -> np.ndarray:
         """Scores (V, A) by the patches worn and one more, training by training."""
-        features = self._features[patch]
-        own, scores = self._sums(features), []
+        features, scores = self._features[patch], []
         count = worn[0].scale.shape[1] // features.shape[1] + 1
-        shared = self._shared(worn[0], own)
-        for number, (dual, base) in enumerate(zip(self._duals, worn[1], strict=True)):
-            gram = with_ridge(own.gram[number], dual.ridge * count)
-            crossed = multiply_lower(base.inverse, shared[number])
-            add_square(gram, crossed, -1.0)
-            means = own.means[number] - multiply(base.means, crossed)
-            slopes = solve_positive(gram, means)
-            products = multiply(features[dual.training.tested], (slopes / own.scale[number]).T)
+        own = self._sums(features)
+        trainings = zip(self._duals, worn[1], self._shared(worn[0], own), *own[2:], strict=True)
+        for dual, base, shared, scale, gram, means in trainings:
+            crossed = multiply_lower(base.inverse, shared)
+            add_square(with_ridge(gram, dual.ridge * count), crossed, -1.0)
+            apart = means - multiply(base.means, crossed)
+            slopes = solve_positive(gram, apart)
+            products = multiply(features[dual.training.tested], (slopes / scale).T)
             products += base.scores - multiply(base.tested, multiply(crossed, slopes.T))
-            scores.append(dual.offset(products, base.norms + (means * slopes).sum(axis=1)))
+            scores.append(dual.offset(products, base.norms + (apart * slopes).sum(axis=1)))
         return np.concatenate(scores)
 
     def scores(self, *patches: int) -> np.ndarray:
         """Scores (V, A) by patches worn together, training by training."""
-        features = np.concatenate([self._features[patch] for patch in patches], axis=1)
-        sums, scores = self._sums(features), []
-        for number, dual in enumerate(self._duals):
-            means, scale = sums.means[number], sums.scale[number]
-            slopes = solve_positive(with_ridge(sums.gram[number], dual.ridge * len(patches)), means)
+        features, scores = np.concatenate([self._features[patch] for patch in patches], axis=1), []
+        for dual, scale, gram, means in zip(self._duals, *self._sums(features)[2:], strict=True):
+            slopes = solve_positive(with_ridge(gram, dual.ridge * len(patches)), means)
             products = multiply(features[dual.training.tested], (slopes / scale).T)
             scores.append(dual.offset(products, (means * slopes).sum(axis=1)))
         return np.concatenate(scores)
