@@ -30,7 +30,7 @@ def decompose(matrices: np.ndarray, first_sensor: int = 0) -> tuple[np.ndarray, 
         tile = slice(start, start + step)
         planes = _planes(matrices[tile])
         positions[:, tile] = planes[:, 3]
-        quaternions[:, tile], wrong = _largest_row(planes)
+        wrong = _largest_row(planes, quaternions[:, tile])
         if wrong.any():
             frame, sensor = np.argwhere(wrong)[0]
             raise ValueError(
@@ -46,8 +46,8 @@ def continuous_quaternions(rotations: np.ndarray) -> np.ndarray:
 
     Raises ValueError if a matrix is not a rotation.
     """
-    quaternions, wrong = _largest_row(np.ascontiguousarray(rotations.transpose(2, 3, 0, 1)))
-    if wrong.any():
+    quaternions = np.empty((4, *rotations.shape[:2]))
+    if _largest_row(np.ascontiguousarray(rotations.transpose(2, 3, 0, 1)), quaternions).any():
         raise ValueError("a matrix is no rotation: it carries a scale, a shear or a reflection")
     unroll(quaternions)
     return quaternions
@@ -74,8 +74,11 @@ def _planes(matrices: np.ndarray) -> np.ndarray:
     return planes
 
 
-def _largest_row(r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Normalised row of 4 q q^T with the largest diagonal, (4, T, N), and where R was no rotation."""
+def _largest_row(r: np.ndarray, out: np.ndarray) -> np.ndarray:
+    """Write the normalised row of 4 q q^T with the largest diagonal to `out`, (4, T, N).
+
+    Returns where R was no rotation, (T, N).
+    """
     m = _outer_square(r)
     q, largest = m[0], m[0, 0]
     for row in range(1, 4):
@@ -83,10 +86,11 @@ def _largest_row(r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if better.any():
             q, largest = np.where(better, m[row], q), np.where(better, m[row, row], largest)
     square = dot(q, q)
-    q = q * (1 / np.sqrt(square))
+    np.multiply(q, 1 / np.sqrt(square), out=out)
     # of a rotation the row's square is four times its diagonal; of nothing else
     largest = 4 * largest
-    return q, np.abs(square - largest) > RIGID_TOLERANCE * largest
+    wrong: np.ndarray = np.abs(square - largest) > RIGID_TOLERANCE * largest
+    return wrong
 
 
 def _outer_square(r: np.ndarray) -> np.ndarray:

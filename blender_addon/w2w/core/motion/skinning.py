@@ -2,6 +2,7 @@
 """Forward kinematics, linear blend skinning of the vertices asked for, and the ground under a motion."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
@@ -32,7 +33,8 @@ def skinning_transforms(body: Body, motion: Motion, axes: slice = slice(None)) -
     rotations = rotations[:, :, axes]
     transforms = np.empty((*rotations.shape[:3], 4))
     transforms[..., :3] = rotations
-    transforms[..., 3] = positions[..., axes] - np.einsum("tjab,jb->tja", rotations, body.joints)
+    joints = np.repeat(body.joints[:, None], rotations.shape[2], axis=1)  # einsum is slow to spread them
+    transforms[..., 3] = positions[..., axes] - np.einsum("tjab,jab->tja", rotations, joints)
     return transforms
 
 
@@ -64,8 +66,7 @@ def posed_patches(body: Body, triangles: np.ndarray, transforms: np.ndarray) -> 
     memory entry by entry, the layout that vectorised readers need.
     """
     n_frames, n_patches = len(transforms), len(triangles)
-    first, second, third = (_skinning_rows(body.weights[t], body.vertices[t]) for t in triangles.T)
-    rows = np.concatenate([(first + second + third) / 3, second - first, third - first], axis=1)
+    rows = _triangle_rows(body, triangles.astype(np.intp).tobytes())
     columns = transforms.transpose(0, 2, 1, 3).reshape(n_frames, 3, -1)
     entries = np.empty((4, 4, n_frames, n_patches))
     for start in range(0, n_frames, FRAME_BLOCK):
@@ -108,6 +109,14 @@ def _skinning_rows(weights: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Rows (24 * 4, N) that points' posed positions are the product of: w_j * (p, 1)."""
     homogeneous = np.concatenate([points, np.ones((len(points), 1))], axis=1)
     return (weights.T[:, None] * homogeneous.T).reshape(-1, len(points))
+
+
+@lru_cache(maxsize=4)  # chunks of sensors come again with each clip
+def _triangle_rows(body: Body, triangles: bytes) -> np.ndarray:
+    """Rows (24 * 4, 3 N) for the centroids of triangles (N, 3), and for two edges of each."""
+    corners = np.frombuffer(triangles, dtype=np.intp).reshape(-1, 3).T
+    first, second, third = (_skinning_rows(body.weights[t], body.vertices[t]) for t in corners)
+    return np.concatenate([(first + second + third) / 3, second - first, third - first], axis=1)
 
 
 def relative_to_parents(world: np.ndarray) -> np.ndarray:
