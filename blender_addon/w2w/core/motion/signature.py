@@ -81,13 +81,13 @@ NEAREST, TRIES = 4, 2
 CELL = 1000.0
 """Distance of cells' numbers; prints' own are far below."""
 
-FIRST = 8
+FIRST = 10
 """Principal axes of prints along which most are told to be far apart already."""
 
 ROUNDING = 1e-3
 """Half of a squared distance that single precision may be off."""
 
-ROWS_AT_ONCE = 64
+ROWS_AT_ONCE = 128
 """Moments for which near ones are sought at a time: so few lie close together."""
 
 
@@ -140,11 +140,11 @@ class Pairs(Columns):
 def candidates(side: Moments, base: Moments) -> Pairs:
     """Pairs of clips with near moments, by the first."""
     found: list[tuple[np.ndarray, ...]] = [(np.empty(0, np.int32),) * 2 + (np.empty(0, np.float32),)]
-    for level in np.intersect1d(side.level, base.level):
+    for level in np.unique(side.level):
         (one, two), (ours, theirs) = zip(
             *(_at_level(moments, level) for moments in (side, base)), strict=True
         )
-        for i, j, apart in _near(one, two):
+        for i, j, apart in _near(one, two) if len(two) else ():
             other = np.flatnonzero(side.clip[ours + i] != base.clip[theirs + j])
             pair = ((ours + i[other]).astype(np.int32), (theirs + j[other]).astype(np.int32))
             found.append((*pair, apart[other]))
@@ -185,7 +185,7 @@ def _near(a: np.ndarray, b: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray
     """
     cell_of = np.floor(b[:, 0] / REACH)
     about = b - b.mean(axis=0)
-    axes = np.linalg.eigh(about.T @ about)[1][:, ::-1]  # along the first of them most are far apart
+    axes = np.linalg.eigh(about.T @ about)[1][:, ::-1].copy()  # along the first most are far apart
     a, b = a @ axes, b @ axes
     cells_a, cells_b = _cells(a), _cells(b)
     row_a, row_b = np.argsort(cells_a), np.argsort(cells_b)

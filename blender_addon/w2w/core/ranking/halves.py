@@ -226,10 +226,10 @@ def _in_two_folds(labels: np.ndarray, fold: np.ndarray, among: np.ndarray) -> np
 
 def _votes(labels: np.ndarray, vote: np.ndarray, windows: np.ndarray) -> np.ndarray:
     """Share of each window in its activity, whose clips or subjects have a vote each."""
-    pairs = np.stack([labels[windows], vote[windows]])
-    _, unit, size = np.unique(pairs, axis=1, return_inverse=True, return_counts=True)
-    unit = unit.ravel()
-    units_of = np.bincount(np.unique(pairs, axis=1)[0])
+    n_votes = vote.max() + 1
+    pairs = labels[windows] * n_votes + vote[windows]
+    units, unit, size = np.unique(pairs, return_inverse=True, return_counts=True)
+    units_of = np.bincount(units // n_votes)
     return 1.0 / size[unit] / units_of[labels[windows]]
 
 
@@ -265,7 +265,8 @@ class CrossValidation:
         ValueError
             If fewer than two activities can be tested, or none of them counts; the message says why.
         """
-        activity, clip = np.asarray(self.activity), np.asarray(self.clip)
+        activity = np.asarray(self.activity)
+        clip = np.unique(self.clip, return_inverse=True)[1]  # numbers are compared faster than names
         is_test = np.asarray(self.is_test, bool)
         fold, activities, left_out, protocol = deal(
             activity, clip, self.subject, self.activities, self.folds, self.seed
