@@ -63,7 +63,8 @@ def divide(folder: Path) -> None:
 def _file_of(out: Path, folder: str, clip: str) -> Path:
     """A clip's file, in the sub-folder given by a hash of the clip's name, if the folder is divided."""
     part = f"{folder}/{hashlib.sha256(clip.encode('utf-8', 'replace')).hexdigest()[:2]}"
-    return inside(out, f"{part if (out / part).is_dir() else folder}/{clip}.npz")
+    is_divided = os.path.isdir(f"{out}/{part}")  # noqa: PTH112 - a path's own call costs more
+    return inside(out, f"{part if is_divided else folder}/{clip}.npz")
 
 
 def motion_file(out: Path, clip: str) -> Path:
