@@ -135,9 +135,9 @@ def _execute(
             monitor.announce("finished")
             return None, {}
         with claimed(out, _written_by(plan)), draw.drawing(out) as pictures:
-            ranked = rank_study(plan, baked, out, monitor)
-            if plan.pictures:
+            if plan.pictures:  # before the ranking, which at first leaves cores idle
                 pictures.get_ready()
+            ranked = rank_study(plan, baked, out, monitor)
             mapped = pictures.begin if plan.pictures else lambda _: None
             study = choose_in_study(plan, baked, ranked, monitor, mapped)
             with monitor.step("writing results"):
