@@ -112,12 +112,14 @@ class ClipWindows:
     """Test windows, shape (W,), bool."""
     signature: np.ndarray
     """`motion_signature`: equal for equal motions."""
+    file: Path | None = None
+    """The file that they were read from, with their features."""
 
     @classmethod
     def read(cls, out: Path, clip: str) -> ClipWindows:
         """The windows of a clip of a run."""
-        needed = ("is_test", "signature")
-        return cls(**load_arrays(features_file(out, clip), needed, "does not hold a clip's windows"))
+        file, needed = features_file(out, clip), ("is_test", "signature")
+        return cls(**load_arrays(file, needed, "does not hold a clip's windows"), file=file)
 
 
 NO_SIGNATURE = np.empty(0, dtype=np.float16)
@@ -154,7 +156,8 @@ def ranking_inputs(
 ) -> PatchBlocks:
     """A classifier's inputs from clips, given by folder and name, read from disk."""
     if inputs_of(classifier) == "features":
-        return FeatureFiles([features_file(*clip) for clip in clips])
+        pairs = zip(clips, windows, strict=True)
+        return FeatureFiles([of_clip.file or features_file(*clip) for clip, of_clip in pairs])
     return WindowFiles(
         [signals_file(*clip) for clip in clips], [len(of_clip.is_test) for of_clip in windows], spec
     )
