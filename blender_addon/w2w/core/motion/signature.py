@@ -5,13 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
-from itertools import chain
 from typing import Self
 
 import numpy as np
 
 from ..body.body import JOINT_INDEX, MIRRORED_JOINTS
-from ..threads import for_each
 from .motion import Motion
 
 JOINTS = tuple(
@@ -141,9 +139,8 @@ class Pairs(Columns):
 
 def candidates(side: Moments, base: Moments) -> Pairs:
     """Pairs of clips with near moments, by the first."""
-
-    def near(level: int) -> list[tuple[np.ndarray, ...]]:
-        found: list[tuple[np.ndarray, ...]] = [(np.empty(0, np.int32),) * 2 + (np.empty(0, np.float32),)]
+    found: list[tuple[np.ndarray, ...]] = [(np.empty(0, np.int32),) * 2 + (np.empty(0, np.float32),)]
+    for level in np.unique(side.level):
         (one, two), (ours, theirs) = zip(
             *(_at_level(moments, level) for moments in (side, base)), strict=True
         )
@@ -151,9 +148,6 @@ def candidates(side: Moments, base: Moments) -> Pairs:
             other = np.flatnonzero(side.clip[ours + i] != base.clip[theirs + j])
             pair = ((ours + i[other]).astype(np.int32), (theirs + j[other]).astype(np.int32))
             found.append((*pair, apart[other]))
-        return found
-
-    found = [*chain(*for_each(near, np.unique(side.level).tolist()))] or near(0)
     i, j, apart = (np.concatenate(part) for part in zip(*found, strict=True))
     first, second = side.clip[i], base.clip[j]
     order = np.lexsort((apart, second, first))
