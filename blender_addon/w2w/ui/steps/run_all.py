@@ -17,7 +17,7 @@ from .patches import place_steps
 
 TITLE = "Run All"
 
-PLACING, BAKING, RANKING, CHOOSING = 6.0, 0.4, 12.0, 30.0
+PLACING, BAKING, RANKING, CHOOSING = 1.0, 0.06, 4.0, 2.0
 """About how many seconds a part takes, `BAKING` for each clip: the bar goes by them."""
 
 
