@@ -15,6 +15,7 @@ from ..imu.virtual import further_signals, record_motion
 from ..motion.motion import Motion, low_passed, smoothed_root
 from ..patches.own_placements import with_placements
 from ..patches.patches import PatchSet, sample_patches
+from ..threads import unthreaded_products
 from ..windows.features import further_features, window_features
 from ..windows.windows import cut_windows
 from .config import StudyConfig
@@ -23,6 +24,7 @@ SIGNALS_VERSION = 2
 """Version of motions on the body, signals and features: raise it with a change that gives others."""
 
 
+@unthreaded_products()
 def place_patches(body: Body, config: StudyConfig) -> PatchSet:
     """The study's patches on its body, then the user's placements.
 
