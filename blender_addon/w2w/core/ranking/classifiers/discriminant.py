@@ -52,8 +52,8 @@ class Discriminant:
 
     def __init__(self, means: np.ndarray, windows: np.ndarray, slopes: Iterable[np.ndarray]) -> None:
         self._slopes = np.stack(tuple(slopes), axis=2)
-        self._offsets = -0.5 * np.einsum("pad,pard->par", means, self._slopes)
-        self._offsets[np.broadcast_to(windows == 0, means.shape[:2])] = -np.inf
+        self.offsets = -0.5 * np.einsum("pad,pard->par", means, self._slopes)
+        self.offsets[np.broadcast_to(windows == 0, means.shape[:2])] = -np.inf
 
     @classmethod
     def by_features(
@@ -103,7 +103,7 @@ class Discriminant:
 
     def scores(self, training: int, inputs: np.ndarray) -> np.ndarray:
         """Scores (A, ridges, v) of windows (v, D) by one of the trainings."""
-        slopes, offsets = self._slopes[training], self._offsets[training]
+        slopes, offsets = self._slopes[training], self.offsets[training]
         scores = multiply(slopes.reshape(-1, inputs.shape[1]), inputs.T).reshape(*offsets.shape, -1)
         return np.add(scores, offsets[..., None], out=scores)
 

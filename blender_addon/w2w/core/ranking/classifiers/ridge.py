@@ -24,6 +24,8 @@ INNER_FOLDS = 4
 """Parts into which a fold's training windows are dealt to choose its ridge."""
 WINDOWS_AT_ONCE = 4096
 """Windows of a patch added up or scored at once, so that memory does not grow with the library."""
+SCORES_AT_ONCE = 2**17
+"""Scores of windows compared at once, by all ridges and classes: they stay in the processor's cache."""
 KEPT = 32
 """Times so many windows of which it is kept how they are added up: finding it for each patch is slow."""
 VALUES_AT_ONCE = 2**20
@@ -236,9 +238,9 @@ class _Splits:
         self, trained: Discriminant, training: int, number: int, inputs: np.ndarray, centre: np.ndarray
     ) -> Iterator[Predictions]:
         """A patch's predictions, by one of some trainings, of the windows that a split tests."""
-        rows = self.tested[number]
-        for first in range(0, len(rows), WINDOWS_AT_ONCE):
-            some = rows[first : first + WINDOWS_AT_ONCE]
+        rows, of_window = self.tested[number], trained.offsets[training].size
+        for part in chunks(len(rows), max(1, min(WINDOWS_AT_ONCE, SCORES_AT_ONCE // of_window))):
+            some = rows[part]
             scores = trained.scores(training, _single(inputs[some] - centre))
             yield Predictions(number, some, scores.argmax(axis=0).astype(np.int16))
 
