@@ -157,7 +157,7 @@ def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor)
     try:
         with (
             restated(f"{TOO_ALIKE} to rank patches by", np.linalg.LinAlgError, failed),
-            unthreaded_products(),  # for both: either would lift the other's limit
+            unthreaded_products(),  # for both: else threads, and so rounding, would go by who ends first
             ThreadPoolExecutor(1) as beside,
         ):
             stream = beside.submit(_stream_of, clips, config)
