@@ -125,22 +125,6 @@ class Lent(Crew):
         self.workers = crew.workers
 
 
-READY = """
-import sys
-from w2w.headless.runs.clip import get_ready
-get_ready(False)
-assert "scipy.signal" in sys.modules and "scipy.stats" not in sys.modules
-import numpy as np, scipy
-peaks = scipy.signal.find_peaks_cwt(np.sin(np.arange(200) / 8), np.arange(5, 30))
-assert peaks.tolist() == [14, 63, 114, 164], peaks
-assert scipy.stats.norm.cdf(0.0) == 0.5
-"""
-
-
-def test_ready_workers_have_filters_and_no_statistics_until_somebody_asks_for_them():
-    subprocess.run([sys.executable, "-c", READY], check=True)
-
-
 def test_what_workers_die_of_is_done_here():
     with closing(Crew()) as crew:
         assert [*crew.spread(partial(_die_elsewhere, os.getpid()), [1, 2, 3])] == [1, 2, 3]

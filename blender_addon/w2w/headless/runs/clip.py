@@ -1,12 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The work on one clip, from its file to its motion, signals and features on disk."""
 
-import sys
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -47,25 +44,15 @@ SIGNALS_SHARE = 4
 
 
 def get_ready(blender: bool) -> None:
-    """Import what a clip needs before there is work: filters take a tenth of a second, Blender seconds.
+    """Import what a clip needs before there is work: filters take half a second, Blender seconds.
 
     What fails here fails again at the first clip that needs it, which says so.
     """
     with guarded(), quiet_output():
-        _import_filters()
+        import scipy.signal  # noqa: F401
+
         if blender:
             from ...scene.motion import takes  # noqa: F401
-
-
-def _import_filters() -> None:
-    """Import SciPy's filters without its statistics: they take eight times as long, for one peak finder."""
-    later: Any = ModuleType("scipy.stats")
-    later.scoreatpercentile = lambda *given, **named: scipy.stats.scoreatpercentile(*given, **named)
-    if sys.modules.setdefault("scipy.stats", later) is later:
-        with suppress(ImportError, AttributeError):  # of a SciPy whose filters take more of them
-            import scipy.signal
-        del sys.modules["scipy.stats"]
-    import scipy.signal
 
 
 def work_in_worker(task: ClipTask) -> Record:
