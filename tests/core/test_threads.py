@@ -2,9 +2,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from threadpoolctl import ThreadpoolController, threadpool_limits
+from threadpoolctl import OpenBLASController, ThreadpoolController, threadpool_limits
 
 from w2w.core.threads import for_each, unthreaded_products
 
@@ -64,3 +65,16 @@ def test_an_error_in_a_part_is_raised(monkeypatch: pytest.MonkeyPatch, threads: 
     monkeypatch.setenv("OMP_NUM_THREADS", threads)
     with pytest.raises(ZeroDivisionError):
         for_each(lambda part: 1 // part, [1, 0])
+
+
+def test_products_take_one_thread_whichever_thread_asked_before() -> None:
+    """Threadpoolctl leaves the libraries to the thread that limited them first, as long as it lives."""
+
+    def limited() -> set[int]:
+        with unthreaded_products():
+            return set(blas_threads())
+
+    threadpool_limits(2, user_api="blas")
+    OpenBLASController.clear_controlling_thread(force=True)
+    with ThreadPoolExecutor(1) as first, ThreadPoolExecutor(1) as second:
+        assert first.submit(limited).result() == second.submit(limited).result() == limited() == {1}

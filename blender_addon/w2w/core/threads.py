@@ -10,7 +10,7 @@ from threading import Lock
 from typing import Any, TypeVar
 
 import scipy.linalg  # noqa: F401 - its matrix library must be there to be found
-from threadpoolctl import ThreadpoolController
+from threadpoolctl import OpenBLASController, ThreadpoolController
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -50,7 +50,10 @@ def unthreaded_products() -> Iterator[None]:
     finally:
         with _limiting:
             if limit := _limits.pop():
+                # else only the thread that limited them could set them, now and later
+                OpenBLASController.clear_controlling_thread(force=True)
                 limit.restore_original_limits()
+                OpenBLASController.clear_controlling_thread(force=True)
 
 
 @lru_cache(maxsize=1)
