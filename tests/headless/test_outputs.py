@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
+from w2w.headless.reports import draw
 from w2w.headless.runs import workers
 from w2w.headless.runs.own_files import ForeignFileError, claimed, published
 
@@ -46,7 +47,8 @@ def place(tmp_path, kept, monkeypatch):
         raise AssertionError("work began")
 
     monkeypatch.chdir(shutil.copytree(kept, tmp_path, dirs_exist_ok=True))
-    monkeypatch.setattr(workers, "local_executor", begun)
+    for module in (workers, draw):
+        monkeypatch.setattr(module, "local_executor", begun)
     return tmp_path
 
 
