@@ -63,10 +63,10 @@ def versions_for(python: str, windows: bool = False) -> dict[str, str]:
 
 
 def dependencies() -> list[str]:
-    """The libraries in pyproject.toml."""
+    """Names of the libraries in pyproject.toml."""
     project = (PROJECT / "pyproject.toml").read_text(encoding="utf-8")  # Python 3.9 has no tomllib
     listed = re.search(r"^dependencies = \[(.*?)^\]", project, re.DOTALL | re.MULTILINE)
-    return re.findall(r'"(.+?)"', listed[1])
+    return re.findall(r'"([\w-]+)', listed[1])
 
 
 def fetch_wheels(platform: str, python: str) -> list[Path]:
