@@ -135,7 +135,7 @@ def _execute(
             monitor.announce("finished")
             return None, {}
         with claimed(out, _written_by(plan)), draw.drawing(out) as pictures:
-            if plan.pictures:  # before the ranking, which at first leaves cores idle
+            if plan.pictures:  # maps are drawn as soon as there is a ranking
                 pictures.get_ready()
             ranked = rank_study(plan, baked, out, monitor)
             mapped = pictures.begin if plan.pictures else lambda _: None

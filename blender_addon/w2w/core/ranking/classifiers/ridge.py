@@ -133,7 +133,8 @@ class Ridge:
             [np.isin(names, folds[folds != f][first::n_parts]) for f in folds for first in range(n_parts)]
         )
         left_out = parts | np.repeat(folds[:, None] == names, n_parts, axis=0)
-        without = np.unique(left_out, axis=0)  # folds that leave out each other share a training
+        without, training = np.unique(left_out, axis=0, return_inverse=True)
+        training = training.ravel()  # of each part: folds that leave out each other share one
         splits = [Split(np.flatnonzero(~out), np.flatnonzero(is_test & out[block])) for out in without]
         sums = _Splits(labels, block, splits)
         alphas = np.tile(self.alphas, (len(splits), 1))
@@ -150,8 +151,7 @@ class Ridge:
                 ridge, right = np.nonzero(activities == labels[rows])
                 cell = np.ravel_multi_index((ridge, block[rows[right]], labels[rows[right]]), shape)
                 by_fold = np.bincount(cell, minlength=math.prod(shape)).reshape(shape)
-                of_it = np.all(left_out == without[split], axis=1)
-                correct[:, of_it] += parts[of_it] @ by_fold
+                correct[:, training == split] += parts[training == split] @ by_fold
             by_sensor[number] = np.nanmean(correct / windows, axis=2).T
 
         with unthreaded_products():
