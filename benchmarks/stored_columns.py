@@ -40,12 +40,12 @@ class Loaded:
     def __init__(self, files: FeatureFiles, paths: list[Path], mapped: bool) -> None:
         self.shape, self._paths, self._mapped = files.shape, paths, mapped
 
-    def patches(self, first: int, last: int) -> np.ndarray:
-        """Features of some patches, shape (W, last - first, D)."""
-        block = np.empty((self.shape[0], last - first, self.shape[2]), dtype=np.float32)
+    def patches(self, which: slice) -> np.ndarray:
+        """Features of some patches, shape (W, P, D)."""
+        block = np.empty((self.shape[0], which.stop - which.start, self.shape[2]), dtype=np.float32)
         start = 0
         for path in self._paths:
-            part = self._part(path)[:, first:last]
+            part = self._part(path)[:, which]
             block[start : start + len(part)] = part
             start += len(part)
         return block
@@ -91,7 +91,7 @@ def _link(found: list[Path], folder: Path, n_clips: int) -> None:
 
 def _compare(folder: Path, budget: int, rounds: int) -> None:
     files = FeatureFiles(sorted(folder.glob("*.npz")))
-    size, blocks = 4 * np.prod(files.shape), len(list(spans(files, budget * 2**20)))
+    size, blocks = 4 * np.prod(files.shape), len(spans(files, budget * 2**20))
     print(f"{files.shape[0]} windows of {files.shape[1]} patches, {size / 1e6:.0f} MB, in {blocks} blocks\n")
     said: dict[str, list[list[str]]] = {way: [] for way in WAYS}
     for number in range(rounds + 1):
@@ -122,9 +122,9 @@ def _read(folder: Path, way: str, budget: int) -> None:
     digest = hashlib.blake2b()
     wall = processor = 0.0
     source = files if way == "stored" else Loaded(files, paths, mapped=way == "unpacked")
-    for first, last in spans(files, budget):
+    for span in spans(files, budget):
         begun = time.perf_counter(), time.process_time()
-        block = source.patches(first, last)
+        block = source.patches(span)
         wall += time.perf_counter() - begun[0]
         processor += time.process_time() - begun[1]
         digest.update(block)

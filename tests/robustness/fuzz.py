@@ -259,7 +259,7 @@ def fuzz_readers(place: Path, cases: int, seed: int) -> Counter[str]:
 
 def _columns(path: Path) -> np.ndarray:
     found = StoredArray.find(path, "features")
-    return found.columns(0, 1)
+    return found.columns([(0, 1)])
 
 
 def _npy(array: np.ndarray) -> bytes:

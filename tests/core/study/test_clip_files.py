@@ -32,9 +32,9 @@ def test_clips_in_one_order(tmp_path):
     assert found[0].is_test.sum() == 2
     places = [(tmp_path, "a"), (tmp_path, "b")]
     as_features = ranking_inputs(places, found, "ridge", SPEC)
-    np.testing.assert_array_equal(as_features.patches(1, 3), np.concatenate(features)[:, 1:3])
+    np.testing.assert_array_equal(as_features.patches(slice(1, 3)), np.concatenate(features)[:, 1:3])
     as_windows = ranking_inputs(places, found, WINDOWS, SPEC)
-    np.testing.assert_array_equal(as_windows.patches(0, 2), np.concatenate(signals)[:, :2])
+    np.testing.assert_array_equal(as_windows.patches(slice(0, 2)), np.concatenate(signals)[:, :2])
     assert as_windows.shape[0] == as_features.shape[0] == sum(len(one.is_test) for one in found)
 
 

@@ -303,9 +303,7 @@ def _easier(ranked: RankedMap, worn: WornPlace) -> np.ndarray:
     if len(names) == len(utility.activities):
         return gained
     protocol = replace(ranked.labels.protocol(ranked.config), activities=names, counts=None)
-    inputs = as_blocks(ranked.inputs)
-    few = np.concatenate([inputs.patches(patch, patch + 1) for patch in worn.under], axis=1)
-    alone = utility_map(few, protocol, halvings=0)
+    alone = utility_map(as_blocks(ranked.inputs).patches([*worn.under]), protocol, halvings=0)
     for column, name in enumerate(alone.activities):
         row = utility.activities.index(name)
         gained[row] = (alone.f1[:, column] - utility.f1[list(worn.under), row]).mean()

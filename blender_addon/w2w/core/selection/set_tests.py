@@ -134,9 +134,9 @@ def _held(source: PatchBlocks) -> np.ndarray:
     """Features (N, W, D) about their means, read once."""
     n_windows, n_patches, width = source.shape
     held = np.empty((n_patches, n_windows, width), dtype=np.float32)
-    for first, last in spans(source, READ_BYTES):
-        held[first:last] = source.patches(first, last).swapaxes(0, 1)
-        held[first:last] -= held[first:last].mean(axis=1, keepdims=True)
+    for span in spans(source, READ_BYTES):
+        held[span] = source.patches(span).swapaxes(0, 1)
+        held[span] -= held[span].mean(axis=1, keepdims=True)
     return held
 
 

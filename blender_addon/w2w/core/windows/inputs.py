@@ -3,7 +3,7 @@
 
 import math
 import struct
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,10 +50,10 @@ class StoredArray:
             raise ValueError(f"{path}: '{name}' is not an array that W2W wrote")
         return cls(path, offset, shape)
 
-    def columns(self, first: int, last: int) -> np.ndarray:
-        """A copy of the part from `first` to before `last` of the second axis."""
-        part = np.empty((self.shape[0], last - first, self.shape[2]), np.float32)
-        self.read_columns([(first, last)], np.arange(len(part)), part)
+    def columns(self, runs: Sequence[tuple[int, int]]) -> np.ndarray:
+        """A copy of the columns in these runs, end exclusive."""
+        part = np.empty((self.shape[0], sum(last - first for first, last in runs), self.shape[2]), np.float32)
+        self.read_columns(runs, np.arange(len(part)), part)
         return part
 
     def some(self, columns: Sequence[int]) -> np.ndarray:
@@ -79,6 +79,9 @@ class StoredArray:
 BLOCK_BYTES = 256 * 2**20
 """Memory for the patches held at a time."""
 
+Which = slice | list[int] | np.ndarray
+"""Some patches, by their numbers."""
+
 
 @runtime_checkable
 class PatchBlocks(Protocol):
@@ -88,8 +91,8 @@ class PatchBlocks(Protocol):
     def shape(self) -> tuple[int, ...]:
         """(W, N, D) for features, (W, N, samples, 6) for windows."""
 
-    def patches(self, first: int, last: int) -> np.ndarray:
-        """All windows of the patches from `first` to before `last`, shape (W, last - first, ...)."""
+    def patches(self, which: Which) -> np.ndarray:
+        """All windows of P patches, shape (W, P, ...)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,9 +106,10 @@ class ArrayBlocks:
         """Shape of the array."""
         return self.array.shape
 
-    def patches(self, first: int, last: int) -> np.ndarray:
-        """A view of some patches."""
-        return self.array[:, first:last]
+    def patches(self, which: Which) -> np.ndarray:
+        """A view of neighbouring patches, a copy of others."""
+        runs = _runs(which, self.shape[1])
+        return self.array[:, slice(*runs[0]) if len(runs) == 1 else which]
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,15 +124,11 @@ class SomeWindows:
         """Shape with the wanted windows alone."""
         return (len(self.rows), *self.source.shape[1:])
 
-    def patches(self, first: int, last: int) -> np.ndarray:
-        """The wanted windows of some patches."""
-        return self.in_runs([(first, last)])
-
-    def in_runs(self, runs: Sequence[tuple[int, int]]) -> np.ndarray:
-        """The wanted windows of runs of patches; from files no others are read."""
+    def patches(self, which: Which) -> np.ndarray:
+        """The wanted windows of some patches; from files no others are read."""
         if isinstance(self.source, FeatureFiles) and (np.diff(self.rows) > 0).all():
-            return self.source.in_runs(runs, self.rows)
-        block = in_runs(self.source, runs)
+            return self.source.patches(which, self.rows)
+        block = self.source.patches(which)
         if np.array_equal(self.rows, np.arange(len(block))):
             return block
         return block[self.rows]
@@ -147,19 +147,16 @@ class SomePatches:
         n_windows, _, *rest = self.source.shape
         return (n_windows, len(self.numbers), *rest)
 
-    def patches(self, first: int, last: int) -> np.ndarray:
-        """All windows of some of them; a file is opened once for all."""
-        wanted = self.numbers[first:last]
-        runs = np.split(wanted, np.flatnonzero(np.diff(wanted) != 1) + 1)
-        return in_runs(self.source, [(int(run[0]), int(run[-1]) + 1) for run in runs])
+    def patches(self, which: Which) -> np.ndarray:
+        """All windows of some of them."""
+        return self.source.patches(self.numbers[which])
 
 
-def in_runs(source: PatchBlocks, runs: Sequence[tuple[int, int]]) -> np.ndarray:
-    """All windows of runs of patches, end exclusive, (W, P, ...)."""
-    if isinstance(source, SomeWindows | FeatureFiles):
-        return source.in_runs(runs)
-    parts = [source.patches(*run) for run in runs]
-    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+def _runs(which: Which, n_patches: int) -> list[tuple[int, int]]:
+    """Runs of neighbouring patches, end exclusive: a file is read run by run."""
+    numbers = np.arange(n_patches)[which]
+    runs = np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1)
+    return [(int(run[0]), int(run[-1]) + 1) for run in runs]
 
 
 def as_blocks(inputs: np.ndarray | PatchBlocks) -> PatchBlocks:
@@ -167,12 +164,10 @@ def as_blocks(inputs: np.ndarray | PatchBlocks) -> PatchBlocks:
     return inputs if isinstance(inputs, PatchBlocks) else ArrayBlocks(np.asarray(inputs))
 
 
-def spans(source: PatchBlocks, budget: int = BLOCK_BYTES) -> Iterator[tuple[int, int]]:
-    """First and last patch, exclusive, of blocks within a budget of bytes, or of one patch."""
+def spans(source: PatchBlocks, budget: int = BLOCK_BYTES) -> list[slice]:
+    """Patches of blocks within a budget of bytes, or of one patch."""
     n_windows, n_patches, *rest = source.shape
-    size = max(1, budget // max(1, n_windows * math.prod(rest) * ITEM_BYTES))
-    for first in range(0, n_patches, size):
-        yield first, min(first + size, n_patches)
+    return chunks(n_patches, max(1, budget // max(1, n_windows * math.prod(rest) * ITEM_BYTES)))
 
 
 def for_each_patch(
@@ -189,13 +184,13 @@ def for_each_patch(
     bytes is held. `progress` is given the fraction done.
     """
     with ThreadPoolExecutor(workers) as pool:
-        for first, last in spans(source, budget):
-            held = source.patches(first, last).swapaxes(0, 1)
-            parts = chunks(last - first, at_once)
-            calls = pool.map(work, (first + part.start for part in parts), (held[part] for part in parts))
+        for span in spans(source, budget):
+            held = source.patches(span).swapaxes(0, 1)
+            parts = chunks(len(held), at_once)
+            calls = pool.map(work, (span.start + part.start for part in parts), map(held.__getitem__, parts))
             for part, _ in zip(parts, calls, strict=True):
                 if progress is not None:
-                    progress((first + part.stop) / source.shape[1])
+                    progress((span.start + part.stop) / source.shape[1])
             del held  # before the next is read
 
 
@@ -220,12 +215,9 @@ class FeatureFiles:
         """(W, N, D)."""
         return (int(self._starts[-1]), *self._parts[0].shape[1:])
 
-    def patches(self, first: int, last: int) -> np.ndarray:
-        """Features of some patches, shape (W, last - first, D)."""
-        return self.in_runs([(first, last)])
-
-    def in_runs(self, runs: Sequence[tuple[int, int]], windows: np.ndarray | None = None) -> np.ndarray:
-        """Features of runs of patches, (W, P, D): of all windows or of some, rising."""
+    def patches(self, which: Which, windows: np.ndarray | None = None) -> np.ndarray:
+        """Features of P patches, (W, P, D): of all windows or of some, rising."""
+        runs = _runs(which, self.shape[1])
         wanted = np.arange(self.shape[0]) if windows is None else windows
         n_patches = sum(last - first for first, last in runs)
         block = np.empty((len(wanted), n_patches, *self.shape[2:]), dtype=np.float32)
@@ -256,13 +248,14 @@ class WindowFiles:
         n_patches = self._parts[0][0].shape[1]
         return (int(self._ends[-1]), n_patches, self._spec.samples(self._rates[0]), 6)
 
-    def patches(self, first: int, last: int) -> np.ndarray:
-        """Windows of some patches, shape (W, last - first, samples, 6)."""
-        n_windows, _, *rest = self.shape
-        block = np.empty((n_windows, last - first, *rest), dtype=np.float32)
+    def patches(self, which: Which) -> np.ndarray:
+        """Windows of P patches, shape (W, P, samples, 6)."""
+        n_windows, n_patches, *rest = self.shape
+        runs = _runs(which, n_patches)
+        block = np.empty((n_windows, sum(last - first for first, last in runs), *rest), dtype=np.float32)
         for clip, (acc, gyr) in enumerate(self._parts):
             rate, end = self._rates[clip], self._ends[clip]
-            recording = ImuRecording(acc.columns(first, last), gyr.columns(first, last), rate)
+            recording = ImuRecording(acc.columns(runs), gyr.columns(runs), rate)
             starts = self._starts(clip, acc.shape[0], rate)
             block[end - self._counts[clip] : end] = cut_windows(recording, self._spec, starts).signals
         return block

@@ -27,7 +27,7 @@ def test_fields_with_a_row_a_window_are_cut_and_others_stay(held):
     assert "".join(found.name) == "bef"
     assert found.skipped is held.skipped
     assert found.blocks.shape == (3, 3, 2)
-    np.testing.assert_array_equal(found.blocks.patches(1, 3), held.blocks.array[[1, 4, 5], 1:3])
+    np.testing.assert_array_equal(found.blocks.patches(slice(1, 3)), held.blocks.array[[1, 4, 5], 1:3])
 
 
 def test_some_of_some_are_read_straight_from_their_source(held):
@@ -36,4 +36,4 @@ def test_some_of_some_are_read_straight_from_their_source(held):
     assert "".join(found.name) == "cf"
     assert isinstance(found.blocks, SomeWindows)
     assert found.blocks.source is held.blocks
-    np.testing.assert_array_equal(found.blocks.patches(0, 3), held.blocks.array[[2, 5]])
+    np.testing.assert_array_equal(found.blocks.patches(slice(0, 3)), held.blocks.array[[2, 5]])

@@ -122,7 +122,7 @@ def _drawn(labels: WindowLabels, rng: np.random.Generator) -> np.ndarray:
 
 def _moved(inputs: PatchBlocks, rows: np.ndarray) -> np.ndarray:
     """How much each sensor is moved in some windows, shape (W, N)."""
-    parts = [inputs.patches(first, last)[rows, :, SPREAD] for first, last in spans(inputs, BLOCK_BYTES)]
+    parts = [inputs.patches(span)[rows, :, SPREAD] for span in spans(inputs, BLOCK_BYTES)]
     return np.exp(np.concatenate(parts, axis=1))
 
 

@@ -42,7 +42,7 @@ def multi_sensor_check(
     every half would take much memory.
     """
     source = as_blocks(inputs)
-    alone = [source.patches(patch, patch + 1)[:, 0] for patch in order]
+    alone = [source.patches([patch])[:, 0] for patch in order]
 
     def first(size: int) -> UtilityMap:
         worn = np.stack(alone[:size], axis=-2)

@@ -94,11 +94,11 @@ class Multi3Net(Settings):
         position = np.cumsum(is_test) - 1
         predictions = np.empty((int(is_test.sum()), source.shape[1]), dtype=np.int16)
         used = set()
-        for first, last in spans(source, held):
-            block = source.patches(first, last)
-            for start in range(first, last, at_once):
-                stop = min(start + at_once, last)
-                group = np.ascontiguousarray(block[:, start - first : stop - first])
+        for span in spans(source, held):
+            block = source.patches(span)
+            for start in range(span.start, span.stop, at_once):
+                stop = min(start + at_once, span.stop)
+                group = np.ascontiguousarray(block[:, start - span.start : stop - span.start])
                 for done, (f, (train, validation)) in enumerate(splits.items(), start=1):
                     test = np.flatnonzero(is_test & (fold == f))
                     work = Group(self, group, labels, train, validation, test, f, size)
