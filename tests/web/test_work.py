@@ -3,6 +3,7 @@
 
 import asyncio
 import json
+import shutil
 import time
 from errno import ENOSPC
 
@@ -101,6 +102,20 @@ def test_one_damaged_request_never_stops_the_server(opened, tmp_path, content):
     assert "damaged" in client.get(f"/api/studies/{bad.id}").json()["problem"]
     assert client.delete(f"/api/studies/{bad.id}").status_code == 200
     assert not bad.folder.exists()
+
+
+@pytest.mark.parametrize("moment", ["request", "progress"])
+def test_a_study_deleted_while_all_are_listed_is_left_out(opened, tmp_path, monkeypatch, moment):
+    gone, stays = Study.make(tmp_path / "data/local"), Study.make(tmp_path / "data/local")
+    client, told = opened(), getattr(Study, moment)
+
+    def told_too_late(study, *more):
+        if study == gone:
+            shutil.rmtree(gone.folder, ignore_errors=True)
+        return told(study, *more)
+
+    monkeypatch.setattr(Study, moment, told_too_late)
+    assert [study["id"] for study in client.get("/api/studies").json()] == [stays.id]
 
 
 def test_places_in_the_queue_go_round_among_people(data):

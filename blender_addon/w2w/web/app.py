@@ -4,7 +4,7 @@
 import asyncio
 import json
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -80,8 +80,10 @@ class App:
         )
 
     async def all(self, request: Request) -> Response:
-        folder = self._folder(request)
-        found = [self._short(study) for study in self.work.studies() if study.folder.parent == folder]
+        folder, found = self._folder(request), []
+        for study in self.work.studies():
+            with suppress(RefusedError):  # it was deleted meanwhile
+                found += [self._short(study)] if study.folder.parent == folder else []
         return JSONResponse(sorted(found, key=itemgetter("made"), reverse=True))
 
     async def make(self, request: Request) -> Response:
@@ -215,7 +217,9 @@ class App:
     def _short(self, study: Study) -> dict[str, Any]:
         try:
             request = study.request()
-        except RefusedError:
+        except RefusedError as error:
+            if error.status == 404:
+                raise
             return damaged(study)
         files = [file for file in request["files"] if file != LABELS]
         facts = {"id": study.id, "made": request["made"], "clips": len(files)}
