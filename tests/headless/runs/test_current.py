@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from w2w.core.study import results
 from w2w.headless.app import APP
-from w2w.headless.commands import execute
+from w2w.headless.commands import execute, run as command
 from w2w.headless.study_options import StudyOptions
 
 from ...command_line import cli
@@ -45,8 +45,9 @@ def ranked(quick_run, tmp_path, monkeypatch):
 
 def test_sizes_and_times_tell_that_nothing_has_changed(ranked, monkeypatch):
     library, out, times = ranked
-    read, make = [], execute.make_signals
+    read, make, look = [], execute.make_signals, command.look_up
     monkeypatch.setattr(execute, "make_signals", lambda *given: (read.append(1), make(*given))[1])
+    monkeypatch.setattr(command, "look_up", lambda *given: (read.append(1), look(*given))[1])
 
     def looked_into():
         read.clear()

@@ -6,6 +6,7 @@ the planes that elbows and knees bend in (`_limb_rotations`), each in closed for
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -61,9 +62,15 @@ _LEG = _Limb(
 class KeypointFit:
     """A motion fitted to joint positions, and what was found on the way."""
 
-    motion: Motion
+    body: Body
+    floating: Motion  # at whatever height
     scale: float  # body metres in one unit of the positions, by the lengths of the limbs' bones
     exchanged: bool  # whether left and right were called the wrong way round throughout
+
+    @cached_property
+    def motion(self) -> Motion:
+        """The motion, which stands on z = 0."""
+        return on_the_ground(self.body, self.floating)
 
 
 def fit_keypoints(
@@ -97,7 +104,7 @@ def fit_keypoints(
             _anchor(points, start, end, pelvis + carried[start], world[:, JOINT_INDEX[limb.carrier]])
             _limb_rotations(world, points, joints, side, rate, limb)
     motion = Motion(relative_to_parents(world), pelvis, rate)
-    return KeypointFit(on_the_ground(body, motion), scale, paths.exchanged)
+    return KeypointFit(body, motion, scale, paths.exchanged)
 
 
 def seen_joints(keypoints: np.ndarray, joint_set: JointSet) -> Sight:

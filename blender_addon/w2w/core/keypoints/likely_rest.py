@@ -43,7 +43,7 @@ def likely_rest(clips: Sequence[SourceMotion], body: Body, maps: Sequence[BoneMa
         with suppress(ValueError):
             fitted = fit_keypoints(clip.matrices[:, bones][..., :3, 3], clip.rate, joints, body)
             if not fitted.exchanged:
-                turns = joint_transforms(body, fitted.motion)[0][:, list(matched)].swapaxes(-1, -2)
+                turns = joint_transforms(body, fitted.floating)[0][:, list(matched)].swapaxes(-1, -2)
                 against.append(turns @ unscaled_rotations(clip.matrices[:, list(matched.values())]))
                 scales.append(fitted.scale)
     if not against:

@@ -70,6 +70,7 @@ def execute(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor) -> Study 
         # a program that reads events is told of every clip
         done = not (plan.again or monitor.log.stream) and is_untouched(body, out, inputs)
         if not done:
+            plan = plan.look(plan)
             check_folder(plan, out)
             folder.make_folders(out, len(plan.library.clips))
         monitor.begin(plan.library, body.name, out, kept=not done)

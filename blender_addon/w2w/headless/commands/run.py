@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +14,6 @@ from ...core.body.body import Body
 from ...core.findings.cautions import subjects_sentence
 from ...core.library.labels import same_label
 from ...core.library.library import Library, read_library
-from ...core.motion.up import Votes
 from ...core.ranking.weights import check_counting
 from ...core.reading.look import Spread, lacking_rests, look_rests, look_up
 from ...core.reading.reader import Reader
@@ -22,6 +22,7 @@ from ..config_file import take_options
 from ..console import NOTHING_TO_DO, Terminal
 from ..options import argument, option, with_options, words
 from ..reports.console_tables import show_labels
+from ..runs.monitor import RunMonitor
 from ..runs.own_files import keep_apart
 from ..runs.records import given_up_in, lists_in
 from ..runs.study import RunPlan, placed_on
@@ -92,30 +93,25 @@ def run(
         bodies = ready_for(plan, asked, out)
         if len(bodies) == 1 and not shard and not lists_in(out):
             check_folder(plan, out)  # before workers start
+    if not shard:
+        show_labels(found, console, asked.verbose)
+        if parameters.by_subject and (caution := subjects_sentence(known_motions(found.clips))):
+            console.print(f"{caution}.", style="bold yellow", markup=False)
     with closing(plan.crew), ThreadPoolExecutor(2) as beside:
-        with refused(monitor):
-            plan = replace(plan, again=asked.strict or asked.verify or len(bodies) > 1)
-            plan, seen = _looked(plan, bodies, out, beside)
-        if up := seen.sentence():
-            console.print(f"Up: {up}.")
-        if guesses := plan.engine.rests.sentence():
-            console.print(f"Rest poses: {guesses}.")
-        if seen.question:
-            raise ended(f"No result: {seen.question}.", NOTHING_TO_DO, monitor)
+        look = partial(_looked, bodies=bodies, out=out, beside=beside, monitor=monitor)
+        plan = replace(plan, again=asked.strict or asked.verify or len(bodies) > 1)
+        plan = look(plan) if shard or len(bodies) > 1 else replace(plan, look=look)
         if shard:
             execute_shard(plan, bodies, out, (part, parts), monitor)
         else:
-            show_labels(found, console, asked.verbose)
-            if parameters.by_subject and (caution := subjects_sentence(known_motions(found.clips))):
-                console.print(f"{caution}.", style="bold yellow", markup=False)
             execute_bodies(plan, bodies, out, asked.strict, monitor)
     monitor.log("finished", exit_code=0)
 
 
 def _looked(
-    plan: RunPlan, bodies: Sequence[tuple[str, Body]], out: Path, beside: Executor
-) -> tuple[RunPlan, Votes]:
-    """The plan with what a library's files tell together, and their votes for the axis that is up.
+    plan: RunPlan, bodies: Sequence[tuple[str, Body]], out: Path, beside: Executor, monitor: RunMonitor
+) -> RunPlan:
+    """The plan with what a library's files tell together, which it says; a typer.Exit if a question is left.
 
     In a first run the crew looks, while patches are placed and skeletons read here; a resume may have nothing
     left to do for it.
@@ -129,11 +125,16 @@ def _looked(
         if len(bodies) == 1:
             plan = replace(plan, placed=beside.submit(placed_on, body, plan.config))
     files = [(clip.file, clip.path) for clip in found.clips]
-    lacking = beside.submit(lacking_rests, files)
-    with Reader(engine.limit_s, engine.memory, given_up_in(first, found, engine)) as reader:
+    lacking, limits = beside.submit(lacking_rests, files), engine.limits
+    with refused(monitor), Reader(*limits, given_up_in(first, found, engine)) as reader:
         seen = look_up(reader, files, engine.pose, spread)
         rests = look_rests(reader, lacking.result(), body, engine.pose, seen.ups, engine.bone_maps, spread)
-    return replace(plan, engine=replace(engine, ups=seen.ups, rests=rests), deadly=reader.deadly), seen
+    for what, said in (("Up", seen.sentence()), ("Rest poses", rests.sentence())):
+        if said:
+            monitor.console.print(f"{what}: {said}.")
+    if seen.question:
+        raise ended(f"No result: {seen.question}.", NOTHING_TO_DO, monitor)
+    return replace(plan, engine=replace(engine, ups=seen.ups, rests=rests), deadly=reader.deadly)
 
 
 def part_of(text: str) -> tuple[int, int]:

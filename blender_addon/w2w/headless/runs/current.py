@@ -43,7 +43,7 @@ def looks_of_inputs(plan: RunPlan) -> str:
     """A digest of how a study is made and within which limits, of its labels, and how its files look."""
     library = digest_of_path(plan.library.folder)
     clips = [(*_labels(clip), look(library, clip.path)) for clip in plan.library.clips]
-    parts = [_study(plan), plan.engine.limits, *clips]
+    parts = [_asked(plan), plan.engine.limits, *clips]
     return _digest([*parts, *map(stamp, filter(None, files_worn(plan.config)))])
 
 
@@ -73,7 +73,7 @@ def _noted(out: Path) -> dict[str, str]:
 def _content(plan: RunPlan, baked: BakedStudy, out: Path) -> dict[str, str]:
     clips = ((*_labels(result.clip), result.reason, result.source_sha256) for result in baked.clips)
     return {
-        "made_of": _digest([_study(plan), *map(file_sha256, placed_files(out)), *clips]),
+        "made_of": _digest([_asked(plan), *_seen(plan), *map(file_sha256, placed_files(out)), *clips]),
         "written": file_sha256(out / LIST),
     }
 
@@ -88,13 +88,18 @@ def _looks(body: Body, out: Path, inputs: str) -> str:
     return _digest([*parts, *map(stamp, (out / LIST, *placed_files(out), *lists_in(out)))])
 
 
-def _study(plan: RunPlan) -> tuple[Any, ...]:
+def _asked(plan: RunPlan) -> tuple[Any, ...]:
     library, engine = plan.library, plan.engine
     return (
         plan.config.as_dict(), versions(), results_made_by(), plan.pictures, plan.report, plan.more,
         library.labelled_by, library.skipped, library.check,
-        engine.bone_maps, engine.pose, engine.ups, engine.rests, engine.signals,
+        engine.bone_maps, engine.pose, engine.signals,
     )  # fmt: skip
+
+
+def _seen(plan: RunPlan) -> tuple[Any, ...]:
+    """What a first look at the files found: it follows from them, so their looks stand for it."""
+    return plan.engine.ups, plan.engine.rests
 
 
 def _labels(clip: Clip) -> tuple[Any, ...]:

@@ -78,6 +78,7 @@ class RunPlan:
     `pictures` are the heatmaps and `study.blend`; `more` are files that the command writes after the run;
     `again` has all results made even where they would be as they are. The `crew` works for it on this
     machine; who runs the plan ends it. The patches are `placed` meanwhile, or when they are needed.
+    `look` adds what a first look at all files tells, once there is something to do.
     """
 
     library: Library
@@ -91,6 +92,7 @@ class RunPlan:
     deadly: Mapping[Path, Death] = field(default_factory=dict)
     crew: Crew = field(default_factory=Crew)
     placed: Future[PatchSet] | None = None
+    look: Callable[["RunPlan"], "RunPlan"] = lambda plan: plan
 
 
 @dataclass(frozen=True)
