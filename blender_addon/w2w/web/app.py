@@ -81,9 +81,9 @@ class App:
 
     async def all(self, request: Request) -> Response:
         folder, found = self._folder(request), []
-        for study in self.work.studies():
+        for study in (each for each in self.work.studies() if each.folder.parent == folder):
             with suppress(RefusedError):  # it was deleted meanwhile
-                found += [self._short(study)] if study.folder.parent == folder else []
+                found.append(self._short(study))
         return JSONResponse(sorted(found, key=itemgetter("made"), reverse=True))
 
     async def make(self, request: Request) -> Response:

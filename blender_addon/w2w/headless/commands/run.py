@@ -93,17 +93,16 @@ def run(
         bodies = ready_for(plan, asked, out)
         if len(bodies) == 1 and not shard and not lists_in(out):
             check_folder(plan, out)  # before workers start
-    if not shard:
-        show_labels(found, console, asked.verbose)
-        if parameters.by_subject and (caution := subjects_sentence(known_motions(found.clips))):
-            console.print(f"{caution}.", style="bold yellow", markup=False)
     with closing(plan.crew), ThreadPoolExecutor(2) as beside:
         look = partial(_looked, bodies=bodies, out=out, beside=beside, monitor=monitor)
         plan = replace(plan, again=asked.strict or asked.verify or len(bodies) > 1)
-        plan = look(plan) if shard or len(bodies) > 1 else replace(plan, look=look)
         if shard:
-            execute_shard(plan, bodies, out, (part, parts), monitor)
+            execute_shard(look(plan), bodies, out, (part, parts), monitor)
         else:
+            show_labels(found, console, asked.verbose)
+            if parameters.by_subject and (caution := subjects_sentence(known_motions(found.clips))):
+                console.print(f"{caution}.", style="bold yellow", markup=False)
+            plan = look(plan) if len(bodies) > 1 else replace(plan, look=look)
             execute_bodies(plan, bodies, out, asked.strict, monitor)
     monitor.log("finished", exit_code=0)
 

@@ -71,9 +71,10 @@ def _noted(out: Path) -> dict[str, str]:
 
 
 def _content(plan: RunPlan, baked: BakedStudy, out: Path) -> dict[str, str]:
+    seen = plan.engine.ups, plan.engine.rests  # they follow from the files, whose looks stand for them
     clips = ((*_labels(result.clip), result.reason, result.source_sha256) for result in baked.clips)
     return {
-        "made_of": _digest([_asked(plan), *_seen(plan), *map(file_sha256, placed_files(out)), *clips]),
+        "made_of": _digest([_asked(plan), *seen, *map(file_sha256, placed_files(out)), *clips]),
         "written": file_sha256(out / LIST),
     }
 
@@ -95,11 +96,6 @@ def _asked(plan: RunPlan) -> tuple[Any, ...]:
         library.labelled_by, library.skipped, library.check,
         engine.bone_maps, engine.pose, engine.signals,
     )  # fmt: skip
-
-
-def _seen(plan: RunPlan) -> tuple[Any, ...]:
-    """What a first look at the files found: it follows from them, so their looks stand for it."""
-    return plan.engine.ups, plan.engine.rests
 
 
 def _labels(clip: Clip) -> tuple[Any, ...]:
