@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from ..threads import chunks, for_each
 from ..windows.inputs import PatchBlocks, SomePatches
 from .halves import Predictions, TrialPlan
 from .weights import mean_over
@@ -133,16 +134,18 @@ def score_patches(
     """
     units = ClipUnits(truth, clip, n_activities)
     weights = clip_resamples(units.activity, n_resamples, np.random.default_rng(seed))
-    block = max(1, SAMPLE_BYTES // (2 * n_activities * n_resamples * np.dtype(np.float32).itemsize))
+    sample_bytes = 2 * n_activities * n_resamples * np.dtype(np.float32).itemsize
     share = np.ones(n_activities) if activity_weights is None else activity_weights
     tail = [(1 - level) / 2, (1 + level) / 2]
-    f1, means, bounds = [], [], []
-    for first in range(0, predictions.shape[1], block):
-        scores = _resampled_f1(units, weights, predictions[:, first : first + block])
-        f1.append(scores[0].copy())
-        scores = scores[1:]
-        means.append(mean_over(scores, share))
-        bounds.append(np.quantile(scores, tail, axis=0, overwrite_input=True).astype(np.float32))
+
+    def scored(some: slice) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        scores = _resampled_f1(units, weights, predictions[:, some])
+        whole, drawn = scores[0].copy(), scores[1:]
+        means = mean_over(drawn, share)
+        return whole, means, np.quantile(drawn, tail, axis=0, overwrite_input=True).astype(np.float32)
+
+    blocks = chunks(predictions.shape[1], max(1, SAMPLE_BYTES // sample_bytes))
+    f1, means, bounds = zip(*for_each(scored, blocks), strict=True)
     samples = np.concatenate(means, axis=1)
     ranks = np.stack([1 + np.searchsorted(np.sort(row), row) for row in -samples])
     f1_low, f1_high = np.concatenate(bounds, axis=1)

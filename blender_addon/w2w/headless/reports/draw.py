@@ -61,13 +61,13 @@ class Drawing:
     begun: list[tuple[str, Future[str]]] = field(default_factory=list)
 
     def get_ready(self) -> None:
-        """Let the workers start, shade the body and import what saves the file, before there is a map."""
+        """Let a worker start and shade the body before there is a map."""
         self._submit(HEATMAPS, partial(shaded, self.out))
-        self._submit(BLEND, get_ready_to_save)
 
     def begin(self, study: StudyResults) -> None:
-        """Draw a study's maps while this process goes on."""
+        """Draw a study's maps, and import what saves the file, while this process goes on."""
         self._submit(HEATMAPS, partial(write_maps, replace(study, read=None), self.folder / "new"))
+        self._submit(BLEND, get_ready_to_save)
 
     def save(self) -> None:
         """Draw what is missing and save `study.blend`, once results are written, in the same way."""

@@ -21,6 +21,7 @@ from ...core.findings.summary import config_content
 from ...core.library.library import Clip, Library
 from ...core.motion.up import UPSIDE_DOWN, mostly_head_down
 from ...core.patches.patches import PatchSet
+from ...core.patches.tape_segments import segments_of
 from ...core.ranking.pooling import Pooling
 from ...core.ranking.stream import Stream
 from ...core.ranking.utility import UtilityMap
@@ -120,6 +121,7 @@ def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shar
         patches = _prepare(plan, body, out)
     with ThreadPoolExecutor(1) as beside:
         pooling = beside.submit(Pooling.on, None if shard else body, patches)
+        beside.submit(segments_of, body)  # what recommended places are measured by, later
         clips, records = _bake(plan, out, monitor, shard)
     if not shard:
         if not any(result.used for result in clips):
