@@ -12,6 +12,7 @@ from w2w.core.rotations import (
     in_axes,
     into_frame,
     rate_in_frame,
+    rotation_vectors,
     smallest_rotation,
     turn_about,
 )  # fmt: skip
@@ -115,6 +116,16 @@ def test_what_is_no_rotation_has_no_quaternion(spins, wrong):
     spins[3, 1] = wrong
     with pytest.raises(ValueError, match="no rotation"):
         continuous_quaternions(spins)
+
+
+def test_rotation_vectors_are_scipys_at_any_angle():
+    """From nothing to half a turn, either way round, and about axes whose components vanish or tie."""
+    angles = [0, 1e-9, 0.99e-3, 1.01e-3, 1, np.pi / 2, 3, np.pi - 1e-9, np.pi]
+    turns = Rotation.from_rotvec(np.concatenate([angle * directions(500) for angle in angles])).as_matrix()
+    found = rotation_vectors(turns.reshape(len(angles), -1, 3, 3))
+    np.testing.assert_allclose(
+        found.reshape(-1, 3), Rotation.from_matrix(turns).as_rotvec(), rtol=4 * EPS, atol=4 * EPS
+    )
 
 
 def test_rotations_in_other_axes(spins):

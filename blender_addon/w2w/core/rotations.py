@@ -12,6 +12,9 @@ TILE_POSES = 16384
 TILE_MATRICES = 2048
 """Matrices taken apart at once: each entry is one more pass over them."""
 
+SMALL_ANGLE = 1e-3
+"""Angle, radians, up to which a series gives its ratio to the sine of its half."""
+
 
 def decompose(matrices: np.ndarray, first_sensor: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Positions (3, T, N) and continuous unit quaternions (4, T, N), float64, of world matrices (T, N, 4, 4).
@@ -51,6 +54,29 @@ def continuous_quaternions(rotations: np.ndarray) -> np.ndarray:
         raise ValueError("a matrix is no rotation: it carries a scale, a shear or a reflection")
     unroll(quaternions)
     return quaternions
+
+
+def rotation_vectors(rotations: np.ndarray) -> np.ndarray:
+    """Rotation vectors (..., 3), radians, float64, of rotations (..., 3, 3).
+
+    They are SciPy's, in the same steps, but for all at once: in half the time or less.
+    """
+    r = np.ascontiguousarray(rotations.reshape(-1, 3, 3).transpose(1, 2, 0), dtype=np.float64)
+    trace, q = r[0, 0] + r[1, 1] + r[2, 2], np.empty((4, 4, r.shape[2]))  # by largest component: x, y, z, w
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        q[i, i] = 1 - trace + 2 * r[i, i]
+        q[i, j] = q[j, i] = r[j, i] + r[i, j]
+        q[i, 3] = q[3, i] = r[k, j] - r[j, k]
+    q[3, 3] = 1 + trace
+    largest = np.stack([r[0, 0], r[1, 1], r[2, 2], trace]).argmax(axis=0)
+    x, y, z, w = np.take_along_axis(q, largest[None, None], axis=0)[0]
+    leading = np.where(w, w, np.where(x, x, np.where(y, y, z)))  # half a turn goes the way of its first axis
+    norm = np.copysign(np.sqrt(x * x + y * y + z * z + w * w), leading)
+    x, y, z, w = x / norm, y / norm, z / norm, w / norm
+    angle = 2 * np.arctan2(np.sqrt(x * x + y * y + z * z), w)
+    square, half = angle * angle, np.sin(np.maximum(angle, SMALL_ANGLE) / 2)
+    times = np.where(angle <= SMALL_ANGLE, 2 + square / 12 + 7 * square * square / 2880, angle / half)
+    return np.stack([times * x, times * y, times * z], axis=-1).reshape(rotations.shape[:-1])
 
 
 def in_axes(rotations: np.ndarray, axes: np.ndarray) -> np.ndarray:

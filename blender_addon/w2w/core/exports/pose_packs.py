@@ -14,13 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from ..body.body import JOINT_INDEX, N_JOINTS, Y_UP_TO_Z_UP, Body
+from ..body.body import JOINT_INDEX, Y_UP_TO_Z_UP, Body
 from ..body.landmarks import SENSOR_SITES
 from ..files import atomic_write, write_json
 from ..motion.motion import SMPL_PELVIS
 from ..motion.skinning import joint_transforms
+from ..rotations import rotation_vectors
 from ..wording import restated
 from .study_signals import WornClip, WornSignals
 
@@ -101,7 +101,7 @@ def _parts(clip: WornClip, body: Body, gravity: np.ndarray, method: str) -> dict
     force = np.einsum("tnij,tnj->tni", clip.orientations, clip.recording.acc.astype(np.float64))
     pose = in_smpl_axes = TO_Y_UP @ motion.rotations @ TO_Y_UP.T
     if method != "mobileposer":
-        pose = Rotation.from_matrix(in_smpl_axes.reshape(-1, 3, 3)).as_rotvec().reshape(-1, N_JOINTS, 3)
+        pose = rotation_vectors(in_smpl_axes)
     parts = {
         "pose": pose,
         "tran": (motion.pelvis - SMPL_PELVIS) @ TO_Y_UP.T,

@@ -16,7 +16,7 @@ from ..files import array_names, read_arrays, read_npy, write_npz
 from ..filtering import butterworth, count_resampled
 from ..given import given_path
 from ..pickles import read_result
-from ..rotations import in_axes
+from ..rotations import in_axes, rotation_vectors
 from ..wording import in_python
 from .sight import MOSTLY, SEEN_FRAMES, Kind, Sight, Up, turned
 from .smpl_layouts import (
@@ -131,8 +131,8 @@ class Motion:
         """
         in_smpl_axes = in_axes(self.rotations, Y_UP_TO_Z_UP)
         in_smpl_axes[:, 0] = self.rotations[:, 0] @ Y_UP_TO_Z_UP
-        poses = Rotation.from_matrix(in_smpl_axes.reshape(-1, 3, 3)).as_rotvec()
-        moved = {"poses": poses.reshape(self.n_frames, -1), "trans": self.pelvis - SMPL_PELVIS}
+        poses = rotation_vectors(in_smpl_axes).reshape(self.n_frames, -1)
+        moved = {"poses": poses, "trans": self.pelvis - SMPL_PELVIS}
         facts = {"mocap_framerate": np.array(self.rate), "gender": np.array("neutral"), "betas": np.zeros(10)}
         write_npz(path, moved | facts | {name: np.array(getattr(self, name)) for name in LABELS})
 

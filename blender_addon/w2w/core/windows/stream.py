@@ -14,7 +14,7 @@ from ..imu.synthesis import Synthesis
 from ..imu.virtual import record_motion
 from ..motion.motion import Motion
 from ..patches.patches import PatchSet
-from ..rotations import smallest_rotation
+from ..rotations import rotation_vectors, smallest_rotation
 from .windows import WindowSpec, cut_windows
 
 STANDING_S = (1.0, 2.5)
@@ -120,8 +120,7 @@ def _way(start: np.ndarray, end: np.ndarray, count: int, rate: float) -> np.ndar
     before, after = (
         one[..., :3] / np.maximum(of, 1e-6) for one, of in zip((start, end), lengths, strict=True)
     )
-    matrices = smallest_rotation(before, after).reshape(-1, 3, 3)
-    turn = Rotation.from_matrix(matrices).as_rotvec().reshape(before.shape)
+    turn = rotation_vectors(smallest_rotation(before, after))
     angle = np.linalg.norm(turn, axis=-1, keepdims=True)
     across = np.cross(turn / np.maximum(angle, 1e-9), before)  # square to the axis as `before` is
     force = before * np.cos(angle * share) + across * np.sin(angle * share)
