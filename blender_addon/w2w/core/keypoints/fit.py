@@ -17,7 +17,7 @@ from ..body.body import JOINT_INDEX, N_JOINTS, Body
 from ..motion.motion import Motion
 from ..motion.sight import LIMBS, TO_Z, Sight, Up
 from ..motion.skinning import on_the_ground, relative_to_parents
-from ..rotations import frame_of, smallest_rotation, turn_about, unit
+from ..rotations import frame_of, rotation_vectors, smallest_rotation, turn_about, unit
 from .joint_sets import SIDES, JointSet
 from .paths import Paths, Points, landmark_paths, middle, smooth
 
@@ -175,7 +175,7 @@ def _trunk_rotations(world: np.ndarray, points: Points, joints: Points) -> None:
         across = [places[f"left {part}"] - places[f"right {part}"] for part in ("hip", "shoulder")]
         frames.append([frame_of(across[0], low), frame_of(across[1], high)])
     pelvis, chest = (posed @ rest.T for posed, rest in zip(*frames, strict=True))
-    turn = Rotation.from_matrix(pelvis.swapaxes(1, 2) @ chest).as_rotvec()
+    turn = rotation_vectors(pelvis.swapaxes(1, 2) @ chest)
     angle = np.linalg.norm(turn, axis=1, keepdims=True)
     turn *= np.minimum(1, TRUNK_LIMIT / np.maximum(angle, 1e-12))
     world[:, 0] = pelvis

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..rotations import rotation_vectors
 from .motion import Motion, at_rate
 
 LEAST_RATE = 50.0
@@ -80,7 +81,7 @@ def _first_step(clip: Motion) -> tuple[np.ndarray, np.ndarray]:
     if clip.n_frames < 2:
         return np.zeros((clip.rotations.shape[1], 3)), np.zeros(3)
     relative = clip.rotations[0].swapaxes(-1, -2) @ clip.rotations[1]
-    turn = Rotation.from_matrix(relative).as_rotvec() * clip.rate
+    turn = rotation_vectors(relative) * clip.rate
     way = (clip.pelvis[1] - clip.pelvis[0]) * clip.rate
     return _at_most(turn, 2 * MOST_TURN / RUN_UP_S), _at_most(way, 2 * MOST_WAY / RUN_UP_S)
 
@@ -101,7 +102,7 @@ def _before_first(
 
 def _from_t_pose(pose: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Poses on the way from the T-pose to a pose, the pelvis turned as there from the beginning."""
-    vectors = Rotation.from_matrix(pose).as_rotvec()
+    vectors = rotation_vectors(pose)
     shares = np.repeat(share[:, None], len(pose), axis=1)
     shares[:, 0] = 1.0
     turned = (shares[..., None] * vectors).reshape(-1, 3)
