@@ -20,7 +20,7 @@ COUNT_BYTES = 12 * 2**20
 blocks the samples outgrow the processor's cache."""
 
 SAMPLE_BYTES = 12 * 2**20
-"""Memory for the sums of resamples: 65 patches with 1,000 resamples and 24 activities."""
+"""Memory of a thread for the sums of resamples: 65 patches with 1,000 resamples and 24 activities."""
 
 CLIPS_AT_ONCE = 8192
 """Clips whose counts are weighted at once, in single precision, which takes four times the draws' memory."""

@@ -121,7 +121,8 @@ def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shar
         patches = _prepare(plan, body, out)
     with ThreadPoolExecutor(1) as beside:
         pooling = beside.submit(Pooling.on, None if shard else body, patches)
-        beside.submit(segments_of, body)  # what recommended places are measured by, later
+        if not shard:
+            beside.submit(segments_of, body)  # what recommended places are measured by, later
         clips, records = _bake(plan, out, monitor, shard)
     if not shard:
         if not any(result.used for result in clips):
