@@ -121,8 +121,6 @@ def make_signals(plan: RunPlan, body: Body, out: Path, monitor: RunMonitor, shar
         patches = _prepare(plan, body, out)
     with ThreadPoolExecutor(1) as beside:
         pooling = beside.submit(Pooling.on, None if shard else body, patches)
-        if not shard:
-            beside.submit(segments_of, body)  # what recommended places are measured by, later
         clips, records = _bake(plan, out, monitor, shard)
     if not shard:
         if not any(result.used for result in clips):
@@ -163,9 +161,10 @@ def rank_study(plan: RunPlan, baked: BakedStudy, out: Path, monitor: RunMonitor)
         with (
             restated(f"{TOO_ALIKE} to rank patches by", np.linalg.LinAlgError, failed),
             unthreaded_products(),  # for both: else threads, and so rounding, would go by who ends first
-            ThreadPoolExecutor(1) as beside,
+            ThreadPoolExecutor(2) as beside,
         ):
             stream = beside.submit(_stream_of, clips, config)
+            beside.submit(segments_of, baked.body)  # what recommended places are measured by, later
             utility = _with_bar(partial(rank, work=out.resolve() / WORK, spread=spread), monitor)
     except ValueError as error:
         activities = Counter(clip.activity for clip in used)
